@@ -1,0 +1,89 @@
+# Everything a fresh Debian 12 or Ubuntu 22.04+ machine needs is python3, make and git.
+#   make demo    the example swarm: boot it, deploy it, drive it
+#   make test    every test, the lab included (needs root for the lab)
+
+SHELL := /bin/bash
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+# tool:package pairs; a tool that is there already is not installed again
+LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
+TEST_TOOLS := sshd:openssh-server sudo:sudo
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+
+.PHONY: demo test lint format generated bench lock clean distclean lab-tools test-tools
+.DEFAULT_GOAL := help
+
+help: ## show the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
+	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
+
+test: $(VENV)/.dev lab-tools test-tools lint ## lint, then every test; the lab's one after the other
+	$(BIN)/pytest -n auto -m "not lab" $(PYTEST_ARGS)
+	$(BIN)/pytest -m lab $(PYTEST_ARGS)
+
+lint: $(VENV)/.dev ## style, types, and who may import whom
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(VENV)/.dev ## lay the code out
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+generated: $(VENV)/.dev ## write schemas and reference pages anew from the models
+	$(BIN)/swarmctl schema swarm > schemas/swarm.schema.json
+	$(BIN)/swarmctl schema robot-type > schemas/robot-type.schema.json
+	$(BIN)/swarmctl schema swarm --markdown > docs/swarm-reference.md
+	$(BIN)/swarmctl schema robot-type --markdown > docs/robot-type-reference.md
+
+bench: $(VENV)/.dev ## every benchmark
+	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done
+
+lock: $(VENV)/.dev ## choose the locked versions anew
+	$(BIN)/pip install --quiet uv
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emit-index-url --no-annotate --no-header \
+	  --upgrade -o requirements/run.txt pyproject.toml
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emit-index-url --no-annotate --no-header \
+	  -c requirements/run.txt -o requirements/dev.txt pyproject.toml requirements/dev.in
+
+# The environment: the locked versions, and this checkout in place.
+$(VENV)/.made:
+	@echo "-- making $(VENV)"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	  { echo "swarmctl needs Python 3.10 or newer, and $(PYTHON) is older: make PYTHON=python3.11" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip' 2>/dev/null || { $(SUDO) apt-get update -qq; $(SUDO) apt-get install -y -qq python3-venv; }
+	@$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.run: $(VENV)/.made requirements/run.txt pyproject.toml
+	@echo "-- installing what swarmctl needs (about 20 s)"
+	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements/run.txt
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-deps -e .
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.run requirements/dev.txt
+	@echo "-- installing what the tests need (about 20 s)"
+	@$(BIN)/pip install --quiet --disable-pip-version-check -r requirements/dev.txt
+	@touch $@
+
+lab-tools:
+	@$(call install,$(LAB_TOOLS))
+	@[ -e /usr/share/keyrings/debian-archive-keyring.gpg ] || $(call fetch,debian-archive-keyring)
+
+test-tools:
+	@$(call install,$(TEST_TOOLS))
+
+fetch = { echo "-- installing" $(1); $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; }
+install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -v "$${pair%%:*}" >/dev/null || missing="$$missing $${pair\#\#*:}"; done; \
+  [ -z "$$missing" ] || $(call fetch,$$missing)
+
+clean: ## remove what building and testing left
+	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +
+
+distclean: clean ## remove the environment as well
+	rm -rf $(VENV)

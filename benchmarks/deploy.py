@@ -1,0 +1,204 @@
+"""What deploying costs: ``python benchmarks/deploy.py [--hosts N] [--rounds N] [--check]``, as root.
+
+In a lab of N hosts, beside bare paramiko that logs in to the same hosts and runs ``true``, round by round.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import paramiko
+
+from swarmctl.checks.check import read
+from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.lab import lab, network, places
+from swarmctl.lab.plan import plan_of
+from swarmctl.remote.fleet import Finished, result_of
+from swarmctl.remote.ssh import SshTransport
+from swarmctl.remote.transport import Target
+from swarmctl.render.bundle import Bundle, File
+from swarmctl.render.host import bundles
+
+FILES = 20
+BARE = "bare paramiko: connect, true"
+Bundles = Mapping[str, Bundle]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Something to measure, and how many times as long as the bare login it may take."""
+
+    name: str
+    run: Callable[[], None]
+    bar: float | None = None
+
+
+def spec_of(hosts: int) -> str:
+    """A swarm of ``hosts`` hosts with a robot each, under one leader."""
+    names = [f"h{number}" for number in range(hosts)]
+    lines = ["version: 1", "name: bench", "mode: leader", f"leader: {names[0]}", "hosts:"]
+    lines += [
+        f"  {name}: {{address: 10.77.{n // 200}.{n % 200 + 10}, user: robot}}" for n, name in enumerate(names)
+    ]
+    lines += ["robots:", *(f"  r-{name}: {{type: khepera3, host: {name}}}" for name in names)]
+    lines += ["links:", f"  - {{kind: wlan, name: lab, hosts: [{', '.join(names)}], subnet: 10.77.0.0/16}}"]
+    lines += [
+        f"  - {{kind: serial, host: {name}, robot: r-{name}, usb: {{serial: S{name}}}}}" for name in names
+    ]
+    return "\n".join(lines) + "\n"
+
+
+@contextmanager
+def booted(spec: Path) -> Iterator[tuple[Path, list[Target], Bundles]]:
+    """A lab of the spec's hosts: its network namespace, how to reach the hosts, what to deploy."""
+    swarm, diagnostics = read(spec)
+    if swarm is None:
+        raise SystemExit(f"the benchmark's own spec is wrong: {diagnostics}")
+    name = f"bench-{os.getpid()}"
+    try:
+        lab.up(plan_of(swarm, name), lambda line: print(f"  {line}", file=sys.stderr))
+        way = lab.operator(name)
+        targets = [
+            Target(host.name, host.address, host.user, host.port, way.keys[host.name], (way.identity,))
+            for host in swarm.hosts.values()
+        ]
+        yield way.namespace, targets, bundles(swarm)
+    finally:
+        lab.down(name)
+
+
+def log_in(target: Target) -> None:
+    """What nobody can do without: TCP, keys, login, one command."""
+    kind, key = target.keys[0].split()
+    with paramiko.SSHClient() as client:
+        known = paramiko.hostkeys.HostKeyEntry.from_line(f"{target.address} {kind} {key}")
+        assert known is not None
+        client.get_host_keys().add(target.address, kind, known.key)
+        client.connect(
+            target.address, target.port, target.user, key_filename=str(target.identities[0]),
+            allow_agent=False, look_for_keys=False,
+        )  # fmt: skip
+        _, output, _ = client.exec_command("true")
+        if output.channel.recv_exit_status() != 0:
+            raise SystemExit(f"`true` failed on {target.host}")
+
+
+def with_files(wanted: Bundles, version: int) -> dict[str, Bundle]:
+    """The bundles and ``FILES`` files that no unit needs, other ones for each ``version``."""
+    extra = tuple(
+        File(f"data/{number}.txt", f"{version} {number} ".encode() * 300) for number in range(FILES)
+    )
+    return {host: replace(bundle, files=bundle.files + extra) for host, bundle in wanted.items()}
+
+
+def retuned(wanted: Bundles, version: int) -> dict[str, Bundle]:
+    """The bundles with a change in the file of parameters, so that every driver restarts."""
+
+    def touched(file: File) -> File:
+        return (
+            replace(file, content=file.content + b"# %d\n" % version)
+            if file.path.startswith("params/")
+            else file
+        )
+
+    return {host: replace(bundle, files=tuple(map(touched, bundle.files))) for host, bundle in wanted.items()}
+
+
+def tasks(targets: list[Target], wanted: Bundles) -> list[Task]:
+    reach = {target.host: target for target in targets}
+    versions = iter(range(1, 1 << 20))
+
+    def carry_out(chosen: Bundles, *, changes: bool) -> None:
+        for event in deploy(chosen, reach, SshTransport(), parallel=len(targets)):
+            if isinstance(event, Finished):
+                result = result_of(event)
+                if not isinstance(result, Outcome) or result.changed is not changes:
+                    raise SystemExit(f"{event.host}: {result}")
+
+    def bare() -> None:
+        with ThreadPoolExecutor(len(targets)) as pool:
+            list(pool.map(log_in, targets))
+
+    def plan() -> None:
+        made = observe(wanted, reach, SshTransport(), parallel=len(targets))
+        if made.changes or made.problems:
+            raise SystemExit("the plan is not empty")
+
+    return [
+        Task(BARE, bare),
+        Task("plan, nothing to do", plan),
+        Task("deploy, nothing to do", lambda: carry_out(wanted, changes=False), 1.3),
+        Task(
+            f"deploy, {FILES} files changed",
+            lambda: carry_out(with_files(wanted, next(versions)), changes=True),
+            1.6,
+        ),
+        Task(
+            "deploy, every driver restarts", lambda: carry_out(retuned(wanted, next(versions)), changes=True)
+        ),
+        Task("", lambda: carry_out(wanted, changes=True)),  # back to where the round began, not shown
+    ]
+
+
+def measured(asked: list[Task], rounds: int) -> list[dict[str, float]]:
+    """Seconds of every task, round by round; a first round to warm up is not counted."""
+    found = []
+    for _ in range(rounds + 1):
+        seconds = {}
+        for task in asked:
+            began = time.perf_counter()
+            task.run()
+            seconds[task.name] = time.perf_counter() - began
+        found.append(seconds)
+    return found[1:]
+
+
+def shown(asked: list[Task], rounds: list[dict[str, float]]) -> bool:
+    """Print the table; whether every bar is kept."""
+    kept = True
+    print(f"{'':34}{'median s':>10}{'x bare':>8}{'lowest':>8}{'highest':>8}  bar")
+    for task in asked:
+        if not task.name:
+            continue
+        seconds = statistics.median(one[task.name] for one in rounds)
+        ratios = sorted(one[task.name] / one[BARE] for one in rounds)
+        ratio = statistics.median(ratios)
+        kept = kept and (task.bar is None or ratio <= task.bar)
+        bar = "" if task.bar is None else f"<= {task.bar}"
+        print(f"{task.name:34}{seconds:10.3f}{ratio:8.2f}{ratios[0]:8.2f}{ratios[-1]:8.2f}  {bar}")
+    return kept
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--hosts", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--check", action="store_true", help="fail when a bar is missed")
+    given = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix="swarm-bench-"))
+    os.environ[places.STATE_VARIABLE] = str(folder)
+    try:
+        spec = folder / "bench.yaml"
+        spec.write_text(spec_of(given.hosts))
+        with booted(spec) as (namespace, targets, wanted):
+            asked = tasks(targets, wanted)
+            network.within(namespace, asked[-1].run)  # the first deploy
+            rounds = network.within(namespace, lambda: measured(asked, given.rounds))
+        return int(not shown(asked, rounds) and given.check)
+    finally:
+        shutil.rmtree(folder)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

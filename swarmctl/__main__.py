@@ -1,0 +1,26 @@
+"""The console script: answers ``--version`` at once, and lets no traceback reach a person."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from swarmctl import __version__
+
+
+def main() -> int:
+    """Run the command line; returns the exit code (see ``swarmctl.cli.exits``)."""
+    if sys.argv[1:] in (["--version"], ["-V"]):
+        print(f"swarmctl {__version__}")
+        return 0
+    from swarmctl.cli.app import run  # noqa: PLC0415  (typer costs more than the version is worth)
+
+    try:
+        return run(sys.argv[1:])
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Rules over the spec and its graph: one module a family, one function a rule. Pure."""

@@ -1,0 +1,86 @@
+"""How the verbs reach hosts: pinned keys and ~/.ssh/config for real ones, the lab's own for its hosts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console
+
+if TYPE_CHECKING:
+    from swarmctl.remote.transport import Target
+    from swarmctl.topology.swarm import Swarm
+
+Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="The swarm's YAML file.")]
+Lab = Annotated[
+    bool, typer.Option("--lab", help="Reach the hosts of the running lab instead of the real ones.")
+]
+LabName = Annotated[str, typer.Option("--lab-name", help="The lab, when it is not called as the swarm is.")]
+Limit = Annotated[
+    list[str] | None, typer.Option("--limit", metavar="HOST", help="Only this host (repeatable).")
+]
+Parallel = Annotated[int, typer.Option("--parallel", min=1, max=512, help="Hosts at a time.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+
+
+def chosen(known: Iterable[str], limit: list[str] | None) -> list[str]:
+    """The hosts that ``--limit`` names, all without it; an unknown name ends the program."""
+    from swarmctl.spec.suggest import did_you_mean
+
+    names = list(known)
+    for name in limit or ():
+        if name not in names:
+            console.fail(
+                f"--limit: there is no host called `{name}`", *did_you_mean(name, names, "the hosts are")
+            )
+    return [name for name in names if not limit or name in limit]
+
+
+def in_lab(lab: bool, lab_name: str) -> bool:
+    """Whether the hosts are those of a lab. What happens to them is no news of the real ones."""
+    return lab or bool(lab_name)
+
+
+def targets(spec: Path, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
+    """How to reach every host. With ``lab``, this process moves into the lab's network for good."""
+    return (
+        _lab_targets(lab_name or swarm.name, spec, swarm)
+        if in_lab(lab, lab_name)
+        else _real_targets(spec, swarm)
+    )
+
+
+def _lab_targets(name: str, spec: Path, swarm: Swarm) -> Mapping[str, Target]:
+    from swarmctl.lab import lab as labs
+    from swarmctl.lab import network
+    from swarmctl.lab.errors import LabError
+    from swarmctl.remote.transport import Target
+
+    try:
+        operator = labs.operator(name)
+        network.enter(operator.namespace)
+    except LabError as error:
+        console.fail(str(error), *(error.help_lines or (f"swarmctl lab up {spec}",)))
+    return {
+        host.name: Target(
+            host.name,
+            host.address,
+            host.user,
+            host.port,
+            operator.keys.get(host.name, ()),
+            (operator.identity,),
+        )
+        for host in swarm.hosts.values()
+    }
+
+
+def _real_targets(spec: Path, swarm: Swarm) -> Mapping[str, Target]:
+    from swarmctl.cli import targets as real
+
+    found, warnings = real.targets(swarm, real.read_lock(spec))
+    for warning in warnings:
+        console.err().print(f"warning: {warning}")
+    return found

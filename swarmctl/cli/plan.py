@@ -1,0 +1,70 @@
+"""``swarmctl plan``: what each host would get, and why."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import access, console, exits
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from swarmctl.plan.plan import Plan
+    from swarmctl.render.bundle import Bundle
+
+
+def plan(
+    spec: access.Spec,
+    diff: Annotated[bool, typer.Option("--diff", help="Show each changed file as a unified diff.")] = False,
+    offline: Annotated[
+        bool, typer.Option("--offline", help="Ask no host; compare with the last deploy made from here.")
+    ] = False,
+    detailed_exitcode: Annotated[
+        bool, typer.Option("--detailed-exitcode", help="Exit with 2 when there is something to do.")
+    ] = False,
+    lab: access.Lab = False,
+    lab_name: access.LabName = "",
+    limit: access.Limit = None,
+    parallel: access.Parallel = 64,
+    json: access.Json = False,
+) -> None:
+    """Show what a deploy would do on each host, step by step, with the cause of each. Changes nothing."""
+    from swarmctl.render.host import bundles
+    from swarmctl.views import plan as view
+
+    swarm = console.read_spec(spec)
+    wanted = bundles(swarm)
+    wanted = {name: wanted[name] for name in access.chosen(wanted, limit)}
+    if offline:
+        made = _offline(wanted, diff)
+    else:
+        from swarmctl.deploy.rollout import observe
+        from swarmctl.remote.ssh import SshTransport
+
+        targets = access.targets(spec, swarm, lab=lab, lab_name=lab_name)
+        made = observe(wanted, targets, SshTransport(), diff=diff, parallel=parallel)
+    if json:
+        console.print_json(made.to_json())
+    else:
+        console.out().print(view.plan(made, diff=diff))
+    raise typer.Exit(_exit(made, detailed_exitcode))
+
+
+def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:
+    from swarmctl.deploy import journal
+    from swarmctl.plan.plan import Plan
+    from swarmctl.plan.reconcile import reconcile
+
+    swarm = next(iter(wanted.values())).swarm
+    place = journal.folder(swarm)
+    hosts = (reconcile(bundle, journal.recall(place, name), diff=diff) for name, bundle in wanted.items())
+    return Plan(swarm, tuple(hosts))
+
+
+def _exit(made: Plan, detailed: bool) -> int:
+    if made.problems:
+        unreachable = all(host.problem and host.problem.kind == "unreachable" for host in made.problems)
+        return exits.HOSTS_UNREACHABLE if unreachable else exits.HOSTS_FAILED
+    return exits.CHANGES if detailed and made.changes else exits.OK

@@ -1,0 +1,138 @@
+"""The expected graph: what each host and robot of a healthy swarm shows. Pure; knows no host's answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from swarmctl.spec.robot_type import params_of
+from swarmctl.topology import names
+from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm, UsbLine
+
+COMMAND = "cmd_vel"
+COMMAND_TYPE = "geometry_msgs/Twist"
+DIAGNOSTICS = "/diagnostics"
+DIAGNOSTICS_TYPE = "diagnostic_msgs/DiagnosticArray"
+_SENSORS = {"odom": "nav_msgs/Odometry", "proximity": "std_msgs/UInt16MultiArray"}
+
+
+@dataclass(frozen=True)
+class Release:
+    """What the spec renders for one host: the release's name and its units in start order."""
+
+    digest: str
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ExpectedTopic:
+    """What a driver publishes, how often (Hz)."""
+
+    name: str
+    type: str
+    rate: float
+
+
+@dataclass(frozen=True)
+class ExpectedRobot:
+    """A robot, its driver and its line. ``line_unit`` is the unit that makes the device, where one does."""
+
+    name: str
+    host: str
+    optional: bool
+    unit: str
+    line_unit: str | None
+    node: str
+    device: str
+    adapter: str  # what makes the device appear, for people
+    topics: tuple[ExpectedTopic, ...]
+    command: str
+
+
+@dataclass(frozen=True)
+class ExpectedHost:
+    """A host, the release it should run and the master its nodes should know."""
+
+    name: str
+    address: str
+    optional: bool
+    release: Release
+    hub: str
+    master_uri: str
+    master_unit: str | None
+    robots: tuple[ExpectedRobot, ...]
+
+    @property
+    def is_hub(self) -> bool:
+        return self.name == self.hub
+
+
+@dataclass(frozen=True)
+class ExpectedGraph:
+    """A healthy swarm. Hosts stand in the order of the spec."""
+
+    swarm: str
+    hosts: tuple[ExpectedHost, ...]
+
+    @property
+    def robots(self) -> tuple[ExpectedRobot, ...]:
+        return tuple(robot for host in self.hosts for robot in host.robots)
+
+
+def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGraph:
+    """What the hosts in ``releases`` should show."""
+    hosts = (_host(swarm, swarm.hosts[name], release) for name, release in releases.items())
+    return ExpectedGraph(swarm.name, tuple(hosts))
+
+
+def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
+    island: Island = swarm.island_of(host.name)
+    return ExpectedHost(
+        name=host.name,
+        address=host.address,
+        optional=host.optional,
+        release=release,
+        hub=island.hub,
+        master_uri=swarm.master_uri(island),
+        master_unit=names.unit(swarm.name, names.MASTER) if host.name == island.hub else None,
+        robots=tuple(_robot(swarm, robot, host) for robot in swarm.robots_on(host.name)),
+    )
+
+
+def _robot(swarm: Swarm, robot: Robot, host: Host) -> ExpectedRobot:
+    return ExpectedRobot(
+        name=robot.name,
+        host=host.name,
+        optional=robot.optional or host.optional,
+        unit=names.unit(swarm.name, robot.name),
+        line_unit=names.unit(swarm.name, robot.name, "rfcomm")
+        if isinstance(robot.line, RfcommLine)
+        else None,
+        node=robot.driver_node,
+        device=robot.line.path,
+        adapter=_adapter(robot),
+        topics=_topics(robot),
+        command=f"{robot.namespace}/{COMMAND}",
+    )
+
+
+def _adapter(robot: Robot) -> str:
+    match robot.line:
+        case UsbLine(usb=usb):
+            return f"the USB adapter with serial number {usb.serial}"
+        case RfcommLine(mac=mac):
+            return f"the Bluetooth line to {mac}"
+        case _:
+            return "the serial port"
+
+
+def _topics(robot: Robot) -> tuple[ExpectedTopic, ...]:
+    rates = params_of(
+        robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path, settings=robot.settings
+    )["rates"]
+    sensors = [
+        ExpectedTopic(f"{robot.namespace}/{name}", kind, rates[name])
+        for name, kind in _SENSORS.items()
+        if rates[name] > 0
+    ]
+    return (*sensors, ExpectedTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates["diagnostics"]))

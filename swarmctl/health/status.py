@@ -1,0 +1,152 @@
+"""The health of a swarm as one value: a row a host, a row a robot, and the findings. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from swarmctl.health.diagnose import Diagnosis
+from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.probe import Answer, MasterSeen, NodeSeen, UnitSeen
+from swarmctl.health.verdicts import State
+from swarmctl.remote.transport import HostError
+
+_NONE = Answer()
+_SEVERITY = tuple(State)
+
+
+@dataclass(frozen=True)
+class TopicRow:
+    """A topic: the rate measured, if any, and the one expected, in Hz."""
+
+    name: str
+    type: str
+    rate: float | None
+    expected: float
+
+
+@dataclass(frozen=True)
+class RobotRow:
+    """A robot. ``driver`` is its unit, ``report`` the driver's own word, ``commanders`` who may order it."""
+
+    name: str
+    state: State
+    driver: UnitSeen | None
+    node: str
+    registered: bool | None
+    alive: bool | None
+    report: str
+    device: str
+    device_exists: bool | None
+    topics: tuple[TopicRow, ...]
+    commanders: tuple[str, ...] | None
+
+
+@dataclass(frozen=True)
+class HostRow:
+    """A host. ``reachable``: it could be asked; nothing else is known of one that could not."""
+
+    name: str
+    address: str
+    state: State
+    reachable: bool
+    is_hub: bool
+    release: str | None
+    expected_release: str
+    units: Mapping[str, UnitSeen]
+    units_expected: int
+    master: MasterSeen | None
+    robots: tuple[RobotRow, ...]
+
+    @property
+    def units_running(self) -> int:
+        return sum(unit.runs for unit in self.units.values())
+
+
+@dataclass(frozen=True)
+class Status:
+    """The whole swarm at one moment."""
+
+    swarm: str
+    hosts: tuple[HostRow, ...]
+    diagnosis: Diagnosis
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "v": 1,
+            "swarm": self.swarm,
+            "healthy": self.diagnosis.healthy,
+            "hosts": [asdict(host) for host in self.hosts],
+            "findings": [asdict(finding) | {"key": finding.key} for finding in self.diagnosis.findings],
+        }
+
+
+def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], diagnosis: Diagnosis) -> Status:
+    """Rows for every host and robot of ``graph``, with the worst of what was found about each."""
+    worst: dict[tuple[str, str], State] = {}
+    for finding in diagnosis.findings:
+        if finding.state is not State.SKIPPED:  # what is rightly not there makes nobody worse
+            owner = ("robot", finding.robot) if finding.robot else ("host", finding.host)
+            worst[owner] = max(worst.get(owner, State.OK), finding.state, key=_SEVERITY.index)
+    answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
+    commanders = _commanders(answers.values())
+    hosts = (_host(host, answers.get(host.name), worst, commanders) for host in graph.hosts)
+    return Status(graph.swarm, tuple(hosts), diagnosis)
+
+
+def _commanders(answers: Iterable[Answer]) -> dict[str, tuple[str, ...]]:
+    """Who publishes on each command topic, as the hubs have it."""
+    return {topic: publishers for answer in answers for topic, publishers in answer.commanders.items()}
+
+
+def _host(
+    host: ExpectedHost,
+    answer: Answer | None,
+    worst: Mapping[tuple[str, str], State],
+    commanders: Mapping[str, tuple[str, ...]],
+) -> HostRow:
+    seen = answer or _NONE
+    return HostRow(
+        name=host.name,
+        address=host.address,
+        state=worst.get(("host", host.name), State.OK),
+        reachable=answer is not None,
+        is_hub=host.is_hub,
+        release=seen.release,
+        expected_release=host.release.digest,
+        units={name: seen.units[name] for name in host.release.units if name in seen.units},
+        units_expected=len(host.release.units),
+        master=seen.master,
+        robots=tuple(
+            _robot(robot, seen, worst.get(("robot", robot.name), State.OK), commanders.get(robot.command))
+            for robot in host.robots
+        ),
+    )
+
+
+def _robot(
+    robot: ExpectedRobot, answer: Answer, state: State, commanders: tuple[str, ...] | None
+) -> RobotRow:
+    node = answer.nodes.get(robot.node)
+    device = answer.devices.get(robot.device)
+    return RobotRow(
+        name=robot.name,
+        state=state,
+        driver=answer.units.get(robot.unit),
+        node=robot.node,
+        registered=node.registered if node else None,
+        alive=node.alive if node else None,
+        report=node.report.message if node and node.report else "",
+        device=robot.device,
+        device_exists=device.exists if device else None,
+        topics=tuple(_topics(robot, node)),
+        commanders=commanders,
+    )
+
+
+def _topics(robot: ExpectedRobot, node: NodeSeen | None) -> Iterable[TopicRow]:
+    for wanted in robot.topics:
+        seen = node.topics.get(wanted.name) if node else None
+        rate = None if seen is None else 0.0 if seen.rate is None and not seen.count else seen.rate
+        yield TopicRow(wanted.name, wanted.type, None if rate is None else round(rate, 2), wanted.rate)

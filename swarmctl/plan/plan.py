@@ -1,0 +1,98 @@
+"""A plan: for each host the steps that lead from what it runs to what it should run, each with its cause."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+from typing import Any
+
+
+class Kind(str, Enum):
+    """What one step does, in the order in which the steps of a host are carried out."""
+
+    CREATE = "create"
+    UPDATE = "update"
+    DELETE = "delete"
+    STOP = "stop"
+    ACTIVATE = "activate"
+    LINK = "link"
+    UNLINK = "unlink"
+    BLOCK = "write-block"
+    RELOAD = "reload"
+    RESTART = "restart"
+    START = "start"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing to do: to which target (a file, a unit, a link), and why."""
+
+    kind: Kind
+    target: str
+    cause: str
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Why nothing can be said about a host, or nothing done to it."""
+
+    kind: str
+    message: str
+    hint: str = ""
+
+
+@dataclass(frozen=True)
+class HostPlan:
+    """The way of one host from release ``base`` to release ``next``. Without steps there is nothing to do."""
+
+    host: str
+    base: str | None
+    next: str
+    steps: tuple[Step, ...] = ()
+    diffs: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    problem: Problem | None = None
+
+    def targets(self, *kinds: Kind) -> tuple[str, ...]:
+        return tuple(step.target for step in self.steps if step.kind in kinds)
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "host": self.host,
+            "base": self.base,
+            "next": self.next,
+            "steps": [asdict(step) | {"kind": step.kind.value} for step in self.steps],
+            "diffs": dict(self.diffs),
+            "notes": list(self.notes),
+            "problem": asdict(self.problem) if self.problem else None,
+        }
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The whole swarm's plan, host by host in the order of the spec."""
+
+    swarm: str
+    hosts: tuple[HostPlan, ...]
+
+    @property
+    def changes(self) -> bool:
+        return any(host.steps and not host.problem for host in self.hosts)
+
+    @property
+    def problems(self) -> tuple[HostPlan, ...]:
+        return tuple(host for host in self.hosts if host.problem)
+
+    @property
+    def counts(self) -> Mapping[Kind, int]:
+        return Counter(step.kind for host in self.hosts if not host.problem for step in host.steps)
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "v": 1,
+            "swarm": self.swarm,
+            "changes": self.changes,
+            "hosts": [host.to_json() for host in self.hosts],
+        }

@@ -1,0 +1,209 @@
+"""Desired bundle and observed host to steps: what to bring, what to stop, start and restart, and why.
+
+The host's agent makes files, links and blocks those of the manifest; the steps say what that comes to.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+
+from swarmctl.plan.observed import Observed
+from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
+from swarmctl.render.bundle import Bundle, File
+
+_DRIFT = {
+    "changed": "was changed on the host",
+    "missing": "is missing on the host",
+    "damaged": "is damaged on the host",
+    "broken": "lost one of its marker lines",
+    "foreign": "is in the way and not ours",
+    "extra": "does not belong to the release",
+}
+_MENDS = {
+    "roscore": "`apt install ros-noetic-ros-base` (Ubuntu 20.04) or `apt install python3-roslaunch` (Debian)",
+    "rospy": "`apt install ros-noetic-ros-base` (Ubuntu 20.04) or `apt install python3-rospy` (Debian)",
+    "pyserial": "`apt install python3-serial`",
+}
+_OLDEST_PYTHON = (3, 8)
+_DIRECTORIES = {"/etc/systemd/": "systemd", "/etc/udev/": "udev"}
+
+
+def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> HostPlan:
+    """The steps that lead ``observed`` to ``bundle``, in order; none when it is there already."""
+    files = list(_file_steps(bundle, observed))
+    system = list(_link_steps(bundle, observed)) + list(_block_steps(bundle, observed))
+    units = list(_unit_steps(bundle, observed))
+    steps = [*files, *(step for step in units if step.kind is Kind.STOP)]
+    never_part = observed.digest is None and not bundle.files
+    if files or (observed.digest != bundle.digest and not never_part) or observed.unfinished:
+        steps.append(_activation(bundle, observed))
+    steps += [*system, *_reload_steps(files, system)]
+    steps += [step for step in units if step.kind is not Kind.STOP]
+    return HostPlan(
+        host=bundle.host,
+        base=observed.digest,
+        next=bundle.digest,
+        steps=tuple(steps),
+        diffs=_diffs(bundle, observed) if diff else {},
+        notes=_notes(bundle, observed),
+        problem=_unfit(bundle, observed),
+    )
+
+
+def _file_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
+    wanted = {file.path: file for file in bundle.files}
+    for path, file in wanted.items():
+        if path not in observed.files:
+            yield Step(Kind.CREATE, path, _origin(file, "new"))
+        elif observed.files[path]["sha256"] != file.digest:
+            yield Step(Kind.UPDATE, path, _origin(file, "changed"))
+        elif observed.files[path]["mode"] != file.mode:
+            yield Step(Kind.UPDATE, path, "its permissions change")
+        elif path in observed.drift:
+            yield Step(Kind.UPDATE, path, _DRIFT[observed.drift[path]])
+    for path in observed.files:
+        if path not in wanted:
+            yield Step(Kind.DELETE, path, "no longer part of the spec")
+    for path, state in observed.drift.items():
+        if state == "extra" and path not in wanted and path not in observed.files:
+            yield Step(Kind.DELETE, path, _DRIFT[state])
+
+
+def _origin(file: File, what: str) -> str:
+    return (
+        f"{what}, from {file.origin}"
+        if file.origin
+        else f"{what} in this version of swarmctl"
+        if what == "changed"
+        else what
+    )
+
+
+def _activation(bundle: Bundle, observed: Observed) -> Step:
+    if observed.unfinished:
+        return Step(Kind.ACTIVATE, bundle.digest, f"an earlier deploy was cut off: {observed.unfinished}")
+    if observed.digest is None:
+        return Step(Kind.ACTIVATE, bundle.digest, "first release on this host")
+    if observed.digest == bundle.digest:
+        return Step(Kind.ACTIVATE, bundle.digest, "the release on the host is damaged")
+    return Step(Kind.ACTIVATE, bundle.digest, f"replaces {observed.digest}")
+
+
+def _link_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
+    known = observed.manifest.get("links", {})
+    for path, inside in bundle.links.items():
+        if known.get(path) != inside:
+            yield Step(Kind.LINK, path, "new" if path not in known else f"points to {inside} now")
+        elif path in observed.links:
+            yield Step(Kind.LINK, path, _DRIFT[observed.links[path]])
+    for path in {**known, **observed.links}:
+        if path not in bundle.links:
+            yield Step(Kind.UNLINK, path, "no longer part of the spec" if path in known else _DRIFT["extra"])
+
+
+def _block_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
+    """A block is a release file's text: it changes with that file, or when someone edits it on the host."""
+    known = observed.manifest.get("blocks", {})
+    digests = {file.path: file.digest for file in bundle.files}
+    for path, inside in bundle.blocks.items():
+        before = observed.files.get(known.get(path, ""), {}).get("sha256")
+        if before is None:
+            yield Step(Kind.BLOCK, path, "new")
+        elif before != digests[inside]:
+            yield Step(Kind.BLOCK, path, f"{inside} changes")
+        elif path in observed.blocks:
+            yield Step(Kind.BLOCK, path, f"its block {_DRIFT[observed.blocks[path]]}")
+    for path in {**known, **observed.blocks}:
+        if path not in bundle.blocks:
+            yield Step(Kind.BLOCK, path, "no longer part of the spec")
+
+
+def _reload_steps(files: list[Step], system: list[Step]) -> Iterator[Step]:
+    """systemd and udev read their files again when one of theirs changed, and only then."""
+    touched = {"systemd": "", "udev": ""}
+    for step in system:
+        for folder, manager in _DIRECTORIES.items():
+            if step.target.startswith(folder):
+                touched[manager] = touched[manager] or step.target
+    for step in files:
+        reader = {"units": "systemd", "udev": "udev"}.get(step.target.split("/")[0])
+        if reader:
+            touched[reader] = touched[reader] or step.target
+    for reader, because in touched.items():
+        if because:
+            yield Step(Kind.RELOAD, reader, f"{because} changes")
+
+
+def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
+    before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
+    for name in reversed(tuple(before)):
+        if name not in wanted:
+            yield Step(Kind.STOP, name, "no longer part of the spec")
+    for name, unit in wanted.items():
+        state = observed.units.get(name)
+        damaged = [path for path in unit["needs"] if path in observed.drift]
+        if name not in before:
+            yield Step(Kind.START, name, "new")
+        elif before[name] != unit["digest"]:
+            yield Step(Kind.RESTART, name, _changed_needs(unit["needs"], bundle, observed))
+        elif damaged:
+            yield Step(Kind.RESTART, name, f"{damaged[0]} {_DRIFT[observed.drift[damaged[0]]]}")
+        elif state is not None and not state.runs and not state.skipped:
+            yield Step(Kind.START, name, f"is {state.active}")
+
+
+def _changed_needs(needs: list[str], bundle: Bundle, observed: Observed) -> str:
+    digests = {file.path: file.digest for file in bundle.files}
+    changed = [path for path in needs if observed.files.get(path, {}).get("sha256") != digests[path]]
+    if not changed:
+        return "it needs other files now"
+    return f"{changed[0]} changes" + (f", and {len(changed) - 1} more" if len(changed) > 1 else "")
+
+
+def _diffs(bundle: Bundle, observed: Observed) -> dict[str, str]:
+    """Unified diffs of the files that change, for people: nothing for a file that the host did not show."""
+    diffs: dict[str, str] = {}
+    wanted = {file.path: file for file in bundle.files}
+    for path in sorted({*wanted, *observed.files}):
+        old_known = observed.files.get(path)
+        new = wanted[path].content.decode("utf-8", "replace") if path in wanted else ""
+        if old_known is not None and path not in observed.contents:
+            continue
+        old = observed.contents.get(path, "")
+        if old != new:
+            diffs[path] = "".join(
+                difflib.unified_diff(
+                    old.splitlines(keepends=True),
+                    new.splitlines(keepends=True),
+                    f"{bundle.host}:{path}" if old_known is not None else "/dev/null",
+                    f"spec:{path}" if path in wanted else "/dev/null",
+                )
+            )
+    return diffs
+
+
+def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
+    skipped = [name for name, state in observed.units.items() if state.skipped]
+    return tuple(f"{name} waits for hardware that the host does not have" for name in skipped)
+
+
+def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
+    """Why this host cannot run its part of the swarm, whatever is deployed to it."""
+    facts = observed.facts
+    if not facts:  # nobody asked the host
+        return None
+    if not facts["systemd"]:
+        return Problem("unfit", "it does not run systemd", "swarmctl needs a host that boots with systemd")
+    if _version(facts["python"]) < _OLDEST_PYTHON:
+        return Problem(
+            "unfit", f"its Python is {facts['python']}", "swarmctl needs Python 3.8 or newer on a host"
+        )
+    missing = [name for name in bundle.requires if not facts["has"].get(name)]
+    if missing:
+        return Problem("unfit", f"it lacks {', '.join(missing)}", "; ".join(_MENDS[name] for name in missing))
+    return None
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(".")[:2])

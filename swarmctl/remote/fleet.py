@@ -1,0 +1,207 @@
+"""The same work on many hosts at once, told as events. A host that dies costs only itself."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from types import FrameType
+from typing import Generic, TypeVar
+
+from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+
+PARALLEL = 64
+
+R = TypeVar("R")
+R_co = TypeVar("R_co", covariant=True)
+Work = Callable[[Session, Target, Callable[[str], None]], R]
+"""What to do on a host, given its session, its target and a way to tell how it goes."""
+
+
+@dataclass(frozen=True)
+class Started:
+    host: str
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something that the work tells while it goes on."""
+
+    host: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Bug:
+    """The work itself is wrong: it raised something that is not a ``HostError``."""
+
+    error: BaseException
+
+
+@dataclass(frozen=True)
+class Finished(Generic[R_co]):
+    """The end of a host's work: its result, or why there is none."""
+
+    host: str
+    outcome: R_co | HostError | Bug
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """Never started, because the run was stopped before."""
+
+    host: str
+
+
+Event = Started | Note | Finished[R] | Skipped
+
+
+_LEFT_ALONE = HostError(
+    Kind.STOPPED,
+    "left to itself in the middle; it ends with the old release or with the new one",
+    "`swarmctl plan` tells which",
+)
+
+
+def result_of(event: Finished[R] | Skipped) -> R | HostError:
+    """What became of a host, with a bug and a start that never came told as errors of that host."""
+    if isinstance(event, Skipped):
+        return HostError(Kind.STOPPED, f"{event.host}: not begun, the run was interrupted before")
+    if isinstance(event.outcome, Bug):
+        error = event.outcome.error
+        return HostError(
+            Kind.BUG,
+            f"{event.host}: {type(error).__name__}: {error}",
+            "this is a bug in swarmctl; SWARMCTL_DEBUG=1 shows where it happened",
+        )
+    return event.outcome
+
+
+class Stop:
+    """A wish to end early: the first ``request`` starts no more hosts, the second cuts the others off."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._requests = 0
+        self._open: set[Session] = set()
+
+    def request(self) -> None:
+        with self._lock:
+            self._requests += 1
+            cut = list(self._open) if self._requests > 1 else []
+        for session in cut:
+            session.close()
+
+    @property
+    def requested(self) -> bool:
+        return self._requests > 0
+
+    @property
+    def cut(self) -> bool:
+        """Whether the running hosts were left alone, too."""
+        return self._requests > 1
+
+    @contextmanager
+    def guarding(self, session: Session) -> Iterator[None]:
+        """Have ``session`` cut off by the second request."""
+        with self._lock:
+            late = self._requests > 1
+            self._open.add(session)
+        try:
+            if late:
+                session.close()
+            yield
+        finally:
+            with self._lock:
+                self._open.discard(session)
+
+
+@contextmanager
+def interruptible(say: Callable[[str], None] = lambda _: None) -> Iterator[Stop]:
+    """Let Ctrl-C speak to the returned ``Stop``; the third interrupts as usual. In the main thread only."""
+    stop = Stop()
+    presses = 0
+    before = signal.getsignal(signal.SIGINT)
+
+    def pressed(number: int, frame: FrameType | None) -> None:
+        nonlocal presses
+        presses += 1
+        if presses > 2:
+            raise KeyboardInterrupt
+        if presses == 1:
+            say("finishing the hosts under way; Ctrl-C again leaves them to themselves")
+        # A thread of its own: the handler may have interrupted one that holds the lock.
+        threading.Thread(target=stop.request, daemon=True).start()
+
+    signal.signal(signal.SIGINT, pressed)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def run(
+    targets: Iterable[Target],
+    work: Work[R],
+    *,
+    transport: Transport,
+    parallel: int = PARALLEL,
+    stop: Stop | None = None,
+) -> Iterator[Event[R]]:
+    """Do ``work`` on every target, on at most ``parallel`` at a time.
+
+    Yields events as they happen; every target ends in exactly one ``Finished`` or ``Skipped``.
+    """
+    stop = stop or Stop()
+    waiting = list(targets)
+    events: SimpleQueue[Event[R]] = SimpleQueue()
+    pending: SimpleQueue[Target] = SimpleQueue()
+    for target in waiting:
+        pending.put(target)
+
+    def worker() -> None:
+        while True:
+            try:
+                target = pending.get_nowait()
+            except Empty:
+                return
+            _attend(target, work, transport, stop, events.put)
+
+    for _ in range(min(parallel, len(waiting))):
+        threading.Thread(target=worker, daemon=True).start()
+    left = len(waiting)
+    try:
+        while left:
+            event = events.get()
+            left -= isinstance(event, Finished | Skipped)
+            yield event
+    finally:
+        if left:  # nobody listens any more
+            stop.request()
+            stop.request()
+
+
+def _attend(
+    target: Target, work: Work[R], transport: Transport, stop: Stop, emit: Callable[[Event[R]], None]
+) -> None:
+    """All that happens to one host."""
+    host = target.host
+    if stop.requested:
+        emit(Skipped(host))
+        return
+    emit(Started(host))
+    begun = time.monotonic()
+    outcome: R | HostError | Bug
+    try:
+        with transport.connect(target) as session, stop.guarding(session):
+            outcome = work(session, target, lambda text: emit(Note(host, text)))
+    except HostError as error:
+        outcome = _LEFT_ALONE if stop.cut else error
+    except (Exception, SystemExit) as error:  # noqa: BLE001  (one host's bug costs only its own result)
+        outcome = Bug(error)
+    emit(Finished(host, outcome, time.monotonic() - begun))

@@ -1,0 +1,85 @@
+"""The operator's private keys: loaded once and shared by all hosts; ssh-agent only when none is named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+
+import paramiko
+from cryptography.exceptions import UnsupportedAlgorithm
+
+from swarmctl.remote.hostkeys import BadKeyError, parse_key
+from swarmctl.remote.transport import HostError, Kind
+
+DEFAULT_FILES = ("id_ed25519", "id_ecdsa", "id_rsa")
+
+
+@dataclass(frozen=True)
+class Identity:
+    """One key to log in with, and the name a person knows it by."""
+
+    name: str
+    key: paramiko.PKey
+
+
+class Keyring:
+    """Loads private keys on first use. Safe to share between threads.
+
+    ``home`` is the folder of OpenSSH's default keys, tried when neither the target nor ssh-agent has one.
+    """
+
+    def __init__(self, home: Path | None = None, *, use_agent: bool = True) -> None:
+        self._home = home if home is not None else Path.home() / ".ssh"
+        self._use_agent = use_agent
+        self._loaded: dict[Path, Identity] = {}
+        self._lock = Lock()
+
+    def identities(self, paths: Sequence[Path]) -> tuple[Identity, ...]:
+        """The keys to offer: the files at ``paths``; if none is given, ssh-agent's; else the defaults."""
+        with self._lock:
+            if paths:
+                return tuple(self._file(path.expanduser()) for path in paths)
+            if found := tuple(self._agent()):
+                return found
+            return tuple(self._file(path) for name in DEFAULT_FILES if (path := self._home / name).is_file())
+
+    def _agent(self) -> Iterator[Identity]:
+        if not self._use_agent:
+            return
+        for key in paramiko.Agent().get_keys():
+            yield Identity(f"{key.comment or key.get_name()} (ssh-agent)", key)
+
+    def _file(self, path: Path) -> Identity:
+        if path not in self._loaded:
+            self._loaded[path] = self._load(path)
+        return self._loaded[path]
+
+    def _load(self, path: Path) -> Identity:
+        try:
+            return Identity(str(path), paramiko.PKey.from_path(path))
+        except (paramiko.PasswordRequiredException, TypeError) as error:
+            # OpenSSH does the same: an encrypted key is fine when ssh-agent holds it opened.
+            if held := self._held_by_agent(path):
+                return held
+            raise HostError(
+                Kind.AUTH, f"the private key {path} has a passphrase", f"open it once with `ssh-add {path}`"
+            ) from error
+        except FileNotFoundError as error:
+            raise HostError(
+                Kind.AUTH, f"the private key {path} does not exist", "make one with `ssh-keygen -t ed25519`"
+            ) from error
+        except (OSError, ValueError, paramiko.SSHException, UnsupportedAlgorithm) as error:
+            raise HostError(
+                Kind.AUTH,
+                f"the private key {path} cannot be used: {error}",
+                f"try `ssh-keygen -y -f {path}`, which must print its public half",
+            ) from error
+
+    def _held_by_agent(self, path: Path) -> Identity | None:
+        with suppress(OSError, BadKeyError, UnicodeDecodeError):
+            _, wanted = parse_key(path.with_name(f"{path.name}.pub").read_text(encoding="utf-8"))
+            return next((one for one in self._agent() if one.key.asbytes() == wanted), None)
+        return None

@@ -1,0 +1,260 @@
+"""Sessions over SSH: host keys compared before anything is sent, public keys only, every wait bounded."""
+
+from __future__ import annotations
+
+import logging
+import random
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import paramiko
+
+from swarmctl.remote.hops import Hops
+from swarmctl.remote.hostkeys import fingerprint, parse_key
+from swarmctl.remote.identities import Identity, Keyring
+from swarmctl.remote.session import CHANNEL_TIMEOUT, SshSession
+from swarmctl.remote.sockets import PromptSocket, dial
+from swarmctl.remote.transport import HostError, Kind, Target
+
+_WEAK = {
+    "ciphers": ["3des-cbc", "aes128-cbc", "aes192-cbc", "aes256-cbc"],
+    "macs": ["hmac-md5", "hmac-md5-96", "hmac-sha1", "hmac-sha1-96"],
+}
+# The name of a key type on file and of the signatures made with it differ for RSA only.
+_SIGNATURES = {"ssh-rsa": ("rsa-sha2-512", "rsa-sha2-256")}
+_LOG = "swarmctl.remote.ssh"
+logging.getLogger(_LOG).addHandler(logging.NullHandler())
+logging.getLogger(_LOG).propagate = False  # paramiko's debug lines can carry data
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    """Seconds that each part of logging in may take."""
+
+    connect: float = 10.0
+    banner: float = 10.0
+    auth: float = 15.0
+    channel: float = CHANNEL_TIMEOUT
+
+
+@dataclass(unsafe_hash=True)
+class _DroppedError(HostError):
+    """Closed before the greeting: what sshd does to newcomers beyond its ``MaxStartups``."""
+
+
+class SshTransport:
+    """Opens sessions with paramiko. Safe to share between threads."""
+
+    def __init__(
+        self, keyring: Keyring | None = None, *, timeouts: Timeouts | None = None, attempts: int = 4
+    ) -> None:
+        self._keyring = keyring or Keyring()
+        self._timeouts = timeouts or Timeouts()
+        self._attempts = attempts
+        self._hops = Hops(self._login)
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[SshSession]:
+        """Connect, compare the host key, log in; closed on leaving."""
+        with self._login(target) as client:
+            yield SshSession(client, target.host)
+
+    def scan(self, target: Target) -> str:
+        """The public key that ``target`` shows, unchecked, without logging in (but to its jump hosts)."""
+        with self._handshake(replace(target, keys=())) as client:
+            return _public(client.get_remote_server_key())
+
+    @contextmanager
+    def _login(self, target: Target) -> Iterator[paramiko.Transport]:
+        with self._handshake(target) as client:
+            _compare(target, _public(client.get_remote_server_key()))
+            self._authenticate(client, target)
+            yield client
+
+    @contextmanager
+    def _handshake(self, target: Target) -> Iterator[paramiko.Transport]:
+        """A connection with keys exchanged and nothing else said."""
+        with self._route(target) as route:
+            client = self._negotiate(route, target)
+            try:
+                yield client
+            finally:
+                client.close()
+
+    @contextmanager
+    def _route(self, target: Target) -> Iterator[_Route]:
+        if target.jump is None:
+            yield _Route(target, None, self._timeouts)
+        else:
+            with self._hops.through(target.jump) as hop:
+                yield _Route(target, hop, self._timeouts)
+
+    def _negotiate(self, route: _Route, target: Target) -> paramiko.Transport:
+        attempt = 1
+        while True:
+            try:
+                return _exchange_keys(route.open(), target, self._timeouts)
+            except _DroppedError:
+                if attempt == self._attempts:
+                    raise
+            time.sleep(random.uniform(0.2, 0.6) * attempt)
+            attempt += 1
+
+    def _authenticate(self, client: paramiko.Transport, target: Target) -> None:
+        identities = self._keyring.identities(target.identities)
+        if not identities:
+            raise HostError(
+                Kind.AUTH,
+                f"there is no private key to log in to {target.host} with",
+                "make one with `ssh-keygen -t ed25519`, bring it to the host with "
+                f"`ssh-copy-id {target.user}@{target.address}`",
+            )
+        for identity in identities:
+            if _accepted(client, target, identity):
+                return
+        tried = ", ".join(identity.name for identity in identities)
+        raise HostError(
+            Kind.AUTH,
+            f"{target.host} does not let {target.user} in; tried {tried}",
+            f"`ssh-copy-id -i KEY -p {target.port} {target.user}@{target.address}` makes a key known to it",
+        )
+
+
+@dataclass(frozen=True)
+class _Route:
+    """The way to a host's SSH port: straight, or through a hop that is logged in already."""
+
+    target: Target
+    hop: paramiko.Transport | None
+    timeouts: Timeouts
+
+    def open(self) -> PromptSocket | paramiko.Channel:
+        target = self.target
+        if self.hop is None:
+            return dial(target.host, target.address, target.port, self.timeouts.connect)
+        try:
+            return self.hop.open_channel(
+                "direct-tcpip",
+                (target.address, target.port),
+                ("127.0.0.1", 0),
+                timeout=self.timeouts.channel,
+            )
+        except (paramiko.SSHException, EOFError, OSError) as error:
+            through = target.jump.host if target.jump else ""
+            raise HostError(
+                Kind.UNREACHABLE,
+                f"{target.host} ({target.address}, port {target.port}) cannot be reached "
+                f"through {through}: {error}",
+                f"does {through} reach it, and does its sshd allow forwarding (AllowTcpForwarding)?",
+            ) from error
+
+
+def _exchange_keys(
+    route: PromptSocket | paramiko.Channel, target: Target, timeouts: Timeouts
+) -> paramiko.Transport:
+    client = paramiko.Transport(route, disabled_algorithms=_WEAK)
+    client.set_log_channel(_LOG)
+    client.banner_timeout = timeouts.banner
+    client.handshake_timeout = timeouts.auth
+    client.auth_timeout = timeouts.auth
+    client.channel_timeout = timeouts.channel
+    options = client.get_security_options()
+    options.key_types = _preferred(tuple(options.key_types), target.keys)
+    try:
+        client.start_client(timeout=timeouts.banner + timeouts.auth)
+        if not client.initial_kex_done:
+            raise HostError(
+                Kind.UNREACHABLE,
+                f"{target.host} answers on port {target.port}, but does not finish the SSH handshake",
+                "the host may be overloaded or hung",
+            )
+    except BaseException as error:
+        client.close()
+        if isinstance(error, paramiko.SSHException | EOFError | OSError):
+            raise _handshake_error(error, target) from error
+        raise
+    return client
+
+
+def _handshake_error(error: Exception, target: Target) -> HostError:
+    where = f"{target.host} ({target.address}, port {target.port})"
+    if isinstance(error, paramiko.ssh_exception.IncompatiblePeer):
+        return HostError(
+            Kind.UNREACHABLE,
+            f"{where} speaks only SSH algorithms that are no longer safe: {error}",
+            "update its sshd (OpenSSH 6.5 or newer), or reach it through a newer host with ProxyJump",
+        )
+    if "banner" in str(error) and isinstance(error.__context__, TimeoutError):
+        return HostError(
+            Kind.UNREACHABLE,
+            f"{where} takes the connection but does not greet",
+            "the host may be overloaded or hung, or this is no SSH port",
+        )
+    if isinstance(error, EOFError | OSError) or "banner" in str(error):
+        return _DroppedError(
+            Kind.UNREACHABLE,
+            f"{where} closed the connection before greeting",
+            "its sshd may have too many logins under way (MaxStartups), or this is no SSH port",
+        )
+    return HostError(Kind.UNREACHABLE, f"{where}: the SSH handshake failed: {error}")
+
+
+def _preferred(supported: tuple[str, ...], pinned: tuple[str, ...]) -> tuple[str, ...]:
+    """The key types to ask for, pinned ones first: a host with several keys then shows the one we know."""
+    types = [parse_key(key)[0] for key in pinned]
+    wanted = [name for kind in types for name in _SIGNATURES.get(kind, (kind,)) if name in supported]
+    return tuple(dict.fromkeys([*wanted, *supported]))
+
+
+def _public(key: paramiko.PKey) -> str:
+    return f"{key.get_name()} {key.get_base64()}"
+
+
+def _compare(target: Target, shown: str) -> None:
+    """Refuse a host whose key is not one of the pinned ones."""
+    if shown in target.keys:
+        return
+    kind = shown.split(maxsplit=1)[0]
+    if not target.keys:
+        raise HostError(
+            Kind.HOST_KEY,
+            f"{target.host} ({target.address}) is not known yet; it shows {kind} {fingerprint(shown)}",
+            "`swarmctl trust SPEC` shows the keys of new hosts and pins them",
+        )
+    pinned = ", ".join(f"{key.split()[0]} {fingerprint(key)}" for key in target.keys)
+    raise HostError(
+        Kind.HOST_KEY,
+        f"{target.host} ({target.address}) shows another host key than the pinned one: "
+        f"pinned {pinned}, shown {kind} {fingerprint(shown)}",
+        f"re-flashed? `swarmctl trust SPEC --host {target.host} --replace`; if not, this is another machine",
+    )
+
+
+def _accepted(client: paramiko.Transport, target: Target, identity: Identity) -> bool:
+    """Whether the host lets the user in with this key."""
+    try:
+        return not client.auth_publickey(target.user, identity.key)
+    except paramiko.BadAuthenticationType as error:
+        if "publickey" in error.allowed_types:  # this key was good; the host asks for a second proof on top
+            return False
+        raise HostError(
+            Kind.AUTH,
+            f"{target.host} takes no public keys from {target.user}, only {', '.join(error.allowed_types)}",
+            "allow PubkeyAuthentication in its sshd; swarmctl sends no passwords",
+        ) from error
+    except paramiko.AuthenticationException as error:
+        if client.is_active():
+            return False
+        raise HostError(
+            Kind.AUTH,
+            f"{target.host} closed the connection while {target.user} logged in",
+            "too many keys in ssh-agent? name the right one with IdentityFile in ~/.ssh/config",
+        ) from error
+    except (paramiko.SSHException, EOFError, OSError) as error:
+        raise HostError(
+            Kind.UNREACHABLE,
+            f"{target.host} stopped answering while {target.user} logged in: {error}",
+            "run the same command again",
+        ) from error

@@ -1,0 +1,1 @@
+"""From the resolved swarm to the exact bytes each host gets. Pure and deterministic."""

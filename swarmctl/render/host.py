@@ -1,0 +1,76 @@
+"""One host's bundle: the ROS part, and what the operating system must know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from swarmctl.render import ros1
+from swarmctl.render.bundle import Bundle, File, Unit
+from swarmctl.render.templates import render
+from swarmctl.topology import names
+from swarmctl.topology.swarm import Host, Swarm, UsbLine
+
+_SYSTEMD = "/etc/systemd/system"
+_UDEV = "/etc/udev/rules.d"
+
+
+def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
+    """The bundle of every host, in the order of the spec; an empty one where nothing of the swarm runs."""
+    members = {name for island in swarm.islands for name in island.hosts}
+    return {
+        name: bundle(swarm, host) if name in members else Bundle(swarm.name, name, ())
+        for name, host in swarm.hosts.items()
+    }
+
+
+def bundle(swarm: Swarm, host: Host) -> Bundle:
+    """Everything that ``host`` gets."""
+    island = swarm.island_of(host.name)
+    unit_files = list(ros1.units(swarm, host, island))
+    target = names.target(swarm.name)
+    files = [*ros1.files(swarm, host, island), *(file for file, _ in unit_files)]
+    files.append(_target_file(swarm, target, [unit for _, unit in unit_files]))
+    links = {f"{_SYSTEMD}/{unit.name}": file.path for file, unit in unit_files}
+    links[f"{_SYSTEMD}/{target}"] = f"units/{target}"
+    links[f"{_SYSTEMD}/multi-user.target.wants/{target}"] = f"units/{target}"
+    if rules := _udev_rules(swarm, host):
+        files.append(rules)
+        links[f"{_UDEV}/60-swarm-{swarm.name}.rules"] = rules.path
+    files.append(_hosts_block(swarm))
+    return Bundle(
+        swarm=swarm.name,
+        host=host.name,
+        files=tuple(sorted(files, key=lambda file: file.path)),
+        units=(*(unit for _, unit in unit_files), Unit(target, ())),
+        links=links,
+        blocks={"/etc/hosts": "hosts/block"},
+        requires=ros1.requires(swarm, host, island),
+    )
+
+
+def _target_file(swarm: Swarm, target: str, units: list[Unit]) -> File:
+    return File(
+        f"units/{target}",
+        render("swarm.target", swarm=swarm.name, units=[unit.name for unit in units]),
+        origin="robots",
+    )
+
+
+def _udev_rules(swarm: Swarm, host: Host) -> File | None:
+    lines = [
+        {
+            "robot": robot.name,
+            "serial": robot.line.usb.serial,
+            "vendor": robot.line.usb.vendor,
+            "product": robot.line.usb.product,
+        }
+        for robot in swarm.robots_on(host.name)
+        if isinstance(robot.line, UsbLine)
+    ]
+    return File("udev/swarm.rules", render("swarm.rules", lines=lines), origin="links") if lines else None
+
+
+def _hosts_block(swarm: Swarm) -> File:
+    """The other hosts' names, for people and for programs that use them; ROS itself goes by address."""
+    known = [host for host in swarm.hosts.values() if ros1.is_ip(host.address)]
+    return File("hosts/block", render("block.hosts", hosts=known), origin="hosts")

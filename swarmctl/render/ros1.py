@@ -1,0 +1,180 @@
+"""The ROS 1 part of a host's release: environment, parameters, launch files, units."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import yaml
+
+from swarmctl import resources
+from swarmctl.render.bundle import ROOT, File, Unit
+from swarmctl.render.templates import render
+from swarmctl.spec.robot_type import params_of
+from swarmctl.topology import names
+from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm
+
+_DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
+ENVIRONMENT = "env/ros.env"
+
+
+def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
+    """Every file that ROS on this host needs, the units aside."""
+    environment = _environment(swarm, host, island)
+    yield File(ENVIRONMENT, render("ros.env", **environment), origin=f"hosts.{host.name}")
+    yield File("setup.bash", render("setup.bash", **environment), origin=f"hosts.{host.name}")
+    yield File("env/python_logging.conf", _shipped("host/python_logging.conf"))
+    yield File("bin/ros-exec", _shipped("host/ros-exec"), 0o755)
+    if host.name == island.hub:
+        yield File("bin/wait-for-master", _shipped("host/wait-for-master"), 0o755)
+    robots = swarm.robots_on(host.name)
+    if robots:
+        yield from _driver_files()
+        yield File(
+            "launch/swarm.launch",
+            render("swarm.launch", home=_home(swarm), robots=[one.name for one in robots]),
+            origin="robots",
+        )
+    for robot in robots:
+        yield File(_params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
+        launch = render(
+            "robot.launch",
+            group=robot.namespace[1:],
+            node=names.DRIVER_NODE,
+            home=_home(swarm),
+            robot=robot.name,
+        )
+        yield File(f"launch/{robot.name}.launch", launch, origin=f"robots.{robot.name}")
+
+
+def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit]]:
+    """The unit files of this host in start order: the master first, then what each robot needs."""
+    common = {"swarm": swarm.name, "home": _home(swarm), "target": names.target(swarm.name)}
+    master = names.unit(swarm.name, names.MASTER)
+    is_hub = host.name == island.hub
+    if is_hub:
+        uri = swarm.master_uri(island)
+        text = render(
+            "master.service",
+            **common,
+            port=island.master_port,
+            uri=uri,
+            runtime=names.runtime_folder(swarm.name, names.MASTER),
+        )
+        file = File(f"units/{master}", text, origin="ros")
+        yield file, Unit(master, (file.path, ENVIRONMENT, "bin/ros-exec", "bin/wait-for-master"))
+    for robot in swarm.robots_on(host.name):
+        after = [master] if is_hub else []
+        if isinstance(robot.line, RfcommLine):
+            binder, unit = _rfcomm(swarm, robot, robot.line, common)
+            after.append(unit.name)
+            yield binder, unit
+        yield _driver(swarm, robot, after, common)
+
+
+def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
+    """What must be installed on this host already."""
+    master = ("roscore",) if host.name == island.hub else ()
+    return (*master, "rospy", "pyserial") if swarm.robots_on(host.name) else master
+
+
+def parameters(robot: Robot) -> bytes:
+    """What a robot's driver reads, as YAML."""
+    data = params_of(
+        robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path,
+        settings=robot.settings, baud=robot.baud,
+    )  # fmt: skip
+    text = yaml.dump(
+        data, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
+    )
+    return b"# Written by swarmctl; the next deploy replaces it.\n" + text.encode()
+
+
+class _Dumper(yaml.SafeDumper):
+    """YAML as people write it: text with control characters in double quotes."""
+
+
+def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if text.isprintable() else '"')
+
+
+_Dumper.add_representer(str, _text)
+
+
+def _driver(swarm: Swarm, robot: Robot, after: list[str], common: dict[str, Any]) -> tuple[File, Unit]:
+    name = names.unit(swarm.name, robot.name)
+    text = render(
+        "driver.service",
+        **common,
+        robot=robot.name,
+        title=robot.type.title,
+        after=after,
+        namespace=robot.namespace,
+        node=names.DRIVER_NODE,
+        runtime=names.runtime_folder(swarm.name, robot.name),
+    )
+    file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
+    drivers = tuple(one.path for one in _driver_files())
+    needs = (file.path, ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec", _params_path(robot), *drivers)
+    return file, Unit(name, needs, robot=robot.name)
+
+
+def _rfcomm(swarm: Swarm, robot: Robot, line: RfcommLine, common: dict[str, Any]) -> tuple[File, Unit]:
+    name = names.unit(swarm.name, robot.name, "rfcomm")
+    text = render(
+        "rfcomm.service", **common, robot=robot.name, adapter=line.adapter,
+        index=line.index, mac=line.mac, channel=line.channel,
+    )  # fmt: skip
+    file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
+    return file, Unit(name, (file.path,))
+
+
+def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
+    return {
+        "swarm": swarm.name,
+        "distro": swarm.distro,
+        "home": _home(swarm),
+        "master_uri": swarm.master_uri(island),
+        "self_key": "ROS_IP" if is_ip(host.address) else "ROS_HOSTNAME",
+        "address": host.address,
+        "package_path": ":".join((f"{_home(swarm)}/current/drivers", *_DEBIAN_PACKAGES)),
+    }
+
+
+def is_ip(address: str) -> bool:
+    """Whether ``address`` is an address, and not a host's name."""
+    try:
+        ipaddress.ip_address(address)
+    except ValueError:
+        return False
+    return True
+
+
+def _home(swarm: Swarm) -> str:
+    return f"{ROOT}/{swarm.name}"
+
+
+def _params_path(robot: Robot) -> str:
+    return f"params/{robot.name}.yaml"
+
+
+@cache
+def _driver_files() -> tuple[File, ...]:
+    """The driver package as it is shipped; scripts stay executable."""
+    folder = resources.templates() / "drivers"
+    return tuple(
+        File(
+            f"drivers/{path.relative_to(folder)}",
+            path.read_bytes(),
+            0o755 if path.stat().st_mode & 0o100 else 0o644,
+        )
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".pyc"
+    )
+
+
+@cache
+def _shipped(path: str) -> bytes:
+    return (resources.templates() / path).read_bytes()

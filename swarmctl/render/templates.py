@@ -1,0 +1,146 @@
+"""One Jinja environment per output format. Template text is trusted; values become literals of the format.
+
+The escaping rules: what cannot be written safely in a format is refused, never altered in silence.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import jinja2
+
+from swarmctl import resources
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
+_UDEV = re.compile(r"[A-Za-z0-9:._/-]*", re.ASCII)
+_WORD = re.compile(r"[A-Za-z0-9:._/@%+=,-]+", re.ASCII)
+_BARE_UNIT = re.compile(r"[A-Za-z0-9:._/@+=,~-]+", re.ASCII)
+
+
+class UnsafeValueError(ValueError):
+    """A value that cannot stand in a file of this format."""
+
+
+def _plain(value: Any) -> str:
+    """The text of a value that may be written at all: one line, no control characters."""
+    text = ("true" if value else "false") if isinstance(value, bool) else str(value)
+    if _CONTROL.search(text):
+        raise UnsafeValueError(f"{text!r} holds control characters")
+    return text
+
+
+def shell(value: Any) -> str:
+    """One word of a POSIX shell."""
+    text = _plain(value)
+    return text if _WORD.fullmatch(text) and "=" not in text else "'" + text.replace("'", "'\"'\"'") + "'"
+
+
+def systemd(value: Any) -> str:
+    """One word of a unit's command: ``%`` and ``$`` doubled, quoted unless plain (systemd.service(5))."""
+    text = _plain(value)
+    if _BARE_UNIT.fullmatch(text):
+        return text
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("%", "%%").replace("$", "$$")
+    return f'"{escaped}"'
+
+
+def sentence(value: Any) -> str:
+    """Free text to the end of a unit file's line: only ``%`` means something there, and a last backslash."""
+    text = _plain(value).replace("%", "%%")
+    if text.endswith("\\"):
+        raise UnsafeValueError(f"{text!r} would join the next line")
+    return text
+
+
+def variable(value: Any) -> str:
+    """The name of an environment variable."""
+    text = _plain(value)
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} is no name of an environment variable")
+    return text
+
+
+def environment_file(value: Any) -> str:
+    """A value of systemd's EnvironmentFile=, which a POSIX shell reads alike."""
+    text = _plain(value)
+    for char in '\\"$`':
+        text = text.replace(char, "\\" + char)
+    return f'"{text}"'
+
+
+def xml(value: Any) -> str:
+    """An attribute of a roslaunch file, quotes included. Substitutions cannot be escaped there: refused."""
+    text = _plain(value)
+    if "$(" in text:
+        raise UnsafeValueError(f"{text!r} would be substituted by roslaunch")
+    return quoteattr(text)
+
+
+def udev(value: Any) -> str:
+    """A value between quotes in a udev rule; only what needs no escaping passes."""
+    text = _plain(value)
+    if not _UDEV.fullmatch(text):
+        raise UnsafeValueError(f"{text!r} cannot stand in a udev rule")
+    return text
+
+
+def hosts(value: Any) -> str:
+    """An address or a name in /etc/hosts."""
+    text = _plain(value)
+    if not re.fullmatch(r"[A-Za-z0-9:.-]+", text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} cannot stand in /etc/hosts")
+    return text
+
+
+# Which literal a template's values become, by the ending of the template's name.
+LITERALS: dict[str, Callable[[Any], str]] = {
+    ".service": systemd,
+    ".target": systemd,
+    ".env": environment_file,
+    ".bash": shell,
+    ".launch": xml,
+    ".rules": udev,
+    ".hosts": hosts,
+}
+
+
+def render(template: str, **values: Any) -> bytes:
+    """The text of ``templates/host/<template>.j2`` with ``values`` as literals of its format."""
+    ending = template[template.rindex(".") :]
+    text: str = _environment(ending).get_template(f"{template}.j2").render(**values)
+    return text.encode()
+
+
+@cache
+def _environment(ending: str) -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(resources.templates() / "host"),
+        undefined=jinja2.StrictUndefined,
+        finalize=_finalize(LITERALS[ending]),
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=False,
+    )
+    environment.filters["sentence"] = lambda value: _Literal(sentence(value))
+    environment.filters["name"] = lambda value: _Literal(variable(value))
+    return environment
+
+
+class _Literal(str):
+    """Text that is already a literal of its format."""
+
+    __slots__ = ()
+
+
+def _finalize(literal: Callable[[Any], str]) -> Callable[[Any], Any]:
+    def finalize(value: Any) -> Any:
+        if isinstance(value, (jinja2.Undefined, _Literal)):
+            return value
+        return literal(value)
+
+    return finalize

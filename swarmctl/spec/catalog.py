@@ -1,0 +1,54 @@
+"""The catalog: robot types and computers that swarmctl ships, and robot types that lie beside a spec."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from swarmctl import resources
+from swarmctl.spec.diagnostics import Diagnostic
+from swarmctl.spec.model import Computer, Computers
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.source import parse
+from swarmctl.spec.validation import M, validated
+
+
+@dataclass(frozen=True)
+class Catalog:
+    """Robot types and computers by name, and what is wrong with the files they come from."""
+
+    types: Mapping[str, RobotType] = field(default_factory=dict)
+    computers: Mapping[str, Computer] = field(default_factory=dict)
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def load_catalog(beside: Path | None = None) -> Catalog:
+    """The shipped catalog, with the robot types of the folder ``beside`` on top."""
+    shipped = _shipped()
+    if beside is None or not beside.is_dir():
+        return shipped
+    types, diagnostics = _types_in(beside)
+    return Catalog({**shipped.types, **types}, shipped.computers, (*shipped.diagnostics, *diagnostics))
+
+
+@cache
+def _shipped() -> Catalog:
+    types, diagnostics = _types_in(resources.templates() / "robots")
+    computers, problems = _read(resources.templates() / "computers.yaml", Computers)
+    return Catalog(types, computers.root if computers else {}, (*diagnostics, *problems))
+
+
+def _types_in(folder: Path) -> tuple[dict[str, RobotType], tuple[Diagnostic, ...]]:
+    read = {file.stem: _read(file, RobotType) for file in sorted(folder.glob("*.yaml"))}
+    types = {name: robot_type for name, (robot_type, _) in read.items() if robot_type is not None}
+    return types, tuple(found for _, problems in read.values() for found in problems)
+
+
+def _read(file: Path, model: type[M]) -> tuple[M | None, list[Diagnostic]]:
+    try:
+        source, problems = parse(file.read_text("utf-8"), str(file))
+    except (OSError, UnicodeDecodeError) as error:
+        return None, [Diagnostic("FILE001", f"cannot read {file}: {error}")]
+    return (None, problems) if problems else validated(model, source)

@@ -1,0 +1,99 @@
+"""A checked document to the resolved swarm. Trusts that the checks found no error."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Mapping
+
+from swarmctl.spec import model
+from swarmctl.spec.load import Document
+from swarmctl.spec.robot_type import RobotType, merged
+from swarmctl.topology import modes, names
+from swarmctl.topology.swarm import FixedLine, Host, Line, Network, RfcommLine, Robot, Swarm, UsbLine
+
+
+def resolve(document: Document) -> Swarm:
+    """Apply defaults, look up types and computers, place drivers, give devices their names."""
+    spec = document.spec
+    return Swarm(
+        name=spec.name,
+        mode=spec.mode,
+        distro=spec.ros.distro,
+        hosts={name: _host(name, document) for name in spec.hosts},
+        robots=_robots(document),
+        networks=tuple(_network(link, spec) for link in spec.links if isinstance(link, model.NetworkLink)),
+        islands=modes.islands_of(spec),
+    )
+
+
+def _host(name: str, document: Document) -> Host:
+    given, defaults = document.spec.hosts[name], document.spec.defaults.host
+    said = given.model_fields_set
+    return Host(
+        name=name,
+        address=given.address,
+        user=given.user if "user" in said or defaults.user is None else defaults.user,
+        port=given.port if "port" in said or defaults.port is None else defaults.port,
+        via=given.via,
+        optional=given.optional,
+    )
+
+
+def _network(link: model.NetworkLink, spec: model.Spec) -> Network:
+    return Network(
+        name=link.name,
+        kind=link.kind,
+        hosts=link.hosts,
+        subnet=link.subnet or subnet_around([spec.hosts[host].address for host in link.hosts]),
+        multicast=link.multicast,
+    )
+
+
+def subnet_around(addresses: list[str]) -> str | None:
+    """The /24 (or /64) that holds all ``addresses``; nothing when one of them is a name or lies elsewhere."""
+    try:
+        found = [ipaddress.ip_address(address) for address in addresses]
+    except ValueError:
+        return None
+    subnets = {
+        ipaddress.ip_network((address, 24 if address.version == 4 else 64), strict=False) for address in found
+    }
+    return str(subnets.pop()) if len(subnets) == 1 else None
+
+
+def _robots(document: Document) -> Mapping[str, Robot]:
+    spec = document.spec
+    robots: dict[str, Robot] = {}
+    next_index: dict[str, int] = {}
+    lines = {link.robot: link for link in spec.links if isinstance(link, (model.Serial, model.Bluetooth))}
+    for name, given in spec.robots.items():
+        robot_type = document.types[given.type]
+        link = lines[name]
+        line = _line(link, robot_type, spec.hosts[link.host].bluetooth, next_index.get(link.host, 0))
+        if isinstance(line, RfcommLine):
+            next_index[link.host] = line.index + 1
+        robots[name] = Robot(
+            name=name,
+            type_name=given.type,
+            type=robot_type,
+            settings=merged(spec.defaults.robot, robot_type.settings, given.settings),
+            host=modes.driving_host(spec, name) or link.host,
+            line=line,
+            baud=link.baud if isinstance(link, model.Serial) else None,
+            optional=given.optional,
+        )
+    return robots
+
+
+def _line(
+    link: model.Serial | model.Bluetooth, robot_type: RobotType, adapters: tuple[str, ...], index: int
+) -> Line:
+    match link:
+        case model.Bluetooth():
+            channel = link.channel or robot_type.link.rfcomm_channel
+            return RfcommLine(link.mac, channel, index, link.adapter or adapters[0])
+        case model.Serial(usb=model.Usb() as usb):
+            return UsbLine(usb, names.usb_device(link.robot))
+        case model.Serial(device=str() as device):
+            return FixedLine(device)
+    raise ValueError(f"the line of {link.robot} names no device")  # LINK004 found that before

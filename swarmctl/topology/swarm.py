@@ -1,0 +1,124 @@
+"""The resolved swarm: names looked up, defaults applied, drivers placed. What all later rooms read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from swarmctl.spec.model import Mode, Usb
+from swarmctl.spec.robot_type import RobotSettings, RobotType
+from swarmctl.topology import names
+
+
+@dataclass(frozen=True)
+class Host:
+    """A computer of the swarm. ``address`` is where the others reach it, and its ROS nodes too."""
+
+    name: str
+    address: str
+    user: str
+    port: int
+    via: str | None
+    optional: bool
+
+
+@dataclass(frozen=True)
+class Network:
+    """A wlan or an ethernet: who is on it and which addresses it has."""
+
+    name: str
+    kind: str
+    hosts: tuple[str, ...]
+    subnet: str | None
+    multicast: bool | None
+
+
+@dataclass(frozen=True)
+class UsbLine:
+    """A serial line through a USB adapter, known by its identity."""
+
+    usb: Usb
+    path: str
+
+
+@dataclass(frozen=True)
+class FixedLine:
+    """A serial line on a device that never changes its name."""
+
+    path: str
+
+
+@dataclass(frozen=True)
+class RfcommLine:
+    """A Bluetooth serial line: which robot, over which adapter and channel, bound to which device."""
+
+    mac: str
+    channel: int
+    index: int
+    adapter: str
+
+    @property
+    def path(self) -> str:
+        return names.rfcomm_device(self.index)
+
+
+Line = UsbLine | FixedLine | RfcommLine
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot with its driver placed: on which host, over which line, with which settings."""
+
+    name: str
+    type_name: str
+    type: RobotType
+    settings: RobotSettings
+    host: str
+    line: Line
+    baud: int | None
+    optional: bool
+
+    @property
+    def namespace(self) -> str:
+        return names.namespace(self.name)
+
+    @property
+    def driver_node(self) -> str:
+        return names.driver_node(self.name)
+
+
+@dataclass(frozen=True)
+class Island:
+    """Hosts that share one ROS graph. ``hub`` runs its master."""
+
+    name: str
+    hub: str
+    hosts: tuple[str, ...]
+    master_port: int
+
+
+@dataclass(frozen=True)
+class Swarm:
+    """One swarm, resolved. Mappings keep the order of the spec."""
+
+    name: str
+    mode: Mode
+    distro: str
+    hosts: Mapping[str, Host]
+    robots: Mapping[str, Robot]
+    networks: tuple[Network, ...]
+    islands: tuple[Island, ...]
+
+    def island_of(self, host: str) -> Island:
+        """The island of ``host``; in mode single-minded a host without ROS has none: KeyError."""
+        for island in self.islands:
+            if host in island.hosts:
+                return island
+        raise KeyError(host)
+
+    def robots_on(self, host: str) -> tuple[Robot, ...]:
+        return tuple(robot for robot in self.robots.values() if robot.host == host)
+
+    def master_uri(self, island: Island) -> str:
+        """The same text for every host of the island, the hub included."""
+        return f"http://{self.hosts[island.hub].address}:{island.master_port}"

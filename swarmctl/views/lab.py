@@ -1,0 +1,53 @@
+"""A lab for people: its hosts and networks, and where its robots are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+_STYLE = {"running": "green", "starting": "yellow", "stopped": "red"}
+
+
+def hosts(status: Mapping[str, Any]) -> Table:
+    """One row a host: its state, its address, how often it booted, the networks it is on."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for title in ("HOST", "STATE", "ADDRESS", "USER", "BOOTS", "NETWORKS"):
+        table.add_column(title)
+    for host in status["hosts"]:
+        cables = [_cable(one, host["name"]) for one in status["networks"] if host["name"] in one["hosts"]]
+        table.add_row(
+            host["name"], Text(host["state"], _STYLE.get(host["state"], "")), host["address"],
+            host["user"], str(host["boots"]), Text(", ").join(cables),
+        )  # fmt: skip
+    return table
+
+
+def _cable(network: Mapping[str, Any], host: str) -> Text:
+    return Text(network["name"]) if network["hosts"][host] else Text(f"{network['name']} (cut)", "red")
+
+
+def robots(found: Mapping[str, Mapping[str, Any]]) -> Table:
+    """One row a robot: its true pose (m, degrees), its true wheel speeds (m/s), whether it moves."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("ROBOT")
+    for title in ("X m", "Y m", "HEADING°", "LEFT m/s", "RIGHT m/s"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("STATE", no_wrap=True)
+    for name, robot in found.items():
+        state = Text("moves", "green") if robot["left"] or robot["right"] else Text("stands still")
+        table.add_row(
+            name, f"{robot['x']:.3f}", f"{robot['y']:.3f}", f"{_heading(robot['theta']):.1f}",
+            f"{robot['left']:.3f}", f"{robot['right']:.3f}",
+            state if robot["plugged"] else state.append(", cable pulled out", "red"),
+        )  # fmt: skip
+    return table
+
+
+def _heading(theta: float) -> float:
+    """Degrees in (-180, 180]; counter-clockwise from ahead (REP-103)."""
+    degrees = math.degrees(theta) % 360
+    return degrees - 360 if degrees > 180 else degrees

@@ -1,0 +1,71 @@
+"""A rollout while it runs: one line a host on a terminal, one line an event elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rich.table import Table
+from rich.text import Text
+
+from swarmctl.deploy.rollout import Outcome, Removed, Result
+from swarmctl.plan.plan import HostPlan, Kind
+from swarmctl.remote.fleet import Event, Finished, Note, Skipped, Started, result_of
+from swarmctl.remote.transport import HostError
+from swarmctl.views.text import printable
+
+MOST_NAMED = 5  # units; more are counted
+
+
+def line(event: Event[Outcome] | Event[Removed]) -> Text | None:
+    """One event as one line, or nothing where it is not worth one."""
+    match event:
+        case Started(host):
+            return Text(f"{host}: connecting")
+        case Note(host, text):
+            return Text(f"{host}: {printable(text)}")
+        case Finished(host, _, seconds):
+            return Text.assemble(f"{host}: ", verdict(result_of(event)), f"  ({seconds:.1f} s)")
+        case Skipped(host):
+            return Text.assemble(f"{host}: ", verdict(result_of(event)))
+    return None
+
+
+def verdict(result: Result) -> Text:
+    """What became of a host, in a few words."""
+    if isinstance(result, HostError):
+        return Text.assemble((f"{result.kind.value}", "bold red"), f": {printable(result.message)}")
+    if not result.changed:
+        return Text("nothing to do", "green")
+    if isinstance(result, Removed):
+        return Text("removed", "bold green")
+    return Text.assemble(("deployed", "bold green"), f" {result.plan.next}{_done(result.plan)}")
+
+
+def _done(plan: HostPlan) -> str:
+    words = {Kind.START: "started", Kind.RESTART: "restarted", Kind.STOP: "stopped"}
+    done = [f"{word} {_named(plan.targets(kind))}" for kind, word in words.items() if plan.targets(kind)]
+    return f", {'; '.join(done)}" if done else ""
+
+
+def _named(units: Sequence[str]) -> str:
+    return ", ".join(units) if len(units) <= MOST_NAMED else f"{len(units)} units"
+
+
+@dataclass
+class Board:
+    """The state of every host, redrawn as events come in."""
+
+    hosts: Sequence[str]
+    _lines: dict[str, Text] = field(default_factory=dict)
+
+    def take(self, event: Event[Outcome] | Event[Removed]) -> None:
+        shown = line(event)
+        if shown is not None:
+            self._lines[event.host] = shown[len(event.host) + 2 :]
+
+    def __rich__(self) -> Table:
+        table = Table.grid(padding=(0, 2))
+        for host in self.hosts:
+            table.add_row(Text(host, "bold"), self._lines.get(host, Text("waiting", "dim")))
+        return table

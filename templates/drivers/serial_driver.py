@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""The driver node of a robot on a serial line: ``serial_driver.py --config FILE [name:=value ...]``.
+
+The thread that owns the line starts first: a robot is stopped even while the master cannot be reached.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import sys
+from concurrent import futures
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Callable
+
+from swarm_driver.config import Config, ConfigError, load
+from swarm_driver.driver import Driver, run
+from swarm_driver.kinematics import Pose
+from swarm_driver.orders import Orders
+from swarm_driver.port import Port
+from swarm_driver.report import Level, Report
+from swarm_driver.systemd import Notifier
+
+if TYPE_CHECKING:
+    from swarm_driver.ros import RosSink
+
+_LONGEST_WAIT = 1.0  # s
+_LOOK_EVERY = 1.0  # s between two looks whether the master knows the node
+_MISSES = 2
+
+
+class TerminatedError(BaseException):
+    """Somebody wants the driver to end. Not an Exception, so that no library takes it for its own."""
+
+
+class ForgottenError(Exception):
+    """The ROS master was restarted and does not know this node any more."""
+
+
+class News:
+    """Passes a driver's news on: events to the journal and systemd, the rest to ROS once that is there."""
+
+    def __init__(self, notifier: Notifier) -> None:
+        self.ros: RosSink | None = None
+        self._notifier = notifier
+
+    def odometry(self, pose: Pose) -> None:
+        if self.ros:
+            self.ros.odometry(pose)
+
+    def proximity(self, readings: tuple[int, ...]) -> None:
+        if self.ros:
+            self.ros.proximity(readings)
+
+    def report(self, report: Report) -> None:
+        self._notifier.status(report.message)
+        if self.ros:
+            self.ros.report(report)
+
+    def event(self, level: Level, text: str) -> None:
+        print(f"{level.name}: {text}", file=sys.stderr, flush=True)
+        self._notifier.status(text)
+
+    def leave(self) -> None:
+        if self.ros:
+            self.ros.leave()
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description="Drive a robot on a serial line.")
+    parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")
+    options = parser.parse_args([argument for argument in arguments if ":=" not in argument])
+    try:
+        config = load(options.config)
+    except ConfigError as error:
+        print(error, file=sys.stderr)
+        return 1
+    os.environ.setdefault("ROS_NAMESPACE", config.namespace)
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, _terminate)
+    try:
+        _drive(config)
+    except TerminatedError:
+        pass
+    except ForgottenError:
+        print("the ROS master was restarted: this node ends, so that a new one joins it", file=sys.stderr)
+        return os.EX_TEMPFAIL
+    return 0
+
+
+def _drive(config: Config) -> None:
+    """Until the driver is told to end. A fault in the loop comes out here, after the stop."""
+    orders, notifier = Orders(), Notifier()
+    news = News(notifier)
+    driver = Driver(config, orders, news, open_port=lambda: Port(config.port, config.serial))
+    wait = min(_LONGEST_WAIT, notifier.interval or _LONGEST_WAIT)
+    with contextlib.ExitStack() as stack:
+        stack.callback(news.leave)
+        pool = stack.enter_context(ThreadPoolExecutor(1, "serial-line"))
+        loop = pool.submit(run, driver, orders, notifier.beat, wait)
+        stack.callback(orders.stop)
+        stack.callback(notifier.stopping)
+        notifier.ready()  # the robot is watched over; a master that is away may take as long as it takes
+        from swarm_driver import ros  # noqa: PLC0415  importing ROS takes longer than stopping the robot
+
+        news.ros = ros.join(config, orders)
+        _watch(loop, ros.forgotten)
+
+
+def _watch(loop: Future[None], forgotten: Callable[[], bool]) -> None:
+    """Until the loop ends, or until the master has twice not known the node: only a new one can join it."""
+    misses = 0
+    while not futures.wait([loop], _LOOK_EVERY).done:
+        misses = misses + 1 if forgotten() else 0
+        if misses == _MISSES:
+            raise ForgottenError
+    loop.result()
+
+
+def _terminate(number: int, _frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_IGN)
+    raise TerminatedError
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""Stop a robot whose driver is gone: ``stop_motors.py --config FILE``. Needs no ROS, ends within two seconds.
+
+Exit status 0: the robot confirmed the stop, or its line is absent or belongs to someone else (it says which).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from swarm_driver.config import Config, ConfigError, load
+from swarm_driver.kinematics import STANDSTILL
+from swarm_driver.link import FAILED_EXCHANGE, Link
+from swarm_driver.port import Port, PortError
+from swarm_driver.report import Tally
+
+_PATIENCE = 1.8  # s
+
+
+def stop(config: Config) -> tuple[int, str]:
+    """Exit status and what to say."""
+    deadline = time.monotonic() + _PATIENCE
+    try:
+        port = _opened(config, deadline)
+    except PortError as error:
+        return (0 if error.busy or error.absent else 1), f"nothing to stop here: {error}"
+    link = Link(port, config.protocol, Tally(), time.monotonic)
+    try:
+        return _told(link, config, deadline)
+    except PortError as error:
+        return (0 if error.absent else 1), f"the line went away: {error}"
+    finally:
+        link.close()
+
+
+def _opened(config: Config, deadline: float) -> Port:
+    """The port. A driver that was just killed may hold it for another moment."""
+    while True:
+        try:
+            return Port(config.port, config.serial)
+        except PortError as error:  # noqa: PERF203
+            if not error.busy or time.monotonic() + 0.1 > deadline:
+                raise
+            time.sleep(0.1)
+
+
+def _told(link: Link, config: Config, deadline: float) -> tuple[int, str]:
+    """Say stop before the line has settled, in case the robot hears it, and until it confirms."""
+    while True:
+        try:
+            link.set_speed(*STANDSTILL)
+            return 0, f"{config.robot} confirmed the stop"
+        except FAILED_EXCHANGE as error:  # noqa: PERF203
+            if time.monotonic() + config.protocol.reply_timeout > deadline:
+                return 1, f"{config.robot} did not confirm the stop: {error}; {config.serial.hint}"
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description="Stop a robot whose driver is gone.")
+    parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")
+    try:
+        status, message = stop(load(parser.parse_args(arguments).config))
+    except ConfigError as error:
+        status, message = 1, str(error)
+    print(message, file=sys.stderr if status else sys.stdout, flush=True)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,1 @@
+"""The driver of a robot on a serial line. Only ``ros`` knows ROS; all else runs and is tested without it."""

@@ -1,0 +1,58 @@
+"""The mailbox between who gives orders and the thread that owns the line: the latest order, and a bell."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+from dataclasses import dataclass
+from typing import Callable, Sequence
+
+from swarm_driver.kinematics import plausible
+
+
+@dataclass(frozen=True)
+class Order:
+    """Drive so: m/s forward, rad/s to the left. ``stamp`` is when it arrived, on the monotonic clock."""
+
+    linear: float
+    angular: float
+    stamp: float
+
+
+class Orders:
+    """Holds one order, never a queue: an order that was overtaken is not worth executing.
+
+    ``put``, ``stop`` and ``wait`` may run in different threads: each sets one attribute and rings a socket.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self.latest: Order | None = None
+        self.stopped = False
+        self.refused = 0
+        self._listen, self._ring = socket.socketpair()
+        self._ring.setblocking(False)
+
+    def put(self, linear: Sequence[float], angular: Sequence[float]) -> None:
+        """Take a Twist: x forward and z to the left count. A senseless component makes it a stop."""
+        sane = plausible((*linear, *angular))
+        self.refused += not sane
+        self.latest = Order(linear[0] if sane else 0.0, angular[2] if sane else 0.0, self._clock())
+        self._wake()
+
+    def stop(self) -> None:
+        """No more orders: whoever waits comes back to end."""
+        self.stopped = True
+        self._wake()
+
+    def wait(self, seconds: float) -> None:
+        """Sleep, but no longer than until the next ``put`` or ``stop``."""
+        ready, _, _ = select.select([self._listen], [], [], max(0.0, seconds))
+        if ready:
+            self._listen.recv(4096)
+
+    def _wake(self) -> None:
+        with contextlib.suppress(BlockingIOError):  # the bell is ringing already
+            self._ring.send(b"!")

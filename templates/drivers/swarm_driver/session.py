@@ -1,0 +1,179 @@
+"""One connection to a robot that has confirmed a stop: orders go out, a dead-man watches, sensors are read.
+
+All that a session knows dies with it: nothing of the time before a lost line can move the robot after it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Callable, Protocol
+
+from swarm_driver.config import Config, Query, Scale
+from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
+from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
+from swarm_driver.orders import Order, Orders
+from swarm_driver.report import Level, Meter, Report, Tally
+
+_KEEP_UP = 0.2  # s after which an unchanged speed is said again: a robot that is lost is noticed that soon
+_BREATH = 0.02  # s between two changes of speed, so that fast orders leave the sensors room
+_SULK = 1.0  # s for which a sensor that failed is left alone
+
+
+class Sink(Protocol):
+    """Where a driver's news go; ``ros.RosSink`` publishes them."""
+
+    def odometry(self, pose: Pose) -> None: ...
+
+    def proximity(self, readings: tuple[int, ...]) -> None: ...
+
+    def report(self, report: Report) -> None: ...
+
+    def event(self, level: Level, text: str) -> None: ...
+
+
+@dataclass
+class Poll:
+    """A sensor that is read regularly. ``take`` gets the values and when they arrived."""
+
+    name: str
+    rate: float
+    query: Query
+    take: Callable[[tuple[int, ...], float], None]
+    due: float
+    meter: Meter = field(default_factory=Meter)
+
+
+class Session:
+    """Serves one robot over ``link`` until an exchange raises ``LinkLostError`` or ``PortError``."""
+
+    def __init__(
+        self,
+        link: Link,
+        config: Config,
+        scale: Scale,
+        *,
+        odometry: Odometry,
+        orders: Orders,
+        sink: Sink,
+        tally: Tally,
+        clock: Callable[[], float],
+    ) -> None:
+        self.since = clock()
+        self.odometry = odometry
+        self._link = link
+        self._config = config
+        self._scale = scale
+        self._orders = orders
+        self._sink = sink
+        self._tally = tally
+        self._clock = clock
+        self._polls = self._planned_polls()
+        self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
+        self._said_at = self.since
+        self._aim = STANDSTILL
+
+    def step(self) -> float:
+        """One exchange at most, the most urgent one; then the moment at which the next is due."""
+        now = self._clock()
+        aim = self._wanted(now)
+        if self._speed_due(aim) <= now:
+            self._say_speed(aim)
+        else:
+            self._read_most_overdue(now)
+        return self._next_due()
+
+    def activity(self) -> str:
+        """What the robot is doing, in words."""
+        order = self._order()
+        if self._live(order, self._clock()):
+            return "driving" if self._aim != STANDSTILL else "standing still, as ordered"
+        return "standing still: {}".format(
+            "no order yet" if order is None else f"no order for {self._config.command_timeout:g} s"
+        )
+
+    def rates(self) -> list[tuple[str, float, float]]:
+        """Name, measured and wanted rate of every sensor, in Hz."""
+        now = self._clock()
+        return [(poll.name, poll.meter.rate(now), poll.rate) for poll in self._polls]
+
+    def _order(self) -> Order | None:
+        """The latest order that was given to this session: an older one was meant for another moment."""
+        order = self._orders.latest
+        return order if order is not None and order.stamp >= self.since else None
+
+    def _live(self, order: Order | None, now: float) -> bool:
+        return order is not None and now < order.stamp + self._config.command_timeout
+
+    def _wanted(self, now: float) -> Units:
+        order = self._order()
+        if order is None or not self._live(order, now):
+            return STANDSTILL
+        return wheel_units(order.linear, order.angular, self._config.kinematics, self._scale)
+
+    def _speed_due(self, aim: Units) -> float:
+        """When ``aim`` must be said. At once, if it is a stop or the robot's speed is not known."""
+        if aim == self._confirmed:
+            return self._said_at + _KEEP_UP
+        return -math.inf if self._confirmed is None or aim == STANDSTILL else self._said_at + _BREATH
+
+    def _say_speed(self, aim: Units) -> None:
+        if aim == STANDSTILL and self._aim != STANDSTILL and not self._live(self._order(), self._clock()):
+            self._tally.dead_man_trips += 1
+        self._aim = aim
+        try:
+            self._link.set_speed(*aim)
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            if self._confirmed is None:
+                raise LinkLostError(str(error)) from error
+            self._confirmed = None  # the second attempt says what is wanted by then
+        else:
+            self._confirmed, self._said_at = aim, self._clock()
+
+    def _read_most_overdue(self, now: float) -> None:
+        poll = min(self._polls, key=lambda one: one.due, default=None)
+        if poll is None or poll.due > now:
+            return
+        # A sensor that keeps silent must not hold up the dead-man.
+        patience = self._dead_man_due() - now
+        try:
+            reply = self._link.ask(poll.query, patience)
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            poll.due = self._clock() + max(_SULK, 1 / poll.rate)
+            return
+        arrived = self._clock()
+        poll.due = max(poll.due + 1 / poll.rate, arrived)
+        poll.meter.tick(arrived)
+        poll.take(reply.values, arrived)
+
+    def _dead_man_due(self) -> float:
+        order = self._order()
+        moving = order is not None and self._aim != STANDSTILL
+        return order.stamp + self._config.command_timeout if order is not None and moving else math.inf
+
+    def _next_due(self) -> float:
+        speed_due = self._speed_due(self._wanted(self._clock()))
+        return min([speed_due, self._dead_man_due(), *(poll.due for poll in self._polls)])
+
+    def _planned_polls(self) -> list[Poll]:
+        protocol, rates = self._config.protocol, self._config.rates
+        planned = (
+            ("odom", rates.odom, protocol.read_position, self._take_position),
+            ("proximity", rates.proximity, protocol.read_proximity, self._take_proximity),
+        )
+        return [
+            Poll(name, rate, query, take, due=self.since)
+            for name, rate, query, take in planned
+            if rate > 0 and query is not None
+        ]
+
+    def _take_position(self, values: tuple[int, ...], arrived: float) -> None:
+        left, right = values
+        reading = Counters(left, right, arrived)
+        self.odometry = self.odometry.update(reading, self._config.kinematics, self._scale)
+        self._sink.odometry(self.odometry.pose)
+
+    def _take_proximity(self, values: tuple[int, ...], arrived: float) -> None:
+        self._sink.proximity(tuple(min(max(0, value), self._config.proximity_max) for value in values))

@@ -1,0 +1,49 @@
+"""Readiness, status and watchdog for systemd (sd_notify(3)). Without systemd every call does nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import time
+from typing import Callable, Mapping
+
+
+class Notifier:
+    """Talks to the socket that systemd names in the environment."""
+
+    def __init__(
+        self, environment: Mapping[str, str] = os.environ, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        name = environment.get("NOTIFY_SOCKET", "")
+        self._address = "\0" + name[1:] if name.startswith("@") else name
+        self._clock = clock
+        self._last_beat = -float("inf")
+        microseconds = environment.get("WATCHDOG_USEC", "")
+        ours = environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid())
+        #: Seconds between two beats, a third of what systemd waits for; none when it does not watch.
+        self.interval = int(microseconds) / 3e6 if ours and microseconds.isdigit() else None
+
+    def ready(self) -> None:
+        self._send("READY=1")
+
+    def beat(self) -> None:
+        """Show systemd that the loop is alive; called at will, sent as often as systemd wants."""
+        now = self._clock()
+        if self.interval is not None and now - self._last_beat >= self.interval:
+            self._last_beat = now
+            self._send("WATCHDOG=1")
+
+    def status(self, text: str) -> None:
+        self._send("STATUS=" + " ".join(text.split()))
+
+    def stopping(self) -> None:
+        self._send("STOPPING=1")
+
+    def _send(self, message: str) -> None:
+        if not self._address:
+            return
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as channel:
+            channel.setblocking(False)
+            with contextlib.suppress(OSError):  # a deaf systemd must not stop the robot's driver
+                channel.sendto(message.encode(), self._address)

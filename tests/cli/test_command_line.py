@@ -1,0 +1,121 @@
+"""The command line as a person or a script meets it: exit codes, streams, and never a traceback."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarmctl import __version__
+from swarmctl.cli import exits
+from swarmctl.cli.app import app
+
+BROKEN = Path(__file__).parents[1] / "spec/broken"
+PROGRAM = Path(sys.executable).with_name("swarmctl")
+VERBS = [command.callback.__name__ for command in app.registered_commands if command.callback]
+
+
+def swarmctl(*arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
+    environment = {
+        key: value for key, value in os.environ.items() if key not in ("FORCE_COLOR", "SWARMCTL_DEBUG")
+    }
+    return subprocess.run(
+        [str(PROGRAM), *arguments], env=environment | env, capture_output=True, text=True, check=False
+    )
+
+
+def test_version() -> None:
+    for asked in ("--version", "-V"):
+        ran = swarmctl(asked)
+        assert (ran.returncode, ran.stdout, ran.stderr) == (exits.OK, f"swarmctl {__version__}\n", "")
+
+
+def test_no_arguments_show_the_help() -> None:
+    ran = swarmctl()
+    assert ran.returncode == exits.USAGE
+    assert "Usage: swarmctl" in ran.stdout + ran.stderr
+
+
+@pytest.mark.parametrize("verb", ["", *VERBS])
+def test_help(verb: str) -> None:
+    ran = swarmctl(*filter(None, (verb, "--help")))
+    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert ran.stdout.startswith(f"Usage: swarmctl {verb}".rstrip())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["validat", "x.yaml"], "No such command 'validat'"),
+        (["validate"], "Missing argument 'SPEC'"),
+        (["validate", "x.yaml", "--jsn"], "No such option: --jsn"),
+        (["render", "x.yaml"], "Missing option '--out'"),
+        (["schema", "robots"], "is not one of 'swarm', 'robot-type'"),
+    ],
+)
+def test_wrong_usage(arguments: list[str], told: str) -> None:
+    ran = swarmctl(*arguments)
+    assert (ran.returncode, ran.stdout) == (exits.USAGE, "")
+    assert told in ran.stderr
+    assert "--help" in ran.stderr
+
+
+def test_a_valid_spec(leader_spec: Path) -> None:
+    ran = swarmctl("validate", str(leader_spec))
+    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert ran.stdout == f"{leader_spec}: swarm `newswarm` is valid: 3 robots on 3 hosts, mode leader\n"
+
+
+@pytest.mark.parametrize("name", ["many-at-once", "syntax-tab", "empty", "not-utf8", "control-character"])
+def test_json_is_the_only_thing_on_stdout(name: str) -> None:
+    ran = swarmctl("validate", "--json", str(BROKEN / f"{name}.yaml"))
+    assert (ran.returncode, ran.stderr) == (exits.ERROR, "")
+    told = json.loads(ran.stdout)
+    assert told["valid"] is False
+    assert all(one["span"]["line"] >= 1 and one["severity"] == "error" for one in told["diagnostics"])
+
+
+def test_json_of_a_valid_spec(leader_spec: Path) -> None:
+    ran = swarmctl("validate", "--json", str(leader_spec))
+    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert json.loads(ran.stdout) == {"v": 1, "valid": True, "diagnostics": []}
+
+
+def test_no_colour_where_nobody_looks() -> None:
+    ran = swarmctl("validate", str(BROKEN / "bad-mode.yaml"))
+    assert ran.returncode == exits.ERROR
+    assert "\x1b" not in ran.stderr
+
+
+def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        "import swarmctl.checks.check as check\n"
+        "def broken(path): raise RuntimeError('boom')\n"
+        "check.read = broken\n"
+    )
+    ran = swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path))
+    assert (ran.returncode, ran.stdout) == (exits.ERROR, "")
+    assert ran.stderr.startswith("error: RuntimeError: boom\n")
+    assert "Traceback" not in ran.stderr
+    assert "Traceback" in swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path), SWARMCTL_DEBUG="1").stderr
+
+
+def test_the_help_loads_no_room_of_the_house() -> None:
+    """What a verb needs is imported when it runs; that keeps the start short (benchmarks/startup.py)."""
+    code = "import sys, swarmctl.cli.app; print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(ran.stdout.split())
+    rooms = {name for name in loaded if name.startswith("swarmctl.") and not name.startswith("swarmctl.cli")}
+    assert rooms == set()
+    assert not loaded & {"pydantic", "networkx", "paramiko", "jinja2", "yaml", "rich", "serial", "asyncio"}
+
+
+def test_a_reader_that_leaves_is_no_error() -> None:
+    ran = subprocess.run(
+        ["sh", "-c", f"{PROGRAM} schema | head -c 1 >/dev/null"], capture_output=True, text=True, check=False
+    )
+    assert (ran.returncode, ran.stderr) == (0, "")

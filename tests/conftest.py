@@ -1,0 +1,49 @@
+"""Fixtures for every folder of tests: golden files, and the folders of the repository.
+
+Golden files are written anew by ``pytest --regenerate``; read the difference before committing it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--regenerate", action="store_true", help="write golden files anew instead of comparing")
+
+
+@pytest.fixture
+def golden(request: pytest.FixtureRequest) -> Callable[[Path, str], None]:
+    """Compare a text with a golden file, or write it with ``--regenerate``."""
+
+    def check(file: Path, text: str) -> None:
+        if request.config.getoption("--regenerate"):
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, "utf-8")
+            return
+        assert file.is_file(), f"{file.relative_to(ROOT)} is missing: run pytest --regenerate and read it"
+        assert text == file.read_text("utf-8")
+
+    return check
+
+
+@pytest.fixture
+def regenerating(request: pytest.FixtureRequest) -> bool:
+    return bool(request.config.getoption("--regenerate"))
+
+
+@pytest.fixture
+def root() -> Path:
+    """The top of the repository."""
+    return ROOT
+
+
+@pytest.fixture
+def leader_spec(root: Path) -> Path:
+    """The example of the first paper: a Koala's laptop leads a Khepera III and an e-puck."""
+    return root / "examples/paper-leader/swarm.yaml"

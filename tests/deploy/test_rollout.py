@@ -1,0 +1,155 @@
+"""What a rollout promises: every host ends in its own result, and a host that fails costs only itself.
+
+The hosts are folders, and the real agent works on them; only the way there is short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from fakehost import FakeHost
+from local_session import LocalSession
+
+from swarmctl.deploy import journal
+from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.plan.plan import Kind as Do
+from swarmctl.remote import fleet
+from swarmctl.remote.transport import HostError, Kind, Session, Target
+from swarmctl.render.bundle import Bundle, File, Unit
+
+HOSTS = ("leader", "k3", "epuck")
+
+
+@dataclass
+class FolderTransport:
+    """Leads to the folders; ``broken`` names what happens on the way instead."""
+
+    hosts: Mapping[str, FakeHost]
+    broken: Mapping[str, Exception]
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[Session]:
+        if target.host in self.broken:
+            raise self.broken[target.host]
+        yield LocalSession(self.hosts[target.host].environment())
+
+
+@pytest.fixture
+def hosts(tmp_path: Path) -> dict[str, FakeHost]:
+    made = {name: FakeHost(tmp_path / name) for name in HOSTS}
+    for host in made.values():
+        sudo = host.prefix / "bin/sudo"
+        sudo.write_text('#!/bin/sh\nshift\nexec "$@"\n')
+        sudo.chmod(0o755)
+    return made
+
+
+def bundles(**params: str) -> dict[str, Bundle]:
+    """A release a host: one unit that reads one parameter file."""
+
+    def one(name: str) -> Bundle:
+        unit = File("units/new.robot.service", b"[Service]\nExecStart=/bin/true\n")
+        text = File("params/robot.yaml", params.get(name, "speed: 1\n").encode(), origin=f"robots.{name}")
+        return Bundle(
+            "new", name, (unit, text), (Unit("new.robot.service", (unit.path, text.path)),),
+            {"/etc/systemd/system/new.robot.service": unit.path},
+        )  # fmt: skip
+
+    return {name: one(name) for name in HOSTS}
+
+
+TARGETS = {name: Target(name, "192.0.2.1", "robot") for name in HOSTS}
+
+
+def rollout(
+    hosts: Mapping[str, FakeHost], wanted: Mapping[str, Bundle], **broken: Exception
+) -> dict[str, Outcome | HostError]:
+    events = deploy(wanted, TARGETS, FolderTransport(hosts, broken), parallel=3)
+    return {event.host: fleet.result_of(event) for event in events if isinstance(event, fleet.Finished)}
+
+
+def changed(results: Mapping[str, Outcome | HostError]) -> dict[str, bool | Kind]:
+    return {name: one.kind if isinstance(one, HostError) else one.changed for name, one in results.items()}
+
+
+def test_every_host_gets_its_release_and_a_second_run_finds_nothing_to_do(hosts: dict[str, FakeHost]) -> None:
+    assert changed(rollout(hosts, bundles())) == dict.fromkeys(HOSTS, True)
+    for name, host in hosts.items():
+        assert host.read("opt/swarm/new/current/params/robot.yaml") == b"speed: 1\n", name
+    for host in hosts.values():
+        host.calls()
+    assert changed(rollout(hosts, bundles())) == dict.fromkeys(HOSTS, False)
+    assert [host.calls() for host in hosts.values()] == [[], [], []]
+
+
+def test_a_changed_parameter_touches_its_host_only(hosts: dict[str, FakeHost]) -> None:
+    rollout(hosts, bundles())
+    results = rollout(hosts, bundles(k3="speed: 2\n"))
+    assert changed(results) == {"leader": False, "k3": True, "epuck": False}
+    k3 = results["k3"]
+    assert isinstance(k3, Outcome)
+    assert k3.plan.targets(Do.RESTART) == ("new.robot.service",)
+
+
+@pytest.mark.parametrize(
+    ("error", "kind"),
+    [
+        (HostError(Kind.UNREACHABLE, "no route to k3"), Kind.UNREACHABLE),
+        (HostError(Kind.LOST, "k3 went away"), Kind.LOST),
+        (ZeroDivisionError("a bug"), Kind.BUG),
+    ],
+)
+def test_a_host_that_fails_costs_only_itself(
+    hosts: dict[str, FakeHost], error: Exception, kind: Kind
+) -> None:
+    results = rollout(hosts, bundles(), k3=error)
+    assert changed(results) == {"leader": True, "k3": kind, "epuck": True}
+    assert changed(rollout(hosts, bundles())) == {"leader": False, "k3": True, "epuck": False}
+
+
+def test_a_host_whose_unit_does_not_start_keeps_its_old_release(hosts: dict[str, FakeHost]) -> None:
+    old, new = bundles(), bundles(k3="speed: 2\n")
+    rollout(hosts, old)
+    (hosts["k3"].prefix / f"broken-new.robot.service-{new['k3'].digest}").touch()
+    results = rollout(hosts, new)
+    assert changed(results)["k3"] is Kind.FAILED
+    assert old["k3"].digest in str(results["k3"])
+    assert hosts["k3"].read("opt/swarm/new/current/params/robot.yaml") == b"speed: 1\n"
+
+
+def test_a_plan_changes_nothing_and_keeps_the_place_of_a_host_that_is_away(
+    hosts: dict[str, FakeHost],
+) -> None:
+    away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route to k3", "is it on?")})
+    plan = observe(bundles(), TARGETS, away)
+    assert [host.host for host in plan.hosts] == list(HOSTS)
+    assert plan.changes
+    assert [host.host for host in plan.problems] == ["k3"]
+    assert not any((host.prefix / "opt/swarm/new/current").exists() for host in hosts.values())
+
+
+def test_the_journal_gives_back_what_was_deployed(tmp_path: Path) -> None:
+    bundle = bundles()["k3"]
+    journal.remember(tmp_path / "new", "k3", bundle.digest, bundle.manifest)
+    assert journal.recall(tmp_path / "new", "k3").digest == bundle.digest
+    assert journal.recall(tmp_path / "new", "k3").manifest == bundle.manifest
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"digest": 1}', '{"manifest": 3, "digest": "x"}'])
+def test_a_damaged_journal_is_an_empty_one(tmp_path: Path, text: str) -> None:
+    (tmp_path / "k3.json").write_text(text)
+    assert journal.recall(tmp_path, "k3").digest is None
+
+
+def test_the_journal_knows_the_hosts_that_the_spec_has_dropped(tmp_path: Path) -> None:
+    for name in HOSTS:
+        journal.remember(tmp_path, name, "0" * 16, {})
+    assert journal.left(tmp_path, HOSTS) == []
+    assert journal.left(tmp_path, ["leader"]) == ["epuck", "k3"]
+    journal.forget(tmp_path, "k3")
+    assert journal.left(tmp_path, ["leader"]) == ["epuck"]
+    assert journal.left(tmp_path / "never", HOSTS) == []

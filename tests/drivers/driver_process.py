@@ -1,0 +1,129 @@
+"""A driver node as a process of its own: fake ROS at one end, an emulated robot on a pty at the other."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import yaml
+from driver_fakes import params_for
+
+from swarmctl.lab.emulators import emulator
+from swarmctl.lab.emulators.port import Port as Pty
+from swarmctl.resources import templates
+
+DRIVERS = templates() / "drivers"
+FAKE_ROS = Path(__file__).parent / "fake_ros"
+
+
+def wait_for(what: Callable[[], Any], seconds: float = 10.0) -> Any:
+    """The first true value of ``what``."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = what()
+        if found:
+            return found
+        time.sleep(0.002)
+    raise AssertionError("it did not happen in time")
+
+
+class Wiring:
+    """An emulated robot behind a stable device name, as udev gives it, and its driver's parameter file."""
+
+    def __init__(self, type_name: str, folder: Path, **settings: Any) -> None:
+        self.pty = Pty(emulator(type_name))
+        self.device = folder / "device"
+        self.config = folder / "params.yaml"
+        self.config.write_text(yaml.safe_dump(params_for(type_name, str(self.device), **settings)))
+
+    def plug(self) -> None:
+        slave = self.pty.plug()
+        self.device.unlink(missing_ok=True)
+        self.device.symlink_to(slave)
+
+    def unplug(self) -> None:
+        self.device.unlink()
+        self.pty.unplug()
+
+    def moving(self) -> bool:
+        state = self.pty.snapshot()
+        return bool(state.left or state.right)
+
+    def stop_motors(self) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, str(DRIVERS / "stop_motors.py"), "--config", str(self.config)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+
+
+class Node:
+    """A running serial_driver.py. ``heard`` is what it published, in order."""
+
+    def __init__(self, config: Path, **environment: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, str(DRIVERS / "serial_driver.py"), "--config", str(config), "__name:=driver"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(FAKE_ROS), **environment},
+        )
+        self.heard: list[dict[str, Any]] = []
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def order(self, linear: float, angular: float = 0.0) -> None:
+        self.process.stdin.write(f"{linear} {angular}\n")
+        self.process.stdin.flush()
+
+    def drive(self, seconds: float, linear: float, angular: float = 0.0) -> None:
+        """Order again and again, at 20 Hz."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.order(linear, angular)
+            time.sleep(0.05)
+
+    def latest(self, topic: str) -> dict[str, Any] | None:
+        return next((message for message in reversed(self.heard) if message["topic"] == topic), None)
+
+    def status(self) -> dict[str, Any]:
+        message = self.latest("/diagnostics")
+        return message["status"][0] if message else {"level": None, "message": ""}
+
+    def wait_until_ready(self) -> None:
+        wait_for(lambda: self.latest("listening") and self.latest("odom"))
+
+    def end(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        self._reader.join()
+        self.process.stdin.close()
+        self.process.stdout.close()
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            self.heard.append(json.loads(line))
+
+
+@contextmanager
+def wired(type_name: str, folder: Path, **settings: Any) -> Iterator[Wiring]:
+    wiring = Wiring(type_name, folder, **settings)
+    wiring.plug()
+    try:
+        yield wiring
+    finally:
+        wiring.pty.close()
+
+
+@contextmanager
+def running(config: Path, **environment: str) -> Iterator[Node]:
+    node = Node(config, **environment)
+    try:
+        yield node
+    finally:
+        node.end()

@@ -1,0 +1,108 @@
+"""As much of rospy as the driver node touches, without a master.
+
+Orders come in on stdin, one ``<m/s> <rad/s>`` a line; publications go out on stdout, one JSON object a line.
+With FAKE_MASTER=away in the environment no master ever answers; with FAKE_MASTER=restarted it knows no node.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+import types
+from typing import Any
+
+_TELLING = threading.Lock()
+
+
+def _say(news: dict[str, Any]) -> None:
+    """One line at a time: several threads publish."""
+    line = json.dumps(news, default=vars) + "\n"
+    with _TELLING:
+        sys.stdout.write(line)
+        sys.stdout.flush()
+
+
+class Message:
+    """Any message: fields come into being when they are used."""
+
+    def __init__(self, *values: Any, **fields: Any) -> None:
+        self.__dict__.update({str(number): value for number, value in enumerate(values)}, **fields)
+
+    def __getattr__(self, name: str) -> Message:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self.__dict__.setdefault(name, Message())
+
+
+def _messages(package: str, *names: str) -> None:
+    module = types.ModuleType(f"{package}.msg")
+    module.__dict__.update(dict.fromkeys(names, Message))
+    sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
+
+
+_messages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
+_messages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "Vector3")
+_messages("nav_msgs", "Odometry")
+_messages("std_msgs", "MultiArrayDimension", "UInt16MultiArray")
+_messages("tf2_msgs", "TFMessage")
+
+
+def init_node(name: str, disable_signals: bool) -> None:
+    while os.environ.get("FAKE_MASTER") == "away":
+        time.sleep(0.1)
+
+
+class _Master:
+    def lookupNode(self, name: str) -> tuple[int, str, str]:  # noqa: N802
+        return (
+            (-1, "unknown node", "")
+            if os.environ.get("FAKE_MASTER") == "restarted"
+            else (1, "", "http://here")
+        )
+
+
+def get_master() -> _Master:
+    return _Master()
+
+
+def get_name() -> str:
+    return "/driver"
+
+
+def on_shutdown(hook: Any) -> None:
+    """Nobody shuts this node down but the test."""
+
+
+def signal_shutdown(reason: str) -> None:
+    _say({"topic": "shutdown", "reason": reason})
+
+
+class Time:
+    now = staticmethod(time.time)
+
+
+class Publisher:
+    def __init__(self, topic: str, *_: Any, **__: Any) -> None:
+        self._topic = topic
+
+    def publish(self, message: Message) -> None:
+        _say({"topic": self._topic, **vars(message)})
+
+
+class Subscriber:
+    def __init__(self, topic: str, _type: Any, take: Any, **__: Any) -> None:
+        self._take = take
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        _say({"topic": "listening"})
+        for line in sys.stdin:
+            linear, angular = map(float, line.split())
+            self._take(Message(linear=_vector(x=linear), angular=_vector(z=angular)))
+
+
+def _vector(x: float = 0.0, z: float = 0.0) -> Message:
+    return Message(x=x, y=0.0, z=z)

@@ -1,0 +1,207 @@
+"""The driver node against emulated robots, which know the manuals but not the robot type files."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from driver_fakes import TYPES, config_for
+from driver_process import DRIVERS, running, wait_for, wired
+from swarm_driver.port import Port
+
+from swarmctl.lab.emulators.faults import Faults
+
+
+@pytest.mark.parametrize("type_name", TYPES)
+def test_a_robot_drives_as_ordered_and_knows_where_it_is(type_name, tmp_path):
+    with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.drive(1.0, 0.1, 0.5)
+        driving = wiring.pty.snapshot()
+        assert (driving.v, driving.omega) == pytest.approx((0.1, 0.5), rel=0.02)
+        wait_for(lambda: not wiring.moving())
+        node.heard.clear()
+        odom = wait_for(lambda: node.latest("odom"))
+        truth, place = wiring.pty.snapshot(), odom["pose"]["pose"]["position"]
+        assert (place["x"], place["y"]) == pytest.approx((truth.x, truth.y), abs=0.002)
+        assert odom["header"]["frame_id"] == f"{type_name}/odom"
+        proximity = wait_for(lambda: node.latest("proximity"))
+        assert len(proximity["data"]) == {"koala": 16, "khepera3": 11, "epuck": 8}[type_name]
+
+
+@pytest.mark.parametrize("type_name", TYPES)
+def test_a_robot_stops_when_its_orders_stop(type_name, tmp_path):
+    """Half a second, and 0.1 for the line; the rest is what a busy machine may add."""
+    with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.drive(0.5, 0.1)
+        node.order(0.1)
+        last = time.monotonic()
+        wait_for(lambda: not wiring.moving())
+        assert 0.45 <= time.monotonic() - last <= 0.6 + 0.25
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_signal_ends_the_node_with_a_stop(number, tmp_path):
+    with wired("koala", tmp_path, command_timeout=2.0) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.drive(0.3, 0.1)
+        node.process.send_signal(number)
+        assert node.process.wait(5) == 0
+        assert not wiring.moving()
+        assert wiring.pty.snapshot().last_command == "D,0,0"
+
+
+def test_a_node_whose_master_is_away_stops_its_robot_and_can_be_ended(tmp_path):
+    with wired("koala", tmp_path) as wiring:
+        wiring.pty.robot.receive(b"D,50,50\n")
+        with running(wiring.config, FAKE_MASTER="away") as node:
+            wait_for(lambda: not wiring.moving())
+            node.process.terminate()
+            assert node.process.wait(5) == 0
+
+
+def test_a_node_that_a_restarted_master_does_not_know_stops_its_robot_and_ends_to_be_started_anew(tmp_path):
+    settings = {"command_timeout": 2.0}
+    with (
+        wired("koala", tmp_path, **settings) as wiring,
+        running(wiring.config, FAKE_MASTER="restarted") as node,
+    ):
+        node.wait_until_ready()
+        node.order(0.1)
+        wait_for(wiring.moving)
+        assert node.process.wait(10) != 0
+        assert not wiring.moving()
+
+
+@pytest.mark.parametrize("type_name", TYPES)
+def test_a_robot_whose_driver_was_killed_is_stopped_from_outside(type_name, tmp_path):
+    with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.drive(0.3, 0.1)
+        node.process.kill()
+        node.process.wait()
+        assert wiring.moving()
+        stopped = wiring.stop_motors()
+        assert (stopped.returncode, stopped.stdout) == (0, f"{type_name} confirmed the stop\n")
+        assert not wiring.moving()
+
+
+def test_a_cable_pulled_and_put_back_leaves_the_robot_standing(tmp_path):
+    with wired("epuck", tmp_path) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.drive(0.3, 0.1)
+        wiring.unplug()
+        wait_for(lambda: node.status()["level"] == 2)
+        assert "device is missing" in node.status()["message"]
+        node.order(0.1)
+        wiring.plug()
+        wait_for(lambda: not wiring.moving())
+        wait_for(lambda: node.status()["level"] == 0)
+        assert wiring.pty.snapshot().left == 0
+        assert node.process.poll() is None
+        node.drive(0.3, 0.1)
+        assert wiring.moving()
+
+
+def test_a_bad_line_costs_replies_but_never_the_stop(tmp_path):
+    with wired("khepera3", tmp_path) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        wiring.pty.faults = Faults(drop=0.1, truncate=0.1, garbage=0.1, error=0.1, split=3, gap=0.002, seed=1)
+        node.drive(2.0, 0.1)
+        wait_for(lambda: not wiring.moving())
+        wiring.pty.faults = Faults()
+        node.heard.clear()
+        wait_for(lambda: node.status()["level"] == 0, seconds=20)
+        values = {value["0"]: value["1"] for value in node.status()["values"]}
+        assert int(values["failed exchanges"]) > 0
+        assert not wiring.moving()
+
+
+def test_two_drivers_do_not_share_a_robot(tmp_path):
+    with (
+        wired("koala", tmp_path) as wiring,
+        running(wiring.config) as first,
+        running(wiring.config) as second,
+    ):
+        wait_for(
+            lambda: "in use by another program" in first.status()["message"] + second.status()["message"]
+        )
+        wait_for(lambda: {first.status()["level"], second.status()["level"]} == {0, 2})
+        stopped = wiring.stop_motors()
+        assert stopped.returncode == 0
+        assert "in use by another program" in stopped.stdout
+
+
+def test_a_line_that_a_dying_driver_still_holds_is_waited_for(tmp_path):
+    with wired("koala", tmp_path) as wiring:
+        dying = Port(str(wiring.device), config_for("koala").serial)
+        release = threading.Timer(1.0, dying.close)
+        release.start()
+        stopped = wiring.stop_motors()
+        release.join()
+        assert stopped.stdout == "koala confirmed the stop\n"
+
+
+def test_there_is_nothing_to_stop_on_a_line_that_is_absent(tmp_path):
+    with wired("koala", tmp_path) as wiring:
+        wiring.unplug()
+        stopped = wiring.stop_motors()
+        assert stopped.returncode == 0
+        assert "device is missing" in stopped.stdout
+
+
+def test_a_robot_that_does_not_confirm_the_stop_is_reported_within_two_seconds(tmp_path):
+    with wired("koala", tmp_path) as wiring:
+        wiring.pty.faults = Faults(drop=1.0)
+        start = time.monotonic()
+        stopped = wiring.stop_motors()
+        assert time.monotonic() - start < 3.0  # an interpreter's start included
+        assert stopped.returncode == 1
+        assert "did not confirm the stop" in stopped.stderr
+        assert wiring.pty.snapshot().last_command == "D,0,0"
+
+
+def test_systemd_hears_that_the_node_is_ready_alive_and_how_it_fares(tmp_path):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd, wired("koala", tmp_path) as wiring:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.settimeout(10)
+        environment = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "300000"}
+        with running(wiring.config, **environment) as node:
+            heard: list[tuple[float, str]] = []
+            while [text for _, text in heard].count("WATCHDOG=1") < 10:
+                heard.append((time.monotonic(), systemd.recv(4096).decode()))
+            node.process.terminate()
+            while heard[-1][1] != "STOPPING=1":
+                heard.append((time.monotonic(), systemd.recv(4096).decode()))
+    texts = [text for _, text in heard]
+    beats = [at for at, text in heard if text == "WATCHDOG=1"]
+    assert "READY=1" in texts
+    assert any(text.startswith("STATUS=connected to ") for text in texts)
+    assert 0.09 <= (beats[-1] - beats[0]) / (len(beats) - 1) <= 0.3
+
+
+@pytest.mark.parametrize("program", ["serial_driver.py", "stop_motors.py"])
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("robot: koala", "'protocol' is missing"),
+        ("[", "cannot read"),
+        ("- 1", "params.yaml"),
+        (None, "No such file"),
+    ],
+)
+def test_a_useless_parameter_file_is_one_plain_line(program, text, complaint, tmp_path):
+    config = tmp_path / "params.yaml"
+    if text is not None:
+        config.write_text(text)
+    command = [sys.executable, str(DRIVERS / program), "--config", str(config)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    assert ended.returncode == 1
+    assert complaint in ended.stderr
+    assert "Traceback" not in ended.stderr

@@ -1,0 +1,105 @@
+"""One lab for the whole folder: booted once, deployed once, put right after every test, gone at the end."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+import pytest
+from labswarm import LabSwarm, Run, lab_of, missing_for_a_lab
+
+from swarmctl.lab import places
+
+Note = Callable[[str, str, str], None]
+
+FIGURES = pytest.StashKey[list[tuple[str, str, str]]]()
+FAILED = pytest.StashKey[bool]()
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class FirstTime:
+    """What the very first plan and deploy of the lab said, and the plan after them."""
+
+    plan: Run
+    deploy: Run
+    plan_after: Run
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    missing = missing_for_a_lab()
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.lab)
+            if missing:
+                item.add_marker(pytest.mark.skip(reason=f"no lab here: {missing}"))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    report = yield
+    if report.failed:
+        item.stash[FAILED] = True
+    return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    if figures := config.stash.get(FIGURES, []):
+        terminalreporter.section("measured in the lab")
+        width = max(len(what) for what, _, _ in figures)
+        wide = max(len(value) for _, value, _ in figures)
+        for what, value, bar in figures:
+            terminalreporter.write_line(f"{what:<{width}}  {value:>{wide}}  {bar}")
+
+
+@pytest.fixture
+def note(pytestconfig: pytest.Config) -> Note:
+    """Keep a figure for the table at the end: what, value, bar."""
+    figures = pytestconfig.stash.setdefault(FIGURES, [])
+    return lambda what, value, bar: figures.append((what, value, bar))
+
+
+@pytest.fixture(scope="session")
+def workplace() -> Iterator[Path]:
+    """A folder for labs, journals and sockets. Its path is short: sockets cannot have long ones."""
+    folder = Path(tempfile.mkdtemp(prefix="swarm-e2e-"))
+    before = signal.signal(signal.SIGTERM, _interrupted)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(places.STATE_VARIABLE, str(folder))
+        yield folder
+    signal.signal(signal.SIGTERM, before)
+    shutil.rmtree(folder)
+
+
+def _interrupted(_number: int, _frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+@pytest.fixture(scope="session")
+def shared_lab(workplace: Path) -> Iterator[LabSwarm]:
+    example = HERE.parent.parent / "examples/paper-leader/swarm.yaml"
+    with lab_of(f"e2e-{os.getpid()}", example, workplace) as swarm:
+        yield swarm
+
+
+@pytest.fixture(scope="session")
+def first_time(shared_lab: LabSwarm) -> FirstTime:
+    plan = shared_lab.plan()
+    return FirstTime(plan, shared_lab.deploy(), shared_lab.plan())
+
+
+@pytest.fixture
+def swarm(request: pytest.FixtureRequest, shared_lab: LabSwarm, first_time: FirstTime) -> Iterator[LabSwarm]:
+    """The swarm of the first paper, deployed and at rest, and so again afterwards."""
+    assert first_time.deploy.status == 0, first_time.deploy.out + first_time.deploy.err
+    yield shared_lab
+    if request.node.stash.get(FAILED, False):
+        shared_lab.deployed = None
+    shared_lab.settle()

@@ -1,0 +1,119 @@
+"""``swarmctl emulate`` as a process: its port, its link, its lines, its exit codes."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import serial
+
+PROGRAM = "import typer; from swarmctl.cli.emulate import emulate; typer.run(emulate)"
+
+
+@pytest.fixture
+def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    started: list[subprocess.Popen[str]] = []
+
+    def run(*arguments: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_a_robot_runs_until_it_is_interrupted(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path, end: signal.Signals
+) -> None:
+    link = tmp_path / "koala"
+    process = start("koala", "--link", str(link))
+    assert process.stdout
+    path = process.stdout.readline().strip()
+    assert str(link.readlink()) == path
+    with serial.Serial(str(link), timeout=2.0, exclusive=True) as driver:
+        driver.write(b"D,44,44\n")
+        assert driver.read_until(b"\n") == b"d\r\n"
+        assert "+0.1980 +0.1980 m/s" in process.stdout.readline()
+        driver.write(b"D,0,0\n")
+        driver.read_until(b"\n")
+        assert "+0.0000 +0.0000 m/s  'D,0,0'" in process.stdout.readline()
+    process.send_signal(end)
+    assert process.communicate(timeout=5) == ("", "")
+    assert process.returncode == 0
+    assert not link.is_symlink()
+
+
+def test_json_says_the_same_in_documents(start: Callable[..., subprocess.Popen[str]]) -> None:
+    process = start("khepera3", "--firmware", "3", "--json", "--seconds", "0.5")
+    assert process.stdout
+    port = json.loads(process.stdout.readline())["port"]
+    with serial.Serial(port, timeout=2.0) as driver:
+        driver.write(b"D,l21872,l21872\n")
+        assert driver.read_until(b"\n") == b"d\r\n"
+    states = [json.loads(line) for line in process.communicate(timeout=5)[0].splitlines()]
+    assert [round(state["v"], 3) for state in states] == [0.1, 0.1]
+    assert states[-1]["x"] > states[0]["x"]
+    assert process.returncode == 0
+
+
+def test_a_port_that_vanished_comes_back_under_its_link(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    link = tmp_path / "port"
+    process = start("epuck", "--link", str(link), "--fault", "vanish=1")
+    assert process.stdout
+    first = process.stdout.readline()
+    with serial.Serial(str(link), timeout=2.0) as driver:
+        driver.write(b"E\r")
+        with pytest.raises(serial.SerialException):
+            driver.read(1)
+    assert process.stdout.readline().startswith("/dev/pts/")
+    assert first.startswith("/dev/pts/")
+    with serial.Serial(str(link)):
+        pass
+
+
+def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> None:
+    assert start("--list").communicate(timeout=5)[0].split() == ["koala", "khepera3", "epuck"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["koalla"], "did you mean `koala`?"),
+        ([], "which robot?"),
+        (["koala", "--firmware", "2"], "a koala has no --firmware"),
+        (["khepera3", "--firmware", "4"], "firmware 2 or 3"),
+        (["koala", "--fault", "dely=1"], "did you mean 'delay'?"),
+    ],
+)
+def test_a_wrong_call_says_how_it_would_be_right(
+    start: Callable[..., subprocess.Popen[str]], arguments: list[str], message: str
+) -> None:
+    process = start(*arguments)
+    _, said = process.communicate(timeout=5)
+    assert message in said
+    assert process.returncode == 64
+
+
+def test_a_link_never_replaces_a_file(start: Callable[..., subprocess.Popen[str]], tmp_path: Path) -> None:
+    precious = tmp_path / "precious"
+    precious.write_text("data")
+    process = start("koala", "--link", str(precious))
+    assert "is not a symbolic link" in process.communicate(timeout=5)[1]
+    assert process.returncode == 1
+    assert precious.read_text() == "data"

@@ -1,0 +1,197 @@
+"""The agent's verb ``probe``: facts of a host and its graph, each part on its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ros_fakes import FakeRos, diagnostics, peer, publishing, served, slave
+from swarm_agent.verbs import probe
+
+from swarmctl.health.probe import answer_of
+
+ODOM = "nav_msgs/Odometry"
+TOPICS = {"/k3/odom": 0.5, "/diagnostics": 0.5}
+KINDS = {"/k3/odom": ODOM, "/diagnostics": "diagnostic_msgs/DiagnosticArray"}
+
+
+@pytest.fixture
+def prefix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A host whose current release is 0123456789abcdef, and which has a systemctl."""
+    home = tmp_path / "opt/swarm/test"
+    (home / "releases/0123456789abcdef").mkdir(parents=True)
+    (home / "current").symlink_to("releases/0123456789abcdef")
+    monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
+    systemctl(tmp_path, monkeypatch, RUNNING)
+    return tmp_path
+
+
+RUNNING = """\
+Id=swarm-test.k3.service
+LoadState=loaded
+ActiveState=active
+SubState=running
+Result=success
+StatusText=
+MainPID=42
+NRestarts=$restarts
+ConditionResult=yes
+ConditionTimestampMonotonic=12
+"""
+
+
+def systemctl(folder: Path, monkeypatch: pytest.MonkeyPatch, answer: str) -> None:
+    """A ``systemctl`` that says ``answer``; ``$restarts`` grows with every call."""
+    program = folder / "bin" / "systemctl"
+    program.parent.mkdir(exist_ok=True)
+    count = folder / "calls"
+    program.write_text(
+        f"#!/bin/sh\necho >> {count}\nrestarts=$(wc -l < {count})\ncat <<END\n{answer}END\n", encoding="utf-8"
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
+
+
+@pytest.fixture
+def graph() -> Iterator[tuple[FakeRos, str]]:
+    """A master that knows /k3/driver, which publishes odometry at 20 Hz and says that its port is missing."""
+    with ExitStack() as stack:
+        ports = {
+            "/k3/odom": stack.enter_context(peer(publishing(ODOM, 20.0))),
+            "/diagnostics": stack.enter_context(
+                peer(publishing(KINDS["/diagnostics"], 10.0, diagnostics(2, "no serial port")))
+            ),
+        }
+        node = stack.enter_context(served(slave(ports, KINDS, {"/k3/cmd_vel": "geometry_msgs/Twist"})))
+        fake = FakeRos({"/k3/driver": node}, {"/k3/cmd_vel": ["/joystick"]})
+        yield fake, stack.enter_context(served(fake.functions()))
+
+
+def asked(master: str, **other: Any) -> dict[str, Any]:
+    request = {
+        "swarm": "test", "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
+        "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
+    }  # fmt: skip
+    return probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
+
+
+def test_a_healthy_host_tells_all(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    answer = answer_of(json.loads(json.dumps(asked(graph[1]))), received=time.time())
+    assert answer.troubles == {}
+    assert answer.release == "0123456789abcdef"
+    assert answer.units["swarm-test.k3.service"].runs
+    assert answer.master is not None
+    assert answer.master.run_id == "run-1"
+    node = answer.nodes["/k3/driver"]
+    assert (node.registered, node.alive, node.pid) == (True, True, 42)
+    assert node.hears == {"/k3/cmd_vel": "geometry_msgs/Twist"}
+    assert node.publishes == KINDS
+    rate = node.topics["/k3/odom"].rate
+    assert rate is not None
+    assert 16 < rate < 24
+    assert node.report is not None
+    assert (node.report.level, node.report.message) == (2, "no serial port")
+    assert answer.commanders == {"/k3/cmd_vel": ("/joystick",)}
+    assert answer.clock_ahead == pytest.approx(0.0, abs=0.5)
+    assert answer.boot_id
+
+
+def test_the_probe_registers_nothing(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    asked(graph[1])
+    assert set(graph[0].calls) == {"getPid", "getParam", "lookupNode", "getSystemState"}
+
+
+def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    state = asked(graph[1])["units"]["swarm-test.k3.service"]
+    assert (state["restarts"], state["restarted"]) == (2, 1)
+
+
+def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
+    began = time.monotonic()
+    answer = asked("http://127.0.0.1:9")
+    assert time.monotonic() - began < 3
+    assert answer["master"] == {"reachable": False, "error": "connection refused"}
+    assert answer["nodes"] == {}
+    assert answer["release"] == "0123456789abcdef"
+    assert answer["units"]
+
+
+def test_a_node_that_is_gone_keeps_its_registration(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    fake, uri = graph
+    fake.nodes["/k3/driver"] = "http://127.0.0.1:9/"
+    node = asked(uri)["nodes"]["/k3/driver"]
+    assert (node["registered"], node["alive"], node["error"]) == (True, False, "connection refused")
+
+
+def test_an_unknown_node_is_not_registered(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    graph[0].nodes.clear()
+    assert asked(graph[1])["nodes"]["/k3/driver"]["registered"] is False
+
+
+@pytest.mark.parametrize("state", [7, [], ["x"], [[["/k3/cmd_vel"]]], [[[1, 2]]], [{"a": 1}]])
+def test_a_master_that_talks_nonsense_costs_the_commanders_only(
+    prefix: Path, graph: tuple[FakeRos, str], state: Any
+) -> None:
+    functions = {**graph[0].functions(), "getSystemState": lambda caller: [1, "", state]}
+    with served(functions) as uri:
+        answer = asked(uri)
+    assert "commanders" in answer["troubles"]
+    assert answer["nodes"]["/k3/driver"]["alive"] is True
+
+
+@pytest.mark.parametrize("topics", [7, "abc", [7], [["a"]], [["a", "b", "c"]], {"a": "b"}])
+def test_a_node_that_talks_nonsense_is_not_alive(
+    prefix: Path, graph: tuple[FakeRos, str], topics: Any
+) -> None:
+    with served({**slave({}, {}), "getPublications": lambda caller: [1, "", topics]}) as uri:
+        graph[0].nodes["/k3/driver"] = uri
+        node = asked(graph[1])["nodes"]["/k3/driver"]
+    assert node["alive"] is False
+    assert node["error"] == "its list of topics makes no sense"
+
+
+def test_a_systemd_that_fails_costs_the_units_only(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (prefix / "bin/systemctl").write_text("#!/bin/sh\necho Failed to connect to bus >&2; exit 1\n", "utf-8")
+    answer = asked(graph[1])
+    assert "Failed to connect to bus" in answer["troubles"]["units"]
+    assert answer["units"] is None
+    assert answer["nodes"]["/k3/driver"]["alive"] is True
+
+
+def test_without_a_release_there_is_none(prefix: Path) -> None:
+    (prefix / "opt/swarm/test/current").unlink()
+    assert asked("http://127.0.0.1:9")["release"] is None
+
+
+def test_devices_are_looked_at(prefix: Path, tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    link = tmp_path / "link"
+    link.symlink_to("/dev/null")
+    assert probe.device(str(file))["is_device"] is False
+    assert probe.device(str(link))["resolves"] == "/dev/null"
+    assert probe.device(str(link))["is_device"] is True
+    assert probe.device(str(link))["usable"] is False
+    assert probe.device("/dev/swarm/none")["exists"] is False
+
+
+def test_dialout_makes_a_device_usable(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Group:
+        gr_name = "dialout"
+
+    monkeypatch.setattr(probe.grp, "getgrgid", lambda gid: Group)
+    assert probe.device("/dev/null")["usable"] is True
+
+
+def test_a_request_cannot_listen_for_ever(prefix: Path, graph: tuple[FakeRos, str], monkeypatch: Any) -> None:
+    monkeypatch.setattr(probe, "LONGEST_LISTENING", 0.2)
+    nodes: list[Mapping[str, Any]] = [{"name": "/k3/driver", "topics": {"/k3/odom": 1e9}}]
+    assert asked(graph[1], nodes=nodes)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["seconds"] == 0.2

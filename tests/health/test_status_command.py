@@ -1,0 +1,103 @@
+"""``swarmctl status``: what it prints where, and what its exit code says."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from swarm_values import K3_PI, all_well, graph, with_device
+
+from swarmctl.cli import access, exits
+from swarmctl.cli.app import run
+from swarmctl.health import ask as asking
+from swarmctl.health.expected import ExpectedGraph, ExpectedHost
+from swarmctl.health.probe import Answer
+from swarmctl.remote.transport import HostError, Kind, Target
+
+AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
+
+
+def spoilt() -> dict[str, Any]:
+    answers = all_well()
+    return {**answers, K3_PI: with_device("k3", exists=False)(answers[K3_PI])}
+
+
+class Hosts:
+    """Stands for the hosts: what they answer round by round, then Ctrl-C; and who was asked."""
+
+    def __init__(self) -> None:
+        self.rounds: list[dict[str, Any]] = []
+        self.asked: list[tuple[str, ...]] = []
+
+    def ask(self, shown: ExpectedGraph, *_: Any, **__: Any) -> dict[str, Any]:
+        self.asked.append(tuple(host.name for host in shown.hosts))
+        if not self.rounds:
+            raise KeyboardInterrupt
+        answers = self.rounds.pop(0)
+        return {host.name: _deployed(answers[host.name], host) for host in shown.hosts}
+
+
+def _deployed(answer: Answer | HostError, host: ExpectedHost) -> Answer | HostError:
+    return answer if isinstance(answer, HostError) else replace(answer, release=host.release.digest)
+
+
+@pytest.fixture
+def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
+    found = Hosts()
+    monkeypatch.setattr(asking, "ask", found.ask)
+    reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
+    monkeypatch.setattr(access, "targets", lambda *_, **__: reach)
+    return found
+
+
+CASES = {
+    "healthy": (all_well, exits.OK),
+    "unhealthy": (spoilt, exits.UNHEALTHY),
+    "unreachable": (lambda: {**all_well(), K3_PI: AWAY}, exits.HOSTS_UNREACHABLE),
+    "unreachable and unhealthy": (lambda: {**spoilt(), "epuck-pi": AWAY}, exits.UNHEALTHY),
+    "a wrong key": (lambda: {**all_well(), K3_PI: HostError(Kind.HOST_KEY, "wrong")}, exits.UNHEALTHY),
+}
+
+
+@pytest.mark.parametrize(("answers", "code"), CASES.values(), ids=CASES.keys())
+def test_the_exit_code_says_how_it_is(hosts: Hosts, leader_spec: Path, answers: Any, code: int) -> None:
+    hosts.rounds = [answers()]
+    assert run(["status", str(leader_spec)]) == code
+
+
+def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    hosts.rounds = [spoilt()]
+    assert run(["status", str(leader_spec), "--json"]) == exits.UNHEALTHY
+    document = json.loads(capsys.readouterr().out)
+    assert document["healthy"] is False
+    assert {one["key"] for one in document["findings"] if one["state"] == "bad"} == {"device k3"}
+
+
+def test_a_limit_asks_no_other_host(hosts: Hosts, leader_spec: Path) -> None:
+    hosts.rounds = [all_well()]
+    assert run(["status", str(leader_spec), "--limit", K3_PI]) == exits.OK
+    assert hosts.asked == [(K3_PI,)]
+
+
+def test_watching_prints_a_line_of_json_a_round(
+    hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hosts.rounds = [all_well(), spoilt()]
+    assert run(["status", str(leader_spec), "--watch", "--every", "1", "--json"]) == exits.INTERRUPTED
+    assert [json.loads(line)["healthy"] for line in capsys.readouterr().out.splitlines()] == [True, False]
+
+
+def test_watching_prints_a_block_a_round(
+    hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hosts.rounds = [all_well(), spoilt()]
+    assert run(["status", str(leader_spec), "--watch", "--every", "1"]) == exits.INTERRUPTED
+    assert capsys.readouterr().out.count("HOST / ROBOT") == 2
+
+
+def test_rounds_come_no_closer_than_a_second(hosts: Hosts, leader_spec: Path) -> None:
+    assert run(["status", str(leader_spec), "--watch", "--every", "0.1"]) == exits.USAGE
+    assert hosts.asked == []

@@ -1,0 +1,175 @@
+"""From a swarm to a lab, as values: who has which address on which interface, and what no lab can be."""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lab_values import plan_from
+
+from swarmctl.lab.errors import LabError
+from swarmctl.lab.places import Home
+from swarmctl.lab.plan import Interface, LabNetwork, LabPlan, LabRobot, plan_of
+from swarmctl.lab.state import State, read_state, write_state
+from swarmctl.spec.model import Mode
+from swarmctl.topology.swarm import Host, Network, Swarm
+
+
+def swarm_of(addresses: dict[str, str], *networks: Network) -> Swarm:
+    hosts = {name: Host(name, address, "robot", 22, None, False) for name, address in addresses.items()}
+    return Swarm("s", Mode.LEADER, "noetic", hosts, {}, networks, ())
+
+
+def wlan(name: str, *hosts: str, subnet: str | None = None) -> Network:
+    return Network(name, "wlan", hosts, subnet, None)
+
+
+def test_hosts_have_the_addresses_of_the_spec(tmp_path: Path) -> None:
+    alpha, beta = plan_from(tmp_path).hosts
+    assert (alpha.address, alpha.user, alpha.port) == ("10.91.1.1", "robot", 22)
+    assert (beta.address, beta.user, beta.port) == ("10.91.1.2", "root", 2222)
+
+
+def test_interfaces_are_numbered_by_kind_in_the_order_of_the_links(tmp_path: Path) -> None:
+    alpha, beta = plan_from(tmp_path).hosts
+    assert alpha.interfaces == (
+        Interface("wlan0", "air", "10.91.1.1/24"),
+        Interface("eth0", "wire", "10.91.2.253/24"),
+    )
+    assert beta.interfaces[1] == Interface("eth0", "wire", "10.91.2.252/24")
+
+
+def test_the_operator_has_the_last_free_address_of_every_network(tmp_path: Path) -> None:
+    assert plan_from(tmp_path).networks == (
+        LabNetwork("air", "wlan", "10.91.1.0/24", "10.91.1.254/24", multicast=False),
+        LabNetwork("wire", "ethernet", "10.91.2.0/24", "10.91.2.254/24", multicast=True),
+    )
+    moved = plan_from(tmp_path, ("10.91.1.2,", "10.91.1.254,"))
+    assert moved.networks[0].operator == "10.91.1.253/24"
+
+
+def test_robots_hang_on_the_devices_of_their_links(tmp_path: Path) -> None:
+    plan = plan_from(tmp_path)
+    assert plan.robots == (
+        LabRobot("rover", "khepera3", "alpha", "/dev/swarm/rover", bluetooth=False),
+        LabRobot("puck", "epuck", "beta", "/dev/rfcomm0", bluetooth=True),
+    )
+    assert [robot.name for robot in plan.robots_on("beta")] == ["puck"]
+
+
+def test_a_lab_is_called_as_its_swarm_unless_told_otherwise(tmp_path: Path) -> None:
+    assert plan_from(tmp_path).name == "tiny"
+    other = plan_from(tmp_path, name="other")
+    assert (other.name, other.swarm) == ("other", "tiny")
+
+
+def test_hosts_without_a_network_hang_on_an_uplink_by_subnet() -> None:
+    plan = plan_of(swarm_of({"a": "10.0.1.1", "b": "10.0.2.1", "c": "10.0.1.2"}))
+    assert [(one.name, one.subnet) for one in plan.networks] == [
+        ("uplink", "10.0.1.0/24"),
+        ("uplink1", "10.0.2.0/24"),
+    ]
+    assert plan.host("c").interfaces == (Interface("eth0", "uplink", "10.0.1.2/24"),)
+
+
+def test_ipv6() -> None:
+    plan = plan_of(swarm_of({"a": "fd00::1", "b": "fd00::2"}, wlan("air", "a", "b", subnet="fd00::/64")))
+    assert plan.host("a").interfaces == (Interface("wlan0", "air", "fd00::1/64"),)
+    assert plan.networks[0].operator == "fd00::ffff:ffff:ffff:fffe/64"
+
+
+@pytest.mark.parametrize(
+    ("swarm", "said", "mended"),
+    [
+        (
+            swarm_of({"a": "a.local"}),
+            "host a has the address `a.local`, a name",
+            "give the host an IP address",
+        ),
+        (swarm_of({"a": "10.0.0.1", "b": "10.0.0.1"}), "hosts a and b both have the address", "its own"),
+        (
+            swarm_of(
+                {"a": "10.0.0.1", "b": "10.0.0.2"},
+                wlan("x", "a", "b", subnet="10.0.0.0/24"),
+                wlan("y", "a", "b", subnet="10.0.0.128/25"),
+            ),
+            "networks x (10.0.0.0/24) and y (10.0.0.128/25) overlap",
+            "give each link its own `subnet`",
+        ),
+        (
+            swarm_of({"a": "10.0.0.1", "b": "10.0.0.2"}, wlan("x", "a", "b", subnet="10.0.0.0/30")),
+            "the subnet 10.0.0.0/30 has no free address left for swarmctl itself",
+            "a larger subnet",
+        ),
+        (
+            swarm_of({"a": "10.0.0.1", "b": "10.0.1.2"}, wlan("x", "a", "b")),
+            "the hosts of network x lie in several subnets: a 10.0.0.1, b 10.0.1.2",
+            "give the link its `subnet`",
+        ),
+        (
+            swarm_of({"a": "10.0.0.1", "b": "10.0.1.2"}, wlan("x", "a", "b", subnet="10.0.0.0/24")),
+            "host b has the address 10.0.1.2, which is in none of its networks",
+            "correct the address",
+        ),
+        (swarm_of({"operator": "10.0.0.1"}), "a host is called `operator`", "another name"),
+    ],
+    ids=["name", "doubled", "overlap", "full", "several-subnets", "stray", "operator"],
+)
+def test_what_no_lab_can_be(swarm: Swarm, said: str, mended: str) -> None:
+    with pytest.raises(LabError) as refusal:
+        plan_of(swarm)
+    assert said in str(refusal.value)
+    assert mended in refusal.value.help_lines[0]
+
+
+@given(st.sets(st.integers(1, 254), min_size=1, max_size=40))
+def test_no_address_is_given_twice(numbers: set[int]) -> None:
+    addresses = {f"h{number}": f"10.0.0.{number}" for number in sorted(numbers)}
+    swarm = swarm_of(
+        addresses,
+        wlan("air", *addresses, subnet="10.0.0.0/24"),
+        wlan("more", *addresses, subnet="10.1.0.0/16"),
+    )
+    plan = plan_of(swarm)
+    given = [one.operator for one in plan.networks]
+    given += [interface.address for host in plan.hosts for interface in host.interfaces]
+    assert len(set(given)) == len(given)
+    for network in plan.networks:
+        inside = ipaddress.ip_network(network.subnet)
+        operator = ipaddress.ip_interface(network.operator).ip
+        assert operator in inside
+        assert operator not in (inside.network_address, inside.broadcast_address)
+
+
+def test_unknown_hosts_and_robots_are_told_with_the_known_ones(tmp_path: Path) -> None:
+    plan = plan_from(tmp_path)
+    with pytest.raises(LabError, match="lab tiny has no host `gamma`") as refusal:
+        plan.host("gamma")
+    assert refusal.value.help_lines == ("it has alpha, beta",)
+    with pytest.raises(LabError, match="no robot `alpha`"):
+        plan.robot("alpha")
+
+
+def test_the_state_comes_back_as_it_was_written(tmp_path: Path) -> None:
+    home, state = Home(tmp_path), State(plan_from(tmp_path), tmp_path / "image")
+    write_state(home, state)
+    assert read_state(home) == state
+    assert home.state.stat().st_mode & 0o777 == 0o600
+    assert LabPlan.from_json(json.loads(json.dumps(state.plan.to_json()))) == state.plan
+
+
+def test_a_state_of_another_format_is_told(tmp_path: Path) -> None:
+    home = Home(tmp_path)
+    home.state.write_text('{"format": 0}')
+    with pytest.raises(LabError, match="made by another swarmctl"):
+        read_state(home)
+
+
+def test_a_lab_that_was_never_up_is_told(tmp_path: Path) -> None:
+    with pytest.raises(LabError, match="is not up") as refusal:
+        read_state(Home(tmp_path / "none"))
+    assert refusal.value.help_lines == ("run `swarmctl lab up` first",)

@@ -1,0 +1,63 @@
+"""A lab's tables as people see them: compared with the texts in ``golden``."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from swarmctl.views import lab as view
+
+GOLDEN = Path(__file__).parent / "golden"
+
+STATUS = {
+    "hosts": [
+        {"name": "alpha", "state": "running", "address": "10.91.1.1", "user": "robot", "boots": 2},
+        {"name": "beta", "state": "stopped", "address": "10.91.1.2", "user": "root", "boots": 1},
+        {"name": "gamma", "state": "starting", "address": "10.91.2.1", "user": "root", "boots": 1},
+    ],
+    "networks": [
+        {"name": "air", "hosts": {"alpha": True, "beta": False}},
+        {"name": "wire", "hosts": {"alpha": True, "beta": True, "gamma": True}},
+    ],
+}
+
+
+def robot(**changes: Any) -> dict[str, Any]:
+    rest = {"x": 0.0, "y": 0.0, "theta": 0.0, "left": 0.0, "right": 0.0, "plugged": True}
+    return {**rest, **changes}
+
+
+ROBOTS = {
+    "rover": robot(x=1.23456, y=-0.5, theta=-1.5707963, left=0.1, right=0.0999),
+    "puck": robot(theta=9.42477796, plugged=False),
+    "koala": robot(left=-0.2, right=0.2, plugged=False),
+}
+
+
+def shown(table: Any) -> str:
+    screen = io.StringIO()
+    Console(file=screen, width=120, color_system=None).print(table)
+    return "".join(f"{line.rstrip()}\n" for line in screen.getvalue().splitlines())
+
+
+@pytest.mark.parametrize(("name", "table"), [("hosts", view.hosts(STATUS)), ("robots", view.robots(ROBOTS))])
+def test_the_table_is_the_golden_one(name: str, table: Any, golden: Callable[[Path, str], None]) -> None:
+    golden(GOLDEN / f"{name}.txt", shown(table))
+
+
+def test_a_lab_that_does_not_run_has_hosts_all_the_same() -> None:
+    assert "alpha  running" in shown(view.hosts({**STATUS, "networks": []}))
+
+
+@pytest.mark.parametrize(
+    ("theta", "degrees"), [(0.0, 0.0), (3.14159265, 180.0), (-3.14159265, 180.0), (7.0, 41.07)]
+)
+def test_headings_are_within_half_a_turn(theta: float, degrees: float) -> None:
+    assert view._heading(theta) == pytest.approx(degrees, abs=0.01) or view._heading(theta) == pytest.approx(
+        -degrees, abs=0.01
+    )

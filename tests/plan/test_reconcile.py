@@ -1,0 +1,211 @@
+"""What a plan promises: every difference becomes a step with its cause, and no difference becomes no step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from swarmctl.plan.observed import NOTHING, Observed, UnitState
+from swarmctl.plan.plan import HostPlan, Kind
+from swarmctl.plan.reconcile import reconcile
+from swarmctl.render.bundle import Bundle, File, Unit
+
+RUNS = UnitState("active", "running", 42)
+
+
+def bundle(**contents: str) -> Bundle:
+    """Two robots with a driver unit each; ``contents`` changes a file by its stem."""
+    text = {"a": "a1", "b": "b1", "env": "e1", "unit_a": "ua", "unit_b": "ub", "hosts": "h"} | contents
+    paths = {
+        "a": "params/a.yaml", "b": "params/b.yaml", "env": "env/ros.env",
+        "unit_a": "units/a.service", "unit_b": "units/b.service", "hosts": "hosts/block",
+    }  # fmt: skip
+    return Bundle(
+        swarm="s",
+        host="pi",
+        files=tuple(File(paths[name], text[name].encode(), origin=f"robots.{name}") for name in paths),
+        units=(
+            Unit("a.service", ("units/a.service", "params/a.yaml", "env/ros.env"), robot="a"),
+            Unit("b.service", ("units/b.service", "params/b.yaml", "env/ros.env"), robot="b"),
+            Unit("s.target", ()),
+        ),
+        links={
+            "/etc/systemd/system/a.service": "units/a.service",
+            "/etc/systemd/system/b.service": "units/b.service",
+        },
+        blocks={"/etc/hosts": "hosts/block"},
+    )
+
+
+def running(released: Bundle, **changes: object) -> Observed:
+    """A sound host that runs ``released``."""
+    units = {unit.name: RUNS for unit in released.units}
+    return replace(Observed(released.digest, released.manifest, units=units), **changes)
+
+
+def lines(plan: HostPlan) -> list[str]:
+    return [f"{step.kind.value} {step.target}: {step.cause}" for step in plan.steps]
+
+
+def test_a_sound_host_with_the_same_release_has_nothing_to_do() -> None:
+    assert reconcile(bundle(), running(bundle())).steps == ()
+
+
+def test_the_first_deploy_brings_everything_and_starts_it_in_order() -> None:
+    plan = reconcile(bundle(), NOTHING)
+    assert plan.base is None
+    assert plan.targets(Kind.CREATE) == tuple(file.path for file in bundle().files)
+    assert plan.targets(Kind.START) == ("a.service", "b.service", "s.target")
+    assert plan.targets(Kind.RELOAD) == ("systemd",)
+    assert "activate " in "".join(lines(plan))
+
+
+def test_one_changed_parameter_restarts_one_unit_and_says_why() -> None:
+    plan = reconcile(bundle(a="a2"), running(bundle()))
+    assert lines(plan) == [
+        "update params/a.yaml: changed, from robots.a",
+        f"activate {bundle(a='a2').digest}: replaces {bundle().digest}",
+        "restart a.service: params/a.yaml changes",
+    ]
+
+
+def test_a_changed_environment_restarts_every_unit_that_reads_it() -> None:
+    plan = reconcile(bundle(env="e2"), running(bundle()))
+    assert plan.targets(Kind.RESTART) == ("a.service", "b.service")
+
+
+def test_a_changed_unit_file_reloads_systemd() -> None:
+    plan = reconcile(bundle(unit_b="new"), running(bundle()))
+    assert plan.targets(Kind.RELOAD) == ("systemd",)
+    assert plan.targets(Kind.RESTART) == ("b.service",)
+
+
+def test_the_hosts_block_changes_without_any_restart() -> None:
+    plan = reconcile(bundle(hosts="other"), running(bundle()))
+    assert plan.targets(Kind.BLOCK) == ("/etc/hosts",)
+    assert plan.targets(Kind.RESTART, Kind.START, Kind.STOP, Kind.RELOAD) == ()
+
+
+def test_what_left_the_spec_is_stopped_unlinked_and_deleted() -> None:
+    whole = bundle()
+    smaller = replace(
+        whole,
+        files=tuple(file for file in whole.files if "b." not in file.path),
+        units=(whole.units[0], whole.units[2]),
+        links={"/etc/systemd/system/a.service": "units/a.service"},
+    )
+    plan = reconcile(smaller, running(whole))
+    assert plan.targets(Kind.STOP) == ("b.service",)
+    assert plan.targets(Kind.UNLINK) == ("/etc/systemd/system/b.service",)
+    assert plan.targets(Kind.DELETE) == ("params/b.yaml", "units/b.service")
+    assert plan.targets(Kind.RESTART, Kind.START) == ()
+    order = [step.kind for step in plan.steps]
+    assert order.index(Kind.STOP) < order.index(Kind.ACTIVATE) < order.index(Kind.UNLINK)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"drift": {"params/a.yaml": "changed"}}, ["update params/a.yaml: was changed on the host"]),
+        ({"drift": {"params/a.yaml": "missing"}}, ["update params/a.yaml: is missing on the host"]),
+        ({"drift": {"junk": "extra"}}, ["delete junk: does not belong to the release"]),
+    ],
+)
+def test_a_file_touched_on_the_host_is_put_right(change: dict[str, object], expected: list[str]) -> None:
+    plan = reconcile(bundle(), running(bundle(), **change))
+    assert lines(plan)[: len(expected)] == expected
+    assert f"activate {bundle().digest}: the release on the host is damaged" in lines(plan)
+
+
+def test_only_the_unit_that_reads_the_touched_file_restarts() -> None:
+    plan = reconcile(bundle(), running(bundle(), drift={"params/a.yaml": "changed"}))
+    assert lines(plan)[-1] == "restart a.service: params/a.yaml was changed on the host"
+    assert plan.targets(Kind.RESTART, Kind.START) == ("a.service",)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (
+            {"links": {"/etc/systemd/system/a.service": "missing"}},
+            "link /etc/systemd/system/a.service: is missing on the host",
+        ),
+        (
+            {"links": {"/etc/systemd/system/x.service": "extra"}},
+            "unlink /etc/systemd/system/x.service: does not belong to the release",
+        ),
+        ({"blocks": {"/etc/hosts": "changed"}}, "write-block /etc/hosts: its block was changed on the host"),
+    ],
+)
+def test_what_points_into_the_release_is_put_right(change: dict[str, object], expected: str) -> None:
+    assert expected in lines(reconcile(bundle(), running(bundle(), **change)))
+
+
+@pytest.mark.parametrize("state", ["failed", "inactive", "deactivating"])
+def test_a_unit_that_does_not_run_is_started(state: str) -> None:
+    units = {"a.service": UnitState(state), "b.service": RUNS, "s.target": RUNS}
+    assert lines(reconcile(bundle(), running(bundle(), units=units))) == [f"start a.service: is {state}"]
+
+
+def test_a_unit_that_waits_for_missing_hardware_is_left_alone_and_noted() -> None:
+    units = {"a.service": UnitState("inactive", skipped=True), "b.service": RUNS, "s.target": RUNS}
+    plan = reconcile(bundle(), running(bundle(), units=units))
+    assert plan.steps == ()
+    assert plan.notes == ("a.service waits for hardware that the host does not have",)
+
+
+def test_a_deploy_that_was_cut_off_is_taken_up_again() -> None:
+    plan = reconcile(bundle(), running(bundle(), unfinished="x -> y by someone"))
+    assert lines(plan) == [f"activate {bundle().digest}: an earlier deploy was cut off: x -> y by someone"]
+
+
+def test_diffs_show_what_changes_and_only_that() -> None:
+    seen = running(bundle(), contents={file.path: file.content.decode() for file in bundle().files})
+    plan = reconcile(bundle(a="a2"), seen, diff=True)
+    assert set(plan.diffs) == {"params/a.yaml"}
+    assert "-a1" in plan.diffs["params/a.yaml"]
+    assert "+a2" in plan.diffs["params/a.yaml"]
+
+
+def test_the_json_form_says_the_same() -> None:
+    document = reconcile(bundle(a="a2"), running(bundle())).to_json()
+    assert [step["kind"] for step in document["steps"]] == ["update", "activate", "restart"]
+    assert document["problem"] is None
+
+
+FIT = {"systemd": True, "python": "3.8.10", "has": {"roscore": None, "rospy": "/x", "pyserial": "/y"}}
+
+
+@pytest.mark.parametrize(
+    ("facts", "complaint"),
+    [
+        (FIT, None),
+        (FIT | {"systemd": False}, "does not run systemd"),
+        (FIT | {"python": "3.6.9"}, "its Python is 3.6.9"),
+        (FIT | {"has": {"rospy": None, "pyserial": None}}, "it lacks rospy, pyserial"),
+    ],
+)
+def test_a_host_that_cannot_run_its_part_is_named_with_the_mend(
+    facts: dict[str, object], complaint: str | None
+) -> None:
+    wanted = replace(bundle(), requires=("rospy", "pyserial"))
+    problem = reconcile(wanted, running(bundle(), facts=facts)).problem
+    assert (
+        (problem is None)
+        if complaint is None
+        else (problem is not None and complaint in problem.message and problem.hint)
+    )
+
+
+def test_a_host_that_leaves_the_graph_loses_everything_and_a_host_that_was_never_in_it_is_left_alone() -> (
+    None
+):
+    nothing = Bundle("s", "pi", ())
+    plan = reconcile(nothing, running(bundle()))
+    assert plan.targets(Kind.STOP) == ("s.target", "b.service", "a.service")
+    assert set(plan.targets(Kind.DELETE)) == {file.path for file in bundle().files}
+    assert set(plan.targets(Kind.UNLINK)) == set(bundle().links)
+    assert plan.targets(Kind.BLOCK) == ("/etc/hosts",)
+    assert reconcile(nothing, running(nothing)).steps == ()
+    assert reconcile(nothing, NOTHING).steps == ()

@@ -1,0 +1,203 @@
+"""A conversation with the agent: many questions, one process and one channel; and how it ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import sshd as servers
+from fakehost import FakeHost, bundle, payload_of, request_for
+
+from swarmctl.remote import agent
+from swarmctl.remote.ssh import SshTransport
+from swarmctl.remote.transport import HostError, Kind
+
+OBSERVE = {"verb": "observe", "swarm": "new"}
+RELEASE = bundle("1")
+
+
+@pytest.fixture
+def host(tmp_path: Path) -> FakeHost:
+    made = FakeHost(tmp_path / "host")
+    (made.prefix / "home").mkdir()
+    return made
+
+
+def environment(host: FakeHost) -> str:
+    return f"SetEnv SWARM_PREFIX={host.prefix} PATH={host.prefix}/bin:/usr/bin:/bin HOME={host.prefix}/home"
+
+
+def agents(host: FakeHost) -> list[int]:
+    """The processes of agents that work on this host."""
+    mark = f"SWARM_PREFIX={host.prefix}\0".encode()
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            ours = (
+                mark in (folder / "environ").read_bytes() and b"python" in (folder / "cmdline").read_bytes()
+            )
+        except OSError:
+            continue
+        if ours:
+            found.append(int(folder.name))
+    return found
+
+
+def within(seconds: float, happened: Callable[[], bool]) -> bool:
+    end = time.monotonic() + seconds
+    while not happened() and time.monotonic() < end:
+        time.sleep(0.02)
+    return happened()
+
+
+def test_two_questions_are_answered_by_one_process_on_one_channel(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+    ):
+        with agent.talk(session) as first:  # after this the host keeps the agent
+            first.ask(OBSERVE)
+        before = server.log.count("Starting session: command")
+        with agent.talk(session) as talk:
+            assert talk.ask(OBSERVE)["release"] is None
+            (process,) = agents(host)
+            notes: list[str] = []
+            answer = talk.ask(request_for(RELEASE), payload_of(RELEASE), on_note=notes.append)
+            assert answer["release"] == talk.ask(OBSERVE)["release"] == RELEASE.digest
+            assert agents(host) == [process]
+        assert notes[0] == "staging 6 files"
+        assert server.log.count("Starting session: command") == before + 1
+        assert within(5, lambda: not agents(host)), "the agent stayed when the conversation was over"
+
+
+def test_a_host_that_has_no_agent_gets_it_with_the_first_question_and_answers_the_second(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        assert talk.ask(OBSERVE)["release"] is None
+        assert talk.ask(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
+        assert server.log.count("Starting session: command") == 2
+
+
+def test_an_answer_that_is_an_error_leaves_the_conversation_as_it_was(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    stale = request_for(RELEASE, base="0" * 16)
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        for request, payload in ((stale, payload_of(RELEASE)), ({"verb": "../../etc"}, b"x"), ({}, b"")):
+            with pytest.raises(HostError):
+                talk.ask(request, payload)
+        assert talk.ask(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
+
+
+@pytest.mark.parametrize("noise", ["printf 'half a line'", "seq 2000"])
+def test_noise_between_two_answers_does_not_matter(
+    spare: Path, host: FakeHost, transport: SshTransport, noise: str
+) -> None:
+    # What the login shell leaves behind goes on printing while the agent answers.
+    (host.prefix / "home/.bashrc").write_text(f"(for i in 1 2 3 4 5 6; do {noise}; sleep 0.1; done) &\n")
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        for _ in range(4):
+            assert talk.ask(OBSERVE)["release"] is None
+            time.sleep(0.15)
+
+
+def test_a_host_that_dies_between_two_questions_is_lost_for_the_rest(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        talk.ask(OBSERVE)
+        for child in server.children():
+            os.kill(child, signal.SIGKILL)
+        for _ in range(2):
+            with pytest.raises(HostError) as caught:
+                talk.ask(request_for(RELEASE), payload_of(RELEASE), timeout=5)
+            assert caught.value.kind is Kind.LOST
+    assert not (host.prefix / "opt/swarm/new").exists()
+
+
+def test_an_agent_that_dies_between_two_questions_is_told(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        talk.ask(OBSERVE)
+        for process in agents(host):
+            os.kill(process, signal.SIGKILL)
+        for _ in range(2):
+            with pytest.raises(HostError, match="the agent ended without an answer") as caught:
+                talk.ask(OBSERVE, timeout=5)
+            assert caught.value.kind is Kind.PROTOCOL
+
+
+def test_an_operator_that_dies_between_two_questions_leaves_no_agent_behind(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        talk.ask(OBSERVE)
+        assert agents(host)
+        session.close()
+        assert within(5, lambda: not agents(host))
+
+
+def test_a_question_that_is_not_answered_in_time_ends_the_conversation(
+    spare: Path, host: FakeHost, transport: SshTransport
+) -> None:
+    host.apply(RELEASE)
+    (host.prefix / "slow").touch()
+    stop = {"base": RELEASE.digest, "stop": ["koala.service"], "start": []}
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        talk.ask(OBSERVE)
+        for _ in range(2):
+            with pytest.raises(HostError, match=r"did not finish within 0\.2 s"):
+                talk.ask(request_for(RELEASE, **stop), payload_of(RELEASE), timeout=0.2)
+    assert within(10, lambda: not agents(host))
+    assert host.observe()["transaction"]["state"] == "applied"
+
+
+def test_a_flood_ends_the_conversation_and_what_came_with_it_is_no_answer(
+    spare: Path, host: FakeHost, transport: SshTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(agent, "_LONGEST_ANSWER", 5000)
+    (host.prefix / "home/.bashrc").write_text("seq 2000\n")
+    with (
+        servers.running(spare, extra=environment(host)) as server,
+        transport.connect(server.target()) as session,
+        agent.talk(session) as talk,
+    ):
+        for _ in range(2):
+            with pytest.raises(HostError, match="more than 5000 bytes"):
+                talk.ask(OBSERVE)

@@ -1,0 +1,329 @@
+"""Logging in to a real sshd: whom we trust, whom we refuse, and that every wait ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import sshd as servers
+from sshd import Sshd
+
+from swarmctl.remote.hostkeys import fingerprint
+from swarmctl.remote.identities import Keyring
+from swarmctl.remote.ssh import SshTransport, Timeouts
+from swarmctl.remote.transport import HostError, Kind, Target
+
+
+def refused(transport: SshTransport, target: Target) -> HostError:
+    with pytest.raises(HostError) as caught, transport.connect(target):
+        pass
+    return caught.value
+
+
+def lines_about_auth(log: str) -> list[str]:
+    return [
+        line for line in log.splitlines() if re.search("userauth|publickey|Postponed|Accepted|Failed", line)
+    ]
+
+
+def test_a_pinned_host_lets_us_in(sshd: Sshd, transport: SshTransport) -> None:
+    with transport.connect(sshd.target()) as session:
+        done = servers.run(session, "echo hello; echo oh >&2; head -c 6; exit 3", [b"to ", b"you"])
+    assert (done.status, done.stdout, done.stderr) == (3, b"hello\nto you", b"oh\n")
+
+
+@pytest.mark.parametrize("index", [0, 1, 2], ids=["rsa", "ecdsa", "ed25519"])
+def test_any_one_pinned_key_is_enough_whatever_others_the_host_has(
+    sshd: Sshd, transport: SshTransport, index: int
+) -> None:
+    with transport.connect(sshd.target(keys=(sshd.keys[index],))):
+        pass
+
+
+def test_a_host_without_a_pinned_key_is_named_with_its_fingerprint(
+    sshd: Sshd, transport: SshTransport
+) -> None:
+    error = refused(transport, sshd.target(keys=()))
+
+    assert error.kind is Kind.HOST_KEY
+    assert fingerprint(sshd.keys[2]) in error.message
+    assert "swarmctl trust SPEC" in error.hint
+
+
+@pytest.mark.parametrize("kind", ["ed25519", "ecdsa", "rsa"])
+def test_a_changed_key_is_refused_before_anything_is_said_about_us(
+    spare: Path, tmp_path: Path, transport: SshTransport, kind: str
+) -> None:
+    other = servers.make_key(tmp_path / "other", kind)
+    with servers.running(spare) as server:
+        error = refused(transport, server.target(keys=(other,)))
+        assert lines_about_auth(server.log) == []
+        with transport.connect(server.target()):
+            pass
+        assert lines_about_auth(server.log)  # the log would have told
+
+    assert error.kind is Kind.HOST_KEY
+    assert fingerprint(other) in error.message
+    assert fingerprint(server.keys[0]) in error.message
+    assert "trust SPEC --host pi --replace" in error.hint
+
+
+def test_the_key_of_another_host_is_not_good_for_this_one(
+    spare: Path, sshd: Sshd, transport: SshTransport
+) -> None:
+    with servers.running(spare) as server:
+        assert refused(transport, server.target(keys=sshd.keys)).kind is Kind.HOST_KEY
+
+
+def test_a_scan_sees_the_strongest_key_and_says_nothing(spare: Path, transport: SshTransport) -> None:
+    with servers.running(spare, kinds=("rsa", "ed25519")) as server:
+        assert transport.scan(server.target(keys=())) == server.keys[1]
+        assert lines_about_auth(server.log) == []
+
+
+def test_a_host_that_knows_us_not_names_the_user_and_the_keys_tried(
+    spare: Path, transport: SshTransport
+) -> None:
+    with servers.running(spare, authorize=False) as server:
+        error = refused(transport, server.target())
+        assert "password" not in "".join(lines_about_auth(server.log))
+
+    assert error.kind is Kind.AUTH
+    assert error.message == f"pi does not let root in; tried {server.identity}"
+    assert "ssh-copy-id" in error.hint
+
+
+def test_without_any_key_nothing_is_tried(sshd: Sshd, transport: SshTransport) -> None:
+    error = refused(transport, sshd.target(identities=()))
+
+    assert error.kind is Kind.AUTH
+    assert "no private key" in error.message
+
+
+def test_the_default_key_is_used_when_none_is_named(sshd: Sshd, tmp_path: Path) -> None:
+    (tmp_path / "id_ed25519").write_bytes(sshd.identity.read_bytes())
+    with SshTransport(Keyring(tmp_path, use_agent=False)).connect(sshd.target(identities=())):
+        pass
+
+
+def test_a_key_with_a_passphrase_and_one_that_is_missing_are_named(
+    sshd: Sshd, tmp_path: Path, transport: SshTransport
+) -> None:
+    servers.make_key(tmp_path / "locked", passphrase="open sesame")
+
+    locked = refused(transport, sshd.target(identities=(tmp_path / "locked",)))
+    missing = refused(transport, sshd.target(identities=(tmp_path / "nowhere",)))
+
+    assert (locked.kind, missing.kind) == (Kind.AUTH, Kind.AUTH)
+    assert "has a passphrase" in locked.message
+    assert "ssh-add" in locked.hint
+    assert "does not exist" in missing.message
+
+
+def test_nobody_there_is_told_apart(sshd: Sshd, transport: SshTransport) -> None:
+    closed = refused(transport, sshd.target(port=servers.free_port()))
+    nameless = refused(transport, sshd.target(address="no-such-host.invalid"))
+
+    assert (closed.kind, nameless.kind) == (Kind.UNREACHABLE, Kind.UNREACHABLE)
+    assert "nothing listens for SSH" in closed.message
+    assert "no address is known for the name no-such-host.invalid" in nameless.message
+    assert closed.retryable
+    assert not closed.reached
+
+
+def test_a_port_that_says_nothing_is_given_up_on(transport: SshTransport, tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        begun = time.monotonic()
+        error = refused(transport, Target("pi", "127.0.0.1", "root", listener.getsockname()[1]))
+
+    assert error.message.endswith("takes the connection but does not greet")
+    assert time.monotonic() - begun < 4
+
+
+def test_a_flooding_command_is_cut_off(sshd: Sshd, transport: SshTransport) -> None:
+    for flood in ("yes", "yes >&2"):
+        with transport.connect(sshd.target()) as session, pytest.raises(HostError) as caught:
+            servers.run(session, flood, limit=1 << 16, timeout=20)
+        assert caught.value.kind is Kind.PROTOCOL
+        assert "more than 65536 bytes" in caught.value.message
+
+
+def test_much_on_both_streams_at_once_does_not_stall(sshd: Sshd, transport: SshTransport) -> None:
+    with transport.connect(sshd.target()) as session:
+        done = servers.run(
+            session,
+            "head -c 3000000 /dev/zero >&2; head -c 5000000 | wc -c",
+            [b"x" * 5_000_000],
+            limit=4 << 20,
+            timeout=20,
+        )
+    assert len(done.stderr) == 3_000_000
+    assert done.stdout.strip() == b"5000000"
+
+
+def test_a_command_that_reads_nothing_ends_all_the_same(sshd: Sshd, transport: SshTransport) -> None:
+    with transport.connect(sshd.target()) as session:
+        assert servers.run(session, "exit 7", [b"x" * 5_000_000], timeout=20).status == 7
+
+
+def test_a_hanging_command_ends_at_its_deadline(sshd: Sshd, transport: SshTransport) -> None:
+    begun = time.monotonic()
+    with transport.connect(sshd.target()) as session, pytest.raises(HostError) as caught:
+        servers.run(session, "echo $$; exec sleep 60", timeout=0.7)
+    assert time.monotonic() - begun < 3
+    assert caught.value.message == "pi did not finish within 0.7 s"
+    assert caught.value.kind is Kind.LOST
+
+
+def test_a_child_that_holds_the_streams_does_not_hold_us(sshd: Sshd, transport: SshTransport) -> None:
+    begun = time.monotonic()
+    with transport.connect(sshd.target()) as session:
+        done = servers.run(session, "sleep 5 & echo $!", timeout=20)
+    os.kill(int(done.stdout), signal.SIGTERM)
+    assert time.monotonic() - begun < 4
+
+
+def test_a_frozen_server_is_given_up_on(spare: Path, transport: SshTransport) -> None:
+    with servers.running(spare) as server, transport.connect(server.target()) as session:
+        servers.run(session, "true")
+        for child in server.children():
+            os.kill(child, signal.SIGSTOP)
+        begun = time.monotonic()
+        with pytest.raises(HostError) as caught:
+            servers.run(session, "true", timeout=1)
+        assert time.monotonic() - begun < 4
+    assert caught.value.kind is Kind.LOST
+
+
+def test_a_connection_that_breaks_is_lost_and_says_so(spare: Path, transport: SshTransport) -> None:
+    with servers.running(spare) as server, transport.connect(server.target()) as session:
+
+        def kill() -> None:
+            for child in server.children():
+                os.kill(child, signal.SIGKILL)
+
+        timer = threading.Timer(0.5, kill)
+        timer.start()
+        begun = time.monotonic()
+        with pytest.raises(HostError) as caught:
+            servers.run(session, "sleep 3", timeout=20)
+        timer.join()
+        assert time.monotonic() - begun < 2.5
+    assert caught.value.kind is Kind.LOST
+    assert "connection was lost" in caught.value.message
+
+
+def test_closing_from_another_thread_ends_a_command(sshd: Sshd, transport: SshTransport) -> None:
+    with transport.connect(sshd.target()) as session:
+        timer = threading.Timer(0.3, session.close)
+        timer.start()
+        with pytest.raises(HostError) as caught:
+            servers.run(session, "sleep 2", timeout=20)
+        timer.join()
+    assert caught.value.kind is Kind.LOST
+
+
+def test_through_a_jump_host_each_hop_is_checked(
+    spare: Path, tmp_path: Path, sshd: Sshd, transport: SshTransport
+) -> None:
+    other = servers.make_key(tmp_path / "other")
+    with servers.running(spare) as gate:
+        through = sshd.target(jump=gate.target(host="gate"))
+        with transport.connect(through) as session:
+            assert servers.run(session, "echo far").stdout == b"far\n"
+        assert "direct-tcpip" in gate.log
+
+        bad_gate = refused(transport, sshd.target(jump=gate.target(host="gate", keys=(other,))))
+        bad_end = refused(transport, sshd.target(keys=(other,), jump=gate.target(host="gate")))
+        nobody = refused(transport, sshd.target(port=1, jump=gate.target(host="gate")))
+
+    assert (bad_gate.kind, bad_end.kind) == (Kind.HOST_KEY, Kind.HOST_KEY)
+    assert bad_gate.message.startswith("gate ")
+    assert bad_end.message.startswith("pi ")
+    assert nobody.kind is Kind.UNREACHABLE
+    assert "cannot be reached through gate" in nobody.message
+
+
+def test_all_hosts_behind_a_jump_host_share_one_login_to_it(
+    spare: Path, sshd: Sshd, transport: SshTransport
+) -> None:
+    with servers.running(spare, extra="MaxStartups 2:100:2") as gate:
+        behind = [sshd.target(host=f"pi{n}", jump=gate.target(host="gate")) for n in range(12)]
+        errors: list[HostError] = []
+
+        def enter(target: Target) -> None:
+            try:
+                with transport.connect(target) as session:
+                    servers.run(session, "sleep 0.3")
+            except HostError as error:
+                errors.append(error)
+
+        threads = [threading.Thread(target=enter, args=(target,)) for target in behind]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert errors == []
+        assert gate.log.count("Accepted publickey") < 4  # the debug log may tell one login several times
+        with transport.connect(behind[0]):  # after the last user the hop was closed; this opens it anew
+            pass
+
+
+def test_a_dead_jump_host_is_tried_once_for_all_behind_it(sshd: Sshd, transport: SshTransport) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        gate = Target("gate", "127.0.0.1", "root", silent.getsockname()[1])
+        errors: list[HostError] = []
+
+        def enter() -> None:
+            errors.append(refused(transport, sshd.target(jump=gate)))
+
+        threads = [threading.Thread(target=enter) for _ in range(6)]
+        begun = time.monotonic()
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert time.monotonic() - begun < 6
+    assert {error.message for error in errors} == {
+        f"gate (127.0.0.1, port {gate.port}) takes the connection but does not greet"
+    }
+
+
+def test_a_server_that_drops_newcomers_is_tried_again(spare: Path, tmp_path: Path) -> None:
+    keyring = Keyring(tmp_path, use_agent=False)
+    patient = SshTransport(keyring, timeouts=Timeouts(2, 5, 5, 5), attempts=8)
+    with servers.running(spare, extra="MaxStartups 1:50:2") as server:
+        errors: list[HostError] = []
+
+        def enter() -> None:
+            try:
+                with patient.connect(server.target()) as session:
+                    servers.run(session, "true")
+            except HostError as error:
+                errors.append(error)
+
+        threads = [threading.Thread(target=enter) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert "MaxStartups" in server.log or "drop connection" in server.log
+    assert errors == []
+
+
+def test_weak_algorithms_are_not_spoken(spare: Path, transport: SshTransport) -> None:
+    with servers.running(spare, extra="Ciphers aes256-cbc\nMACs hmac-sha1") as server:
+        error = refused(transport, server.target())
+    assert error.kind is Kind.UNREACHABLE
+    assert "no longer safe" in error.message
+
+
+def test_nothing_is_forwarded_to_the_host(sshd: Sshd, transport: SshTransport) -> None:
+    with transport.connect(sshd.target()) as session:
+        assert servers.run(session, "echo [$SSH_AUTH_SOCK$DISPLAY]").stdout == b"[]\n"

@@ -1,0 +1,10 @@
+# Written by swarmctl; the next deploy replaces it.
+# For people:  source /opt/swarm/newswarm/current/setup.bash
+if [ -f /opt/ros/noetic/setup.bash ]; then
+  . /opt/ros/noetic/setup.bash
+fi
+export SWARM=newswarm
+export ROS_MASTER_URI=http://192.168.77.10:11311
+unset ROS_IP ROS_HOSTNAME
+export ROS_IP=192.168.77.11
+export ROS_PACKAGE_PATH=/opt/swarm/newswarm/current/drivers:"${ROS_PACKAGE_PATH:-/usr/share:/usr/lib}"

@@ -1,0 +1,201 @@
+"""Bundles: the exact bytes of the example, the same every time, and only what must change changes."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+import yaml
+
+from swarmctl.checks.check import read
+from swarmctl.render.bundle import Bundle
+from swarmctl.render.host import bundles
+
+GOLDEN = Path(__file__).parent / "golden"
+SPEC = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
+SHIPPED = "drivers/"  # the driver's own files: golden by name, not by content
+
+
+def bundles_of(text: str, folder: Path) -> Mapping[str, Bundle]:
+    spec = folder / "swarm.yaml"
+    spec.write_text(text, "utf-8")
+    swarm, found = read(spec)
+    assert swarm is not None, found
+    return bundles(swarm)
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Bundle]:
+    return bundles_of(SPEC.read_text("utf-8"), tmp_path_factory.mktemp("spec"))
+
+
+@pytest.mark.parametrize("host", ["koala-laptop", "k3-pi", "epuck-pi"])
+def test_golden(
+    host: str, rendered: Mapping[str, Bundle], golden: Callable[[Path, str], None], regenerating: bool
+) -> None:
+    bundle, folder = rendered[host], GOLDEN / "paper-leader" / host
+    own = [file for file in bundle.files if not file.path.startswith(SHIPPED)]
+    if regenerating:
+        shutil.rmtree(folder, ignore_errors=True)
+    for file in own:
+        golden(folder / file.path, file.content.decode())
+    names = [f"{file.mode:o} {file.path}" for file in bundle.files]
+    golden(folder / "FILES", "\n".join(names) + "\n")
+    needs = {
+        unit.name: [path for path in unit.needs if not path.startswith(SHIPPED)] for unit in bundle.units
+    }
+    golden(
+        folder / "UNITS",
+        "".join(f"{name}: {' '.join(paths)}".rstrip() + "\n" for name, paths in needs.items()),
+    )
+    outside = {**bundle.links, **{path: f"{source} (block)" for path, source in bundle.blocks.items()}}
+    golden(folder / "OUTSIDE", "".join(f"{path} <- {source}\n" for path, source in outside.items()))
+    expected = {file.path for file in own} | {"FILES", "UNITS", "OUTSIDE"}
+    assert {str(one.relative_to(folder)) for one in folder.rglob("*") if one.is_file()} == expected
+
+
+def test_two_processes_render_the_same_bytes() -> None:
+    code = (
+        "import sys, pathlib\n"
+        "from swarmctl.checks.check import read; from swarmctl.render.host import bundles\n"
+        "swarm, _ = read(pathlib.Path(sys.argv[1]))\n"
+        "print({name: bundle.digest for name, bundle in bundles(swarm).items()})"
+    )
+    digests = {
+        subprocess.run(
+            [sys.executable, "-c", code, str(SPEC)],
+            env={**os.environ, "PYTHONHASHSEED": seed, "TZ": zone, "LC_ALL": "C"},
+            cwd=cwd, capture_output=True, text=True, check=True,
+        ).stdout
+        for seed, zone, cwd in (("1", "UTC", "/"), ("2", "Asia/Tokyo", "/tmp"))
+    }  # fmt: skip
+    assert len(digests) == 1
+
+
+def test_the_order_of_robots_and_hosts_changes_no_other_robots_files(
+    rendered: Mapping[str, Bundle], tmp_path: Path
+) -> None:
+    lines = SPEC.read_text("utf-8").splitlines()
+    start = lines.index("robots:") + 1
+    lines[start : start + 3] = reversed(lines[start : start + 3])
+    other = bundles_of("\n".join(lines) + "\n", tmp_path)
+    assert {name: one.digest for name, one in other.items()} == {
+        name: one.digest for name, one in rendered.items()
+    }
+
+
+def test_one_robots_setting_changes_its_parameters_and_one_unit(
+    rendered: Mapping[str, Bundle], tmp_path: Path
+) -> None:
+    text = SPEC.read_text("utf-8").replace("host: k3-pi}", "host: k3-pi, settings: {rates: {odom: 20}}}", 1)
+    changed = bundles_of(text, tmp_path)
+    files, units = set(), set()
+    for host, bundle in rendered.items():
+        before, after = bundle.manifest, changed[host].manifest
+        assert before["files"].keys() == after["files"].keys()
+        files |= {(host, path) for path in before["files"] if before["files"][path] != after["files"][path]}
+        units |= {
+            (host, one["name"])
+            for one, other in zip(before["units"], after["units"], strict=True)
+            if one != other
+        }
+    assert files == {("k3-pi", "params/k3.yaml")}
+    assert units == {("k3-pi", "swarm-newswarm.k3.service")}
+
+
+def test_parameters_say_what_the_spec_says(rendered: Mapping[str, Bundle]) -> None:
+    files = {file.path: file.content for file in rendered["koala-laptop"].files}
+    params = yaml.safe_load(files["params/koala.yaml"])
+    assert params["port"] == "/dev/swarm/koala"
+    assert params["serial"]["baud"] == 115200
+    assert params["namespace"] == "/koala"
+    assert params["command_timeout"] == 0.5
+
+
+def test_only_the_hub_runs_a_master_and_all_name_it_alike(rendered: Mapping[str, Bundle]) -> None:
+    masters = [
+        host for host, bundle in rendered.items() if any(".master." in unit.name for unit in bundle.units)
+    ]
+    uris = {
+        line
+        for bundle in rendered.values()
+        for file in bundle.files
+        if file.path == "env/ros.env"
+        for line in file.content.decode().splitlines()
+        if line.startswith("ROS_MASTER_URI=")
+    }
+    assert masters == ["koala-laptop"]
+    assert uris == {'ROS_MASTER_URI="http://192.168.77.10:11311"'}
+
+
+def test_every_need_and_every_link_is_a_file_of_the_bundle(rendered: Mapping[str, Bundle]) -> None:
+    for bundle in rendered.values():
+        paths = {file.path for file in bundle.files}
+        assert len(paths) == len(bundle.files)
+        assert {path for unit in bundle.units for path in unit.needs} <= paths
+        assert set(bundle.links.values()) | set(bundle.blocks.values()) <= paths
+
+
+def test_launch_files_are_xml_and_name_files_that_are_there(rendered: Mapping[str, Bundle]) -> None:
+    for bundle in rendered.values():
+        paths = {file.path for file in bundle.files}
+        for file in bundle.files:
+            if file.path.endswith(".launch"):
+                for one in ET.fromstring(file.content).iter():
+                    for path in (one.get("file", "") + one.get("args", "").removeprefix("--config ")).split():
+                        assert path.removeprefix(f"{bundle.home}/current/") in paths
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
+@pytest.mark.parametrize("host", ["koala-laptop", "k3-pi", "epuck-pi"])
+def test_systemd_finds_nothing_wrong_with_the_units(
+    host: str, rendered: Mapping[str, Bundle], tmp_path: Path
+) -> None:
+    bundle, units = rendered[host], tmp_path / "etc/systemd/system"
+    release = tmp_path / bundle.home[1:] / "current"
+    for file in bundle.files:
+        (release / file.path).parent.mkdir(parents=True, exist_ok=True)
+        (release / file.path).write_bytes(file.content)
+        (release / file.path).chmod(file.mode)
+    (tmp_path / "usr/bin").mkdir(parents=True)
+    for program in ("python3", "rfcomm"):
+        (tmp_path / "usr/bin" / program).touch(0o755)
+    shutil.copytree(release / "units", units)
+    for name in ("sysinit", "basic", "shutdown", "network-online", "multi-user"):
+        (units / f"{name}.target").write_text("[Unit]\nDefaultDependencies=no\n")
+    (units / "bluetooth.service").write_text("[Service]\nExecStart=/usr/bin/python3\n")
+    names = [unit.name for unit in bundle.units]
+    ran = subprocess.run(
+        ["systemd-analyze", "verify", "--man=no", f"--root={tmp_path}", *names],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (ran.returncode, ran.stdout + ran.stderr) == (0, "")
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
+def test_drivers_and_master_are_shut_in(rendered: Mapping[str, Bundle], tmp_path: Path) -> None:
+    for bundle in rendered.values():
+        for file in bundle.files:
+            if file.path.endswith(".service") and ".rfcomm." not in file.path:
+                (tmp_path / Path(file.path).name).write_bytes(file.content)
+    units = sorted(str(path) for path in tmp_path.iterdir())
+    ran = subprocess.run(
+        ["systemd-analyze", "security", "--offline=true", "--threshold=20", "--no-pager", *units],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout[-500:]
+
+
+def test_the_manifest_is_json_with_the_digest_of_every_file(rendered: Mapping[str, Bundle]) -> None:
+    for bundle in rendered.values():
+        manifest = json.loads(bundle.manifest_bytes)
+        assert {path: one["sha256"] for path, one in manifest["files"].items()} == {
+            file.path: file.digest for file in bundle.files
+        }

@@ -1,0 +1,108 @@
+"""``swarmctl render``: files in a folder, from anywhere, over nothing that is not its own."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exits
+from swarmctl.cli.app import run
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copy(leader_spec, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+
+
+def digests(out: str) -> dict[str, str]:
+    return {line.split()[0]: line.split()[1] for line in out.splitlines()}
+
+
+def test_a_folder_a_host_and_a_line_a_host(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", "swarm.yaml", "--out", "made/here"]) == exits.OK
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["koala-laptop", "k3-pi", "epuck-pi"]
+    manifest = json.loads(Path("made/here/k3-pi/manifest.json").read_text())
+    found = {
+        str(path.relative_to("made/here/k3-pi"))
+        for path in Path("made/here/k3-pi").rglob("*")
+        if path.is_file()
+    }
+    assert found == {*manifest["files"], "manifest.json"}
+    for path, one in manifest["files"].items():
+        assert Path("made/here/k3-pi", path).stat().st_mode & 0o777 == one["mode"]
+    assert sorted(path.name for path in Path("made/here").iterdir()) == ["epuck-pi", "k3-pi", "koala-laptop"]
+
+
+def test_json_is_the_only_thing_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", "swarm.yaml", "--out", "made", "--json"]) == exits.OK
+    told = json.loads(capsys.readouterr().out)
+    assert told["hosts"]["k3-pi"]["path"] == "made/k3-pi"
+    assert len(told["hosts"]["k3-pi"]["digest"]) == 16
+
+
+def test_again_over_an_earlier_render_takes_away_what_is_gone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    Path("made/k3-pi/old-file").touch()
+    Path("made/gone").mkdir()
+    Path("made/gone/manifest.json").write_text('{"format": 1, "swarm": "newswarm", "host": "gone"}')
+    Path("made/.unfinished-1").mkdir()
+    before = digests(capsys.readouterr().out)
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    assert digests(capsys.readouterr().out) == before
+    assert not Path("made/k3-pi/old-file").exists()
+    assert sorted(path.name for path in Path("made").iterdir()) == ["epuck-pi", "k3-pi", "koala-laptop"]
+
+
+def test_one_host_leaves_the_others_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    mark = Path("made/epuck-pi/mark")
+    mark.touch()
+    capsys.readouterr()
+    assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-pi"]) == exits.OK
+    assert list(digests(capsys.readouterr().out)) == ["k3-pi"]
+    assert mark.exists()
+
+
+@pytest.mark.parametrize("stranger", ["file.txt", "k3-pi/notes.txt"])
+def test_what_is_not_a_render_is_not_touched(stranger: str, capsys: pytest.CaptureFixture[str]) -> None:
+    path = Path("made") / stranger
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.ERROR
+    printed = capsys.readouterr()
+    assert "was not written by swarmctl render" in printed.err
+    assert "--force" in printed.err
+    assert path.read_text() == "mine"
+    assert [one for one in Path("made").rglob("*") if one.is_file()] == [path]
+
+
+def test_force_writes_beside_it() -> None:
+    Path("made").mkdir()
+    Path("made/file.txt").write_text("mine")
+    assert run(["render", "swarm.yaml", "--out", "made", "--force"]) == exits.OK
+    assert Path("made/file.txt").read_text() == "mine"
+    assert Path("made/k3-pi/manifest.json").is_file()
+
+
+def test_out_is_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", "swarm.yaml", "--out", "swarm.yaml"]) == exits.ERROR
+    assert "swarm.yaml was not written by swarmctl render" in capsys.readouterr().err
+
+
+def test_an_unknown_host(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-p"]) == exits.ERROR
+    assert "did you mean `k3-pi`?" in capsys.readouterr().err
+    assert not Path("made").exists()
+
+
+def test_a_wrong_spec_writes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("swarm.yaml").write_text("version: 1\n")
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.ERROR
+    assert "error[SPEC002]" in capsys.readouterr().err
+    assert not Path("made").exists()

@@ -1,0 +1,135 @@
+"""The JSON Schemas: generated, for editors, and of one mind with the models."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from swarmctl.cli.app import run
+from swarmctl.spec.schema import DRAFT, MODELS, schema_of
+from swarmctl.spec.source import parse
+
+ROOT = Path(__file__).parents[2]
+BROKEN = Path(__file__).parent / "broken"
+EXAMPLES = sorted(ROOT.glob("examples/*/*.yaml"))
+TYPES = sorted(ROOT.glob("templates/robots/*.yaml"))
+NEW_WORDS = {
+    "$defs",
+    "prefixItems",
+    "unevaluatedProperties",
+    "dependentRequired",
+    "discriminator",
+    "$id",
+    "title",
+}
+
+
+def data_of(file: Path) -> Any:
+    """A file as JSON sees it."""
+    return json.loads(json.dumps(parse(file.read_text("utf-8"), str(file))[0].data))
+
+
+def valid(name: str, data: Any) -> bool:
+    return jsonschema.Draft7Validator(schema_of(name)).is_valid(data)
+
+
+def schemas_in(node: Any) -> Iterator[dict[str, Any]]:
+    """Every schema below ``node``; what stands under ``properties`` are names, not words."""
+    if isinstance(node, list):
+        for one in node:
+            yield from schemas_in(one)
+    elif isinstance(node, dict):
+        yield node
+        for key, below in node.items():
+            if key in ("properties", "patternProperties", "definitions"):
+                for one in below.values():
+                    yield from schemas_in(one)
+            elif key not in ("default", "examples", "enum", "const"):
+                yield from schemas_in(below)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_file_is_what_the_models_make(
+    name: str, golden: Callable[[Path, str], None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["schema", name]) == 0
+    golden(ROOT / "schemas" / f"{name}.schema.json", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_it_is_draft_07_and_claims_no_address(name: str) -> None:
+    schema = schema_of(name)
+    assert schema["$schema"] == DRAFT
+    jsonschema.Draft7Validator.check_schema(schema)
+    for one in schemas_in(schema):
+        assert not NEW_WORDS & set(one)
+        assert "$ref" not in one or set(one) == {"$ref"}
+        assert one.get("$ref", "#/definitions/").startswith("#/definitions/")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_key_is_described(name: str) -> None:
+    silent = [
+        key
+        for one in schemas_in(schema_of(name))
+        for key, below in one.get("properties", {}).items()
+        if not below.get("description")
+    ]
+    assert silent == []
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.parent.name)
+def test_examples_fit(example: Path) -> None:
+    assert valid("swarm", data_of(example))
+
+
+@pytest.mark.parametrize("file", TYPES, ids=lambda path: path.stem)
+def test_robot_types_fit(file: Path) -> None:
+    assert valid("robot-type", data_of(file))
+
+
+@pytest.mark.parametrize(
+    "place", [(), ("hosts", "k3-pi"), ("robots", "k3"), ("links", 0), ("links", 1), ("links", 1, "usb")]
+)
+def test_a_misspelt_key_does_not_fit(place: tuple[str | int, ...], leader_spec: Path) -> None:
+    data = copy.deepcopy(data_of(leader_spec))
+    inner = data
+    for part in place:
+        inner = inner[part]
+    inner["mispelt"] = 1
+    assert not valid("swarm", data)
+
+
+@pytest.mark.parametrize("spec", sorted(BROKEN.glob("*.yaml")), ids=lambda path: path.stem)
+def test_what_the_schema_refuses_the_models_refuse(spec: Path) -> None:
+    """An editor underlines nothing that ``validate`` accepts."""
+    message = spec.with_suffix(".txt").read_text("utf-8")
+    if "[YAML" in message or "[FILE" in message:
+        return
+    if not valid("swarm", data_of(spec)):
+        assert "[SPEC" in message
+
+
+UNDERLINED = [
+    *("unknown-key-top", "unknown-key-host", "unknown-key-rates", "unknown-key-link", "bluetooth-baud"),
+    *(
+        "missing-mac",
+        "wrong-type-list",
+        "quoted-number",
+        "param-of-wrong-type",
+        "pin-in-clear",
+        "out-of-range",
+    ),
+    *("bad-name", "bad-host-name", "bad-mode", "bad-version", "bad-user", "link-kind-unknown"),
+]
+
+
+@pytest.mark.parametrize("name", UNDERLINED)
+def test_an_editor_underlines_these_too(name: str) -> None:
+    assert not valid("swarm", data_of(BROKEN / f"{name}.yaml"))

@@ -1,0 +1,147 @@
+"""The wheel alone is enough: in an empty environment it validates and renders, from any folder."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from email.parser import Parser
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project as a wheel, built from a copy so that the checkout stays as it is."""
+    root, copy, out = (
+        Path(__file__).parents[1],
+        tmp_path_factory.mktemp("copy"),
+        tmp_path_factory.mktemp("wheel"),
+    )
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(root / name, copy)
+    for name in ("swarmctl", "templates", "schemas"):
+        shutil.copytree(root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", ".*_cache"))
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--no-deps",
+        "--no-build-isolation",
+        "--disable-pip-version-check",
+    ]
+    subprocess.run([*pip, "-w", str(out), str(copy)], check=True)
+    (built,) = out.glob("swarmctl-*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The bin folder of an environment that holds the wheel; its dependencies are borrowed from this one.
+
+    A line of a .pth file adds a folder but runs no .pth in it, so the editable checkout stays out of sight.
+    """
+    home = tmp_path_factory.mktemp("environment")
+    venv.EnvBuilder(with_pip=False, symlinks=True).create(home)
+    (site,) = home.glob("lib/python*/site-packages")
+    (site / "borrowed.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")
+    pip = [sys.executable, "-m", "pip", "--python", str(home / "bin/python"), "install", "-q", "--no-deps"]
+    subprocess.run([*pip, "--ignore-installed", "--disable-pip-version-check", str(wheel)], check=True)
+    return home / "bin"
+
+
+def ran(program: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    env = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "FORCE_COLOR")}
+    return subprocess.run(
+        [str(program), *arguments], cwd=cwd, env=env, capture_output=True, text=True, check=False
+    )
+
+
+def test_what_it_reads_lies_inside_the_wheel(installed: Path, tmp_path: Path) -> None:
+    code = "from swarmctl import resources; print(resources.templates()); print(resources.schemas())"
+    folders = [Path(line) for line in ran(installed / "python", "-c", code, cwd=tmp_path).stdout.splitlines()]
+    assert len(folders) == 2
+    for folder in folders:
+        assert folder.is_relative_to(installed.parent)
+        assert any(folder.iterdir())
+
+
+def test_it_validates_and_renders_from_another_folder(
+    installed: Path, leader_spec: Path, tmp_path: Path
+) -> None:
+    shutil.copy(leader_spec, tmp_path)
+    validated = ran(installed / "swarmctl", "validate", "swarm.yaml", cwd=tmp_path)
+    assert (validated.returncode, validated.stderr) == (0, "")
+    assert "is valid" in validated.stdout
+    rendered = ran(installed / "swarmctl", "render", "swarm.yaml", "--out", "made", "--json", cwd=tmp_path)
+    assert (rendered.returncode, rendered.stderr) == (0, "")
+    here = ran(
+        Path(sys.executable),
+        "-m",
+        "swarmctl",
+        "render",
+        "swarm.yaml",
+        "--out",
+        "here",
+        "--json",
+        cwd=tmp_path,
+    )
+    digests = [
+        {host: one["digest"] for host, one in json.loads(told.stdout)["hosts"].items()}
+        for told in (rendered, here)
+    ]
+    assert digests[0] == digests[1]
+    assert os.access(tmp_path / "made/k3-pi/bin/ros-exec", os.X_OK)
+
+
+def test_every_template_and_schema_is_in_it(wheel: Path, root: Path) -> None:
+    packed = set(zipfile.ZipFile(wheel).namelist())
+    for folder in ("templates", "schemas"):
+        for file in (root / folder).rglob("*"):
+            if file.is_file() and not {"__pycache__", ".ruff_cache", ".mypy_cache"} & set(file.parts):
+                assert f"swarmctl/data/{file.relative_to(root)}" in packed
+
+
+def test_nothing_else_is_in_it(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/")[0].split("-")[0] for name in names} == {"swarmctl"}
+    assert not [name for name in names if name.endswith(".pyc") or "_cache" in name]
+
+
+def test_it_names_every_package_that_it_imports(wheel: Path, root: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        (metadata,) = (name for name in archive.namelist() if name.endswith("/METADATA"))
+        declared = Parser().parsestr(archive.read(metadata).decode()).get_all("Requires-Dist") or []
+    names = {canonical(re.match(r"[\w.-]+", one)[0]) for one in declared if "extra ==" not in one}  # type: ignore[index]
+    imported = {module for file in (root / "swarmctl").rglob("*.py") for module in imports(file)}
+    foreign = imported - set(sys.stdlib_module_names) - {"swarmctl"}
+    owners = packages_distributions()
+    assert {
+        module for module in foreign if not names & {canonical(one) for one in owners.get(module, [])}
+    } == set()
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def imports(file: Path) -> set[str]:
+    """The top-level modules that a source file imports by absolute name."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.split(".")[0])
+    return found
