@@ -19,6 +19,7 @@ from tiny_labs import (
     on,
     processes_in,
     quiet,
+    reach,
     state_of,
     succeeds,
     until,
@@ -83,8 +84,8 @@ def test_hosts_are_told_apart(tiny: str) -> None:
 @in_a_lab
 def test_hosts_reach_each_other_on_both_networks(tiny: str) -> None:
     for address in ("10.91.1.2", "10.91.2.252", "10.91.1.254"):
-        on(tiny, "alpha", f"ping -c1 -W2 {address}")
-    on(tiny, "beta", "ping -c1 -W2 10.91.1.1")
+        reach(tiny, "alpha", address)
+    reach(tiny, "beta", "10.91.1.1")
 
 
 @in_a_lab
@@ -178,7 +179,7 @@ def test_a_power_cut_gives_nobody_a_chance(tiny: str) -> None:
 @in_a_lab
 def test_a_host_can_be_cut_off_all_networks_or_one(tiny: str) -> None:
     assert lab.cut(tiny, "beta", "wire") == ("wire",)
-    on(tiny, "alpha", "ping -c1 -W2 10.91.1.2")
+    reach(tiny, "alpha", "10.91.1.2")
     assert not succeeds(tiny, "alpha", "ping -c1 -W1 10.91.2.252")
     assert lab.cut(tiny, "beta") == ("air", "wire")
     assert not succeeds(tiny, "alpha", "ping -c1 -W1 10.91.1.2")
@@ -187,8 +188,8 @@ def test_a_host_can_be_cut_off_all_networks_or_one(tiny: str) -> None:
     lab.start(tiny, "beta", said.append)
     assert said == ["host beta: it is on, and cut off the network of its address"]
     lab.join(tiny, "beta")
-    on(tiny, "alpha", "ping -c1 -W2 10.91.1.2")
-    on(tiny, "alpha", "ping -c1 -W2 10.91.2.252")
+    reach(tiny, "alpha", "10.91.1.2")
+    reach(tiny, "alpha", "10.91.2.252")
 
 
 @in_a_lab
@@ -207,7 +208,8 @@ def test_a_second_up_puts_right_what_was_broken(tiny: str, plan: LabPlan) -> Non
     lab.unplug(tiny, "rover")
     lab.cut(tiny, "beta")
     lab.up(plan, quiet)
-    on(tiny, "alpha", f"ping -c1 -W2 10.91.1.2 && python3 -c '{ASK_VERSION}'")
+    reach(tiny, "alpha", "10.91.1.2")
+    on(tiny, "alpha", f"python3 -c '{ASK_VERSION}'")
 
 
 @in_a_lab
@@ -227,7 +229,7 @@ def test_two_labs_with_the_same_addresses_do_not_see_each_other(tiny: str, plan:
         assert on("twin", "alpha", "cat /etc/machine-id") != on(tiny, "alpha", "cat /etc/machine-id")
         assert not processes_in("twin") & processes_in(tiny)
         lab.kill("twin", "beta")
-        on(tiny, "alpha", "ping -c1 -W2 10.91.1.2")
+        reach(tiny, "alpha", "10.91.1.2")
         assert not succeeds("twin", "alpha", "ping -c1 -W1 10.91.1.2")
         lab.unplug("twin", "rover")
         on(tiny, "alpha", f"python3 -c '{ASK_VERSION}'")

@@ -68,6 +68,13 @@ def until(condition: Callable[[], bool], complaint: str, seconds: float = 20.0) 
         time.sleep(0.02)
 
 
+def reach(name: str, host: str, address: str) -> None:
+    """``host`` hears ``address`` within seconds: a link just joined forgets only then that nobody answered."""
+    until(
+        lambda: succeeds(name, host, f"ping -c1 -W1 {address}"), f"{host} never hears {address}", seconds=10.0
+    )
+
+
 def quiet(_: str) -> None:
     pass
 
