@@ -36,6 +36,22 @@ class Note:
 
 
 @dataclass(frozen=True)
+class Edit:
+    """What stands in ``span`` becomes ``text``; a span whose end is its start inserts."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True)
+class Fix:
+    """A mend that can be applied by a program: changes of the text that belong together, and what they do."""
+
+    title: str
+    edits: tuple[Edit, ...]
+
+
+@dataclass(frozen=True)
 class Diagnostic:
     """One finding. ``label`` stands under the underlined text; each ``help`` is one way to mend it."""
 
@@ -46,6 +62,7 @@ class Diagnostic:
     label: str = ""
     notes: tuple[Note, ...] = ()
     help: tuple[str, ...] = ()
+    fix: Fix | None = None
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self) | {"severity": self.severity.value}

@@ -69,7 +69,7 @@ def until(condition: Callable[[], bool], complaint: str, seconds: float = 20.0) 
 
 
 def reach(name: str, host: str, address: str) -> None:
-    """``host`` hears ``address`` within seconds: a link just joined forgets only then that nobody answered."""
+    """``host`` hears ``address`` within seconds: only then is it forgotten that nobody answered."""
     until(
         lambda: succeeds(name, host, f"ping -c1 -W1 {address}"), f"{host} never hears {address}", seconds=10.0
     )
