@@ -77,6 +77,12 @@ Name = Annotated[
         description="Lower-case letters, digits and hyphens, a letter first.",
     ),
 ]
+HostName = Annotated[Name, Field(examples=["k3-pi"])]
+RobotName = Annotated[Name, Field(examples=["k3"])]
+RobotTypeName = Annotated[Name, Field(examples=["khepera3"])]
+ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
+NetworkName = Annotated[Name, Field(examples=["lab"])]
+ProgramName = Annotated[Name, Field(examples=["joystick"])]
 Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
 Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
 Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
@@ -84,8 +90,8 @@ DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_devi
 Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
 Account = Annotated[str, Field(pattern=r"^[a-z_][a-z0-9_-]{0,31}$", examples=["robot"])]
 Port = Annotated[int, Field(ge=1, le=65535)]
-Baud = Annotated[int, Field(ge=300, le=4_000_000)]
-UsbText = Annotated[str, Field(pattern=r"^[A-Za-z0-9:._-]{1,64}$")]
+Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200])]
+UsbText = Annotated[str, Field(pattern=r"^[A-Za-z0-9:._-]{1,64}$", examples=["FTDI1234"])]
 # The kernel writes these ids in lower case, and udev compares letter by letter.
 HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
 GraphName = Annotated[
@@ -100,6 +106,8 @@ GraphName = Annotated[
 TypeName = Annotated[
     str, Field(pattern=r"^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$", examples=["geometry_msgs/Twist"])
 ]
+PackageName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", examples=["joy"])]
+FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", examples=["joy_node"])]
 EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 Printable = Annotated[
     str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=4096)
@@ -141,14 +149,14 @@ class Ros(Model):
 class Secret(Model):
     """A secret by name; its value never stands in a spec."""
 
-    secret: Name = Field(description="The name under which the secret is kept.")
+    secret: Name = Field(description="The name under which the secret is kept.", examples=["epuck-pin"])
 
 
 class Computer(Model):
     """A kind of computer that hosts are made of."""
 
-    title: Printable = Field("", description="What people call it.")
-    cores: int = Field(1, ge=1, le=1024, description="Processor cores.")
+    title: Printable = Field("", description="What people call it.", examples=["Odroid XU4"])
+    cores: int = Field(1, ge=1, le=1024, description="Processor cores.", examples=[4])
     memory_mb: int = Field(1024, ge=1, description="Memory in MB.")
     clock: bool = Field(True, description="Whether it keeps the time without power (a battery-backed clock).")
 
@@ -163,17 +171,17 @@ class Host(Model):
     address: Address = Field(description="Where the others reach it; also its ROS_IP.")
     user: Account = Field("robot", description="Account to log in as; root, or one with password-free sudo.")
     port: Port = Field(22, description="TCP port of its SSH server.")
-    computer: Name | None = Field(None, description="What kind of computer it is (see `computers`).")
+    computer: ComputerName | None = Field(None, description="What kind of computer it is (see `computers`).")
     bluetooth: tuple[Adapter, ...] = Field((), description="Its Bluetooth adapters.")
-    via: Name | None = Field(None, description="Host to jump through when it cannot be reached directly.")
+    via: HostName | None = Field(None, description="Host to jump through when it cannot be reached directly.")
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
 
 
 class Robot(Model):
     """A robot: what it is, and which host drives it."""
 
-    type: Name = Field(description="Robot type, from the catalog or from `types`.")
-    host: Name | None = Field(
+    type: RobotTypeName = Field(description="Robot type, from the catalog or from `types`.")
+    host: HostName | None = Field(
         None, description="The host that drives it; in mode single-minded the leader by default."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
@@ -192,8 +200,8 @@ class NetworkLink(Model):
     """What a wlan and an ethernet have in common."""
 
     kind: Literal["wlan", "ethernet"]
-    name: Name = Field(description="Name of the network.")
-    hosts: tuple[Name, ...] = Field(min_length=1, description="The hosts on it.")
+    name: NetworkName = Field(description="Name of the network.")
+    hosts: tuple[HostName, ...] = Field(min_length=1, description="The hosts on it.")
     subnet: Subnet | None = Field(
         None, description="Its addresses; by default the /24 around the hosts' own."
     )
@@ -219,8 +227,8 @@ class Serial(Model):
     """A serial line between a host and a robot: a USB adapter by its identity, or a fixed device."""
 
     kind: Literal["serial"] = Field(description="What kind of link this is.")
-    host: Name = Field(description="The host at one end.")
-    robot: Name = Field(description="The robot at the other.")
+    host: HostName = Field(description="The host at one end.")
+    robot: RobotName = Field(description="The robot at the other.")
     usb: Usb | None = Field(None, description="The USB adapter; the device is then /dev/swarm/<robot>.")
     device: DevicePath | None = Field(
         None, description="A device that never changes its name, such as /dev/ttyS0."
@@ -232,15 +240,15 @@ class Bluetooth(Model):
     """A Bluetooth serial connection (RFCOMM) between a host and a robot."""
 
     kind: Literal["bluetooth"] = Field(description="What kind of link this is.")
-    host: Name = Field(description="The host at one end.")
-    robot: Name = Field(description="The robot at the other.")
+    host: HostName = Field(description="The host at one end.")
+    robot: RobotName = Field(description="The robot at the other.")
     mac: Mac = Field(description="The robot's Bluetooth address, in quotes.")
     pin: Secret | None = Field(
         None, description="Pairing PIN as {secret: NAME}; the PIN itself stands in no spec."
     )
     adapter: Adapter | None = Field(None, description="Which adapter of the host; its first by default.")
     channel: int | None = Field(
-        None, ge=1, le=30, description="RFCOMM channel; the robot type's own by default."
+        None, ge=1, le=30, examples=[1], description="RFCOMM channel; the robot type's own by default."
     )
 
 
@@ -264,36 +272,38 @@ class Topic(Model):
 class Program(Model):
     """A ROS program of the swarm: one that swarmctl ships, a node of a package, or a launch file."""
 
-    host: Name | None = Field(None, description="The host it runs on.")
-    robot: Name | None = Field(
+    host: HostName | None = Field(None, description="The host it runs on.")
+    robot: RobotName | None = Field(
         None, description="The robot whose host it runs on, in that robot's namespace."
     )
-    use: Name | None = Field(None, description="A program that swarmctl ships.")
-    package: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")] | None = Field(
-        None, description="ROS package."
+    use: Name | None = Field(None, description="A program that swarmctl ships.", examples=["teleop-joy"])
+    package: PackageName | None = Field(None, description="ROS package.")
+    executable: FileName | None = Field(None, description="Executable of the package.")
+    launch: FileName | None = Field(
+        None, description="Launch file of the package.", examples=["joystick.launch"]
     )
-    executable: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")] | None = Field(
-        None, description="Executable of the package."
+    params: dict[str, Value] = Field(
+        default_factory=dict, description="Private parameters.", examples=[{"device": "/dev/input/js0"}]
     )
-    launch: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")] | None = Field(
-        None, description="Launch file of the package."
+    remap: dict[GraphName, GraphName] = Field(
+        default_factory=dict, description="Names to change.", examples=[{"cmd_vel": "/k3/cmd_vel"}]
     )
-    params: dict[str, Value] = Field(default_factory=dict, description="Private parameters.")
-    remap: dict[GraphName, GraphName] = Field(default_factory=dict, description="Names to change.")
     environment: dict[EnvironmentKey, Printable] = Field(
-        default_factory=dict, description="Environment variables."
+        default_factory=dict, description="Environment variables.", examples=[{"LANG": "C.UTF-8"}]
     )
     publishes: tuple[Topic, ...] = Field((), description="Topics it publishes.")
     subscribes: tuple[Topic, ...] = Field((), description="Topics it hears.")
-    requires: tuple[str, ...] = Field((), description="ROS packages without which it cannot run.")
+    requires: tuple[str, ...] = Field(
+        (), description="ROS packages without which it cannot run.", examples=[["joy"]]
+    )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
 
 
 class Control(Model):
     """Who may command whom."""
 
-    by: Name = Field(description="The program, robot or host that commands.")
-    of: tuple[Name, ...] = Field(min_length=1, description="The robots it commands.")
+    by: Name = Field(description="The program, robot or host that commands.", examples=["joystick"])
+    of: tuple[RobotName, ...] = Field(min_length=1, description="The robots it commands.")
     priority: int = Field(
         0, ge=0, le=255, description="Who wins when several command the same robot; higher wins."
     )
@@ -302,16 +312,18 @@ class Control(Model):
 class Island(Model):
     """Hosts that share one ROS graph, in mode `combined`."""
 
-    mode: Literal["single-minded", "leader", "central"] = Field(description="How this island works.")
-    hosts: tuple[Name, ...] = Field(min_length=1, description="The hosts in it.")
-    leader: Name | None = Field(None, description="Its leader (modes single-minded and leader).")
-    hub: Name | None = Field(None, description="The host that runs its master (mode central).")
+    mode: Literal["single-minded", "leader", "central"] = Field(
+        description="How this island works.", examples=["central"]
+    )
+    hosts: tuple[HostName, ...] = Field(min_length=1, description="The hosts in it.")
+    leader: HostName | None = Field(None, description="Its leader (modes single-minded and leader).")
+    hub: HostName | None = Field(None, description="The host that runs its master (mode central).")
 
 
 class HostDefaults(Model):
     user: Account | None = Field(None, description="Account to log in as.")
-    port: Port | None = Field(None, description="TCP port of the SSH server.")
-    computer: Name | None = Field(None, description="What kind of computer it is.")
+    port: Port | None = Field(None, description="TCP port of the SSH server.", examples=[2222])
+    computer: ComputerName | None = Field(None, description="What kind of computer it is.")
 
 
 class Defaults(Model):
@@ -327,24 +339,44 @@ class Spec(Model):
     """One swarm: its robots, its hosts, the links between them and the mode in which they work together."""
 
     version: Literal[1] = Field(description="Version of the spec's vocabulary.")
-    name: Name = Field(description="The swarm's name; its folder on every host is /opt/swarm/<name>.")
-    mode: Mode = Field(description="How the robots work together.", strict=False)
-    leader: Name | None = Field(None, description="The leading host (modes single-minded and leader).")
-    hub: Name | None = Field(None, description="The host that runs the master (mode central).")
+    name: Name = Field(
+        description="The swarm's name; its folder on every host is /opt/swarm/<name>.", examples=["newswarm"]
+    )
+    mode: Mode = Field(description="How the robots work together.", strict=False, examples=["leader"])
+    leader: HostName | None = Field(None, description="The leading host (modes single-minded and leader).")
+    hub: HostName | None = Field(None, description="The host that runs the master (mode central).")
     ros: Ros = Field(default_factory=Ros, description="Its ROS: distribution and master port.")
     defaults: Defaults = Field(default_factory=Defaults, description="What holds where nothing else is said.")
     computers: dict[Name, Computer] = Field(
-        default_factory=dict, description="Kinds of computers beside the known ones."
+        default_factory=dict,
+        description="Kinds of computers beside the known ones.",
+        examples=[{"odroid-xu4": {"title": "Odroid XU4", "cores": 8, "memory_mb": 2048, "clock": False}}],
     )
-    types: dict[Name, RobotType] = Field(
+    types: dict[RobotTypeName, RobotType] = Field(
         default_factory=dict, description="Robot types beside the catalog's."
     )
-    hosts: dict[Name, Host] = Field(min_length=1, description="The computers, by name.")
-    robots: dict[Name, Robot] = Field(min_length=1, description="The robots, by name.")
-    links: tuple[Link, ...] = Field((), description="Networks between hosts, lines between hosts and robots.")
-    programs: dict[Name, Program] = Field(default_factory=dict, description="ROS programs, by name.")
+    hosts: dict[HostName, Host] = Field(min_length=1, description="The computers, by name.")
+    robots: dict[RobotName, Robot] = Field(
+        min_length=1,
+        description="The robots, by name.",
+        examples=[{"k3": {"type": "khepera3", "host": "k3-pi"}}],
+    )
+    links: tuple[Link, ...] = Field(
+        (),
+        description="Networks between hosts, lines between hosts and robots.",
+        examples=[[{"kind": "serial", "host": "k3-pi", "robot": "k3", "usb": {"serial": "FTDI1234"}}]],
+    )
+    programs: dict[ProgramName, Program] = Field(
+        default_factory=dict,
+        description="ROS programs, by name.",
+        examples=[{"joystick": {"host": "koala-laptop", "use": "teleop-joy"}}],
+    )
     control: tuple[Control, ...] = Field((), description="Who may command whom.")
-    islands: dict[Name, Island] = Field(default_factory=dict, description="The islands of mode combined.")
+    islands: dict[Name, Island] = Field(
+        default_factory=dict,
+        description="The islands of mode combined.",
+        examples=[{"west": {"mode": "central", "hosts": ["k3-pi"], "hub": "k3-pi"}}],
+    )
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:

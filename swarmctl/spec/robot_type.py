@@ -17,8 +17,12 @@ _REQUEST = r"^[\x20-\x7e]{1,80}$"
 _HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
 
 Text = Annotated[str, Field(pattern=_TEXT, max_length=200)]
+Request = Annotated[str, Field(pattern=_REQUEST, examples=["R"])]
+Head = Annotated[str, Field(pattern=_HEAD, examples=["r"])]
 Positive = Annotated[float, Field(gt=0)]
-Rate = Annotated[float, Field(ge=0, le=50)]
+Metres = Annotated[Positive, Field(examples=[0.088])]
+Speed = Annotated[Positive, Field(examples=[0.3])]
+Rate = Annotated[float, Field(ge=0, le=50, examples=[10.0])]
 
 
 class Model(BaseModel):
@@ -31,29 +35,30 @@ class Rates(Model):
     odom: Rate | None = Field(None, description="Odometry, Hz; 0 turns it off.")
     proximity: Rate | None = Field(None, description="Proximity sensors, Hz; 0 turns them off.")
     diagnostics: float | None = Field(
-        None, ge=0.2, le=10, description="Diagnostics, Hz; cannot be turned off."
+        None, ge=0.2, le=10, examples=[1.0], description="Diagnostics, Hz; cannot be turned off."
     )
 
 
 class Limits(Model):
     """How fast the robot may go. The driver slows an order down as a whole, its curve unchanged."""
 
-    linear: Positive | None = Field(
+    linear: Speed | None = Field(
         None, description="Forward and backward speed, m/s; what the wheels bear by default."
     )
     angular: Positive | None = Field(
-        None, description="Turning speed, rad/s; what the wheels bear by default."
+        None, examples=[1.5], description="Turning speed, rad/s; what the wheels bear by default."
     )
 
 
 class Calibration(Model):
     """What was measured on one robot and differs from its type."""
 
-    wheel_separation: Positive | None = Field(None, description="Distance between the wheels' tracks, m.")
+    wheel_separation: Metres | None = Field(None, description="Distance between the wheels' tracks, m.")
     distance_scale: float | None = Field(
         None,
         ge=0.5,
         le=2,
+        examples=[1.02],
         description="Distance driven by the tape measure, divided by the distance in `odom`.",
     )
 
@@ -62,7 +67,11 @@ class RobotSettings(Model):
     """What may be tuned for one robot. What is left out comes from the more general layer."""
 
     command_timeout: float | None = Field(
-        None, ge=0.05, le=2, description="Seconds without an order after which the robot stops (dead-man)."
+        None,
+        ge=0.05,
+        le=2,
+        examples=[0.4],
+        description="Seconds without an order after which the robot stops (dead-man).",
     )
     rates: Rates = Field(default_factory=Rates, description="How often the driver asks and publishes.")
     limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")
@@ -77,7 +86,12 @@ class Link(Model):
     kinds: Annotated[tuple[Literal["serial", "bluetooth"], ...], Field(min_length=1, strict=False)] = Field(
         description="What the robot can be connected by."
     )
-    baud: int = Field(ge=300, le=4_000_000, description="Bits per second, unless the link says otherwise.")
+    baud: int = Field(
+        ge=300,
+        le=4_000_000,
+        examples=[115200],
+        description="Bits per second, unless the link says otherwise.",
+    )
     bytesize: Literal[7, 8] = Field(8, description="Data bits.")
     parity: Literal["none", "even", "odd"] = Field("none", description="Parity bit.")
     stopbits: Literal[1, 2] = Field(1, description="Stop bits.")
@@ -87,19 +101,26 @@ class Link(Model):
     settle: float = Field(
         0.1, ge=0, le=10, description="Seconds between opening the line and the first request."
     )
-    hint: Text = Field("", description="What to check when the robot does not answer; shown with the error.")
+    hint: Text = Field(
+        "",
+        examples=["check that the robot is switched on"],
+        description="What to check when the robot does not answer; shown with the error.",
+    )
 
 
 class Scale(Model):
     """The robot's own units in one range of firmware versions."""
 
     firmware_below: Positive | None = Field(
-        None, description="Holds for firmware older than this; for all when left out."
+        None, examples=[3.0], description="Holds for firmware older than this; for all when left out."
     )
     speed_units_per_mps: Positive = Field(
-        description="Units of the speed command for one metre per second at the wheel."
+        examples=[218720],
+        description="Units of the speed command for one metre per second at the wheel.",
     )
-    metres_per_count: Positive = Field(description="Way of the wheel per count of its position counter, m.")
+    metres_per_count: Positive = Field(
+        examples=[3.0678e-5], description="Way of the wheel per count of its position counter, m."
+    )
 
 
 class OdometryError(Model):
@@ -113,8 +134,8 @@ class Kinematics(Model):
     """How the robot moves."""
 
     kind: Literal["differential"] = Field("differential", description="Two driven sides on one axis.")
-    wheel_separation: Positive = Field(description="Distance between the wheels' tracks, m.")
-    wheel_speed_max: Positive = Field(description="Fastest a wheel may go, m/s at its rim.")
+    wheel_separation: Metres = Field(description="Distance between the wheels' tracks, m.")
+    wheel_speed_max: Speed = Field(description="Fastest a wheel may go, m/s at its rim.")
     wheel_speed_min: float = Field(
         0.0,
         ge=0,
@@ -145,14 +166,16 @@ class Kinematics(Model):
 class Query(Model):
     """One request and its reply: a head, then whole numbers, all separated by commas."""
 
-    send: str = Field(pattern=_REQUEST, description="The request, without its terminator.")
-    reply: str = Field(pattern=_HEAD, description="The head that the reply begins with.")
+    send: Request = Field(description="The request, without its terminator.")
+    reply: Head = Field(description="The head that the reply begins with.")
     values: int = Field(0, ge=0, le=64, description="How many numbers of the reply are used.")
     extra: int = Field(0, ge=0, le=64, description="How many more numbers may follow; they are ignored.")
 
 
 class SpeedCommand(Query):
     """The request that sets both wheel speeds, with {left} and {right} where the units go."""
+
+    send: Request = Field(examples=["D,{left},{right}"], description="The request, without its terminator.")
 
     @model_validator(mode="after")
     def _both_sides(self) -> SpeedCommand:
@@ -170,10 +193,8 @@ class PositionQuery(Query):
 class Identify(Model):
     """The request that names the firmware. Its version is the first number in the reply."""
 
-    send: str = Field(pattern=_REQUEST, description="The request, without its terminator.")
-    reply: str = Field(
-        pattern=_HEAD, description="The head that the reply begins with; text follows after a comma."
-    )
+    send: Request = Field(description="The request, without its terminator.")
+    reply: Head = Field(description="The head that the reply begins with; text follows after a comma.")
 
 
 class LineProtocol(Model):
@@ -182,8 +203,8 @@ class LineProtocol(Model):
     kind: Literal["line"] = Field(description="Lines of text.")
     terminator: Literal["\r", "\n"] = Field("\r", description="Ends a request.")
     reply_timeout: float = Field(0.2, ge=0.01, le=2, description="Seconds to wait for a reply.")
-    error_heads: Annotated[tuple[Annotated[str, Field(pattern=_HEAD)], ...], Field(strict=False)] = Field(
-        (), description="A reply that begins so says that the robot refused the request."
+    error_heads: Annotated[tuple[Head, ...], Field(strict=False)] = Field(
+        (), examples=[["z"]], description="A reply that begins so says that the robot refused the request."
     )
     set_speed: SpeedCommand = Field(description="Sets both wheel speeds; with zeros it stops the robot.")
     read_position: PositionQuery | None = Field(None, description="Reads both position counters, left first.")
@@ -196,18 +217,25 @@ class LineProtocol(Model):
 class Sensor(Model):
     """Where one sensor sits and where it looks."""
 
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$", description="Short name, unique in its array.")
-    x: float = Field(description="Forward of the robot's centre, m.")
-    y: float = Field(description="Left of the robot's centre, m.")
+    name: str = Field(
+        pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$",
+        examples=["front_left"],
+        description="Short name, unique in its array.",
+    )
+    x: float = Field(examples=[0.07], description="Forward of the robot's centre, m.")
+    y: float = Field(examples=[0.017], description="Left of the robot's centre, m.")
     heading_deg: float = Field(
-        ge=-180, le=180, description="Where it looks, degrees, counter-clockwise from ahead."
+        ge=-180,
+        le=180,
+        examples=[13],
+        description="Where it looks, degrees, counter-clockwise from ahead.",
     )
 
 
 class ProximityArray(Model):
     """Infrared proximity sensors, in the order of the robot's reply. Larger readings are nearer."""
 
-    max_reading: int = Field(ge=1, le=65535, description="Largest raw reading.")
+    max_reading: int = Field(ge=1, le=65535, examples=[4095], description="Largest raw reading.")
     elements: Annotated[tuple[Sensor, ...], Field(min_length=1, strict=False)] = Field(
         description="One entry a reading."
     )
@@ -220,7 +248,7 @@ class Sensors(Model):
 class RobotType(Model):
     """One kind of robot."""
 
-    title: Text = Field(description="What people call it.")
+    title: Text = Field(examples=["K-Team Khepera III"], description="What people call it.")
     link: Link = Field(description="The line to it.")
     kinematics: Kinematics = Field(description="How it moves.")
     protocol: LineProtocol = Field(description="What it says.")

@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from swarmctl.spec.examples import with_examples
 from swarmctl.spec.model import Spec
 from swarmctl.spec.robot_type import RobotType
 
@@ -17,7 +18,7 @@ MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotType}
 def schema_of(name: str) -> dict[str, Any]:
     """The schema of ``swarm`` or ``robot-type``."""
     made = MODELS[name].model_json_schema(mode="validation")
-    return {"$schema": DRAFT, **_draft7(made)}
+    return {"$schema": DRAFT, **_draft7(with_examples(made))}
 
 
 def _draft7(node: Any) -> Any:

@@ -6,10 +6,11 @@ import copy
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import jsonschema
 import pytest
+from pydantic import BaseModel, create_model
 
 from swarmctl.cli.app import run
 from swarmctl.spec.schema import DRAFT, MODELS, schema_of
@@ -23,7 +24,13 @@ NEW_WORDS = {
     "$defs",
     "prefixItems",
     "unevaluatedProperties",
+    "unevaluatedItems",
     "dependentRequired",
+    "dependentSchemas",
+    "minContains",
+    "maxContains",
+    "$anchor",
+    "$dynamicRef",
     "discriminator",
     "$id",
     "title",
@@ -73,15 +80,58 @@ def test_it_is_draft_07_and_claims_no_address(name: str) -> None:
         assert one.get("$ref", "#/definitions/").startswith("#/definitions/")
 
 
+def keys_of(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Every key of a schema as `Definition.key`, and what the schema says of it."""
+    for name, one in {"": schema, **schema["definitions"]}.items():
+        for key, below in one.get("properties", {}).items():
+            yield f"{name}.{key}", below
+
+
+def models_of(root: type[BaseModel]) -> dict[str, type[BaseModel]]:
+    """The models that a root is made of, itself included, by name."""
+    met: dict[str, type[BaseModel]] = {}
+    waiting: list[Any] = [root]
+    while waiting:
+        one = waiting.pop()
+        if not isinstance(one, type) or not issubclass(one, BaseModel):
+            waiting += get_args(one)
+        elif one.__name__ not in met:
+            met[one.__name__] = one
+            waiting += [field.annotation for field in one.model_fields.values()]
+    return met
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_every_key_is_described(name: str) -> None:
-    silent = [
-        key
-        for one in schemas_in(schema_of(name))
-        for key, below in one.get("properties", {}).items()
-        if not below.get("description")
-    ]
-    assert silent == []
+    assert [key for key, below in keys_of(schema_of(name)) if not below.get("description")] == []
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_key_has_an_example(name: str) -> None:
+    """A new key without one? Give its type `examples`; lists, mappings and choices make theirs of them."""
+    assert [key for key, below in keys_of(schema_of(name)) if not below.get("examples")] == []
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_example_and_default_fits_its_key(name: str) -> None:
+    schema = schema_of(name)
+    for key, below in keys_of(schema):
+        judge = jsonschema.Draft7Validator({**below, "definitions": schema["definitions"]})
+        for value in [*below["examples"], *([below["default"]] if "default" in below else [])]:
+            assert judge.is_valid(value), f"{key}: {value}"
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_models_take_every_example_and_their_defaults_are_named(name: str) -> None:
+    schema = schema_of(name)
+    for title, model in models_of(MODELS[name]).items():
+        keys = (schema if model is MODELS[name] else schema["definitions"][title])["properties"]
+        for key, field in model.model_fields.items():
+            alone = create_model(title, __config__=model.model_config, **{key: (field.annotation, field)})
+            for example in keys[key]["examples"]:
+                alone.model_validate_json(json.dumps({key: example}))
+            if isinstance(field.default, (bool, int, float, str)):
+                assert keys[key]["default"] == field.default
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.parent.name)
