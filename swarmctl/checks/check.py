@@ -2,45 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from swarmctl.checks import identity, links, modes, references, settings
+from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, has_errors, in_order
 from swarmctl.spec.load import Document, load
 from swarmctl.spec.source import collector_paused
 from swarmctl.topology.resolve import resolve
 from swarmctl.topology.swarm import Swarm
 
-Rule = Callable[[Document], Iterator[Diagnostic]]
-
-NAMES: tuple[Rule, ...] = (references.unknown_names, modes.role_named, modes.robots_have_hosts)
+# Names come first: the other rules look things up by them.
+NAMES: tuple[Rule, ...] = (*references.NAMES, *modes.NAMES)
 SENSE: tuple[Rule, ...] = (
-    modes.ready_modes,
-    references.circular_jumps,
-    modes.programs_wait,
-    identity.loopback_addresses,
-    identity.unfit_addresses,
-    identity.doubled_addresses,
-    identity.doubled_devices,
-    identity.doubled_bluetooth,
-    identity.doubled_networks,
-    identity.doubled_namespaces,
-    identity.reserved_names,
-    settings.unreachable_limits,
-    links.robot_lines,
-    links.line_details,
-    links.spoken_lines,
-    links.adapters,
-    links.paths_to_hub,
+    *references.RULES,
+    *modes.RULES,
+    *identity.RULES,
+    *settings.RULES,
+    *links.RULES,
 )
 
 
 def check(document: Document) -> tuple[Diagnostic, ...]:
     """Every finding of every rule, in the order of the text."""
-    found = [finding for rule in NAMES for finding in rule(document)]
+    case = Case(document)
+    found = [finding for rule in NAMES for finding in rule(case)]
     if not has_errors(found):
-        found += [finding for rule in SENSE for finding in rule(document)]
+        found += [finding for rule in SENSE for finding in rule(case)]
     return in_order(found)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Hashable, Iterator
 
+from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note
-from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Usb
 from swarmctl.topology import names
 
@@ -15,19 +15,19 @@ _LOCALHOST = "localhost"
 Claim = tuple[Hashable, str, tuple[str | int, ...]]  # what is claimed, by whom, and where that stands
 
 
-def doubled_addresses(document: Document) -> Iterator[Diagnostic]:
+def doubled_addresses(case: Case) -> Iterator[Diagnostic]:
     """ID001: two hosts with one address; whoever answers first gets both configurations."""
-    hosts = document.spec.hosts
+    hosts = case.spec.hosts
     claims: list[Claim] = [
         ((_normal(host.address), host.port), f"host `{name}`", ("hosts", name, "address"))
         for name, host in hosts.items()
     ]
-    yield from _doubled(document, "ID001", "address", claims, "give each host its own address")
+    yield from _doubled(case, "ID001", "address", claims, "give each host its own address")
 
 
-def loopback_addresses(document: Document) -> Iterator[Diagnostic]:
+def loopback_addresses(case: Case) -> Iterator[Diagnostic]:
     """NET002: an address that means another computer on each computer, in a swarm of several."""
-    hosts = document.spec.hosts
+    hosts = case.spec.hosts
     if len(hosts) == 1:
         return
     for name, host in hosts.items():
@@ -35,22 +35,22 @@ def loopback_addresses(document: Document) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "NET002",
                 f"`{host.address}` is every computer's own address; no other host reaches `{name}` there",
-                document.span("hosts", name, "address"),
+                case.span("hosts", name, "address"),
                 label="a loopback address",
                 help=("give the address that the host has on the swarm's network",),
             )
 
 
-def unfit_addresses(document: Document) -> Iterator[Diagnostic]:
+def unfit_addresses(case: Case) -> Iterator[Diagnostic]:
     """NET003: an address that no ROS 1 node can be reached at."""
-    for name, host in document.spec.hosts.items():
+    for name, host in case.spec.hosts.items():
         found = _parsed(host.address)
         if found is not None and (found.version == 6 or found.is_multicast):
             what = "a group's address" if found.is_multicast else "IPv6, which ROS 1 nodes cannot advertise"
             yield Diagnostic(
                 "NET003",
                 f"host `{name}` cannot have the address `{host.address}`",
-                document.span("hosts", name, "address"),
+                case.span("hosts", name, "address"),
                 label=what,
                 help=("give its IPv4 address",),
             )
@@ -71,20 +71,20 @@ def _parsed(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
         return None
 
 
-def doubled_devices(document: Document) -> Iterator[Diagnostic]:
+def doubled_devices(case: Case) -> Iterator[Diagnostic]:
     """ID002: two robots on one device, or one USB adapter serving two robots of one host."""
     claims: list[Claim] = []
     adapters: dict[tuple[str, str], list[Usb]] = {}
-    for link in document.spec.links:
+    for link in case.spec.links:
         if isinstance(link, Serial) and link.usb is not None:
             adapters.setdefault((link.host, link.usb.serial), []).append(link.usb)
-    for index, link in enumerate(document.spec.links):
+    for index, link in enumerate(case.spec.links):
         if isinstance(link, Serial) and link.usb is not None:
             adapter = next(one for one in adapters[link.host, link.usb.serial] if _may_be_one(one, link.usb))
             claims.append(((link.host, adapter), f"robot `{link.robot}`", ("links", index, "usb", "serial")))
         elif isinstance(link, Serial) and link.device is not None:
             claims.append(((link.host, link.device), f"robot `{link.robot}`", ("links", index, "device")))
-    yield from _doubled(document, "ID002", "serial device", claims, "each robot needs a line of its own")
+    yield from _doubled(case, "ID002", "serial device", claims, "each robot needs a line of its own")
 
 
 def _may_be_one(first: Usb, second: Usb) -> bool:
@@ -93,15 +93,15 @@ def _may_be_one(first: Usb, second: Usb) -> bool:
     return all(one is None or other is None or one == other for one, other in pairs)
 
 
-def doubled_bluetooth(document: Document) -> Iterator[Diagnostic]:
+def doubled_bluetooth(case: Case) -> Iterator[Diagnostic]:
     """ID003: two robots with one Bluetooth address."""
     claims: list[Claim] = [
         (link.mac, f"robot `{link.robot}`", ("links", index, "mac"))
-        for index, link in enumerate(document.spec.links)
+        for index, link in enumerate(case.spec.links)
         if isinstance(link, Bluetooth)
     ]
     yield from _doubled(
-        document,
+        case,
         "ID003",
         "Bluetooth address",
         claims,
@@ -109,19 +109,17 @@ def doubled_bluetooth(document: Document) -> Iterator[Diagnostic]:
     )
 
 
-def doubled_networks(document: Document) -> Iterator[Diagnostic]:
+def doubled_networks(case: Case) -> Iterator[Diagnostic]:
     """ID004: two networks with one name."""
     claims: list[Claim] = [
         (link.name, f"entry {index + 1} of `links`", ("links", index, "name"))
-        for index, link in enumerate(document.spec.links)
+        for index, link in enumerate(case.spec.links)
         if isinstance(link, NetworkLink)
     ]
-    yield from _doubled(document, "ID004", "network name", claims, "rename one of them")
+    yield from _doubled(case, "ID004", "network name", claims, "rename one of them")
 
 
-def _doubled(
-    document: Document, code: str, what: str, claims: list[Claim], mend: str
-) -> Iterator[Diagnostic]:
+def _doubled(case: Case, code: str, what: str, claims: list[Claim], mend: str) -> Iterator[Diagnostic]:
     first: dict[Hashable, tuple[str, tuple[str | int, ...]]] = {}
     for claimed, owner, loc in claims:
         if claimed not in first:
@@ -131,9 +129,9 @@ def _doubled(
         yield Diagnostic(
             code,
             f"{earlier} and {owner} have the same {what}",
-            document.span(*loc),
+            case.span(*loc),
             label=f"also used by {owner}",
-            notes=(Note(document.span(*place), f"first used by {earlier}"),),
+            notes=(Note(case.span(*place), f"first used by {earlier}"),),
             help=(mend,),
         )
 
@@ -142,37 +140,49 @@ def _normal(address: str) -> str:
     return str(_parsed(address) or address.lower().rstrip("."))
 
 
-def doubled_namespaces(document: Document) -> Iterator[Diagnostic]:
+def doubled_namespaces(case: Case) -> Iterator[Diagnostic]:
     """ID005: two robots whose names differ only in what ROS names cannot hold."""
     claims: list[Claim] = [
-        (names.namespace(name), f"robot `{name}`", ("robots", name)) for name in document.spec.robots
+        (names.namespace(name), f"robot `{name}`", ("robots", name)) for name in case.spec.robots
     ]
-    yield from _doubled(document, "ID005", "ROS namespace", claims, "rename one of them")
+    yield from _doubled(case, "ID005", "ROS namespace", claims, "rename one of them")
 
 
-def reserved_names(document: Document) -> Iterator[Diagnostic]:
+def reserved_names(case: Case) -> Iterator[Diagnostic]:
     """ID006: taken names. Robots and programs are units beside the master's; hosts go into /etc/hosts."""
-    if _LOCALHOST in document.spec.hosts:
+    if _LOCALHOST in case.spec.hosts:
         yield Diagnostic(
             "ID006",
             f"`{_LOCALHOST}` is what every host calls itself",
-            document.span("hosts", _LOCALHOST, key=True),
+            case.span("hosts", _LOCALHOST, key=True),
             help=("choose another name; it goes into /etc/hosts",),
         )
     for kind in ("robots", "programs"):
-        if names.MASTER in getattr(document.spec, kind):
+        if names.MASTER in getattr(case.spec, kind):
             yield Diagnostic(
                 "ID006",
                 f"`{names.MASTER}` is the name of the ROS master's own unit",
-                document.span(kind, names.MASTER, key=True),
+                case.span(kind, names.MASTER, key=True),
                 help=("choose another name",),
             )
-    for name in document.spec.programs:
-        if name in document.spec.robots:
+    for name in case.spec.programs:
+        if name in case.spec.robots:
             yield Diagnostic(
                 "ID006",
                 f"a robot and a program are both called `{name}`",
-                document.span("programs", name, key=True),
-                notes=(Note(document.span("robots", name, key=True), "the robot"),),
+                case.span("programs", name, key=True),
+                notes=(Note(case.span("robots", name, key=True), "the robot"),),
                 help=("rename the program",),
             )
+
+
+RULES: tuple[Rule, ...] = (
+    loopback_addresses,
+    unfit_addresses,
+    doubled_addresses,
+    doubled_devices,
+    doubled_bluetooth,
+    doubled_networks,
+    doubled_namespaces,
+    reserved_names,
+)

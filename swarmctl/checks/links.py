@@ -4,29 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note
-from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, Mode, NetworkLink, Serial
-from swarmctl.topology import modes
-from swarmctl.topology.graph import graph_of, hosts_beside
+from swarmctl.topology.graph import hosts_beside
 
 
-def robot_lines(document: Document) -> Iterator[Diagnostic]:
+def robot_lines(case: Case) -> Iterator[Diagnostic]:
     """LINK001, LINK002, LINK003: each robot has one line, and it leads to the host that drives it."""
-    spec = document.spec
-    lines: dict[str, list[tuple[int, Serial | Bluetooth]]] = {name: [] for name in spec.robots}
-    for index, link in enumerate(spec.links):
-        if isinstance(link, (Serial, Bluetooth)) and link.robot in lines:
-            lines[link.robot].append((index, link))
-    for name, found in lines.items():
-        host = modes.driving_host(spec, name)
+    spec = case.spec
+    for name, found in case.lines_of.items():
+        host = case.driving[name]
         if not found:
             yield Diagnostic(
                 "LINK001",
                 f"robot `{name}` has no line to its host",
-                document.span("robots", name, key=True),
+                case.span("robots", name, key=True),
                 label="no serial or bluetooth link names it",
-                help=tuple(f"add to `links`: {line}" for line in _possible_lines(document, name, host)),
+                help=tuple(f"add to `links`: {line}" for line in _possible_lines(case, name, host)),
             )
             continue
         first, link = found[0]
@@ -34,9 +29,9 @@ def robot_lines(document: Document) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "LINK002",
                 f"robot `{name}` has more than one line",
-                document.span("links", second, "robot"),
+                case.span("links", second, "robot"),
                 label="a second line",
-                notes=(Note(document.span("links", first, "robot"), "the first line"),),
+                notes=(Note(case.span("links", first, "robot"), "the first line"),),
                 help=("keep the one that its driver is to use",),
             )
         if host is not None and link.host != host:
@@ -47,17 +42,17 @@ def robot_lines(document: Document) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "LINK003",
                 f"robot `{name}` hangs on `{link.host}`, but {why}",
-                document.span("links", first, "host"),
+                case.span("links", first, "host"),
                 label="this end",
-                notes=(Note(document.span(*place), f"`{host}` is named here"),),
+                notes=(Note(case.span(*place), f"`{host}` is named here"),),
                 help=(f"let the line start at `{host}`, or let `{link.host}` drive the robot",),
             )
 
 
-def _possible_lines(document: Document, robot: str, host: str | None) -> Iterator[str]:
+def _possible_lines(case: Case, robot: str, host: str | None) -> Iterator[str]:
     """The links that the robot speaks and its host has the hardware for, as they would stand in the spec."""
-    spec = document.spec
-    kinds = document.types[spec.robots[robot].type].link.kinds
+    spec = case.spec
+    kinds = case.types[spec.robots[robot].type].link.kinds
     ends = f"host: {host or '...'}, robot: {robot}"
     if "bluetooth" in kinds and host is not None and spec.hosts[host].bluetooth:
         yield f'{{kind: bluetooth, {ends}, mac: "..."}}'
@@ -65,16 +60,16 @@ def _possible_lines(document: Document, robot: str, host: str | None) -> Iterato
         yield f"{{kind: serial, {ends}, usb: {{serial: ...}}}}"
 
 
-def line_details(document: Document) -> Iterator[Diagnostic]:
+def line_details(case: Case) -> Iterator[Diagnostic]:
     """LINK004, LINK005: a serial line has a USB adapter or a device whose name never changes, not both."""
-    for index, link in enumerate(document.spec.links):
+    for index, link in enumerate(case.spec.links):
         if not isinstance(link, Serial):
             continue
         if link.usb is None and link.device is None:
             yield Diagnostic(
                 "LINK004",
                 f"the serial line of `{link.robot}` names no device",
-                document.span("links", index),
+                case.span("links", index),
                 label="needs `usb` or `device`",
                 help=(
                     "usb: {serial: ...} for a USB adapter (`udevadm info -a` shows its serial number)",
@@ -85,14 +80,14 @@ def line_details(document: Document) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "LINK004",
                 f"the serial line of `{link.robot}` names two devices",
-                document.span("links", index, "device"),
+                case.span("links", index, "device"),
                 help=("keep `usb`; the device is then called /dev/swarm/" + link.robot,),
             )
         elif link.device is not None and link.device.startswith(("/dev/ttyUSB", "/dev/ttyACM")):
             yield Diagnostic(
                 "LINK005",
                 f"`{link.device}` may be another adapter after the next boot",
-                document.span("links", index, "device"),
+                case.span("links", index, "device"),
                 label="numbered in the order of plugging in",
                 help=(
                     "name the adapter itself: usb: {serial: ...} (`udevadm info -a` shows the serial number)",
@@ -100,28 +95,26 @@ def line_details(document: Document) -> Iterator[Diagnostic]:
             )
 
 
-def spoken_lines(document: Document) -> Iterator[Diagnostic]:
+def spoken_lines(case: Case) -> Iterator[Diagnostic]:
     """LINK007: a robot hangs on a kind of line that its type can be connected by."""
-    spec = document.spec
-    for index, link in enumerate(spec.links):
-        if not isinstance(link, (Serial, Bluetooth)):
-            continue
+    spec = case.spec
+    for index, link in case.lines:
         type_name = spec.robots[link.robot].type
-        kinds = document.types[type_name].link.kinds
+        kinds = case.types[type_name].link.kinds
         if link.kind not in kinds:
             yield Diagnostic(
                 "LINK007",
                 f"robot `{link.robot}` is a {type_name}, which has no {link.kind} line",
-                document.span("links", index, "kind"),
+                case.span("links", index, "kind"),
                 label=f"not a line of `{type_name}`",
-                notes=(Note(document.span("robots", link.robot, "type"), "the robot's type"),),
+                notes=(Note(case.span("robots", link.robot, "type"), "the robot's type"),),
                 help=(f"a {type_name} is connected by {' or '.join(kinds)}",),
             )
 
 
-def adapters(document: Document) -> Iterator[Diagnostic]:
+def adapters(case: Case) -> Iterator[Diagnostic]:
     """LINK006: a Bluetooth link needs an adapter that its host has."""
-    spec = document.spec
+    spec = case.spec
     for index, link in enumerate(spec.links):
         if not isinstance(link, Bluetooth) or link.host not in spec.hosts:
             continue
@@ -131,33 +124,32 @@ def adapters(document: Document) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "LINK006",
                 f"host `{link.host}` has {missing}",
-                document.span("links", index, "adapter" if link.adapter else "host"),
-                notes=(Note(document.span("hosts", link.host, key=True), "this host"),),
+                case.span("links", index, "adapter" if link.adapter else "host"),
+                notes=(Note(case.span("hosts", link.host, key=True), "this host"),),
                 help=(f"add `bluetooth: [{link.adapter or 'hci0'}]` to host `{link.host}` if it has one",),
             )
 
 
-def paths_to_hub(document: Document) -> Iterator[Diagnostic]:
+def paths_to_hub(case: Case) -> Iterator[Diagnostic]:
     """NET001: every host of an island shares a network with the island's hub."""
-    spec = document.spec
-    hub = modes.hub_of(spec)
-    if hub is None or hub not in spec.hosts:
-        return
-    reached = hosts_beside(graph_of(spec), hub)
-    for island in modes.islands_of(spec):
+    for island in case.islands:
+        reached = hosts_beside(case.graph, island.hub) if len(island.hosts) > 1 else frozenset(island.hosts)
         for name in island.hosts:
             if name not in reached:
                 yield Diagnostic(
                     "NET001",
-                    f"host `{name}` cannot reach its hub `{hub}`",
-                    document.span("hosts", name, key=True),
+                    f"host `{name}` cannot reach its hub `{island.hub}`",
+                    case.span("hosts", name, key=True),
                     label="no wlan or ethernet joins the two",
-                    help=(_network_help(document, name, hub),),
+                    help=(_network_help(case, name, island.hub),),
                 )
 
 
-def _network_help(document: Document, name: str, hub: str) -> str:
-    for link in document.spec.links:
+def _network_help(case: Case, name: str, hub: str) -> str:
+    for link in case.spec.links:
         if isinstance(link, NetworkLink) and hub in link.hosts:
             return f"add `{name}` to the hosts of `{link.name}`"
     return f"add to `links`: {{kind: wlan, name: lab, hosts: [{hub}, {name}]}}"
+
+
+RULES: tuple[Rule, ...] = (robot_lines, line_details, spoken_lines, adapters, paths_to_hub)

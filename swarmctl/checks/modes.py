@@ -4,27 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
-from swarmctl.spec.load import Document
 from swarmctl.topology.modes import READY, ROLES
 
 
-def ready_modes(document: Document) -> Iterator[Diagnostic]:
-    """MODE001: the mode is one that this version can deploy."""
-    mode = document.spec.mode
+def ready_modes(case: Case) -> Iterator[Diagnostic]:
+    """MODE001: the mode is one that this version can deploy, not only check."""
+    mode = case.spec.mode
     if mode not in READY:
         ready = ", ".join(f"`{one.value}`" for one in READY)
         yield Diagnostic(
             "MODE001",
-            f"mode `{mode.value}` joins several ROS masters; this version cannot deploy it yet",
-            document.span("mode"),
-            help=(f"the modes that work today: {ready}",),
+            f"mode `{mode.value}` joins several ROS masters; this version checks it but cannot deploy it",
+            case.span("mode"),
+            severity=Severity.WARNING,
+            help=(f"the modes that can be deployed today: {ready}",),
         )
 
 
-def role_named(document: Document) -> Iterator[Diagnostic]:
+def role_named(case: Case) -> Iterator[Diagnostic]:
     """MODE002, MODE003: the host that the mode is built around is named, and no other role is."""
-    spec = document.spec
+    spec = case.spec
     role = ROLES.get(spec.mode)
     if role is None:
         return
@@ -34,7 +35,7 @@ def role_named(document: Document) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "MODE002",
             f"mode `{spec.mode.value}` needs a `{role.key}`",
-            document.span("mode"),
+            case.span("mode"),
             label=f"which host {role.duty}?",
             help=(f"add `{role.key}: {first}`",),
         )
@@ -43,34 +44,38 @@ def role_named(document: Document) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "MODE003",
             f"mode `{spec.mode.value}` has no `{other}`",
-            document.span(other, key=True),
+            case.span(other, key=True),
             label=f"the host that {role.duty} is called `{role.key}`",
-            notes=(Note(document.span(role.key, key=True), "named here"),) if both else (),
+            notes=(Note(case.span(role.key, key=True), "named here"),) if both else (),
             help=("remove this line" if both else f"write `{role.key}: {getattr(spec, other)}`",),
         )
 
 
-def robots_have_hosts(document: Document) -> Iterator[Diagnostic]:
+def robots_have_hosts(case: Case) -> Iterator[Diagnostic]:
     """MODE004: outside single-minded, every robot says which host drives it."""
-    spec = document.spec
+    spec = case.spec
     for name, robot in spec.robots.items():
         if robot.host is None and spec.mode.value != "single-minded":
             yield Diagnostic(
                 "MODE004",
                 f"robot `{name}` has no host",
-                document.span("robots", name, key=True),
+                case.span("robots", name, key=True),
                 label="which host drives it?",
                 help=(f"add `host: {next(iter(spec.hosts))}`",),
             )
 
 
-def programs_wait(document: Document) -> Iterator[Diagnostic]:
+def programs_wait(case: Case) -> Iterator[Diagnostic]:
     """PROG001: programs are checked, but this version does not start them."""
-    for name in document.spec.programs:
+    for name in case.spec.programs:
         yield Diagnostic(
             "PROG001",
             f"program `{name}` is checked but not started by this version",
-            document.span("programs", name, key=True),
+            case.span("programs", name, key=True),
             severity=Severity.WARNING,
-            help=(f"start it by hand, after `source /opt/swarm/{document.spec.name}/current/setup.bash`",),
+            help=(f"start it by hand, after `source /opt/swarm/{case.spec.name}/current/setup.bash`",),
         )
+
+
+NAMES: tuple[Rule, ...] = (role_named, robots_have_hosts)
+RULES: tuple[Rule, ...] = (ready_modes, programs_wait)

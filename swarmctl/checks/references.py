@@ -5,47 +5,41 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic
-from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial
 from swarmctl.spec.suggest import did_you_mean
 
 
-def unknown_names(document: Document) -> Iterator[Diagnostic]:
+def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """REF001: a host, robot, robot type, computer or commander that the spec does not know."""
-    spec = document.spec
+    spec = case.spec
     for name, robot in spec.robots.items():
-        yield from _look_up(document, document.types, "robot type", robot.type, "robots", name, "type")
+        yield from _look_up(case, case.types, "robot type", robot.type, "robots", name, "type")
         if robot.host is not None:
-            yield from _look_up(document, spec.hosts, "host", robot.host, "robots", name, "host")
+            yield from _look_up(case, spec.hosts, "host", robot.host, "robots", name, "host")
     for name, host in spec.hosts.items():
         if host.computer is not None:
-            yield from _look_up(
-                document, document.computers, "computer", host.computer, "hosts", name, "computer"
-            )
+            yield from _look_up(case, case.computers, "computer", host.computer, "hosts", name, "computer")
         if host.via is not None:
-            yield from _look_up(document, spec.hosts, "host", host.via, "hosts", name, "via")
+            yield from _look_up(case, spec.hosts, "host", host.via, "hosts", name, "via")
     if (computer := spec.defaults.host.computer) is not None:
-        yield from _look_up(
-            document, document.computers, "computer", computer, "defaults", "host", "computer"
-        )
+        yield from _look_up(case, case.computers, "computer", computer, "defaults", "host", "computer")
     for key in ("leader", "hub"):
         if (named := getattr(spec, key)) is not None:
-            yield from _look_up(document, spec.hosts, "host", named, key)
-    yield from _in_links(document)
-    yield from _in_programs(document)
+            yield from _look_up(case, spec.hosts, "host", named, key)
+    yield from _in_links(case)
+    yield from _in_programs(case)
     for index, control in enumerate(spec.control):
         commanders = {**spec.programs, **spec.robots, **spec.hosts}
-        yield from _look_up(
-            document, commanders, "program, robot or host", control.by, "control", index, "by"
-        )
+        yield from _look_up(case, commanders, "program, robot or host", control.by, "control", index, "by")
         for place, robot_name in enumerate(control.of):
-            yield from _look_up(document, spec.robots, "robot", robot_name, "control", index, "of", place)
+            yield from _look_up(case, spec.robots, "robot", robot_name, "control", index, "of", place)
 
 
-def circular_jumps(document: Document) -> Iterator[Diagnostic]:
+def circular_jumps(case: Case) -> Iterator[Diagnostic]:
     """REF002: a chain of `via` that comes back to where it began."""
-    hosts = document.spec.hosts
+    hosts = case.spec.hosts
     for name in hosts:
         passed = [name]
         while (step := hosts[passed[-1]].via) is not None and step in hosts and step not in passed:
@@ -54,45 +48,49 @@ def circular_jumps(document: Document) -> Iterator[Diagnostic]:
             yield Diagnostic(
                 "REF002",
                 f"the way to host `{name}` goes in a circle: {' via '.join([*passed, name])}",
-                document.span("hosts", name, "via"),
+                case.span("hosts", name, "via"),
                 help=("one host on the way must be reachable without `via`",),
             )
 
 
-def _in_links(document: Document) -> Iterator[Diagnostic]:
-    spec = document.spec
+def _in_links(case: Case) -> Iterator[Diagnostic]:
+    spec = case.spec
     for index, link in enumerate(spec.links):
         if isinstance(link, NetworkLink):
             for place, host in enumerate(link.hosts):
-                yield from _look_up(document, spec.hosts, "host", host, "links", index, "hosts", place)
+                yield from _look_up(case, spec.hosts, "host", host, "links", index, "hosts", place)
         elif isinstance(link, (Serial, Bluetooth)):
-            yield from _look_up(document, spec.hosts, "host", link.host, "links", index, "host")
-            yield from _look_up(document, spec.robots, "robot", link.robot, "links", index, "robot")
+            yield from _look_up(case, spec.hosts, "host", link.host, "links", index, "host")
+            yield from _look_up(case, spec.robots, "robot", link.robot, "links", index, "robot")
 
 
-def _in_programs(document: Document) -> Iterator[Diagnostic]:
-    spec = document.spec
+def _in_programs(case: Case) -> Iterator[Diagnostic]:
+    spec = case.spec
     for name, program in spec.programs.items():
         if program.host is not None:
-            yield from _look_up(document, spec.hosts, "host", program.host, "programs", name, "host")
+            yield from _look_up(case, spec.hosts, "host", program.host, "programs", name, "host")
         if program.robot is not None:
-            yield from _look_up(document, spec.robots, "robot", program.robot, "programs", name, "robot")
+            yield from _look_up(case, spec.robots, "robot", program.robot, "programs", name, "robot")
     for name, island in spec.islands.items():
         for key in ("leader", "hub"):
             if (named := getattr(island, key)) is not None:
-                yield from _look_up(document, spec.hosts, "host", named, "islands", name, key)
+                yield from _look_up(case, spec.hosts, "host", named, "islands", name, key)
         for place, host in enumerate(island.hosts):
-            yield from _look_up(document, spec.hosts, "host", host, "islands", name, "hosts", place)
+            yield from _look_up(case, spec.hosts, "host", host, "islands", name, "hosts", place)
 
 
 def _look_up(
-    document: Document, known: Mapping[str, Any], what: str, word: str, *loc: str | int
+    case: Case, known: Mapping[str, Any], what: str, word: str, *loc: str | int
 ) -> Iterator[Diagnostic]:
     if word not in known:
         yield Diagnostic(
             "REF001",
             f"there is no {what} called `{word}`",
-            document.span(*loc),
+            case.span(*loc),
             label="not defined",
             help=did_you_mean(word, known, f"known {what}s"),
         )
+
+
+NAMES: tuple[Rule, ...] = (unknown_names,)
+RULES: tuple[Rule, ...] = (circular_jumps,)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Severity
-from swarmctl.spec.load import Document
 
 
-def unreachable_limits(document: Document) -> Iterator[Diagnostic]:
+def unreachable_limits(case: Case) -> Iterator[Diagnostic]:
     """SET001: a speed limit above what the wheels bear limits nothing; often the decimal point slipped."""
-    for name, robot in document.spec.robots.items():
-        kinematics = document.types[robot.type].kinematics
+    for name, robot in case.spec.robots.items():
+        kinematics = case.types[robot.type].kinematics
         reach = {
             "linear": (kinematics.wheel_speed_max, "m/s"),
             "angular": (2 * kinematics.wheel_speed_max / kinematics.wheel_separation, "rad/s"),
@@ -22,8 +22,11 @@ def unreachable_limits(document: Document) -> Iterator[Diagnostic]:
                 yield Diagnostic(
                     "SET001",
                     f"the limit of {limit:g} {unit} is above what a `{robot.type}` can do",
-                    document.span("robots", name, "settings", "limits", axis),
+                    case.span("robots", name, "settings", "limits", axis),
                     severity=Severity.WARNING,
                     label=f"its wheels bear {fastest:.3g} {unit}",
                     help=("lower it, or leave it out",),
                 )
+
+
+RULES: tuple[Rule, ...] = (unreachable_limits,)

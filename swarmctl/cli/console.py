@@ -81,6 +81,7 @@ def _text_of(file: str) -> str:
 def read_spec(spec: Path) -> Swarm:
     """The resolved swarm of a spec file; with errors in it, they are shown and the program ends."""
     from swarmctl.checks.check import read
+    from swarmctl.topology.modes import READY
     from swarmctl.views import diagnostics as view
 
     swarm, diagnostics = read(spec)
@@ -88,4 +89,7 @@ def read_spec(spec: Path) -> Swarm:
     if swarm is None:
         err().print(f"{view.summary(diagnostics)} in {spec}")
         raise typer.Exit(exits.ERROR)
+    if swarm.mode not in READY:
+        ready = ", ".join(f"`{one.value}`" for one in READY)
+        fail(f"mode `{swarm.mode.value}` can be checked, but not deployed yet", f"today's modes: {ready}")
     return swarm

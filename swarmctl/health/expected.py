@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from swarmctl.spec.robot_type import params_of
 from swarmctl.topology import names
+from swarmctl.topology.interfaces import COMMAND, DriverTopic, driver_topics
 from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm, UsbLine
-
-COMMAND = "cmd_vel"
-COMMAND_TYPE = "geometry_msgs/Twist"
-DIAGNOSTICS = "/diagnostics"
-DIAGNOSTICS_TYPE = "diagnostic_msgs/DiagnosticArray"
-_SENSORS = {"odom": "nav_msgs/Odometry", "proximity": "std_msgs/UInt16MultiArray"}
 
 
 @dataclass(frozen=True)
@@ -22,15 +16,6 @@ class Release:
 
     digest: str
     units: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ExpectedTopic:
-    """What a driver publishes, how often (Hz)."""
-
-    name: str
-    type: str
-    rate: float
 
 
 @dataclass(frozen=True)
@@ -45,7 +30,7 @@ class ExpectedRobot:
     node: str
     device: str
     adapter: str  # what makes the device appear, for people
-    topics: tuple[ExpectedTopic, ...]
+    topics: tuple[DriverTopic, ...]
     command: str
 
 
@@ -126,13 +111,10 @@ def _adapter(robot: Robot) -> str:
             return "the serial port"
 
 
-def _topics(robot: Robot) -> tuple[ExpectedTopic, ...]:
-    rates = params_of(
-        robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path, settings=robot.settings
-    )["rates"]
-    sensors = [
-        ExpectedTopic(f"{robot.namespace}/{name}", kind, rates[name])
-        for name, kind in _SENSORS.items()
-        if rates[name] > 0
-    ]
-    return (*sensors, ExpectedTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates["diagnostics"]))
+def _topics(robot: Robot) -> tuple[DriverTopic, ...]:
+    """What the driver publishes, under full names."""
+    relative = driver_topics(robot.type, robot.settings)
+    return tuple(
+        topic if topic.name.startswith("/") else replace(topic, name=f"{robot.namespace}/{topic.name}")
+        for topic in relative
+    )

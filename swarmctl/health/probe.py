@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedTopic
+from swarmctl.health.expected import ExpectedGraph, ExpectedHost
+from swarmctl.topology.interfaces import DriverTopic
 
 AGENT_VERBS = ("probe", "probe_ros")  # the modules of the agent that the probe is made of
 LONGEST_LISTENING = 10.0  # s, however slow a topic is
@@ -128,7 +129,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> dict[str
     }
 
 
-def listening(topic: ExpectedTopic, window: float) -> float:
+def listening(topic: DriverTopic, window: float) -> float:
     """How long to listen, s: long enough for two messages of a slow topic."""
     return round(max(window, min(_PERIODS / topic.rate, LONGEST_LISTENING)), 3)
 

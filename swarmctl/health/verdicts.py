@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from urllib.parse import urlsplit
 
-from swarmctl.health.expected import COMMAND_TYPE, ExpectedHost, ExpectedRobot, ExpectedTopic
+from swarmctl.health.expected import ExpectedHost, ExpectedRobot
 from swarmctl.health.probe import DeviceSeen, MasterSeen, NodeSeen, Report, TopicSeen, UnitSeen
+from swarmctl.topology.interfaces import COMMAND_TYPE, DriverTopic
 
 LOWEST_SHARE = 0.7  # of the expected rate
 MOST_RESTARTS = 3  # of a unit since it was started by hand or by a deploy
@@ -160,7 +161,7 @@ def report(seen: Report) -> Verdict:
     return Verdict(state, f"says: {seen.message}" if seen.message else "says nothing more")
 
 
-def topic(wanted: ExpectedTopic, node: NodeSeen) -> Verdict:
+def topic(wanted: DriverTopic, node: NodeSeen) -> Verdict:
     """Is it published, as what, and how often?"""
     published_as = node.publishes.get(wanted.name)
     seen = node.topics.get(wanted.name)
@@ -175,7 +176,7 @@ def topic(wanted: ExpectedTopic, node: NodeSeen) -> Verdict:
     return _rate(wanted, seen)
 
 
-def _rate(wanted: ExpectedTopic, seen: TopicSeen) -> Verdict:
+def _rate(wanted: DriverTopic, seen: TopicSeen) -> Verdict:
     if wanted.rate * seen.seconds < _PERIODS_TO_JUDGE and seen.rate is None:
         return Verdict(State.SKIPPED, f"comes too rarely to be measured in {seen.seconds:g} s")
     if seen.count == 0:

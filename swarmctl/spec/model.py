@@ -2,127 +2,40 @@
 
 from __future__ import annotations
 
-import ipaddress
-import re
 from enum import Enum
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Literal
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    RootModel,
-    ValidationError,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-)
+from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from swarmctl.spec.robot_type import RobotSettings, RobotType
-
-SPEC_VERSION = 1
-
-_HOSTNAME = re.compile(
-    r"(?=.{1,253}$)(?!-)[A-Za-z0-9-]{1,63}(?<!-)(\.(?!-)[A-Za-z0-9-]{1,63}(?<!-))*", re.ASCII
+from swarmctl.spec.words import (
+    Account,
+    Adapter,
+    Address,
+    Baud,
+    ComputerName,
+    DevicePath,
+    EnvironmentKey,
+    FileName,
+    GraphName,
+    Group,
+    HexId,
+    HostName,
+    IslandName,
+    Mac,
+    Name,
+    NetworkName,
+    PackageName,
+    Port,
+    Printable,
+    ProgramName,
+    RobotName,
+    RobotTypeName,
+    Subnet,
+    TypeName,
+    UsbText,
+    Value,
 )
-_MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
-_ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
-
-
-def _address(value: str) -> str:
-    """An IP address or a host name; its last label starts with a letter, as 127.1 is an address to libc."""
-    try:
-        ipaddress.ip_address(value)
-    except ValueError:
-        if not _HOSTNAME.fullmatch(value) or not value.rpartition(".")[2][:1].isalpha():
-            raise ValueError(f"`{value}` is neither an IP address nor a host name; {_ADDRESS_HINT}") from None
-        return value
-    if "%" in value:
-        raise ValueError("an address carries no interface; drop what follows `%`")
-    return value
-
-
-def _mac(value: str) -> str:
-    if not _MAC.fullmatch(value):
-        raise ValueError(f"`{value}` is not a Bluetooth address; write six pairs, like 10:00:e8:c5:64:37")
-    return value.lower()
-
-
-def _subnet(value: str) -> str:
-    try:
-        return str(ipaddress.ip_network(value))
-    except ValueError:
-        pass
-    try:
-        meant = str(ipaddress.ip_interface(value).network)
-    except ValueError:
-        meant = "192.168.77.0/24"
-    raise ValueError(f"`{value}` is not a subnet; write it like {meant}")
-
-
-def _device_path(value: str) -> str:
-    if not re.fullmatch(r"/dev/[A-Za-z0-9._/-]+", value, re.ASCII) or ".." in value:
-        raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
-    if value.startswith("/dev/swarm/"):
-        raise ValueError(
-            f"`{value}` is a name that swarmctl gives; say which adapter it is: usb: {{serial: ...}}"
-        )
-    return value
-
-
-Name = Annotated[
-    str,
-    Field(
-        pattern=r"^[a-z][a-z0-9-]{0,30}$",
-        description="Lower-case letters, digits and hyphens, a letter first.",
-    ),
-]
-HostName = Annotated[Name, Field(examples=["k3-pi"])]
-RobotName = Annotated[Name, Field(examples=["k3"])]
-RobotTypeName = Annotated[Name, Field(examples=["khepera3"])]
-ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
-NetworkName = Annotated[Name, Field(examples=["lab"])]
-ProgramName = Annotated[Name, Field(examples=["joystick"])]
-Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
-Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
-Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
-DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_device_path)]
-Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
-Account = Annotated[str, Field(pattern=r"^[a-z_][a-z0-9_-]{0,31}$", examples=["robot"])]
-Port = Annotated[int, Field(ge=1, le=65535)]
-Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200])]
-UsbText = Annotated[str, Field(pattern=r"^[A-Za-z0-9:._-]{1,64}$", examples=["FTDI1234"])]
-# The kernel writes these ids in lower case, and udev compares letter by letter.
-HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
-GraphName = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z~/][A-Za-z0-9_/]*$",
-        max_length=200,
-        description="A ROS graph name.",
-        examples=["cmd_vel"],
-    ),
-]
-TypeName = Annotated[
-    str, Field(pattern=r"^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$", examples=["geometry_msgs/Twist"])
-]
-PackageName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", examples=["joy"])]
-FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", examples=["joy_node"])]
-EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
-Printable = Annotated[
-    str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=4096)
-]
-
-
-def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
-    """One complaint where a union would bring one for each of its members."""
-    try:
-        return inner(value)
-    except ValidationError:
-        raise ValueError("a parameter is text, a number, true or false") from None
-
-
-Value = Annotated[bool | int | float | Printable, WrapValidator(_one_word)]
 
 
 class Model(BaseModel):
@@ -174,6 +87,11 @@ class Host(Model):
     computer: ComputerName | None = Field(None, description="What kind of computer it is (see `computers`).")
     bluetooth: tuple[Adapter, ...] = Field((), description="Its Bluetooth adapters.")
     via: HostName | None = Field(None, description="Host to jump through when it cannot be reached directly.")
+    master_port: Port | None = Field(
+        None,
+        examples=[11312],
+        description="TCP port of the ROS master, if this host runs one; `ros.master_port` by default.",
+    )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
 
 
@@ -253,20 +171,28 @@ class Bluetooth(Model):
 
 
 Link = Annotated[Wlan | Ethernet | Serial | Bluetooth, Field(discriminator="kind")]
-_LINKS: dict[str, type[BaseModel]] = {
+LINKS: dict[str, type[BaseModel]] = {
     "wlan": Wlan,
     "ethernet": Ethernet,
     "serial": Serial,
     "bluetooth": Bluetooth,
 }
-KINDS = tuple(_LINKS)
+KINDS = tuple(LINKS)
 
 
 class Topic(Model):
-    """A topic that a program publishes or hears."""
+    """A topic that a program publishes or hears. A relative name belongs to the program's namespace."""
 
     topic: GraphName = Field(description="Its ROS name.")
     type: TypeName = Field(description="Its message type.")
+    rate: Annotated[float, Field(gt=0, le=10_000)] | None = Field(
+        None, examples=[30.0], description="Messages per second, for the budgets of links."
+    )
+    size: Annotated[int, Field(ge=1)] | None = Field(
+        None,
+        examples=[921600],
+        description="Bytes of a message as sent, where its type does not say (images, maps, text).",
+    )
 
 
 class Program(Model):
@@ -296,6 +222,14 @@ class Program(Model):
     requires: tuple[str, ...] = Field(
         (), description="ROS packages without which it cannot run.", examples=[["joy"]]
     )
+    board: Name | None = Field(
+        None,
+        description="The microcontroller it speaks rosserial with; its topics are the sketch's.",
+        examples=["arduino-uno"],
+    )
+    memory_mb: Annotated[int, Field(ge=1, examples=[300])] | None = Field(
+        None, description="Memory it takes, MB."
+    )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
 
 
@@ -318,6 +252,73 @@ class Island(Model):
     hosts: tuple[HostName, ...] = Field(min_length=1, description="The hosts in it.")
     leader: HostName | None = Field(None, description="Its leader (modes single-minded and leader).")
     hub: HostName | None = Field(None, description="The host that runs its master (mode central).")
+
+
+class Time(Model):
+    """Whose clock the swarm follows. Transforms and multimaster discovery need clocks that agree."""
+
+    root: HostName | None = Field(
+        None,
+        description="The host whose clock the others follow; the hub by default where there is one.",
+    )
+    servers: tuple[Address, ...] = Field(
+        (),
+        examples=[["ntp.lab.example"]],
+        description="NTP servers that the root follows while it can reach them.",
+    )
+
+
+class Crossing(Model):
+    """A topic that crosses between islands beside those that `control` and the programs ask for."""
+
+    topic: GraphName = Field(description="Its full ROS name.")
+    to: tuple[IslandName, ...] = Field(
+        min_length=1,
+        description="The islands that hear it; in mode standalone each is named as its host.",
+    )
+
+
+class Multimaster(Model):
+    """How islands hear of each other (modes standalone and combined)."""
+
+    provider: Literal["fkie", "static"] = Field(
+        "fkie", description="`fkie` discovers by multicast; `static` knows its peers from this file."
+    )
+    group: Group = Field("226.0.0.0", description="Multicast group of the discovery.")
+    port: Port = Field(11511, description="UDP port of the discovery.")
+    heartbeat_hz: Annotated[float, Field(gt=0, le=25.5)] = Field(
+        1.0, description="How often a master says that it is there, Hz."
+    )
+    active_request_after: Annotated[float, Field(gt=0)] = Field(
+        60.0, description="Seconds of silence after which a master is asked whether it is still there."
+    )
+    remove_after: Annotated[float, Field(gt=0)] = Field(
+        300.0, description="Seconds of silence after which a master is forgotten."
+    )
+    robot_hosts: dict[HostName, tuple[HostName, ...]] = Field(
+        default_factory=dict,
+        examples=[{"k3-pi": ["epuck-pi"]}],
+        description="By hub: the hubs it greets one by one; all of them by default where multicast may fail.",
+    )
+    sync_hosts: tuple[HostName, ...] = Field((), description="Only these hubs are listened to.")
+    ignore_hosts: tuple[HostName, ...] = Field((), description="These hubs are not listened to.")
+    topics: tuple[Crossing, ...] = Field((), description="What else crosses.")
+
+
+class Silence(Model):
+    """A finding that the swarm's people know of and accept."""
+
+    rule: Annotated[str, Field(pattern=r"^[A-Z]{2,8}[0-9]{3}$", examples=["CAP001"])] = Field(
+        description="The rule, by its id."
+    )
+    about: Name | None = Field(
+        None,
+        examples=["k3-pi"],
+        description="Only findings that name this host, robot, program or network; all when left out.",
+    )
+    reason: Annotated[Printable, Field(min_length=3)] = Field(
+        examples=["measured, and fine"], description="Why it is accepted."
+    )
 
 
 class HostDefaults(Model):
@@ -372,65 +373,17 @@ class Spec(Model):
         examples=[{"joystick": {"host": "koala-laptop", "use": "teleop-joy"}}],
     )
     control: tuple[Control, ...] = Field((), description="Who may command whom.")
-    islands: dict[Name, Island] = Field(
+    islands: dict[IslandName, Island] = Field(
         default_factory=dict,
         description="The islands of mode combined.",
         examples=[{"west": {"mode": "central", "hosts": ["k3-pi"], "hub": "k3-pi"}}],
     )
-
-
-def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
-    """The keys that may stand at ``loc`` of a ``model`` (union tags in ``loc`` as pydantic reports them)."""
-    places = _places(loc, model)
-    return tuple(dict.fromkeys(name for place in places if _is_model(place) for name in place.model_fields))
-
-
-def _places(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
-    """The types that stand at ``loc`` of a ``model``."""
-    places: list[Any] = [model]
-    for part in loc:
-        if _LINKS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
-            places = [_LINKS[str(part)]]
-        else:
-            places = [below for place in places for below in _below(place, part)]
-    return places
-
-
-def link_keys(kind: str) -> tuple[str, ...]:
-    """The keys of one kind of link."""
-    return tuple(_LINKS[kind].model_fields)
-
-
-def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
-    """What the key at ``loc`` of a ``model`` is for; nothing where the models do not say."""
-    fields = [place.model_fields.get(str(loc[-1])) for place in _places(loc[:-1], model) if _is_model(place)]
-    return next((field.description for field in fields if field and field.description), "")
-
-
-def _is_model(place: Any) -> bool:
-    return isinstance(place, type) and issubclass(place, BaseModel)
-
-
-def _below(place: Any, part: str | int) -> list[Any]:
-    """What type annotations stand one step below ``place``."""
-    if _is_model(place):
-        field = place.model_fields.get(part)
-        return _unwrapped(field.annotation) if field else []
-    origin, arguments = get_origin(place), get_args(place)
-    if origin is dict:
-        return _unwrapped(arguments[1])
-    if origin in (tuple, list):
-        return _unwrapped(arguments[0])
-    return []
-
-
-def _unwrapped(annotation: Any) -> list[Any]:
-    """The alternatives of an annotation, without ``Annotated`` and ``| None``."""
-    if hasattr(annotation, "__metadata__"):
-        return _unwrapped(annotation.__origin__)
-    if getattr(annotation, "__origin__", None) in (tuple, list, dict):
-        return [annotation]
-    arguments = getattr(annotation, "__args__", None)
-    if arguments:
-        return [one for argument in arguments if argument is not type(None) for one in _unwrapped(argument)]
-    return [annotation]
+    time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")
+    multimaster: Multimaster | None = Field(
+        None, description="How islands hear of each other (modes standalone and combined)."
+    )
+    silence: tuple[Silence, ...] = Field(
+        (),
+        examples=[[{"rule": "CAP001", "reason": "measured, and fine"}]],
+        description="Findings that are known and accepted.",
+    )

@@ -291,6 +291,16 @@ def _lay(under: dict[str, Any], over: Mapping[str, Any]) -> None:
             under[key] = value
 
 
+def rates_of(robot_type: RobotType, settings: RobotSettings) -> dict[str, float]:
+    """How often a driver asks and publishes with merged ``settings``, Hz; 0 for what the robot lacks."""
+    rates = settings.rates
+    return {
+        "odom": _first(rates.odom, 10.0) if robot_type.protocol.read_position else 0.0,
+        "proximity": _first(rates.proximity, 5.0) if robot_type.sensors.proximity else 0.0,
+        "diagnostics": _first(rates.diagnostics, 1.0),
+    }
+
+
 def params_of(
     robot_type: RobotType,
     *,
@@ -322,11 +332,7 @@ def params_of(
             "hint": link.hint,
         },
         "command_timeout": _first(tuned.command_timeout, 0.5),
-        "rates": {
-            "odom": _first(tuned.rates.odom, 10.0) if robot_type.protocol.read_position else 0.0,
-            "proximity": _first(tuned.rates.proximity, 5.0) if proximity else 0.0,
-            "diagnostics": _first(tuned.rates.diagnostics, 1.0),
-        },
+        "rates": rates_of(robot_type, tuned),
         "kinematics": {
             "wheel_separation": separation,
             "wheel_speed_max": wheel_speed,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.topology.swarm import Island
 
-READY = (Mode.SINGLE_MINDED, Mode.LEADER, Mode.CENTRAL)
+READY = (Mode.SINGLE_MINDED, Mode.LEADER, Mode.CENTRAL)  # what can be deployed; the others can be checked
+MULTIMASTER = (Mode.STANDALONE, Mode.COMBINED)  # where several masters meet
 
 
 @dataclass(frozen=True)
@@ -26,10 +28,10 @@ ROLES = {
 }
 
 
-def hub_of(spec: Spec) -> str | None:
-    """The host that runs the master of a one-island mode, or nothing while the spec does not name it."""
-    role = ROLES.get(spec.mode)
-    return getattr(spec, role.key) if role else None
+def hub_of(arrangement: Spec | model.Island) -> str | None:
+    """The host that runs the master of a swarm or an island in a one-island mode, if it is named."""
+    role = ROLES.get(Mode(arrangement.mode))
+    return getattr(arrangement, role.key) if role else None
 
 
 def driving_host(spec: Spec, robot: str) -> str | None:
@@ -40,9 +42,30 @@ def driving_host(spec: Spec, robot: str) -> str | None:
 
 
 def islands_of(spec: Spec) -> tuple[Island, ...]:
-    """The islands of a spec whose mode is in ``READY`` and whose hub is named."""
-    hub = hub_of(spec)
-    if hub is None:
-        return ()
-    members = (hub,) if spec.mode is Mode.SINGLE_MINDED else tuple(spec.hosts)
-    return (Island(name=spec.name, hub=hub, hosts=members, master_port=spec.ros.master_port),)
+    """The islands of a spec, those left out whose hub is not named. A robot's host alone may run no ROS."""
+    match spec.mode:
+        case Mode.STANDALONE:
+            return tuple(_island(spec, host, host, (host,)) for host in spec.hosts)
+        case Mode.COMBINED:
+            return tuple(
+                _island(spec, name, hub, _members(Mode(island.mode), hub, island.hosts))
+                for name, island in spec.islands.items()
+                if (hub := hub_of(island)) is not None
+            )
+        case _:
+            hub = hub_of(spec)
+            return (
+                ()
+                if hub is None
+                else (_island(spec, spec.name, hub, _members(spec.mode, hub, tuple(spec.hosts))),)
+            )
+
+
+def _members(mode: Mode, hub: str, hosts: tuple[str, ...]) -> tuple[str, ...]:
+    """The hosts that run ROS: in mode single-minded the leader alone."""
+    return (hub,) if mode is Mode.SINGLE_MINDED else hosts
+
+
+def _island(spec: Spec, name: str, hub: str, hosts: tuple[str, ...]) -> Island:
+    port = spec.hosts[hub].master_port if hub in spec.hosts else None
+    return Island(name=name, hub=hub, hosts=hosts, master_port=port or spec.ros.master_port)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 DRIVER_NODE = "driver"
 
 
@@ -12,6 +14,26 @@ def namespace(robot: str) -> str:
 
 def driver_node(robot: str) -> str:
     return f"{namespace(robot)}/{DRIVER_NODE}"
+
+
+def program_node(program: str, robot: str | None) -> str:
+    """The node of a program: in its robot's namespace, or at the top."""
+    return f"{namespace(robot) if robot else ''}/{program.replace('-', '_')}"
+
+
+def resolved(name: str, node: str, remap: Mapping[str, str]) -> str:
+    """The full name of what ``node`` calls ``name``: relative, global or private (wiki.ros.org/Names)."""
+    full = _full(name, node)
+    changed = {_full(old, node): _full(new, node) for old, new in remap.items()}
+    return changed.get(full, full)
+
+
+def _full(name: str, node: str) -> str:
+    if name.startswith("/"):
+        return name
+    if name.startswith("~"):
+        return f"{node}/{name[1:].lstrip('/')}"
+    return f"{node.rpartition('/')[0]}/{name}"
 
 
 def usb_device(robot: str) -> str:

@@ -9,12 +9,15 @@ from swarmctl.spec import model
 from swarmctl.spec.load import Document
 from swarmctl.spec.robot_type import RobotType, merged
 from swarmctl.topology import modes, names
+from swarmctl.topology.bridges import bridges_of
+from swarmctl.topology.interfaces import program_endpoints
 from swarmctl.topology.swarm import FixedLine, Host, Line, Network, RfcommLine, Robot, Swarm, UsbLine
 
 
 def resolve(document: Document) -> Swarm:
     """Apply defaults, look up types and computers, place drivers, give devices their names."""
     spec = document.spec
+    islands = modes.islands_of(spec)
     return Swarm(
         name=spec.name,
         mode=spec.mode,
@@ -22,7 +25,8 @@ def resolve(document: Document) -> Swarm:
         hosts={name: _host(name, document) for name in spec.hosts},
         robots=_robots(document),
         networks=tuple(_network(link, spec) for link in spec.links if isinstance(link, model.NetworkLink)),
-        islands=modes.islands_of(spec),
+        islands=islands,
+        bridges=bridges_of(spec, islands, tuple(program_endpoints(spec))),
     )
 
 

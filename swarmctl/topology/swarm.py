@@ -98,6 +98,17 @@ class Island:
 
 
 @dataclass(frozen=True)
+class Bridge:
+    """A topic that crosses from one island to others, and what in the spec asks for it."""
+
+    topic: str
+    type: str
+    origin: str
+    to: tuple[str, ...]
+    cause: str
+
+
+@dataclass(frozen=True)
 class Swarm:
     """One swarm, resolved. Mappings keep the order of the spec."""
 
@@ -108,6 +119,7 @@ class Swarm:
     robots: Mapping[str, Robot]
     networks: tuple[Network, ...]
     islands: tuple[Island, ...]
+    bridges: tuple[Bridge, ...] = ()
 
     def island_of(self, host: str) -> Island:
         """The island of ``host``; in mode single-minded a host without ROS has none: KeyError."""

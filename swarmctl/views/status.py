@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from rich.text import Text
 
 from swarmctl.health.diagnose import Finding
-from swarmctl.health.expected import DIAGNOSTICS
 from swarmctl.health.probe import UnitSeen
 from swarmctl.health.status import HostRow, RobotRow, Status, TopicRow
 from swarmctl.health.verdicts import LOWEST_SHARE, State
+from swarmctl.topology.interfaces import DIAGNOSTICS
 from swarmctl.views.text import printable
 
 MOST_SYMPTOMS = 6  # shown under one cause

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from swarm_values import K3_PI, LAPTOP, UNIT, all_well, graph
 
 from swarmctl.health.diagnose import diagnose
-from swarmctl.health.expected import ExpectedTopic
 from swarmctl.health.probe import answer_of, listening, request
 from swarmctl.health.status import status
+from swarmctl.topology.interfaces import DriverTopic
 from swarmctl.views import status as view
 
 _LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8)
@@ -90,7 +90,7 @@ def test_a_robot_publishes_what_its_type_has() -> None:
 
 @pytest.mark.parametrize(("rate", "seconds"), [(10.0, 2.0), (1.0, 2.5), (0.5, 5.0), (0.01, 10.0)])
 def test_a_slow_topic_is_listened_to_for_longer(rate: float, seconds: float) -> None:
-    assert listening(ExpectedTopic("/k3/odom", "nav_msgs/Odometry", rate), 2.0) == seconds
+    assert listening(DriverTopic("/k3/odom", "nav_msgs/Odometry", rate), 2.0) == seconds
 
 
 def test_a_request_is_json() -> None:

@@ -1,0 +1,94 @@
+"""What the rules look at: one document, and what several of them ask of it, worked out once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+
+import networkx as nx
+
+from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.load import Document
+from swarmctl.spec.model import Bluetooth, Computer, NetworkLink, Serial, Spec
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.topology import modes
+from swarmctl.topology.bridges import bridges_of
+from swarmctl.topology.graph import Node, graph_of
+from swarmctl.topology.interfaces import Endpoint, program_endpoints
+from swarmctl.topology.swarm import Bridge, Island
+
+Line = Serial | Bluetooth
+
+
+class Case:
+    """A document under examination. Indexes keep the order of the spec; ``index`` counts in ``links``."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.spec: Spec = document.spec
+        self.types: Mapping[str, RobotType] = document.types
+        self.computers: Mapping[str, Computer] = document.computers
+
+    def span(self, *loc: str | int, key: bool = False) -> Span:
+        return self.document.span(*loc, key=key)
+
+    @cached_property
+    def lines(self) -> tuple[tuple[int, Line], ...]:
+        """The serial and Bluetooth links."""
+        found = enumerate(self.spec.links)
+        return tuple((index, link) for index, link in found if isinstance(link, (Serial, Bluetooth)))
+
+    @cached_property
+    def lines_of(self) -> Mapping[str, list[tuple[int, Line]]]:
+        """The lines of every robot; an empty list for a robot without."""
+        lines: dict[str, list[tuple[int, Line]]] = {name: [] for name in self.spec.robots}
+        for index, link in self.lines:
+            if link.robot in lines:
+                lines[link.robot].append((index, link))
+        return lines
+
+    @cached_property
+    def networks(self) -> tuple[tuple[int, NetworkLink], ...]:
+        """The wlan and ethernet links."""
+        found = enumerate(self.spec.links)
+        return tuple((index, link) for index, link in found if isinstance(link, NetworkLink))
+
+    @cached_property
+    def networks_of(self) -> Mapping[str, list[tuple[int, NetworkLink]]]:
+        """The networks of every host; an empty list for a host without."""
+        networks: dict[str, list[tuple[int, NetworkLink]]] = {name: [] for name in self.spec.hosts}
+        for index, link in self.networks:
+            for host in link.hosts:
+                if host in networks:
+                    networks[host].append((index, link))
+        return networks
+
+    @cached_property
+    def driving(self) -> Mapping[str, str | None]:
+        """The host that drives each robot."""
+        return {name: modes.driving_host(self.spec, name) for name in self.spec.robots}
+
+    @cached_property
+    def islands(self) -> tuple[Island, ...]:
+        return modes.islands_of(self.spec)
+
+    @cached_property
+    def home(self) -> Mapping[str, Island]:
+        """The island of every host that runs ROS."""
+        return {host: island for island in self.islands for host in island.hosts}
+
+    @cached_property
+    def endpoints(self) -> tuple[Endpoint, ...]:
+        """What programs publish and hear; what drivers do follows from their types (topology/interfaces)."""
+        return tuple(program_endpoints(self.spec))
+
+    @cached_property
+    def bridges(self) -> tuple[Bridge, ...]:
+        return bridges_of(self.spec, self.islands, self.endpoints)
+
+    @cached_property
+    def graph(self) -> nx.Graph[Node]:
+        return graph_of(self.spec)
+
+
+Rule = Callable[[Case], Iterator[Diagnostic]]

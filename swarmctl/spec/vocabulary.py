@@ -1,0 +1,66 @@
+"""The vocabulary looked up by place: which keys may stand somewhere, and what a key is for."""
+
+from __future__ import annotations
+
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from swarmctl.spec.model import LINKS, Spec
+
+
+def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
+    """The keys that may stand at ``loc`` of a ``model`` (union tags in ``loc`` as pydantic reports them)."""
+    places = _places(loc, model)
+    return tuple(dict.fromkeys(name for place in places if _is_model(place) for name in place.model_fields))
+
+
+def _places(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
+    """The types that stand at ``loc`` of a ``model``."""
+    places: list[Any] = [model]
+    for part in loc:
+        if LINKS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
+            places = [LINKS[str(part)]]
+        else:
+            places = [below for place in places for below in _below(place, part)]
+    return places
+
+
+def link_keys(kind: str) -> tuple[str, ...]:
+    """The keys of one kind of link."""
+    return tuple(LINKS[kind].model_fields)
+
+
+def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
+    """What the key at ``loc`` of a ``model`` is for; nothing where the models do not say."""
+    fields = [place.model_fields.get(str(loc[-1])) for place in _places(loc[:-1], model) if _is_model(place)]
+    return next((field.description for field in fields if field and field.description), "")
+
+
+def _is_model(place: Any) -> bool:
+    return isinstance(place, type) and issubclass(place, BaseModel)
+
+
+def _below(place: Any, part: str | int) -> list[Any]:
+    """What type annotations stand one step below ``place``."""
+    if _is_model(place):
+        field = place.model_fields.get(part)
+        return _unwrapped(field.annotation) if field else []
+    origin, arguments = get_origin(place), get_args(place)
+    if origin is dict:
+        return _unwrapped(arguments[1])
+    if origin in (tuple, list):
+        return _unwrapped(arguments[0])
+    return []
+
+
+def _unwrapped(annotation: Any) -> list[Any]:
+    """The alternatives of an annotation, without ``Annotated`` and ``| None``."""
+    if hasattr(annotation, "__metadata__"):
+        return _unwrapped(annotation.__origin__)
+    if getattr(annotation, "__origin__", None) in (tuple, list, dict):
+        return [annotation]
+    arguments = getattr(annotation, "__args__", None)
+    if arguments:
+        return [one for argument in arguments if argument is not type(None) for one in _unwrapped(argument)]
+    return [annotation]

@@ -1,0 +1,122 @@
+"""The words of a spec: names, addresses, ports, ROS names; what one value must look like to be one at all."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
+
+_HOSTNAME = re.compile(
+    r"(?=.{1,253}$)(?!-)[A-Za-z0-9-]{1,63}(?<!-)(\.(?!-)[A-Za-z0-9-]{1,63}(?<!-))*", re.ASCII
+)
+_MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
+_ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
+
+
+def _address(value: str) -> str:
+    """An IP address or a host name; its last label starts with a letter, as 127.1 is an address to libc."""
+    try:
+        ipaddress.ip_address(value)
+    except ValueError:
+        if not _HOSTNAME.fullmatch(value) or not value.rpartition(".")[2][:1].isalpha():
+            raise ValueError(f"`{value}` is neither an IP address nor a host name; {_ADDRESS_HINT}") from None
+        return value
+    if "%" in value:
+        raise ValueError("an address carries no interface; drop what follows `%`")
+    return value
+
+
+def _mac(value: str) -> str:
+    if not _MAC.fullmatch(value):
+        raise ValueError(f"`{value}` is not a Bluetooth address; write six pairs, like 10:00:e8:c5:64:37")
+    return value.lower()
+
+
+def _group(value: str) -> str:
+    try:
+        if ipaddress.IPv4Address(value).is_multicast:
+            return value
+    except ValueError:
+        pass
+    raise ValueError(f"`{value}` is not a multicast address; write one from 224.0.0.0 to 239.255.255.255")
+
+
+def _subnet(value: str) -> str:
+    try:
+        return str(ipaddress.ip_network(value))
+    except ValueError:
+        pass
+    try:
+        meant = str(ipaddress.ip_interface(value).network)
+    except ValueError:
+        meant = "192.168.77.0/24"
+    raise ValueError(f"`{value}` is not a subnet; write it like {meant}")
+
+
+def _device_path(value: str) -> str:
+    if not re.fullmatch(r"/dev/[A-Za-z0-9._/-]+", value, re.ASCII) or ".." in value:
+        raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
+    if value.startswith("/dev/swarm/"):
+        raise ValueError(
+            f"`{value}` is a name that swarmctl gives; say which adapter it is: usb: {{serial: ...}}"
+        )
+    return value
+
+
+Name = Annotated[
+    str,
+    Field(
+        pattern=r"^[a-z][a-z0-9-]{0,30}$",
+        description="Lower-case letters, digits and hyphens, a letter first.",
+    ),
+]
+HostName = Annotated[Name, Field(examples=["k3-pi"])]
+RobotName = Annotated[Name, Field(examples=["k3"])]
+RobotTypeName = Annotated[Name, Field(examples=["khepera3"])]
+ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
+NetworkName = Annotated[Name, Field(examples=["lab"])]
+IslandName = Annotated[Name, Field(examples=["west"])]
+ProgramName = Annotated[Name, Field(examples=["joystick"])]
+Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
+Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
+Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
+DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_device_path)]
+Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
+Account = Annotated[str, Field(pattern=r"^[a-z_][a-z0-9_-]{0,31}$", examples=["robot"])]
+Port = Annotated[int, Field(ge=1, le=65535)]
+Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
+Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200])]
+UsbText = Annotated[str, Field(pattern=r"^[A-Za-z0-9:._-]{1,64}$", examples=["FTDI1234"])]
+# The kernel writes these ids in lower case, and udev compares letter by letter.
+HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
+GraphName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z~/][A-Za-z0-9_/]*$",
+        max_length=200,
+        description="A ROS graph name.",
+        examples=["cmd_vel"],
+    ),
+]
+TypeName = Annotated[
+    str, Field(pattern=r"^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$", examples=["geometry_msgs/Twist"])
+]
+PackageName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", examples=["joy"])]
+FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", examples=["joy_node"])]
+EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+Printable = Annotated[
+    str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=4096)
+]
+
+
+def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
+    """One complaint where a union would bring one for each of its members."""
+    try:
+        return inner(value)
+    except ValidationError:
+        raise ValueError("a parameter is text, a number, true or false") from None
+
+
+Value = Annotated[bool | int | float | Printable, WrapValidator(_one_word)]
