@@ -12,6 +12,7 @@ from swarmctl import __version__
 from swarmctl.cli import exits
 from swarmctl.cli.deploy import deploy
 from swarmctl.cli.emulate import emulate
+from swarmctl.cli.init import init
 from swarmctl.cli.lab import lab
 from swarmctl.cli.plan import plan
 from swarmctl.cli.remove import remove
@@ -31,7 +32,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False, epilog=EPILOG,
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
-for verb in (validate, render, trust, plan, deploy, status, remove, schema, emulate):
+for verb in (init, validate, render, trust, plan, deploy, status, remove, schema, emulate):
     app.command()(verb)
 app.add_typer(lab, name="lab")
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,11 +20,18 @@ class Subject(str, Enum):
 def schema(
     subject: Annotated[Subject, typer.Argument(help="What the schema describes.")] = Subject.SWARM,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the reference page instead.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Write both schemas to this folder, over older ones."),
+    ] = None,
 ) -> None:
     """Print a JSON Schema (draft-07): what may stand in a spec, or in a robot type's file.
 
     Editors check and complete a spec whose first line is: # yaml-language-server: $schema=FILE
     """
+    if out is not None:
+        _write(schema_files(out))
+        return
     from swarmctl.spec.reference import reference
     from swarmctl.spec.schema import schema_of
 
@@ -30,3 +39,22 @@ def schema(
         typer.echo(reference(subject.value), nl=False)
         return
     console.print_json(schema_of(subject.value))
+
+
+def schema_files(folder: Path) -> Mapping[Path, bytes]:
+    """Both schemas, as files in a folder."""
+    from swarmctl import resources
+
+    shipped = (resources.schemas() / f"{one.value}.schema.json" for one in Subject)
+    return {folder / file.name: file.read_bytes() for file in shipped}
+
+
+def _write(files: Mapping[Path, bytes]) -> None:
+    try:
+        for path, content in files.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    except OSError as error:
+        console.fail(
+            f"cannot write {error.filename}: {error.strerror or error}", "choose another folder for --out"
+        )

@@ -5,6 +5,7 @@ The escaping rules: what cannot be written safely in a format is refused, never 
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from functools import cache
@@ -18,6 +19,10 @@ from swarmctl import resources
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
 _UDEV = re.compile(r"[A-Za-z0-9:._/-]*", re.ASCII)
 _WORD = re.compile(r"[A-Za-z0-9:._/@%+=,-]+", re.ASCII)
+_YAML_WORD = re.compile(
+    r"(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z][a-z0-9-]*|[0-9]+(?:\.[0-9]+){3}",
+    re.ASCII | re.IGNORECASE,
+)
 _BARE_UNIT = re.compile(r"[A-Za-z0-9:._/@+=,~-]+", re.ASCII)
 
 
@@ -96,6 +101,13 @@ def hosts(value: Any) -> str:
     return text
 
 
+def scalar(value: Any) -> str:
+    """A scalar that YAML 1.1 and 1.2 read alike: names, addresses and numbers bare, others in quotes."""
+    text = _plain(value)
+    bare = isinstance(value, (bool, int)) or _YAML_WORD.fullmatch(text)
+    return text if bare else json.dumps(text, ensure_ascii=False)
+
+
 # Which literal a template's values become, by the ending of the template's name.
 LITERALS: dict[str, Callable[[Any], str]] = {
     ".service": systemd,
@@ -105,11 +117,12 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".launch": xml,
     ".rules": udev,
     ".hosts": hosts,
+    ".yaml": scalar,
 }
 
 
 def render(template: str, **values: Any) -> bytes:
-    """The text of ``templates/host/<template>.j2`` with ``values`` as literals of its format."""
+    """The text of ``templates/{host,project}/<template>.j2`` with ``values`` as literals of its format."""
     ending = template[template.rindex(".") :]
     text: str = _environment(ending).get_template(f"{template}.j2").render(**values)
     return text.encode()
@@ -118,7 +131,7 @@ def render(template: str, **values: Any) -> bytes:
 @cache
 def _environment(ending: str) -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(resources.templates() / "host"),
+        loader=jinja2.FileSystemLoader([resources.templates() / "host", resources.templates() / "project"]),
         undefined=jinja2.StrictUndefined,
         finalize=_finalize(LITERALS[ending]),
         keep_trailing_newline=True,

@@ -22,6 +22,7 @@ from swarmctl.render.host import bundles
 from swarmctl.render.templates import LITERALS, UnsafeValueError
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
+from swarmctl.spec.source import parse
 from swarmctl.topology.resolve import resolve
 
 CATALOG = load_catalog()
@@ -213,6 +214,20 @@ links:
   - {{kind: serial, host: only, robot: {robot}, usb: {{serial: "{usb}"}}}}
   - {{kind: serial, host: only, robot: other-{robot}, device: "{device}"}}
 """
+
+
+@settings(max_examples=300, deadline=None)
+@given(one_line)
+@example("no")
+@example("null")
+@example("10:00:52:14:33:11")
+@example("1e3")
+@example("192.168.77.10")
+@example("Yes")
+def test_yaml_scalars_to_both_versions_of_yaml(value: str) -> None:
+    text = f"{{key: {templates.scalar(value)}}}\n"
+    assert yaml.safe_load(text) == {"key": value}
+    assert parse(text, "swarm.yaml")[0].data == {"key": value}
 
 
 @settings(max_examples=60, deadline=None)
