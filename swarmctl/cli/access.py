@@ -25,6 +25,14 @@ Limit = Annotated[
 Parallel = Annotated[int, typer.Option("--parallel", min=1, max=512, help="Hosts at a time.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 
+Color = Annotated[
+    console.Colour | None,
+    typer.Option(
+        "--color", callback=console.choose_colour, show_default="auto",
+        help="Colour: on terminals, always, never; auto heeds NO_COLOR, FORCE_COLOR and TERM.",
+    ),
+]  # fmt: skip
+
 
 def chosen(known: Iterable[str], limit: list[str] | None) -> list[str]:
     """The hosts that ``--limit`` names, all without it; an unknown name ends the program."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
+from contextvars import ContextVar
+from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 
@@ -19,24 +23,59 @@ if TYPE_CHECKING:
     from swarmctl.spec.diagnostics import Diagnostic
     from swarmctl.topology.swarm import Swarm
 
-MOST_SHOWN = 50
 WIDE = 240
 
 
-@cache
+class Colour(str, Enum):
+    AUTO = "auto"
+    ALWAYS = "always"
+    NEVER = "never"
+
+
+_colour = ContextVar("colour", default=Colour.AUTO)
+
+
+def choose_colour(asked: Colour | None) -> None:
+    """What ``--color`` says; without it the environment decides, and whether somebody looks."""
+    if asked is not None:
+        _colour.set(asked)
+
+
 def out() -> Console:
     """Results. What is not a terminal has no width of its own: tables are not folded there."""
-    from rich.console import Console
+    return _console(stderr=False, terminal=sys.stdout.isatty(), coloured=_coloured(sys.stdout))
 
-    width = None if sys.stdout.isatty() else WIDE
-    return Console(width=width, soft_wrap=True, highlight=False, markup=False, emoji=False)
+
+def err() -> Console:
+    return _console(stderr=True, terminal=sys.stderr.isatty(), coloured=_coloured(sys.stderr))
+
+
+def _coloured(stream: TextIO) -> bool:
+    """https://no-color.org and https://force-color.org: a variable that is set to nothing is not set."""
+    if (asked := _colour.get()) is not Colour.AUTO:
+        return asked is Colour.ALWAYS
+    if os.environ.get("NO_COLOR"):
+        return False
+    return bool(os.environ.get("FORCE_COLOR")) or (stream.isatty() and os.environ.get("TERM") != "dumb")
 
 
 @cache
-def err() -> Console:
+def _console(*, stderr: bool, terminal: bool, coloured: bool) -> Console:
+    """One console for each stream, so that what is printed beside a live display stays above it."""
     from rich.console import Console
 
-    return Console(stderr=True, soft_wrap=True, highlight=False, markup=False, emoji=False)
+    dumb = not terminal or os.environ.get("TERM") == "dumb"
+    return Console(
+        stderr=stderr,
+        force_terminal=terminal,
+        color_system=None if not coloured else "standard" if dumb else "auto",
+        no_color=False,
+        width=None if stderr or terminal else WIDE,
+        soft_wrap=True,
+        highlight=False,
+        markup=False,
+        emoji=False,
+    )
 
 
 def print_json(document: Any) -> None:
@@ -58,36 +97,35 @@ def fail(message: str, *help_lines: str, code: int = exits.ERROR) -> NoReturn:
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
-    """Findings on stderr, in full for the first ``MOST_SHOWN``."""
-    from swarmctl.views import diagnostics as view
+    """Findings on stderr, each with the lines of text that it is about."""
+    from swarmctl.views.findings import human
 
-    texts: dict[str, str] = {}
-    for found in diagnostics[:MOST_SHOWN]:
-        for span in [found.span, *(note.span for note in found.notes)]:
-            if span is not None and span.file not in texts:
-                texts[span.file] = _text_of(span.file)
-        err().print(view.diagnostic(found, texts))
-    if len(diagnostics) > MOST_SHOWN:
-        err().print(f"... and {len(diagnostics) - MOST_SHOWN} more")
+    if diagnostics:
+        width = err().width if err().is_terminal else None
+        err().print(human.findings(diagnostics, texts_of(diagnostics[: human.MOST_SHOWN]), width))
 
 
-def _text_of(file: str) -> str:
-    try:
-        return Path(file).read_text("utf-8-sig", errors="replace")
-    except OSError:
-        return ""
+def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
+    """The texts of the files that findings point into, of those that can be read."""
+    spans = [span for found in diagnostics for span in (found.span, *(note.span for note in found.notes))]
+    texts = {}
+    for file in {span.file for span in spans if span}:
+        with suppress(OSError):
+            texts[file] = Path(file).read_text("utf-8-sig", errors="replace")
+    return texts
 
 
 def read_spec(spec: Path) -> Swarm:
     """The resolved swarm of a spec file; with errors in it, they are shown and the program ends."""
     from swarmctl.checks.check import read
     from swarmctl.topology.modes import READY
-    from swarmctl.views import diagnostics as view
+    from swarmctl.views.findings import human
+    from swarmctl.views.findings.report import Checked
 
     swarm, diagnostics = read(spec)
     print_diagnostics(diagnostics)
     if swarm is None:
-        err().print(f"{view.summary(diagnostics)} in {spec}")
+        err().print(human.verdict(Checked(str(spec), swarm, diagnostics), passes=False))
         raise typer.Exit(exits.ERROR)
     if swarm.mode not in READY:
         ready = ", ".join(f"`{one.value}`" for one in READY)

@@ -2,34 +2,36 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from swarmctl.cli import access, console, exits
+from swarmctl.cli import access, console, exits, findings
 
 
 def validate(
     spec: access.Spec,
-    json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    form: Annotated[
+        findings.Format | None,
+        typer.Option("--format", help="How findings are shown; in GitHub Actions github, else human."),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the findings to a file.")
+    ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail, too.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")
+    ] = False,
+    color: access.Color = None,
 ) -> None:
     """Check a spec. Exit code 0 when it can be deployed, 1 when not."""
     from swarmctl.checks.check import read
-    from swarmctl.views import diagnostics as view
+    from swarmctl.views.findings.report import Checked, Report
 
-    swarm, diagnostics = read(spec)
-    if json:
-        console.print_json(
-            {"v": 1, "valid": swarm is not None, "diagnostics": [one.to_json() for one in diagnostics]}
-        )
-    else:
-        console.print_diagnostics(diagnostics)
-        if swarm is None:
-            console.err().print(f"{view.summary(diagnostics)} in {spec}")
-        else:
-            found = f" ({view.summary(diagnostics)})" if diagnostics else ""
-            console.out().print(
-                f"{spec}: swarm `{swarm.name}` is valid{found}: "
-                f"{len(swarm.robots)} robots on {len(swarm.hosts)} hosts, mode {swarm.mode.value}"
-            )
-    raise typer.Exit(exits.OK if swarm is not None else exits.ERROR)
+    if json and form not in (None, findings.Format.JSON):
+        console.fail(f"--json and --format {form.value} exclude each other", code=exits.USAGE)
+    report = Report((Checked(str(spec), *read(spec)),), strict=strict)
+    findings.show(report, findings.Format.JSON if json else form or findings.usual(), output, quiet=quiet)
+    raise typer.Exit(exits.OK if report.passed else exits.ERROR)

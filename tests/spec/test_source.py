@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 import subprocess
 import sys
 import time
@@ -17,13 +16,13 @@ from hypothesis import strategies as st
 
 from swarmctl.checks.check import check
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.diagnostics import Diagnostic, Note, Span
+from swarmctl.spec.diagnostics import Diagnostic, Span
 from swarmctl.spec.load import load_text
 from swarmctl.spec.model import Spec
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import MAX_DEPTH, parse
 from swarmctl.spec.validation import _PATTERNS
-from swarmctl.views import diagnostics as view
+from swarmctl.views.findings import human
 from swarmctl.views.text import printable
 
 EXAMPLE = (Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml").read_text("utf-8")
@@ -72,7 +71,7 @@ def findings(text: str) -> tuple[Diagnostic, ...]:
 def assert_sound(text: str) -> None:
     """Every finding can be shown, and nothing it shows reaches the terminal raw."""
     for found in findings(text):
-        shown = view.diagnostic(found, {"swarm.yaml": text}).plain
+        shown = human.findings([found], {"swarm.yaml": text}).plain
         assert shown.replace("\n", "") == printable(shown.replace("\n", ""))
         assert found.span is not None
         assert 1 <= found.span.line <= len(text.splitlines()) + 1
@@ -189,22 +188,6 @@ def test_the_span_of_a_value_cut_from_the_text_is_that_value(
 def cut(rows: list[str], span: Span) -> str:
     assert span.line == span.end_line
     return rows[span.line - 1][span.column - 1 : span.end_column - 1]
-
-
-@given(st.text(st.characters(categories=("Cc", "Cf", "Zl", "Zp", "Co", "Lu")), max_size=30))
-def test_nothing_hidden_reaches_the_terminal(text: str) -> None:
-    shown = view.diagnostic(
-        Diagnostic(
-            "X",
-            text,
-            Span(text, 1, 1, 1, 4),
-            label=text,
-            notes=(Note(Span("y", 1, 1, 1, 2), text),),
-            help=(text,),
-        ),
-        {text: text, "y": text},
-    ).plain
-    assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2066-\u2069]", shown)
 
 
 def test_every_pattern_of_a_spec_is_explained_in_words() -> None:

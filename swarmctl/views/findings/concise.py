@@ -1,0 +1,13 @@
+"""Findings as lines that editors and ``grep`` know: ``file:line:column: error[CODE] message``."""
+
+from __future__ import annotations
+
+from swarmctl.views.findings.report import Report, place
+from swarmctl.views.text import printable
+
+
+def render(report: Report) -> str:
+    return "".join(
+        f"{printable(place(one, found))}: {found.severity.value}[{found.code}] {printable(found.message)}\n"
+        for one, found in report.findings
+    )

@@ -1,0 +1,74 @@
+"""One line of a source text as a terminal shows it: how wide it is, and the part of it that fits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rich.cells import cell_len
+
+from swarmctl.spec.diagnostics import Span
+from swarmctl.views.text import printable
+
+_CUT = "..."
+
+
+@dataclass(frozen=True)
+class View:
+    """What is shown of a line: its text, and the cells of the line that it covers (the end exclusive)."""
+
+    text: str
+    start: int
+    end: int
+    cut_left: bool = False
+
+    def shows(self, cell: int) -> bool:
+        return self.start <= cell < self.end
+
+    def under(self, first: int, last: int) -> tuple[int, int]:
+        """How many blanks and how many marks stand under the cells from ``first`` to before ``last``."""
+        before = first - self.start + (len(_CUT) if self.cut_left else 0)
+        return before, max(1, min(last, self.end) - first)
+
+
+def cells(text: str) -> int:
+    """How many columns of a terminal ``text`` takes: East Asian letters take two, combining ones none."""
+    shown = printable(text)
+    return len(shown) if shown.isascii() else sum(map(cell_len, shown))
+
+
+def marked(line: str, span: Span) -> tuple[int, int]:
+    """The cells of ``line`` that ``span`` underlines: to its end, or to the end of its first line."""
+    first = cells(line[: span.column - 1])
+    last = cells(line[: span.end_column - 1]) if span.end_line == span.line else cells(line)
+    return first, max(first + 1, last)
+
+
+def view(line: str, first: int, last: int, room: int) -> View:
+    """``line`` whole where it fits into ``room`` cells, else the part around its marked cells."""
+    shown, width = printable(line), cells(line)
+    if width <= room:
+        return View(shown, 0, max(width + 1, last))  # a mark may stand behind the last letter
+    start = 0
+    if min(last, first + room // 2) > room - len(_CUT):
+        start = max(0, min(first - room // 4, width - (room - len(_CUT))))
+    left = len(_CUT) if start else 0
+    end = start + room - left
+    if end < width:
+        end -= len(_CUT)
+    part = _part(shown, start, end)
+    return View(f"{_CUT * bool(start)}{part}{_CUT * (end < width)}", start, end, cut_left=start > 0)
+
+
+def _part(shown: str, start: int, end: int) -> str:
+    """The cells from ``start`` to before ``end``; half of a wide letter is a blank."""
+    part, at = [], 0
+    for char in shown:
+        after = at + cell_len(char)
+        if at >= start and after <= end:
+            part.append(char)
+        elif at < end and after > start:
+            part.append(" " * (min(after, end) - max(at, start)))
+        at = after
+        if at >= end:
+            break
+    return "".join(part)

@@ -1,0 +1,88 @@
+"""Findings for people: what is wrong, the line it stands on, what belongs to it, how to mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rich.text import Text
+
+from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
+from swarmctl.views.findings.excerpt import View, marked, view
+from swarmctl.views.findings.report import Checked, counted
+from swarmctl.views.text import printable
+
+MOST_SHOWN = 50
+_STYLE = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
+_GUTTER = "bold blue"
+_WIDEST = 160  # cells of a source line, where the output has no width of its own
+_NARROWEST = 12
+
+
+def findings(diagnostics: Sequence[Diagnostic], sources: Mapping[str, str], width: int | None = None) -> Text:
+    """The first ``MOST_SHOWN`` findings in full, and how many there are more."""
+    lines = {file: text.splitlines() for file, text in sources.items()}
+    text = Text("\n").join(finding(one, lines, width) for one in diagnostics[:MOST_SHOWN])
+    if len(diagnostics) > MOST_SHOWN:
+        text.append(f"\n... and {len(diagnostics) - MOST_SHOWN} more")
+    return text
+
+
+def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | None = None) -> Text:
+    """One finding as several lines. ``lines`` are those of each file, for the excerpt."""
+    text = Text.assemble(
+        (f"{found.severity.value}[{found.code}]", _STYLE[found.severity]),
+        (f": {printable(found.message)}\n", "bold"),
+    )
+    gutter = 0
+    if found.span is not None:
+        gutter = len(str(max(span.line for span in (found.span, *(note.span for note in found.notes)))))
+        text.append(f"{' ' * gutter}--> ", _GUTTER).append(printable(str(found.span)))
+        if found.span.file in lines:
+            room = max(_NARROWEST, width - gutter - len(" | ")) if width else _WIDEST
+            text.append("\n").append(_excerpt(found, found.span, lines[found.span.file], gutter, room))
+        else:
+            text.append(f" {printable(found.label)}".rstrip() + "\n")
+    for note in found.notes:
+        if found.span is None or note.span.file != found.span.file or note.span.file not in lines:
+            text.append(f"{' ' * gutter}::: ", _GUTTER)
+            text.append(f"{printable(str(note.span))} {printable(note.text)}\n")
+    for line in found.help:
+        text.append(f"{' ' * gutter} = ", _GUTTER).append("help", "bold green")
+        text.append(f": {printable(line)}\n")
+    return text
+
+
+def verdict(one: Checked, *, passes: bool) -> str:
+    """Whether a spec is right, and what it describes."""
+    found, spec = counted(one.diagnostics), printable(one.spec)
+    if one.swarm is None:
+        return f"{found} in {spec}"
+    if not passes:
+        return f"{found} in {spec}, and --strict allows none"
+    return (
+        f"{spec}: swarm `{one.swarm.name}` is valid{f' ({found})' if found else ''}: "
+        f"{len(one.swarm.robots)} robots on {len(one.swarm.hosts)} hosts, mode {one.swarm.mode.value}"
+    )
+
+
+def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, room: int) -> Text:
+    """The lines of the finding's file that it is about, each with marks and a label under it."""
+    marks = [
+        (place, found.label, "^", _STYLE[found.severity]),
+        *((note.span, note.text, "-", _GUTTER) for note in found.notes if note.span.file == place.file),
+    ]
+    text = Text().append(f"{' ' * gutter} |\n", _GUTTER)
+    last, shown = 0, View("", 0, 0)
+    for span, label, mark, style in sorted(marks, key=lambda one: one[0].line):
+        line = lines[span.line - 1] if 0 < span.line <= len(lines) else ""
+        first, end = marked(line, span)
+        if last and span.line > last + 1:
+            text.append("...\n", _GUTTER)
+        if span.line != last or not shown.shows(first):
+            shown = view(line, first, end, room)
+            text.append(f"{span.line:>{gutter}} | ", _GUTTER).append(f"{shown.text}\n")
+        last = span.line
+        before, length = shown.under(first, end)
+        text.append(f"{' ' * gutter} | ", _GUTTER)
+        text.append(f"{' ' * before}{mark * length} {printable(label)}".rstrip() + "\n", style)
+    return text

@@ -1,0 +1,24 @@
+"""Findings as one JSON document, the form that docs/checking.md promises to programs."""
+
+from __future__ import annotations
+
+import json
+
+from swarmctl.views.findings.report import Report
+
+
+def render(report: Report) -> str:
+    document = {
+        "v": 1,
+        "valid": report.passed,
+        "specs": [
+            {
+                "spec": one.spec,
+                "swarm": one.swarm.name if one.swarm else None,
+                "valid": report.passes(one),
+            }
+            for one in report.checked
+        ],
+        "diagnostics": [{"spec": one.spec} | found.to_json() for one, found in report.findings],
+    }
+    return json.dumps(document, indent=2) + "\n"

@@ -1,0 +1,144 @@
+"""What was found in one or more specs, as the one value that every format renders."""
+
+from __future__ import annotations
+
+import hashlib
+import os.path
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
+from swarmctl.topology.swarm import Swarm
+
+
+class RuleText(Protocol):
+    """What the catalogue of rules says of one: what it asks for, why, and how to mend what breaks it."""
+
+    @property
+    def what(self) -> str: ...
+    @property
+    def why(self) -> str: ...
+    @property
+    def mend(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One spec, as it was named on the command line; without errors there is a swarm."""
+
+    spec: str
+    swarm: Swarm | None
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+@dataclass(frozen=True)
+class Report:
+    """All specs of one run. With ``strict``, warnings fail as well; ``rules`` are known by their code."""
+
+    checked: tuple[Checked, ...]
+    strict: bool = False
+    rules: Mapping[str, RuleText] = field(default_factory=dict)
+
+    def passes(self, one: Checked) -> bool:
+        return one.swarm is not None and not any(map(self.fails, one.diagnostics))
+
+    def fails(self, found: Diagnostic) -> bool:
+        return self.strict or found.severity is Severity.ERROR
+
+    @property
+    def passed(self) -> bool:
+        return all(map(self.passes, self.checked))
+
+    @property
+    def findings(self) -> Iterator[tuple[Checked, Diagnostic]]:
+        """Every finding, with the spec it was found in."""
+        return ((one, found) for one in self.checked for found in one.diagnostics)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        return tuple(found for _, found in self.findings)
+
+
+def counted(diagnostics: Sequence[Diagnostic]) -> str:
+    """``2 errors, 1 warning``."""
+    counts = Counter(found.severity for found in diagnostics)
+    return ", ".join(_many(counts[severity], severity.value) for severity in Severity if counts[severity])
+
+
+def outcome(report: Report) -> str:
+    """One line without foreign text: ``2 errors, 1 warning in 3 specs``."""
+    specs = _many(len(report.checked), "spec")
+    return f"{counted(report.diagnostics) or 'nothing to mend'} in {specs}"
+
+
+def sentence(found: Diagnostic) -> str:
+    """The message and what stands under the underlined text, where a format has no room for both."""
+    return f"{found.message}: {found.label}" if found.label else found.message
+
+
+def more(found: Diagnostic) -> Iterator[str]:
+    """What belongs to a finding beside its sentence, a line each: other places, ways to mend it."""
+    yield from (f"{note.span}: {note.text}" for note in found.notes)
+    yield from (f"help: {line}" for line in found.help)
+
+
+def place(one: Checked, found: Diagnostic) -> str:
+    """``swarm.yaml:9:3``, or the spec where the finding has no place in a text."""
+    return str(found.span) if found.span else one.spec
+
+
+def file_of(one: Checked, found: Diagnostic) -> str:
+    return found.span.file if found.span else one.spec
+
+
+def fingerprints(report: Report) -> list[str]:
+    """A name for each finding that stays when lines move: of its code, file and message, and its number
+    among those that are equal in these."""
+    seen: Counter[tuple[str, str, str]] = Counter()
+    names = []
+    for one, found in report.findings:
+        key = (found.code, file_of(one, found), found.message)
+        seen[key] += 1
+        text = "\0".join((*key, str(seen[key])))
+        names.append(hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest())
+    return names
+
+
+def relative(report: Report, folder: str, base: str) -> Report:
+    """The same with the paths of files below ``base`` relative to it and the others absolute.
+
+    Paths in the report are relative to ``folder``; both folders are absolute.
+    """
+
+    def path(file: str) -> str:
+        whole = os.path.normpath(os.path.join(folder, file))  # noqa: PTH118  (pathlib drops no `..`)
+        inside = os.path.commonpath((base, whole)) == base and whole != base
+        return os.path.relpath(whole, base) if inside else whole
+
+    def moved(span: Span) -> Span:
+        return replace(span, file=path(span.file))
+
+    def at_base(found: Diagnostic) -> Diagnostic:
+        fix = found.fix and replace(
+            found.fix, edits=tuple(replace(edit, span=moved(edit.span)) for edit in found.fix.edits)
+        )
+        return replace(
+            found,
+            span=found.span and moved(found.span),
+            notes=tuple(replace(note, span=moved(note.span)) for note in found.notes),
+            fix=fix,
+        )
+
+    return replace(
+        report,
+        checked=tuple(
+            replace(one, spec=path(one.spec), diagnostics=tuple(map(at_base, one.diagnostics)))
+            for one in report.checked
+        ),
+    )
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
