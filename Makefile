@@ -39,6 +39,7 @@ generated: $(VENV)/.dev ## write schemas and reference pages anew from the model
 	$(BIN)/swarmctl schema robot-type > schemas/robot-type.schema.json
 	$(BIN)/swarmctl schema swarm --markdown > docs/swarm-reference.md
 	$(BIN)/swarmctl schema robot-type --markdown > docs/robot-type-reference.md
+	$(BIN)/swarmctl rules --format markdown > docs/rules.md
 
 bench: $(VENV)/.dev ## every benchmark
 	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from swarmctl.checks import identity, links, modes, references, settings
 from swarmctl.checks.case import Case, Rule
+from swarmctl.checks.silences import silenced
 from swarmctl.spec.diagnostics import Diagnostic, has_errors, in_order
 from swarmctl.spec.load import Document, load
 from swarmctl.spec.source import collector_paused
@@ -24,11 +25,12 @@ SENSE: tuple[Rule, ...] = (
 
 
 def check(document: Document) -> tuple[Diagnostic, ...]:
-    """Every finding of every rule, in the order of the text."""
+    """Every finding of every rule that is not silenced, in the order of the text."""
     case = Case(document)
     found = [finding for rule in NAMES for finding in rule(case)]
     if not has_errors(found):
         found += [finding for rule in SENSE for finding in rule(case)]
+        found = list(silenced(found, document, {document.source.path: document.source.text}))
     return in_order(found)
 
 

@@ -140,14 +140,6 @@ def _normal(address: str) -> str:
     return str(_parsed(address) or address.lower().rstrip("."))
 
 
-def doubled_namespaces(case: Case) -> Iterator[Diagnostic]:
-    """ID005: two robots whose names differ only in what ROS names cannot hold."""
-    claims: list[Claim] = [
-        (names.namespace(name), f"robot `{name}`", ("robots", name)) for name in case.spec.robots
-    ]
-    yield from _doubled(case, "ID005", "ROS namespace", claims, "rename one of them")
-
-
 def reserved_names(case: Case) -> Iterator[Diagnostic]:
     """ID006: taken names. Robots and programs are units beside the master's; hosts go into /etc/hosts."""
     if _LOCALHOST in case.spec.hosts:
@@ -183,6 +175,5 @@ RULES: tuple[Rule, ...] = (
     doubled_devices,
     doubled_bluetooth,
     doubled_networks,
-    doubled_namespaces,
     reserved_names,
 )

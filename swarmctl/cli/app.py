@@ -17,6 +17,7 @@ from swarmctl.cli.lab import lab
 from swarmctl.cli.plan import plan
 from swarmctl.cli.remove import remove
 from swarmctl.cli.render import render
+from swarmctl.cli.rules import explain, rules
 from swarmctl.cli.schema import schema
 from swarmctl.cli.status import status
 from swarmctl.cli.trust import trust
@@ -32,7 +33,21 @@ app = typer.Typer(
     pretty_exceptions_enable=False, epilog=EPILOG,
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
-for verb in (init, validate, render, trust, plan, deploy, status, remove, schema, emulate):
+VERBS = (
+    init,
+    validate,
+    render,
+    trust,
+    plan,
+    deploy,
+    status,
+    remove,
+    rules,
+    explain,
+    schema,
+    emulate,
+)
+for verb in VERBS:
     app.command()(verb)
 app.add_typer(lab, name="lab")
 

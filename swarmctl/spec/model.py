@@ -308,7 +308,7 @@ class Multimaster(Model):
 class Silence(Model):
     """A finding that the swarm's people know of and accept."""
 
-    rule: Annotated[str, Field(pattern=r"^[A-Z]{2,8}[0-9]{3}$", examples=["CAP001"])] = Field(
+    rule: Annotated[str, Field(pattern=r"^[A-Z]{2,8}[0-9]{3}$", examples=["SET001"])] = Field(
         description="The rule, by its id."
     )
     about: Name | None = Field(
@@ -384,6 +384,6 @@ class Spec(Model):
     )
     silence: tuple[Silence, ...] = Field(
         (),
-        examples=[[{"rule": "CAP001", "reason": "measured, and fine"}]],
+        examples=[[{"rule": "SET001", "reason": "measured, and fine"}]],
         description="Findings that are known and accepted.",
     )

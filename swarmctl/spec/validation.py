@@ -246,7 +246,7 @@ _PATTERNS = {
     "^[a-z][a-z0-9_]*$": "ROS packages are lower-case letters, digits and _, a letter first",
     "^[A-Za-z0-9_][A-Za-z0-9_.-]*$": "a file name of letters, digits and _ . -",
     r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$": "text on one line, without control characters",
-    "^[A-Z]{2,8}[0-9]{3}$": "a rule is written like CAP001; `swarmctl rules` lists them",
+    "^[A-Z]{2,8}[0-9]{3}$": "a rule is written like SET001; `swarmctl rules` lists them",
     "^[0-9a-fA-F]{4}$": "four hexadecimal digits, in quotes",
     "^[A-Za-z~/][A-Za-z0-9_/]*$": "a ROS name has letters, digits, _ and /, a letter first",
     "^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$": "a message type is written package/Type, like geometry_msgs/Twist",
