@@ -61,7 +61,7 @@ class Source:
         """
         node, key_node = self.root, None
         for part in loc:
-            found = self._child(node, part)
+            found = self.child(node, part)
             if found is None:
                 continue
             key_node, node = found
@@ -77,7 +77,7 @@ class Source:
             chosen = key_node  # a whole block is no place to look at; its key is
         return _span(self.path, chosen)
 
-    def _child(self, node: yaml.Node | None, part: str | int) -> Pair | None:
+    def child(self, node: yaml.Node | None, part: str | int) -> Pair | None:
         """The key and the value below ``node`` at ``part``; for a list the item stands for its own key."""
         if isinstance(node, yaml.MappingNode):
             if id(node) not in self._keys:  # backwards, so that the first of two equal keys stays
