@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from written import DATA, KEYS, SPECS, Writer
 
-from swarmctl.spec.diagnostics import Edit, Span
 from swarmctl.spec.edits import Edits, append_item, apply, mend, remove, rename_key, replace_value, set_key
 from swarmctl.spec.layout import layout
 from swarmctl.spec.literals import literal
 from swarmctl.spec.source import Source, parse
-from written import DATA, KEYS, SPECS, WORDS, Writer
 
 Loc = tuple[str | int, ...]
 
@@ -198,3 +197,130 @@ def _tuples(data: Any) -> Any:
 )
 def test_text_has_quotes_where_it_needs_them(written: str, quote: str, expected: str) -> None:
     assert literal(written, quote) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "change", "expected"),
+    [
+        pytest.param(
+            "hosts:\n  a: {user: robot}  # the lab's\n\n# end\n",
+            lambda source: set_key(source, ("hosts",), "b", {"user": "pi"}),
+            "hosts:\n  a: {user: robot}  # the lab's\n  b: {user: pi}\n\n# end\n",
+            id="behind the comment of the last one",
+        ),
+        pytest.param(
+            "mode: leader # 2\nhosts: {}\n",
+            lambda source: set_key(source, (), "leader", "a", after="mode"),
+            "mode: leader # 2\nleader: a\nhosts: {}\n",
+            id="behind a key",
+        ),
+        pytest.param(
+            "name: lab\n\nhosts:\n  a: {}\n",
+            lambda source: set_key(source, (), "links", [{"kind": "wlan", "hosts": ["a"]}]),
+            "name: lab\n\nhosts:\n  a: {}\n\nlinks:\n  - {kind: wlan, hosts: [a]}\n",
+            id="a block of its own",
+        ),
+        pytest.param(
+            "a: {\n  b: 1,   # one\n  c: 2    # two\n}\n",
+            lambda source: set_key(source, ("a",), "d", 3),
+            "a: {\n  b: 1,   # one\n  c: 2,    # two\n  d: 3\n}\n",
+            id="brackets over several lines",
+        ),
+        pytest.param(
+            "a: [\n\tb,  # one\n\tc,\n]",
+            lambda source: append_item(source, ("a",), "d"),
+            "a: [\n\tb,  # one\n\tc,\n\td,\n]",
+            id="a comma behind the last one, tabs, no end of line",
+        ),
+        pytest.param(
+            '{"a": {"b": 1}}',
+            lambda source: set_key(source, ("a",), "c", "x"),
+            '{"a": {"b": 1, "c": x}}',
+            id="keys in quotes",
+        ),
+        pytest.param(
+            "a:  # nothing yet\nb: 1",
+            lambda source: append_item(source, ("a",), "x"),
+            "a: [x]  # nothing yet\nb: 1",
+            id="a list where nothing stood",
+        ),
+        pytest.param(
+            "a: {}",
+            lambda source: set_key(source, (), "b", 1),
+            "a: {}\nb: 1",
+            id="the last line has no end",
+        ),
+        pytest.param(
+            "links:\n- kind: serial  # usb\n  host: a\n- x\n",
+            lambda source: remove(source, ("links", 0, "kind")),
+            "links:\n- host: a\n- x\n",
+            id="the first key of an item",
+        ),
+        pytest.param(
+            "a:  # of the lab\n  b: 1  # one\n  # two\nc: 3\n",
+            lambda source: remove(source, ("a", "b")),
+            "a: {}  # of the lab\n  # two\nc: 3\n",
+            id="the only key",
+        ),
+        pytest.param(
+            "a: [b, c,]\n",
+            lambda source: remove(source, ("a", 1)),
+            "a: [b,]\n",
+            id="the last item before a comma",
+        ),
+        pytest.param(
+            "a: &x !!str 'b'  # c\n",
+            lambda source: replace_value(source, ("a",), "d"),
+            "a: &x !!str 'd'  # c\n",
+            id="anchor, tag and quotes stay",
+        ),
+        pytest.param(
+            "hosts:\n  # first\n  a:\n    user: x\n\n  # second\n  b: 1\n",
+            lambda source: replace_value(source, ("hosts", "a"), {"user": "pi"}),
+            "hosts:\n  # first\n  a: {user: pi}\n\n  # second\n  b: 1\n",
+            id="a block becomes a line",
+        ),
+        pytest.param(
+            "a: 1\r\nb: |+\r\n  x\r\n\r\nc: 2\r\n",
+            lambda source: set_key(source, (), "d", 3, after="a"),
+            "a: 1\r\nd: 3\r\nb: |+\r\n  x\r\n\r\nc: 2\r\n",
+            id="ends of lines as the file has them",
+        ),
+    ],
+)
+def test_the_text_looks_as_one_would_have_written_it(
+    text: str, change: Callable[[Source], Edits], expected: str
+) -> None:
+    assert apply(text, change(read(text))) == expected
+
+
+ANCHORED = "a: &x {b: [one]}\nc: *x\nd: [k: 1]\n? e\n: 1\n"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda source: replace_value(source, ("a", "b", 0), "two"),
+        lambda source: append_item(source, ("c", "b"), "two"),
+        lambda source: set_key(source, ("c",), "e", 1),
+        lambda source: remove(source, ("a",)),
+        lambda source: set_key(source, ("d", 0), "l", 1),
+        lambda source: set_key(source, (), "f", 1),
+        lambda source: remove(source, ("nowhere",)),
+        lambda source: append_item(source, ("d", 0, "k"), 1),
+    ],
+)
+def test_a_change_that_would_change_more_or_is_not_understood_is_none(
+    change: Callable[[Source], Edits],
+) -> None:
+    source = read(ANCHORED)
+    assert change(source) == ()
+    assert mend("cannot be", replace_value(source, ("d",), 1), change(source)) is None
+
+
+def test_edits_of_the_same_text_are_refused() -> None:
+    source = read("a: [b, c]\n")
+    with pytest.raises(ValueError, match="same text"):
+        apply(source.text, [*replace_value(source, ("a", 0), "x"), *remove(source, ("a", 0))])
+    both = [*append_item(source, ("a",), "d"), *append_item(source, ("a",), "e")]
+    assert apply(source.text, both) == "a: [b, c, d, e]\n"
