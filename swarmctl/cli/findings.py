@@ -44,7 +44,7 @@ def show(report: Report, form: Format, output: Path | None, *, quiet: bool) -> N
     elif form is Format.HUMAN and not quiet:
         _tell(report)
     elif not quiet:
-        sys.stdout.write(_text(report, form))
+        sys.stdout.buffer.write(_text(report, form).encode("utf-8", "backslashreplace"))
     if not quiet and (output is not None or form in _LINES):
         console.err().print(outcome(report))
 
