@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -67,6 +68,10 @@ def _text(report: Report, form: Format) -> str:
         found = report.diagnostics
         verdicts = [human.verdict(one, passes=report.passes(one)) for one in report.checked]
         return "\n".join([human.findings(found, console.texts_of(found)).plain, *verdicts, ""]).lstrip("\n")
+    if form is Format.SARIF:
+        from swarmctl.checks.rulebook import rulebook
+
+        report = replace(report, rules=rulebook())
     return FORMATS[form.value](report if form in _FOR_PEOPLE else _relative(report))
 
 

@@ -127,6 +127,14 @@ def test_json_and_another_format_exclude_each_other(validate: Callable[..., Ran]
     assert "exclude each other" in ran.stderr
 
 
+def test_sarif_tells_of_the_rules_that_were_broken(validate: Callable[..., Ran]) -> None:
+    (run,) = json.loads(validate("many-at-once.yaml", "--format", "sarif").stdout)["runs"]
+    for result in run["results"]:
+        rule = run["tool"]["driver"]["rules"][result["ruleIndex"]]
+        assert rule["id"] == result["ruleId"]
+        assert rule["shortDescription"]["text"]
+
+
 @pytest.mark.parametrize("variable", ["GITHUB_WORKSPACE", "CI_PROJECT_DIR"])
 def test_paths_in_ci_are_those_of_the_repository(variable: str, validate: Callable[..., Ran]) -> None:
     def path(**env: str) -> str:
