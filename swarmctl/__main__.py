@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 
@@ -13,6 +14,9 @@ def main() -> int:
     if sys.argv[1:] in (["--version"], ["-V"]):
         print(f"swarmctl {__version__}")
         return 0
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a letter that the terminal does not know is no error
+            stream.reconfigure(errors="backslashreplace")
     from swarmctl.cli.app import run  # noqa: PLC0415  (typer costs more than the version is worth)
 
     try:

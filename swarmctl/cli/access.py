@@ -28,8 +28,8 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on s
 Color = Annotated[
     console.Colour | None,
     typer.Option(
-        "--color", callback=console.choose_colour, show_default="auto",
-        help="Colour: on terminals, always, never; auto heeds NO_COLOR, FORCE_COLOR and TERM.",
+        "--color", callback=console.choose_colour, show_default=False,
+        help="Colour; auto, the default, heeds the terminal, NO_COLOR, FORCE_COLOR and TERM.",
     ),
 ]  # fmt: skip
 

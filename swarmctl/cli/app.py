@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import typer
 
 from swarmctl import __version__
-from swarmctl.cli import exits
+from swarmctl.cli import access, exits
 from swarmctl.cli.deploy import deploy
 from swarmctl.cli.emulate import emulate
 from swarmctl.cli.init import init
@@ -23,32 +23,28 @@ from swarmctl.cli.status import status
 from swarmctl.cli.trust import trust
 from swarmctl.cli.validate import validate
 
-EPILOG = (
-    "Exit codes: 0 done; 1 error or wrong spec; 2 changes (plan --detailed-exitcode); 3 some hosts failed; "
-    "4 some hosts unreachable; 5 unhealthy; 64 usage; 130 interrupted."
-)
+VERBS: Mapping[Callable[..., None], Sequence[int]] = {  # and the exit codes of their own
+    init: (),
+    validate: (),
+    render: (),
+    trust: (exits.HOSTS_UNREACHABLE,),
+    plan: (exits.CHANGES, exits.HOSTS_FAILED, exits.HOSTS_UNREACHABLE),
+    deploy: (exits.HOSTS_FAILED, exits.HOSTS_UNREACHABLE),
+    status: (exits.HOSTS_UNREACHABLE, exits.UNHEALTHY),
+    remove: (exits.HOSTS_FAILED, exits.HOSTS_UNREACHABLE),
+    rules: (),
+    explain: (),
+    schema: (),
+    emulate: (),
+}
 
 app = typer.Typer(
     name="swarmctl", no_args_is_help=True, rich_markup_mode=None,
-    pretty_exceptions_enable=False, epilog=EPILOG,
+    pretty_exceptions_enable=False, epilog=exits.told(*exits.MEANING),
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
-VERBS = (
-    init,
-    validate,
-    render,
-    trust,
-    plan,
-    deploy,
-    status,
-    remove,
-    rules,
-    explain,
-    schema,
-    emulate,
-)
-for verb in VERBS:
-    app.command()(verb)
+for verb, codes in VERBS.items():
+    app.command(epilog=exits.told(*codes))(verb)
 app.add_typer(lab, name="lab")
 
 
@@ -63,6 +59,7 @@ def swarmctl(
     version: bool = typer.Option(
         False, "--version", "-V", callback=_version, is_eager=True, help="Print the version."
     ),
+    color: access.Color = None,
 ) -> None:
     """One YAML file describes a robot swarm: check it, render it, deploy it, watch over it."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,7 +45,7 @@ def show(report: Report, form: Format, output: Path | None, *, quiet: bool) -> N
     elif form is Format.HUMAN and not quiet:
         _tell(report)
     elif not quiet:
-        sys.stdout.write(_text(report, form))
+        sys.stdout.buffer.write(_text(report, form).encode("utf-8", "backslashreplace"))
     if not quiet and (output is not None or form in _LINES):
         console.err().print(outcome(report))
 
@@ -67,6 +68,10 @@ def _text(report: Report, form: Format) -> str:
         found = report.diagnostics
         verdicts = [human.verdict(one, passes=report.passes(one)) for one in report.checked]
         return "\n".join([human.findings(found, console.texts_of(found)).plain, *verdicts, ""]).lstrip("\n")
+    if form is Format.SARIF:
+        from swarmctl.checks.rulebook import rulebook
+
+        report = replace(report, rules=rulebook())
     return FORMATS[form.value](report if form in _FOR_PEOPLE else _relative(report))
 
 

@@ -10,12 +10,13 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import access, console
+from swarmctl.cli import access, console, exits
 
 lab = typer.Typer(
     help="The swarm on this machine: real hosts in namespaces, emulated robots.",
     no_args_is_help=True,
     rich_markup_mode=None,
+    epilog=exits.told(),
 )
 
 Name = Annotated[str, typer.Option("--name", help="The lab's name; the swarm's own by default.")]
@@ -40,7 +41,7 @@ def _name(spec: Path | None, name: str) -> str:
     return name if name or spec is None else console.read_spec(spec).name
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def up(spec: access.Spec, name: Name = "") -> None:
     """Boot the hosts of a spec, at its own addresses, with its robots on their lines. Needs root."""
     from swarmctl.lab import lab as labs
@@ -51,7 +52,7 @@ def up(spec: access.Spec, name: Name = "") -> None:
         labs.up(plan_of(swarm, name or None), lambda line: console.err().print(line))
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def down(
     spec: Annotated[Path | None, typer.Argument(help="The swarm's YAML file.")] = None,
     name: Name = "",
@@ -72,7 +73,7 @@ def down(
             console.err().print(f"lab {one}: {'removed' if labs.down(one) else 'there was none'}")
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def status(spec: access.Spec, name: Name = "", json: access.Json = False) -> None:
     """Show the hosts of a lab, whether they run, and the networks they are on."""
     from swarmctl.lab import lab as labs
@@ -86,7 +87,7 @@ def status(spec: access.Spec, name: Name = "", json: access.Json = False) -> Non
         console.out().print(view.hosts(found))
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def robots(spec: access.Spec, name: Name = "", json: access.Json = False) -> None:
     """Show where the robots of a lab truly are, and how fast their wheels turn."""
     from swarmctl.lab import lab as labs
@@ -100,7 +101,7 @@ def robots(spec: access.Spec, name: Name = "", json: access.Json = False) -> Non
         console.out().print(view.robots(found))
 
 
-@lab.command(context_settings={"ignore_unknown_options": True})
+@lab.command(epilog=exits.told(), context_settings={"ignore_unknown_options": True})
 def shell(
     spec: access.Spec,
     host: Annotated[
@@ -111,7 +112,7 @@ def shell(
     ] = None,
     name: Name = "",
 ) -> None:
-    """Open a shell on a host over SSH, or run a command there."""
+    """Open a shell on a host over SSH, or run a command there, and end with its exit code."""
     from swarmctl.lab import lab as labs
     from swarmctl.lab import network
     from swarmctl.lab.plan import OPERATOR
@@ -130,7 +131,7 @@ def shell(
         console.fail(f"cannot run {argv[0]}: {error.strerror}")
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def unplug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
     """Pull a robot's cable. The robot goes on as it was last told."""
     from swarmctl.lab import lab as labs
@@ -139,7 +140,7 @@ def unplug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
         labs.unplug(_name(spec, name), robot)
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def plug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
     """Put a robot's cable back."""
     from swarmctl.lab import lab as labs
@@ -148,7 +149,7 @@ def plug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
         labs.plug(_name(spec, name), robot)
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def cut(spec: access.Spec, host: Host, name: Name = "", network: Network = "") -> None:
     """Cut a host off its networks."""
     from swarmctl.lab import lab as labs
@@ -157,7 +158,7 @@ def cut(spec: access.Spec, host: Host, name: Name = "", network: Network = "") -
         labs.cut(_name(spec, name), host, network or None)
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def join(spec: access.Spec, host: Host, name: Name = "", network: Network = "") -> None:
     """Let a host back onto its networks."""
     from swarmctl.lab import lab as labs
@@ -166,7 +167,7 @@ def join(spec: access.Spec, host: Host, name: Name = "", network: Network = "") 
         labs.join(_name(spec, name), host, network or None)
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def kill(spec: access.Spec, host: Host, name: Name = "") -> None:
     """Cut a host's power; its disk stays as it is."""
     from swarmctl.lab import lab as labs
@@ -175,7 +176,7 @@ def kill(spec: access.Spec, host: Host, name: Name = "") -> None:
         labs.kill(_name(spec, name), host)
 
 
-@lab.command()
+@lab.command(epilog=exits.told())
 def start(spec: access.Spec, host: Host, name: Name = "") -> None:
     """Switch a host on again."""
     from swarmctl.lab import lab as labs

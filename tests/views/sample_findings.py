@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.checks.check import read
+from swarmctl.checks.rulebook import RuleText
 from swarmctl.spec.diagnostics import Diagnostic, Edit, Fix, Note, Severity, Span
 from swarmctl.views.findings.report import Checked, Report
 
@@ -60,22 +60,16 @@ FINDINGS = (
 WARNING = Diagnostic("SET001", "`rates` are never reached", at(QUIET, 1, 1, 8), Severity.WARNING)
 
 
-@dataclass(frozen=True)
-class Text:
-    """A rule as the catalogue tells of it."""
-
-    what: str
-    why: str
-    mend: str
-
-
 RULES = {
-    "ADDR003": Text(
-        "No two hosts share an address",
-        "Both would answer, now one and now the other.",
-        "Give each its own.",
+    "ADDR003": RuleText(
+        "ADDR003", "Identity", Severity.ERROR,
+        what="No two hosts share an address",
+        why="Both would answer, now one and now the other.",
+        threads=(),
+        mend="Give each its own.",
+        fails=None, passes=None, shown="", firm=False,
     )
-}
+}  # fmt: skip
 
 
 def report(*, strict: bool = False) -> Report:

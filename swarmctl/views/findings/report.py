@@ -7,21 +7,10 @@ import os.path
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
+from swarmctl.checks.rulebook import RuleText
 from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
 from swarmctl.topology.swarm import Swarm
-
-
-class RuleText(Protocol):
-    """What the catalogue of rules says of one: what it asks for, why, and how to mend what breaks it."""
-
-    @property
-    def what(self) -> str: ...
-    @property
-    def why(self) -> str: ...
-    @property
-    def mend(self) -> str: ...
 
 
 @dataclass(frozen=True)

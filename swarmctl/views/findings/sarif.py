@@ -11,8 +11,9 @@ from typing import Any
 from urllib.parse import quote
 
 from swarmctl import __version__
+from swarmctl.checks.rulebook import RuleText
 from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Span
-from swarmctl.views.findings.report import Checked, Report, RuleText, fingerprints, more, sentence
+from swarmctl.views.findings.report import Checked, Report, fingerprints, more, sentence
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 _LINE_ENDS = ["\r\n", "\n", "\r", "\u0085", "\u2028", "\u2029"]  # YAML's
@@ -46,6 +47,8 @@ def _rule(code: str, text: RuleText | None) -> dict[str, Any]:
         "shortDescription": {"text": text.what},
         "fullDescription": {"text": text.why},
         "help": {"text": text.mend},
+        "defaultConfiguration": {"level": text.severity.value},
+        "properties": {"tags": [text.family]},
     }
 
 

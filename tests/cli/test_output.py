@@ -1,0 +1,221 @@
+"""``validate`` as CI, a pipe or a terminal meets it: formats, files, colour, width, silence."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exits
+from swarmctl.cli.app import app
+from swarmctl.cli.findings import Format
+
+BROKEN = Path(__file__).parents[1] / "spec/broken"
+PROGRAM = str(Path(sys.executable).with_name("swarmctl"))
+WRONG = "bad-mode.yaml"
+Ran = subprocess.CompletedProcess[str]
+
+
+def environment(**env: str) -> dict[str, str]:
+    ours = ("NO_COLOR", "FORCE_COLOR", "TERM", "COLUMNS", "LINES", "PYTHONIOENCODING")
+    return {key: value for key, value in os.environ.items() if key not in ours} | env
+
+
+@pytest.fixture
+def validate() -> Callable[..., Ran]:
+    def ran(*arguments: str, cwd: Path = BROKEN, **env: str) -> Ran:
+        return subprocess.run(
+            [PROGRAM, "validate", *arguments],
+            cwd=cwd, env=environment(**env), capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    return ran
+
+
+@pytest.fixture
+def warned(tmp_path: Path, leader_spec: Path) -> Path:
+    """A spec that is right but for a warning."""
+    spec = tmp_path / "warned.yaml"
+    text = leader_spec.read_text("utf-8")
+    fast = "host: koala-laptop, settings: {limits: {linear: 9.0}}}"
+    spec.write_text(text.replace("type: koala, host: koala-laptop}", f"type: koala, {fast}"), "utf-8")
+    return spec
+
+
+def on_terminal(*arguments: str, columns: int = 80, **env: str) -> str:
+    """What ``validate`` shows on a terminal of so many columns."""
+    mine, theirs = pty.openpty()
+    with subprocess.Popen(
+        [PROGRAM, "validate", *arguments], cwd=BROKEN, stdout=theirs, stderr=theirs,
+        env=environment(TERM="xterm", COLUMNS=str(columns)) | env,
+    ):  # fmt: skip
+        os.close(theirs)
+        shown = b""
+        try:
+            while more := os.read(mine, 4096):
+                shown += more
+        except OSError:  # the other side is closed
+            pass
+    os.close(mine)
+    return shown.decode("utf-8").replace("\r\n", "\n")
+
+
+def test_github_is_the_format_in_actions(validate: Callable[..., Ran], tmp_path: Path) -> None:
+    page = tmp_path / "summary.md"
+    page.write_text("before\n")
+    ran = validate(WRONG, GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(page))
+    assert ran.returncode == exits.ERROR
+    assert ran.stdout.startswith("::error title=")
+    assert page.read_text().startswith("before\n### swarmctl validate: 1 error in 1 spec\n")
+    asked = validate(WRONG, "--format", "human", GITHUB_ACTIONS="true")
+    assert (asked.stdout, asked.stderr.startswith("error[")) == ("", True)
+
+
+def test_a_summary_that_cannot_be_written_spoils_nothing(validate: Callable[..., Ran]) -> None:
+    ran = validate(WRONG, GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY="/nowhere/summary.md")
+    assert ran.returncode == exits.ERROR
+    assert "::error" in ran.stdout
+    assert "warning: the job summary cannot be written" in ran.stderr
+
+
+@pytest.mark.parametrize("form", Format)
+def test_a_file_gets_what_stdout_would_get(
+    form: Format, validate: Callable[..., Ran], tmp_path: Path
+) -> None:
+    file = tmp_path / "found"
+    printed = validate(WRONG, "--format", form.value)
+    written = validate(WRONG, "--format", form.value, "--output", str(file))
+    expected = printed.stderr if form is Format.HUMAN else printed.stdout
+    assert (file.read_text("utf-8"), written.stdout) == (expected, "")
+    assert written.stderr == "1 error in 1 spec\n"
+    assert written.returncode == exits.ERROR
+
+
+def test_a_file_that_cannot_be_written(validate: Callable[..., Ran]) -> None:
+    ran = validate(WRONG, "--output", "/nowhere/found.txt")
+    assert ran.returncode == exits.ERROR
+    assert ran.stderr.startswith("error: cannot write /nowhere/found.txt: No such file or directory\n")
+
+
+@pytest.mark.parametrize("form", Format)
+def test_quiet_prints_nothing(form: Format, validate: Callable[..., Ran], leader_spec: Path) -> None:
+    for spec, code in ((WRONG, exits.ERROR), (str(leader_spec), exits.OK)):
+        ran = validate(spec, "-q", "--format", form.value)
+        assert (ran.returncode, ran.stdout, ran.stderr) == (code, "", "")
+
+
+def test_strict_lets_a_warning_fail(validate: Callable[..., Ran], warned: Path) -> None:
+    kind = validate(str(warned))
+    assert kind.returncode == exits.OK
+    assert "is valid (1 warning)" in kind.stdout
+    strict = validate(str(warned), "--strict")
+    assert (strict.returncode, strict.stdout) == (exits.ERROR, "")
+    assert strict.stderr.endswith(f"1 warning in {warned}, and --strict allows none\n")
+    assert json.loads(validate(str(warned), "--strict", "--json").stdout)["valid"] is False
+
+
+def test_json_and_another_format_exclude_each_other(validate: Callable[..., Ran]) -> None:
+    ran = validate(WRONG, "--json", "--format", "sarif")
+    assert (ran.returncode, ran.stdout) == (exits.USAGE, "")
+    assert "exclude each other" in ran.stderr
+
+
+def test_sarif_tells_of_the_rules_that_were_broken(validate: Callable[..., Ran]) -> None:
+    (run,) = json.loads(validate("many-at-once.yaml", "--format", "sarif").stdout)["runs"]
+    for result in run["results"]:
+        rule = run["tool"]["driver"]["rules"][result["ruleIndex"]]
+        assert rule["id"] == result["ruleId"]
+        assert rule["shortDescription"]["text"]
+
+
+@pytest.mark.parametrize("variable", ["GITHUB_WORKSPACE", "CI_PROJECT_DIR"])
+def test_paths_in_ci_are_those_of_the_repository(variable: str, validate: Callable[..., Ran]) -> None:
+    def path(**env: str) -> str:
+        (issue,) = json.loads(validate(str(BROKEN / WRONG), "--format", "gitlab", **env).stdout)
+        return str(issue["location"]["path"])
+
+    assert path() == WRONG
+    assert path(**{variable: str(BROKEN.parent)}) == f"broken/{WRONG}"
+    assert path(**{variable: "/elsewhere"}) == WRONG
+
+
+@pytest.mark.parametrize(
+    ("arguments", "env", "coloured"),
+    [
+        ((), {}, True),
+        ((), {"NO_COLOR": "1"}, False),
+        ((), {"NO_COLOR": ""}, True),
+        ((), {"TERM": "dumb"}, False),
+        (("--color", "never"), {"FORCE_COLOR": "1"}, False),
+        (("--color", "always"), {"NO_COLOR": "1", "TERM": "dumb"}, True),
+    ],
+)
+def test_colour_on_a_terminal(arguments: tuple[str, ...], env: dict[str, str], coloured: bool) -> None:
+    assert ("\x1b[" in on_terminal(WRONG, *arguments, **env)) is coloured
+
+
+@pytest.mark.parametrize(
+    ("arguments", "env", "coloured"),
+    [
+        ((), {}, False),
+        ((), {"FORCE_COLOR": "1"}, True),
+        ((), {"FORCE_COLOR": "1", "NO_COLOR": "1"}, False),
+        (("--color", "always"), {}, True),
+        (("--color", "always", "--format", "concise"), {}, False),
+    ],
+)
+def test_colour_in_a_pipe(
+    arguments: tuple[str, ...], env: dict[str, str], coloured: bool, validate: Callable[..., Ran]
+) -> None:
+    ran = validate(WRONG, *arguments, **env)
+    assert ("\x1b[" in ran.stdout + ran.stderr) is coloured
+
+
+def test_colour_is_chosen_for_every_verb() -> None:
+    ran = subprocess.run(
+        [PROGRAM, "--color", "always", "render", WRONG, "--out", "x"],
+        cwd=BROKEN, env=environment(), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "\x1b[" in ran.stderr
+
+
+def test_a_narrow_terminal_cuts_the_line_around_the_place(tmp_path: Path, leader_spec: Path) -> None:
+    spec = tmp_path / "swarm.yaml"
+    padding = f"user: robot,{' ' * 60}computer: lapptop"
+    spec.write_text(leader_spec.read_text("utf-8").replace("user: robot, computer: laptop", padding), "utf-8")
+    rows = on_terminal(str(spec), columns=40, NO_COLOR="1").splitlines()
+    number = next(n for n, row in enumerate(rows) if re.match(r"\d+ \| ", row))
+    assert len(rows[number]) <= 40
+    start = rows[number + 1].index("^")
+    assert rows[number][start:].startswith("lapptop")
+
+
+def test_a_pipe_gets_whole_lines(validate: Callable[..., Ran], tmp_path: Path, leader_spec: Path) -> None:
+    spec = tmp_path / f"{'long' * 50}.yaml"
+    spec.write_text(leader_spec.read_text("utf-8"), "utf-8")
+    assert validate(str(spec), COLUMNS="40").stdout.count("\n") == 1
+
+
+def test_a_letter_that_the_output_does_not_know_is_no_error(
+    validate: Callable[..., Ran], tmp_path: Path, leader_spec: Path
+) -> None:
+    spec = tmp_path / "swärm.yaml"
+    spec.write_text(leader_spec.read_text("utf-8"), "utf-8")
+    ran = validate(str(spec), PYTHONIOENCODING="ascii")
+    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert "sw\\xe4rm.yaml: swarm `newswarm` is valid" in ran.stdout
+
+
+def test_every_help_names_the_exit_codes(root: Path) -> None:
+    for command in app.registered_commands:
+        assert command.epilog
+        assert command.epilog.startswith("Exit codes: 0 done")
+    table = re.findall(r"^\| (\d+) \| (.+) \|$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
+    assert {int(code): meaning.replace("`", "") for code, meaning in table} == exits.MEANING
