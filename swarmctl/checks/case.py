@@ -12,9 +12,11 @@ from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, Computer, NetworkLink, Serial, Spec
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.topology import modes
+from swarmctl.topology.address import Ip, Subnet
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.graph import Node, graph_of
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
+from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.swarm import Bridge, Island
 
 Line = Serial | Bluetooth
@@ -62,6 +64,30 @@ class Case:
                 if host in networks:
                     networks[host].append((index, link))
         return networks
+
+    @cached_property
+    def network_at(self) -> Mapping[int, NetworkLink]:
+        return dict(self.networks)
+
+    @cached_property
+    def members(self) -> Mapping[int, frozenset[str]]:
+        """The hosts of every network, by its index."""
+        return {index: frozenset(link.hosts) for index, link in self.networks}
+
+    @cached_property
+    def addresses(self) -> Mapping[str, Ip | None]:
+        """The IP address of every host; nothing for one that is called by a name."""
+        return addresses_of(self.spec)
+
+    @cached_property
+    def witnesses(self) -> Mapping[int, tuple[str, ...]]:
+        """By index, the hosts whose addresses tell which subnet a network has."""
+        return witnesses_of(self.spec, self.addresses)
+
+    @cached_property
+    def subnets(self) -> Mapping[int, Subnet | None]:
+        """The subnet of every network, by its index: as declared, or as its hosts show."""
+        return subnets_of(self.spec, self.addresses, self.witnesses)
 
     @cached_property
     def driving(self) -> Mapping[str, str | None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.checks import identity, links, modes, references, settings
+from swarmctl.checks import addresses, identity, links, modes, network, references, settings
 from swarmctl.checks.case import Case, Rule
 from swarmctl.checks.silences import silenced
 from swarmctl.spec.diagnostics import Diagnostic, has_errors, in_order
@@ -18,6 +18,8 @@ NAMES: tuple[Rule, ...] = (*references.NAMES, *modes.NAMES)
 SENSE: tuple[Rule, ...] = (
     *references.RULES,
     *modes.RULES,
+    *addresses.RULES,
+    *network.RULES,
     *identity.RULES,
     *settings.RULES,
     *links.RULES,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Hashable, Iterator
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Usb
 from swarmctl.topology import names
+from swarmctl.topology.address import normal
 
 _LOCALHOST = "localhost"
 
@@ -19,56 +19,10 @@ def doubled_addresses(case: Case) -> Iterator[Diagnostic]:
     """ID001: two hosts with one address; whoever answers first gets both configurations."""
     hosts = case.spec.hosts
     claims: list[Claim] = [
-        ((_normal(host.address), host.port), f"host `{name}`", ("hosts", name, "address"))
+        ((normal(host.address), host.port), f"host `{name}`", ("hosts", name, "address"))
         for name, host in hosts.items()
     ]
     yield from _doubled(case, "ID001", "address", claims, "give each host its own address")
-
-
-def loopback_addresses(case: Case) -> Iterator[Diagnostic]:
-    """NET002: an address that means another computer on each computer, in a swarm of several."""
-    hosts = case.spec.hosts
-    if len(hosts) == 1:
-        return
-    for name, host in hosts.items():
-        if _means_self(host.address):
-            yield Diagnostic(
-                "NET002",
-                f"`{host.address}` is every computer's own address; no other host reaches `{name}` there",
-                case.span("hosts", name, "address"),
-                label="a loopback address",
-                help=("give the address that the host has on the swarm's network",),
-            )
-
-
-def unfit_addresses(case: Case) -> Iterator[Diagnostic]:
-    """NET003: an address that no ROS 1 node can be reached at."""
-    for name, host in case.spec.hosts.items():
-        found = _parsed(host.address)
-        if found is not None and (found.version == 6 or found.is_multicast):
-            what = "a group's address" if found.is_multicast else "IPv6, which ROS 1 nodes cannot advertise"
-            yield Diagnostic(
-                "NET003",
-                f"host `{name}` cannot have the address `{host.address}`",
-                case.span("hosts", name, "address"),
-                label=what,
-                help=("give its IPv4 address",),
-            )
-
-
-def _means_self(address: str) -> bool:
-    found = _parsed(address)
-    if found is None:
-        return address.lower().rstrip(".") in ("localhost", "localhost.localdomain")
-    return found.is_loopback or found.is_unspecified
-
-
-def _parsed(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    """The IP address, or nothing for a host's name."""
-    try:
-        return ipaddress.ip_address(address)
-    except ValueError:
-        return None
 
 
 def doubled_devices(case: Case) -> Iterator[Diagnostic]:
@@ -136,10 +90,6 @@ def _doubled(case: Case, code: str, what: str, claims: list[Claim], mend: str) -
         )
 
 
-def _normal(address: str) -> str:
-    return str(_parsed(address) or address.lower().rstrip("."))
-
-
 def reserved_names(case: Case) -> Iterator[Diagnostic]:
     """ID006: taken names. Robots and programs are units beside the master's; hosts go into /etc/hosts."""
     if _LOCALHOST in case.spec.hosts:
@@ -169,8 +119,6 @@ def reserved_names(case: Case) -> Iterator[Diagnostic]:
 
 
 RULES: tuple[Rule, ...] = (
-    loopback_addresses,
-    unfit_addresses,
     doubled_addresses,
     doubled_devices,
     doubled_bluetooth,

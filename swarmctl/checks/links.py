@@ -1,4 +1,4 @@
-"""Every robot hangs on its host, every host reaches its hub."""
+"""Every robot hangs on its host, by a line that both have."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note
-from swarmctl.spec.model import Bluetooth, Mode, NetworkLink, Serial
-from swarmctl.topology.graph import hosts_beside
+from swarmctl.spec.model import Bluetooth, Mode, Serial
 
 
 def robot_lines(case: Case) -> Iterator[Diagnostic]:
@@ -130,26 +129,4 @@ def adapters(case: Case) -> Iterator[Diagnostic]:
             )
 
 
-def paths_to_hub(case: Case) -> Iterator[Diagnostic]:
-    """NET001: every host of an island shares a network with the island's hub."""
-    for island in case.islands:
-        reached = hosts_beside(case.graph, island.hub) if len(island.hosts) > 1 else frozenset(island.hosts)
-        for name in island.hosts:
-            if name not in reached:
-                yield Diagnostic(
-                    "NET001",
-                    f"host `{name}` cannot reach its hub `{island.hub}`",
-                    case.span("hosts", name, key=True),
-                    label="no wlan or ethernet joins the two",
-                    help=(_network_help(case, name, island.hub),),
-                )
-
-
-def _network_help(case: Case, name: str, hub: str) -> str:
-    for link in case.spec.links:
-        if isinstance(link, NetworkLink) and hub in link.hosts:
-            return f"add `{name}` to the hosts of `{link.name}`"
-    return f"add to `links`: {{kind: wlan, name: lab, hosts: [{hub}, {name}]}}"
-
-
-RULES: tuple[Rule, ...] = (robot_lines, line_details, spoken_lines, adapters, paths_to_hub)
+RULES: tuple[Rule, ...] = (robot_lines, line_details, spoken_lines, adapters)

@@ -8,15 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
 from swarmctl.lab.errors import LabError
+from swarmctl.topology.address import Ip, Subnet, ip_of, subnet_of, usual_subnet
 from swarmctl.topology.swarm import Network, RfcommLine, Swarm
 
 OPERATOR = "operator"
 
 UPLINK = "uplink"
 INTERFACE_STEMS = {"wlan": "wlan", "ethernet": "eth"}
-
-IpAddress = ipaddress.IPv4Address | ipaddress.IPv6Address
-IpNetwork = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
 @dataclass(frozen=True)
@@ -151,42 +149,38 @@ def plan_of(swarm: Swarm, name: str | None = None) -> LabPlan:
     )
 
 
-def _address(host: str, address: str) -> IpAddress:
-    try:
-        return ipaddress.ip_address(address)
-    except ValueError:
+def _address(host: str, given: str) -> Ip:
+    found = ip_of(given)
+    if found is None:
         raise LabError(
-            f"host {host} has the address `{address}`, a name; a lab has no name server",
+            f"host {host} has the address `{given}`, a name; a lab has no name server",
             "give the host an IP address in the spec",
-        ) from None
+        )
+    return found
 
 
-def _networks(swarm: Swarm, addresses: Mapping[str, IpAddress]) -> Iterator[Network]:
+def _networks(swarm: Swarm, addresses: Mapping[str, Ip]) -> Iterator[Network]:
     """The swarm's networks, and one for each subnet of hosts that are on none: swarmctl must reach them."""
     yield from swarm.networks
     linked = {host for network in swarm.networks for host in network.hosts}
-    alone: dict[IpNetwork, list[str]] = {}
-    for host, address in addresses.items():
+    alone: dict[Subnet, list[str]] = {}
+    for host, ip in addresses.items():
         if host not in linked:
-            alone.setdefault(_around(address), []).append(host)
+            alone.setdefault(usual_subnet(ip), []).append(host)
     for number, (subnet, hosts) in enumerate(alone.items()):
         yield Network(f"{UPLINK}{number or ''}", "ethernet", tuple(hosts), str(subnet), None)
 
 
-def _around(address: IpAddress) -> IpNetwork:
-    return ipaddress.ip_network((address, 24 if address.version == 4 else 64), strict=False)
-
-
-def _subnet(network: Network, addresses: Mapping[str, IpAddress]) -> IpNetwork:
+def _subnet(network: Network, addresses: Mapping[str, Ip]) -> Subnet:
     if network.subnet is not None:
-        return ipaddress.ip_network(network.subnet)
+        return subnet_of(network.subnet)
     found = ", ".join(f"{host} {addresses[host]}" for host in network.hosts)
     raise LabError(
         f"the hosts of network {network.name} lie in several subnets: {found}", "give the link its `subnet`"
     )
 
 
-def _free(subnet: IpNetwork, taken: Iterable[IpAddress]) -> Iterator[IpAddress]:
+def _free(subnet: Subnet, taken: Iterable[Ip]) -> Iterator[Ip]:
     """Addresses of ``subnet`` that no host has, from the top: people number their hosts from the bottom."""
     used = set(taken)
     last = int(subnet.broadcast_address) - 1
@@ -199,7 +193,7 @@ def _free(subnet: IpNetwork, taken: Iterable[IpAddress]) -> Iterator[IpAddress]:
     )
 
 
-def _with_prefix(address: IpAddress, subnet: IpNetwork) -> str:
+def _with_prefix(address: Ip, subnet: Subnet) -> str:
     return f"{address}/{subnet.prefixlen}"
 
 
@@ -210,14 +204,14 @@ def _refuse_operator(hosts: Iterable[str]) -> None:
         )
 
 
-def _refuse_doubles(addresses: Mapping[str, IpAddress]) -> None:
-    holders: dict[IpAddress, str] = {}
+def _refuse_doubles(addresses: Mapping[str, Ip]) -> None:
+    holders: dict[Ip, str] = {}
     for host, address in addresses.items():
         if (first := holders.setdefault(address, host)) != host:
             raise LabError(f"hosts {first} and {host} both have the address {address}", "give each its own")
 
 
-def _refuse_overlaps(networks: Sequence[Network], subnets: Sequence[IpNetwork]) -> None:
+def _refuse_overlaps(networks: Sequence[Network], subnets: Sequence[Subnet]) -> None:
     for index, (network, subnet) in enumerate(zip(networks, subnets, strict=True)):
         for other, another in zip(networks[:index], subnets[:index], strict=True):
             if subnet.version == another.version and subnet.overlaps(another):
@@ -228,7 +222,7 @@ def _refuse_overlaps(networks: Sequence[Network], subnets: Sequence[IpNetwork]) 
                 )
 
 
-def _refuse_strays(addresses: Mapping[str, IpAddress], interfaces: Mapping[str, Sequence[Interface]]) -> None:
+def _refuse_strays(addresses: Mapping[str, Ip], interfaces: Mapping[str, Sequence[Interface]]) -> None:
     for host, address in addresses.items():
         if not any(ipaddress.ip_interface(one.address).ip == address for one in interfaces[host]):
             raise LabError(

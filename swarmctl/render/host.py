@@ -8,6 +8,7 @@ from swarmctl.render import ros1
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.templates import render
 from swarmctl.topology import names
+from swarmctl.topology.address import ip_of
 from swarmctl.topology.swarm import Host, Swarm, UsbLine
 
 _SYSTEMD = "/etc/systemd/system"
@@ -72,5 +73,5 @@ def _udev_rules(swarm: Swarm, host: Host) -> File | None:
 
 def _hosts_block(swarm: Swarm) -> File:
     """The other hosts' names, for people and for programs that use them; ROS itself goes by address."""
-    known = [host for host in swarm.hosts.values() if ros1.is_ip(host.address)]
+    known = [host for host in swarm.hosts.values() if ip_of(host.address)]
     return File("hosts/block", render("block.hosts", hosts=known), origin="hosts")

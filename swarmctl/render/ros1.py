@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Iterator
 from functools import cache
 from typing import Any
@@ -14,6 +13,7 @@ from swarmctl.render.bundle import ROOT, File, Unit
 from swarmctl.render.templates import render
 from swarmctl.spec.robot_type import params_of
 from swarmctl.topology import names
+from swarmctl.topology.address import ip_of
 from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm
 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
@@ -137,19 +137,10 @@ def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
         "distro": swarm.distro,
         "home": _home(swarm),
         "master_uri": swarm.master_uri(island),
-        "self_key": "ROS_IP" if is_ip(host.address) else "ROS_HOSTNAME",
+        "self_key": "ROS_IP" if ip_of(host.address) else "ROS_HOSTNAME",
         "address": host.address,
         "package_path": ":".join((f"{_home(swarm)}/current/drivers", *_DEBIAN_PACKAGES)),
     }
-
-
-def is_ip(address: str) -> bool:
-    """Whether ``address`` is an address, and not a host's name."""
-    try:
-        ipaddress.ip_address(address)
-    except ValueError:
-        return False
-    return True
 
 
 def _home(swarm: Swarm) -> str:

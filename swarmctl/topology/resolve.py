@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Mapping
 
 from swarmctl.spec import model
@@ -11,6 +10,7 @@ from swarmctl.spec.robot_type import RobotType, merged
 from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.interfaces import program_endpoints
+from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.swarm import FixedLine, Host, Line, Network, RfcommLine, Robot, Swarm, UsbLine
 
 
@@ -24,7 +24,7 @@ def resolve(document: Document) -> Swarm:
         distro=spec.ros.distro,
         hosts={name: _host(name, document) for name in spec.hosts},
         robots=_robots(document),
-        networks=tuple(_network(link, spec) for link in spec.links if isinstance(link, model.NetworkLink)),
+        networks=_networks(spec),
         islands=islands,
         bridges=bridges_of(spec, islands, tuple(program_endpoints(spec))),
     )
@@ -43,26 +43,16 @@ def _host(name: str, document: Document) -> Host:
     )
 
 
-def _network(link: model.NetworkLink, spec: model.Spec) -> Network:
-    return Network(
-        name=link.name,
-        kind=link.kind,
-        hosts=link.hosts,
-        subnet=link.subnet or subnet_around([spec.hosts[host].address for host in link.hosts]),
-        multicast=link.multicast,
+def _networks(spec: model.Spec) -> tuple[Network, ...]:
+    addresses = addresses_of(spec)
+    subnets = subnets_of(spec, addresses, witnesses_of(spec, addresses))
+    return tuple(
+        Network(
+            link.name, link.kind, link.hosts, str(subnets[index]) if subnets[index] else None, link.multicast
+        )
+        for index, link in enumerate(spec.links)
+        if isinstance(link, model.NetworkLink)
     )
-
-
-def subnet_around(addresses: list[str]) -> str | None:
-    """The /24 (or /64) that holds all ``addresses``; nothing when one of them is a name or lies elsewhere."""
-    try:
-        found = [ipaddress.ip_address(address) for address in addresses]
-    except ValueError:
-        return None
-    subnets = {
-        ipaddress.ip_network((address, 24 if address.version == 4 else 64), strict=False) for address in found
-    }
-    return str(subnets.pop()) if len(subnets) == 1 else None
 
 
 def _robots(document: Document) -> Mapping[str, Robot]:
