@@ -9,18 +9,19 @@ BIN := $(VENV)/bin
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
 TEST_TOOLS := sshd:openssh-server sudo:sudo
+EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test lint format generated bench lock clean distclean lab-tools test-tools
+.PHONY: demo test lint format generated bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
-	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 15
 
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools lint ## lint, then every test; the lab's one after the other
+test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; the lab's one after the other
 	$(BIN)/pytest -n auto -m "not lab" $(PYTEST_ARGS)
 	$(BIN)/pytest -m lab $(PYTEST_ARGS)
 
@@ -77,6 +78,12 @@ lab-tools:
 
 test-tools:
 	@$(call install,$(TEST_TOOLS))
+
+editor-tools: ## the YAML language server that the tests ask, where npm is; without it they are skipped
+	@[ -x $(EDITOR_TOOLS)/node_modules/.bin/yaml-language-server ] || \
+	  timeout 90 npm install --silent --no-audit --no-fund --ignore-scripts --fetch-retries=0 \
+	    --prefix $(EDITOR_TOOLS) yaml-language-server@1.25.0 >/dev/null 2>&1 || \
+	  echo "-- npm is missing, or finds nothing: the tests that ask the YAML language server are skipped"
 
 fetch = { echo "-- installing" $(1); $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; }
 install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -v "$${pair%%:*}" >/dev/null || missing="$$missing $${pair\#\#*:}"; done; \

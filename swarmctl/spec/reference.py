@@ -59,8 +59,6 @@ class _Page:
         """What may stand there, in a few words."""
         if "$ref" in value:
             return self._referred(value["$ref"].rsplit("/", 1)[1])
-        if "allOf" in value:
-            return self.value(value["allOf"][0])
         if alternatives := value.get("anyOf") or value.get("oneOf"):
             return " or ".join(dict.fromkeys(self.value(one) for one in alternatives))
         if "enum" in value:

@@ -34,8 +34,6 @@ def _draft7(node: Any) -> Any:
     if "patternProperties" in made:  # pydantic leaves names open that fit no pattern; a spec does not
         made |= {"additionalProperties": False}
         made.pop("propertyNames", None)
-    if "$ref" in made and len(made) > 1:  # draft-07 ignores whatever stands beside a reference
-        made["allOf"] = [{"$ref": made.pop("$ref")}, *made.get("allOf", [])]
     return made
 
 
@@ -56,11 +54,11 @@ def _below(key: str, value: Any) -> Any:
 
 
 def _idle(key: str, value: Any) -> bool:
-    """Titles repeat the key, a discriminator is OpenAPI's, and no file holds a null default."""
+    """Titles repeat the key, a discriminator is OpenAPI's, and no file holds a default of nothing."""
     return (
         (key == "title" and isinstance(value, str))
         or key == "discriminator"
-        or (key == "default" and value is None)
+        or (key == "default" and value in (None, [], ""))
     )
 
 
