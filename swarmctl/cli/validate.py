@@ -1,4 +1,4 @@
-"""``swarmctl validate``: is the spec right, and if not, where."""
+"""``swarmctl validate``: are the specs right, and if not, where."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from swarmctl.cli import access, console, exits, findings
 
 
 def validate(
-    spec: access.Spec,
+    specs: Annotated[list[Path], typer.Argument(metavar="SPEC", help="The swarms' YAML files.")],
     form: Annotated[
         findings.Format | None,
         typer.Option("--format", help="How findings are shown; in GitHub Actions github, else human."),
@@ -26,12 +26,12 @@ def validate(
     ] = False,
     color: access.Color = None,
 ) -> None:
-    """Check a spec. Exit code 0 when it can be deployed, 1 when not."""
+    """Check specs. Exit code 0 when all of them can be deployed, 1 when not."""
     from swarmctl.checks.check import read
     from swarmctl.views.findings.report import Checked, Report
 
     if json and form not in (None, findings.Format.JSON):
         console.fail(f"--json and --format {form.value} exclude each other", code=exits.USAGE)
-    report = Report((Checked(str(spec), *read(spec)),), strict=strict)
+    report = Report(tuple(Checked(str(spec), *read(spec)) for spec in specs), strict=strict)
     findings.show(report, findings.Format.JSON if json else form or findings.usual(), output, quiet=quiet)
     raise typer.Exit(exits.OK if report.passed else exits.ERROR)
