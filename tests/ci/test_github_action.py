@@ -49,7 +49,7 @@ def inputs(step: dict[str, Any], **given: str) -> dict[str, str]:
 def test_it_is_an_action_and_the_example_a_workflow() -> None:
     for kind, file in (
         ("github-actions", ACTION),
-        ("github-workflows", ROOT / "docs/ci/github-workflow.yml"),
+        ("github-workflows", ROOT / "docs/snippets/github-workflow.yml"),
     ):
         judged = checks(kind, file)
         assert judged.returncode == 0, judged.stdout

@@ -24,7 +24,7 @@ def job(project: Path, tmp_path: Path, environment: dict[str, str]) -> dict[str,
 
 
 def test_it_and_its_example_are_gitlab_ci() -> None:
-    for file in (TEMPLATE, ROOT / "docs/ci/gitlab-ci.yml"):
+    for file in (TEMPLATE, ROOT / "docs/snippets/gitlab-ci.yml"):
         judged = checks("gitlab-ci", file)
         assert judged.returncode == 0, judged.stdout
 
@@ -60,6 +60,6 @@ def test_strict(job: dict[str, str], project: Path) -> None:
 
 
 def test_the_example_changes_variables_that_there_are() -> None:
-    example = yaml.safe_load((ROOT / "docs/ci/gitlab-ci.yml").read_text("utf-8"))
+    example = yaml.safe_load((ROOT / "docs/snippets/gitlab-ci.yml").read_text("utf-8"))
     assert set(example["swarmctl-validate"]["variables"]) <= set(JOB["variables"])
     assert example["include"][0]["file"] == f"/{TEMPLATE.relative_to(ROOT)}"

@@ -13,7 +13,7 @@ import yaml
 from jobs import ROOT, without_index
 
 HOOKS = ROOT / ".pre-commit-hooks.yaml"
-CONFIG = ROOT / "docs/ci/pre-commit-config.yaml"
+CONFIG = ROOT / "docs/snippets/pre-commit-config.yaml"
 WHO = ("-c", "user.name=test", "-c", "user.email=test@localhost")
 
 

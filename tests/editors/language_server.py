@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 PATIENCE = 30.0
-SETTINGS = {"yaml": {"completion": True, "hover": True, "validate": True, "schemaStore": {"enable": False}}}
+OFFLINE = {"schemaStore": {"enable": False}}
 CAPABILITIES: dict[str, Any] = {
     "textDocument": {
         "completion": {"completionItem": {"snippetSupport": True, "documentationFormat": ["markdown"]}},
@@ -26,9 +26,10 @@ CAPABILITIES: dict[str, Any] = {
 class LanguageServer:
     """One conversation. Requests of the server are answered, its diagnostics kept by document."""
 
-    def __init__(self, process: subprocess.Popen[bytes], folder: Path) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], folder: Path, settings: dict[str, Any]) -> None:
         self._process = process
         self._folder = folder
+        self._settings = settings
         self._heard: queue.Queue[dict[str, Any]] = queue.Queue()
         self._diagnostics: dict[str, list[dict[str, Any]]] = {}
         self._numbers = itertools.count(1)
@@ -38,11 +39,11 @@ class LanguageServer:
         folder = self._folder.as_uri()
         self._ask("initialize", {"processId": None, "rootUri": folder, "capabilities": CAPABILITIES})
         self._tell("initialized", {})
-        self._tell("workspace/didChangeConfiguration", {"settings": SETTINGS})
+        self._tell("workspace/didChangeConfiguration", {"settings": None})  # it asks for them then
 
-    def diagnostics(self, text: str) -> list[dict[str, Any]]:
-        """What the server underlines in a text."""
-        return self._diagnostics[self._opened(text)]
+    def diagnostics(self, text: str, name: str = "") -> list[dict[str, Any]]:
+        """What the server underlines in a text, opened as the file ``name`` or as any other."""
+        return self._diagnostics[self._opened(text, name)]
 
     def completion(self, text: str) -> dict[str, dict[str, Any]]:
         """What is offered at the mark ``|`` of a text, by label."""
@@ -60,9 +61,9 @@ class LanguageServer:
         line, column = before.count("\n"), len(before) - before.rfind("\n") - 1
         return {"textDocument": {"uri": uri}, "position": {"line": line, "character": column}}
 
-    def _opened(self, text: str) -> str:
+    def _opened(self, text: str, name: str = "") -> str:
         """A text as a new document of the folder, once the server has checked it."""
-        uri = (self._folder / f"{next(self._numbers)}.yaml").as_uri()
+        uri = (self._folder / (name or f"{next(self._numbers)}.yaml")).as_uri()
         document = {"uri": uri, "languageId": "yaml", "version": 1, "text": text}
         self._tell("textDocument/didOpen", {"textDocument": document})
         while uri not in self._diagnostics:
@@ -92,8 +93,14 @@ class LanguageServer:
         if message.get("method") == "textDocument/publishDiagnostics":
             self._diagnostics[message["params"]["uri"]] = message["params"]["diagnostics"]
         elif "method" in message and "id" in message:
-            self._send({"id": message["id"], "result": None})
+            self._send({"id": message["id"], "result": self._answer(message)})
         return message
+
+    def _answer(self, message: dict[str, Any]) -> Any:
+        """What the server asks of an editor is its settings; the rest it only announces."""
+        if message["method"] != "workspace/configuration":
+            return None
+        return [self._settings if one["section"] == "yaml" else None for one in message["params"]["items"]]
 
     def _listen(self) -> None:
         out = self._process.stdout
@@ -108,13 +115,13 @@ class LanguageServer:
 
 
 @contextmanager
-def running(server: Path, folder: Path) -> Iterator[LanguageServer]:
-    """A YAML language server that looks nowhere but on the disk."""
+def running(server: Path, folder: Path, settings: dict[str, Any] | None = None) -> Iterator[LanguageServer]:
+    """A YAML language server that looks nowhere but on the disk, with these settings."""
     with subprocess.Popen(
         [server, "--stdio"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     ) as process:
         try:
-            editor = LanguageServer(process, folder)
+            editor = LanguageServer(process, folder, OFFLINE | (settings or {}))
             editor.start()
             yield editor
         finally:

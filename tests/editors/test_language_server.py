@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from collections.abc import Iterator
@@ -35,11 +36,16 @@ def swarm(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def editor(swarm: Path) -> Iterator[LanguageServer]:
+def server() -> Path:
     server = installed()
     if server is None or shutil.which("node") is None:
         pytest.skip("no yaml-language-server here: make editor-tools installs it where npm is")
-    with running(Path(server), swarm) as editor:
+    return Path(server)
+
+
+@pytest.fixture(scope="module")
+def editor(server: Path, swarm: Path) -> Iterator[LanguageServer]:
+    with running(server, swarm) as editor:
         yield editor
 
 
@@ -145,3 +151,21 @@ def test_the_modeline_of_other_editors_works_alone(editor: LanguageServer) -> No
     assert "How the robots work together." in editor.hover(
         "# $schema: .swarmctl/swarm.schema.json\nmo|de: leader\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("file", "missing"),
+    [
+        ("swarm.yaml", "mode"),
+        ("hall/big.swarm.yaml", "mode"),
+        ("robots/rover.yaml", "kinematics"),
+        ("other.yaml", ""),
+    ],
+)
+def test_the_settings_for_vs_code_need_no_modeline(
+    file: str, missing: str, server: Path, swarm: Path, root: Path
+) -> None:
+    settings = json.loads((root / "docs/snippets/vscode-settings.json").read_text("utf-8"))
+    with running(server, swarm, {"schemas": settings["yaml.schemas"]}) as editor:
+        told = [found["message"] for found in editor.diagnostics("title: x\n", file)]
+    assert (f'Missing property "{missing}".' in told) is bool(missing)
