@@ -17,6 +17,7 @@ from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.graph import Node, graph_of
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
+from swarmctl.topology.lines import LineBudget, line_budgets
 from swarmctl.topology.swarm import Bridge, Island
 
 Line = Serial | Bluetooth
@@ -111,6 +112,11 @@ class Case:
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
         return bridges_of(self.spec, self.islands, self.endpoints)
+
+    @cached_property
+    def line_budgets(self) -> Mapping[int, LineBudget]:
+        """What each line carries, by its index in ``links``."""
+        return dict(line_budgets(self.spec, self.types, self.endpoints))
 
     @cached_property
     def graph(self) -> nx.Graph[Node]:

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.checks import addresses, identity, links, modes, network, references, settings
+from swarmctl.checks import (
+    addresses,
+    identity,
+    lines,
+    links,
+    modes,
+    network,
+    radios,
+    references,
+    settings,
+)
 from swarmctl.checks.case import Case, Rule
 from swarmctl.checks.silences import silenced
 from swarmctl.spec.diagnostics import Diagnostic, has_errors, in_order
@@ -23,6 +33,8 @@ SENSE: tuple[Rule, ...] = (
     *identity.RULES,
     *settings.RULES,
     *links.RULES,
+    *lines.RULES,
+    *radios.RULES,
 )
 
 

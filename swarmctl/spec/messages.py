@@ -1,4 +1,4 @@
-"""How many bytes a ROS 1 message is when it is sent, from the fields of its type (templates/messages.yaml)."""
+"""How many bytes a ROS 1 message is when it is sent, from its fields (templates/messages.yaml)."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ Knows nothing of swarms: one type, one robot's settings, and the parameters that
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -291,14 +291,20 @@ def _lay(under: dict[str, Any], over: Mapping[str, Any]) -> None:
             under[key] = value
 
 
-def rates_of(robot_type: RobotType, settings: RobotSettings) -> dict[str, float]:
-    """How often a driver asks and publishes with merged ``settings``, Hz; 0 for what the robot lacks."""
-    rates = settings.rates
+def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
+    """How often a driver asks and publishes, Hz; 0 for what the robot lacks. ``layers`` as for ``merged``."""
     return {
-        "odom": _first(rates.odom, 10.0) if robot_type.protocol.read_position else 0.0,
-        "proximity": _first(rates.proximity, 5.0) if robot_type.sensors.proximity else 0.0,
-        "diagnostics": _first(rates.diagnostics, 1.0),
+        "odom": _last(10.0, [one.rates.odom for one in layers]) if robot_type.protocol.read_position else 0.0,
+        "proximity": _last(5.0, [one.rates.proximity for one in layers])
+        if robot_type.sensors.proximity
+        else 0.0,
+        "diagnostics": _last(1.0, [one.rates.diagnostics for one in layers]),
     }
+
+
+def command_timeout_of(*layers: RobotSettings) -> float:
+    """Seconds without an order after which a driver stops its robot. ``layers`` as for ``merged``."""
+    return _last(0.5, [one.command_timeout for one in layers])
 
 
 def params_of(
@@ -331,7 +337,7 @@ def params_of(
             "settle": link.settle,
             "hint": link.hint,
         },
-        "command_timeout": _first(tuned.command_timeout, 0.5),
+        "command_timeout": command_timeout_of(tuned),
         "rates": rates_of(robot_type, tuned),
         "kinematics": {
             "wheel_separation": separation,
@@ -353,8 +359,8 @@ def params_of(
     }
 
 
-def _first(given: float | None, default: float) -> float:
-    return float(default if given is None else given)
+def _last(default: float, given: Sequence[float | None]) -> float:
+    return float(next((one for one in reversed(given) if one is not None), default))
 
 
 def _scaled(scale: Scale, stretch: float) -> dict[str, Any]:

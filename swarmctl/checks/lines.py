@@ -1,0 +1,150 @@
+"""A robot's line carries what its driver asks of it, in time for the dead-man."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.checks.case import Case, Rule
+from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity, Span
+from swarmctl.spec.edits import mend, replace_value, set_key
+from swarmctl.spec.model import Serial
+from swarmctl.spec.robot_type import command_timeout_of
+from swarmctl.topology.interfaces import COMMAND
+from swarmctl.topology.lines import CAREFUL, COMMAND_RATE, LineBudget, Load, command_rates, layers
+from swarmctl.topology.names import namespace
+
+# What terminals know (termios(3)), from 300 on.
+BAUDS = (
+    300, 600, 1200, 1800, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000,
+    921600, 1000000, 1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000,
+)  # fmt: skip
+_PERIODS = 2  # orders that may be late before a robot stops for it
+
+
+def full_lines(case: Case) -> Iterator[Diagnostic]:
+    """LINE001, LINE002: the exchanges of a second fit into a second, with room for late replies."""
+    for index, budget in case.line_budgets.items():
+        load = budget.load
+        if load.share > CAREFUL:
+            yield _too_much(case, index, budget)
+
+
+def _too_much(case: Case, index: int, budget: LineBudget) -> Diagnostic:
+    load, robot = budget.load, budget.robot
+    never = load.least_share > 1
+    asked = ", ".join(f"{one.name} {one.rate:g} Hz" for one in load.exchanges)
+    figures = (
+        f"{load.needed:.0f} of {load.available:.0f} B/s, and {sum(one.rate for one in load.exchanges):g} "
+        f"replies a second to wait for"
+    )
+    share = load.least_share if never else load.share
+    verdict = "cannot carry" if never else "may not keep up with" if load.share > 1 else "is almost full with"
+    return Diagnostic(
+        "LINE001" if never else "LINE002",
+        f"the line of `{robot}` {verdict} what is asked of it: {share:.0%} of its time ({figures})",
+        _place(case, index, robot),
+        severity=Severity.ERROR if never else Severity.WARNING,
+        label=asked,
+        notes=(Note(case.span("links", index), f"{load.kind} at {load.baud} baud"),),
+        help=tuple(_mends(load)),
+        fix=_fix(case, robot, load),
+    )
+
+
+def _place(case: Case, index: int, robot: str) -> Span:
+    """Where the rates stand that are too high, else the line."""
+    settings = case.spec.robots[robot].settings
+    if settings.rates.model_fields_set:
+        return case.span("robots", robot, "settings", "rates")
+    link = case.spec.links[index]
+    return case.span("links", index, "baud" if isinstance(link, Serial) and link.baud else "robot")
+
+
+def _mends(load: Load) -> Iterator[str]:
+    fitting = load.fitting()
+    if fitting:
+        yield f"these fit: settings: {{rates: {{{_written(fitting)}}}}}"
+    else:
+        yield "the orders alone are too much for it; a faster line is needed"
+    if load.baud < 115200 and load.kind != "bluetooth":
+        yield "or raise `baud`, here and on the robot"
+    if load.kind == "usb" and load.least_share <= CAREFUL:
+        yield "or set the adapter's latency timer to 1 ms, measure, and silence this with the figure"
+
+
+def _written(rates: dict[str, float]) -> str:
+    return ", ".join(f"{name}: {rate:g}" for name, rate in rates.items())
+
+
+def _fix(case: Case, robot: str, load: Load) -> Fix | None:
+    """Lower rates in the robot's own settings, where it has rates of its own."""
+    fitting, rates = load.fitting(), ("robots", robot, "settings", "rates")
+    own = case.spec.robots[robot].settings.rates.model_fields_set
+    if not fitting or not own:
+        return None
+    changes = [set_key(case.document.source, rates, name, fitting[name]) for name in fitting if name in own]
+    return mend(f"lower the rates of `{robot}` to {_written(fitting)}", *changes) if changes else None
+
+
+def hasty_dead_men(case: Case) -> Iterator[Diagnostic]:
+    """LINE003: a robot waits longer for an order than orders and its line take to bring one."""
+    spec = case.spec
+    ordered = command_rates(spec, case.endpoints)
+    for budget in case.line_budgets.values():
+        robot = spec.robots[budget.robot]
+        timeout = command_timeout_of(*layers(spec, case.types[robot.type], robot.settings))
+        period = 1 / ordered.get(budget.robot, COMMAND_RATE)
+        least = max(_PERIODS * period, budget.load.cycle)
+        if timeout >= least:
+            continue
+        slow = "two orders" if least > budget.load.cycle else "one turn of all requests"
+        yield Diagnostic(
+            "LINE003",
+            f"robot `{budget.robot}` stops after {timeout:g} s without an order, "
+            f"and {slow} take {least:.2g} s",
+            _timeout_place(case, budget.robot),
+            severity=Severity.WARNING,
+            label="one late order stops the robot",
+            notes=tuple(_slow_commanders(case, budget.robot)),
+            help=(f"order more often, or allow at least `command_timeout: {least:.2g}` (2 s at most)",),
+        )
+
+
+def _timeout_place(case: Case, robot: str) -> Span:
+    own = case.spec.robots[robot].settings
+    if own.command_timeout is not None:
+        return case.span("robots", robot, "settings", "command_timeout")
+    return case.span("robots", robot, key=True)
+
+
+def _slow_commanders(case: Case, robot: str) -> Iterator[Note]:
+    topic = f"{namespace(robot)}/{COMMAND}"
+    for one in case.endpoints:
+        if one.publishes and one.topic == topic and one.rate is not None:
+            yield Note(case.span(*one.loc, "rate"), f"`{one.owner}` orders at {one.rate:g} Hz")
+
+
+def odd_bauds(case: Case) -> Iterator[Diagnostic]:
+    """LINE004: a speed that ports know; another one is most often a slip of the finger."""
+    for index, link in case.lines:
+        if isinstance(link, Serial) and link.baud is not None and link.baud not in BAUDS:
+            near = nearest_baud(link.baud)
+            yield Diagnostic(
+                "LINE004",
+                f"{link.baud} baud is no speed that serial ports have by name",
+                case.span("links", index, "baud"),
+                severity=Severity.WARNING,
+                label=f"the line of `{link.robot}`",
+                help=(f"did you mean {near}?",),
+                fix=mend(
+                    f"write {near}", replace_value(case.document.source, ("links", index, "baud"), near)
+                ),
+            )
+
+
+def nearest_baud(baud: int) -> int:
+    """The common speed nearest in proportion."""
+    return min(BAUDS, key=lambda one: max(one / baud, baud / one))
+
+
+RULES: tuple[Rule, ...] = (full_lines, hasty_dead_men, odd_bauds)

@@ -1,0 +1,195 @@
+"""What each robot's line carries: requests and replies in bytes, and the time they take. Pure numbers.
+
+A driver has one request on the line at a time and waits for its reply, so a line is full when the exchanges
+of a second take a second: the bytes at the line's speed, and the wait between a request and its reply.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from swarmctl.spec.model import Bluetooth, Serial, Spec
+from swarmctl.spec.robot_type import Query, RobotSettings, RobotType, rates_of
+from swarmctl.topology import names
+from swarmctl.topology.interfaces import COMMAND, Endpoint
+
+COMMAND_RATE = 10.0  # Hz of orders where no program says how often it sends them
+MOST_COMMANDS = 50.0  # Hz; a driver says a new speed every 20 ms at most
+LEAST_COMMANDS = 5.0  # Hz; it says an unchanged one again after 200 ms
+CAREFUL = 0.7  # share of its time above which a line has no room for a reply that comes late
+
+# Seconds between the end of a request and its reply. An FTDI adapter hands over what it has when its latency
+# timer runs out, 16 ms unless somebody set it to less (AN232B-04); no adapter is faster than a USB frame. By
+# Bluetooth, an e-puck brings all its sensors but the camera in one exchange at about 30 Hz (epuck_driver's
+# launch file), 20 ms of which are no bytes; request and reply take four slots of 625 us at least.
+USUAL_DELAY = {"usb": 0.016, "uart": 0.002, "bluetooth": 0.020}
+LEAST_DELAY = {"usb": 0.001, "uart": 0.0, "bluetooth": 0.0025}
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """A request and its reply, bytes each at their longest, and how often a second they are due."""
+
+    name: str
+    rate: float
+    request: int
+    reply: int
+
+    @property
+    def bytes(self) -> int:
+        return self.request + self.reply
+
+
+@dataclass(frozen=True)
+class Load:
+    """What is asked of a line: the same for all robots of a type whose rates and lines are alike."""
+
+    kind: str  # usb, uart or bluetooth
+    baud: int
+    bits: int  # a byte takes on the line, with its start, parity and stop bits
+    exchanges: tuple[Exchange, ...]
+
+    @property
+    def needed(self) -> float:
+        """Bytes a second, both ways."""
+        return sum(one.rate * one.bytes for one in self.exchanges)
+
+    @property
+    def available(self) -> float:
+        """Bytes a second that the line could carry without a pause."""
+        return self.baud / self.bits
+
+    def seconds(self, exchange: Exchange) -> float:
+        """How long one exchange usually takes."""
+        return exchange.bytes / self.available + USUAL_DELAY[self.kind]
+
+    @property
+    def share(self) -> float:
+        """Seconds of exchanges in a second, with the wait that is usual."""
+        return sum(one.rate * self.seconds(one) for one in self.exchanges)
+
+    @property
+    def least_share(self) -> float:
+        """The same with the shortest wait there can be; above 1 nothing helps."""
+        requests = sum(one.rate for one in self.exchanges)
+        return self.needed / self.available + requests * LEAST_DELAY[self.kind]
+
+    @property
+    def cycle(self) -> float:
+        """Seconds until every exchange has had its turn."""
+        return sum(self.seconds(one) for one in self.exchanges if one.rate > 0)
+
+    def fitting(self) -> dict[str, float]:
+        """The sensors' rates scaled down until they fit with room to spare; none if orders alone do not."""
+        orders = sum(one.rate * self.seconds(one) for one in self.exchanges if one.name == COMMAND)
+        sensors = {one.name: one for one in self.exchanges if one.name != COMMAND and one.rate > 0}
+        asked = sum(one.rate * self.seconds(one) for one in sensors.values())
+        factor = (CAREFUL - orders) / asked if asked else 0.0
+        fitting = {name: int(one.rate * min(factor, 1.0) * 10) / 10 for name, one in sensors.items()}
+        return fitting if all(rate > 0 for rate in fitting.values()) else {}
+
+
+@dataclass(frozen=True)
+class LineBudget:
+    """One robot's line, and the host at its other end."""
+
+    robot: str
+    host: str
+    load: Load
+
+    def to_json(self) -> dict[str, object]:
+        load = self.load
+        return {
+            "robot": self.robot,
+            "host": self.host,
+            "kind": load.kind,
+            "baud": load.baud,
+            "bytes_per_second": round(load.needed, 1),
+            "bytes_per_second_available": round(load.available, 1),
+            "share": round(load.share, 3),
+            "least_share": round(load.least_share, 3),
+            "cycle_seconds": round(load.cycle, 4),
+            "exchanges": [
+                {"name": one.name, "rate": one.rate, "request": one.request, "reply": one.reply}
+                for one in load.exchanges
+            ],
+        }
+
+
+def line_budgets(
+    spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpoint]
+) -> Iterator[tuple[int, LineBudget]]:
+    """Every line, with its index in ``links``. Robots that are alike share one ``Load``."""
+    ordered = command_rates(spec, endpoints)
+    loads: dict[tuple[object, ...], Load] = {}
+    for index, link in enumerate(spec.links):
+        if not isinstance(link, (Serial, Bluetooth)):
+            continue
+        robot = spec.robots[link.robot]
+        robot_type = types[robot.type]
+        rates = rates_of(robot_type, *layers(spec, robot_type, robot.settings))
+        kind = line_kind(link)
+        baud = link.baud if isinstance(link, Serial) and link.baud else robot_type.link.baud
+        commands = ordered.get(link.robot, COMMAND_RATE)
+        key = (robot.type, kind, baud, commands, rates["odom"], rates["proximity"])
+        load = loads.get(key)
+        if load is None:
+            load = loads[key] = load_of(robot_type, kind, baud, commands, rates)
+        yield index, LineBudget(link.robot, link.host, load)
+
+
+def layers(spec: Spec, robot_type: RobotType, own: RobotSettings) -> tuple[RobotSettings, ...]:
+    """The settings of one robot from general to special, as ``resolve`` merges them."""
+    return spec.defaults.robot, robot_type.settings, own
+
+
+def line_kind(link: Serial | Bluetooth) -> str:
+    if isinstance(link, Bluetooth):
+        return "bluetooth"
+    return "usb" if link.usb is not None else "uart"
+
+
+def command_rates(spec: Spec, endpoints: Sequence[Endpoint]) -> dict[str, float]:
+    """How often a robot is given orders, Hz, as far as programs say how often they publish them."""
+    said: dict[str, float] = {}
+    for one in endpoints:
+        if one.publishes and one.rate is not None and one.topic.endswith(COMMAND):
+            said[one.topic] = max(one.rate, said.get(one.topic, 0.0))
+    if not said:
+        return {}
+    topics = {f"{names.namespace(robot)}/{COMMAND}": robot for robot in spec.robots}
+    return {topics[topic]: rate for topic, rate in said.items() if topic in topics}
+
+
+def load_of(robot_type: RobotType, kind: str, baud: int, commands: float, rates: Mapping[str, float]) -> Load:
+    """What a driver with these ``rates`` asks of its line while it is given ``commands`` orders a second."""
+    link, protocol = robot_type.link, robot_type.protocol
+    bits = 1 + link.bytesize + (link.parity != "none") + link.stopbits
+    said = min(MOST_COMMANDS, max(LEAST_COMMANDS, commands))
+    order = Exchange(COMMAND, said, len(_speed_request(robot_type)) + 1, _reply(protocol.set_speed, 0))
+    exchanges = [order]
+    if protocol.read_position is not None:
+        counter = len(str(-(2 ** (robot_type.kinematics.counter_bits - 1))))
+        exchanges.append(_question("odom", rates["odom"], protocol.read_position, counter))
+    if protocol.read_proximity is not None and robot_type.sensors.proximity is not None:
+        reading = len(str(robot_type.sensors.proximity.max_reading))
+        exchanges.append(_question("proximity", rates["proximity"], protocol.read_proximity, reading))
+    return Load(kind, baud, bits, tuple(exchanges))
+
+
+def _question(name: str, rate: float, query: Query, digits: int) -> Exchange:
+    return Exchange(name, rate, len(query.send) + 1, _reply(query, digits))
+
+
+def _reply(query: Query, digits: int) -> int:
+    """Numbers with a comma before each, then CR and LF. What is ignored may be a 32-bit number."""
+    return len(query.reply) + query.values * (1 + digits) + query.extra * 11 + 2
+
+
+def _speed_request(robot_type: RobotType) -> str:
+    """The longest order: both wheels backwards as fast as they go, in the finest units of the type."""
+    kinematics = robot_type.kinematics
+    units = max(scale.speed_units_per_mps for scale in kinematics.scales)
+    fastest = str(-round(kinematics.wheel_speed_max * units))
+    return robot_type.protocol.set_speed.send.replace("{left}", fastest).replace("{right}", fastest)
