@@ -6,6 +6,8 @@ from pathlib import Path
 
 from swarmctl.checks import (
     addresses,
+    boards,
+    capacity,
     identity,
     lines,
     links,
@@ -35,6 +37,8 @@ SENSE: tuple[Rule, ...] = (
     *links.RULES,
     *lines.RULES,
     *radios.RULES,
+    *boards.RULES,
+    *capacity.RULES,
 )
 
 

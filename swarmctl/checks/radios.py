@@ -1,4 +1,4 @@
-"""A Bluetooth adapter serves as many robots as a piconet has members, and as its air time allows."""
+"""A Bluetooth adapter serves no more robots than can be connected at once."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity
 from swarmctl.spec.edits import mend, set_key
-from swarmctl.topology.radios import CAREFUL, MOST, SLOTS, STABLE, RadioBudget, radio_budgets, spread
+from swarmctl.topology.radios import MOST, STABLE, RadioBudget, radio_budgets, spread
 
 
 def crowded_adapters(case: Case) -> Iterator[Diagnostic]:
@@ -35,25 +35,6 @@ def crowded_adapters(case: Case) -> Iterator[Diagnostic]:
             help=(_mend(case, budgets, budget, moves),),
             fix=_fix(case, budget, moves),
         )
-
-
-def busy_air(case: Case) -> Iterator[Diagnostic]:
-    """RADIO003: the exchanges of all robots of an adapter leave slots to say again what was lost."""
-    for budget in _budgets(case):
-        if budget.share > CAREFUL and len(budget.members) <= MOST:
-            rates = "; ".join(
-                f"`{robot}`: {sum(one.rate for one in case.line_budgets[index].load.exchanges):g} exchanges/s"
-                for robot, index in zip(budget.members, budget.links, strict=True)
-            )
-            yield Diagnostic(
-                "RADIO003",
-                f"adapter `{budget.adapter}` of host `{budget.host}` is on the air {budget.share:.0%} "
-                f"of the time ({budget.slots:.0f} of {SLOTS} slots a second)",
-                case.span("links", budget.links[0], "robot"),
-                severity=Severity.WARNING,
-                label="the first robot on it",
-                help=(f"lower the rates of its robots ({rates}), or spread them over more adapters",),
-            )
 
 
 def _budgets(case: Case) -> tuple[RadioBudget, ...]:
@@ -99,4 +80,4 @@ def _fix(case: Case, crowded: RadioBudget, moves: dict[str, str] | None) -> Fix 
     return mend(f"spread the robots over the adapters of `{crowded.host}`", *edits)
 
 
-RULES: tuple[Rule, ...] = (crowded_adapters, busy_air)
+RULES: tuple[Rule, ...] = (crowded_adapters,)

@@ -15,7 +15,6 @@ from swarmctl.topology.lines import Load
 MOST = 7  # active members of a piconet
 STABLE = 4  # robots that people report to stay connected (mmwise/sphero_ros#13)
 SLOTS = 1600  # a second
-CAREFUL = 0.7  # share of the slots above which what is lost cannot be said again in time
 _PACKETS = ((27, 1), (183, 3), (339, 5))  # bytes and slots, basic rate
 _FRAMING = 9  # bytes of L2CAP and RFCOMM around each packet
 
@@ -47,22 +46,22 @@ class RadioBudget:
 
 def radio_budgets(spec: Spec, loads: Mapping[int, Load]) -> tuple[RadioBudget, ...]:
     """Every adapter that serves a robot, in the order of the spec. ``loads`` by index of the link."""
-    served: dict[tuple[str, str], list[int]] = {}
+    served: dict[tuple[str, str], dict[int, str]] = {}
     for index, link in enumerate(spec.links):
         if isinstance(link, Bluetooth):
             have = spec.hosts[link.host].bluetooth
             adapter = link.adapter or next(iter(have), None)
             if adapter is not None:
-                served.setdefault((link.host, adapter), []).append(index)
+                served.setdefault((link.host, adapter), {})[index] = link.robot
     return tuple(
         RadioBudget(
             host,
             adapter,
-            tuple(_robot(spec, index) for index in links),
-            tuple(links),
-            sum(slots_of(loads[index]) for index in links if index in loads),
+            tuple(robots.values()),
+            tuple(robots),
+            sum(slots_of(loads[index]) for index in robots),
         )
-        for (host, adapter), links in served.items()
+        for (host, adapter), robots in served.items()
     )
 
 
@@ -90,9 +89,3 @@ def _slots(size: int) -> int:
     whole, rest = divmod(size + _FRAMING, _PACKETS[-1][0])
     last = next((slots for most, slots in _PACKETS if rest <= most), 0) if rest else 0
     return whole * _PACKETS[-1][1] + last
-
-
-def _robot(spec: Spec, index: int) -> str:
-    link = spec.links[index]
-    assert isinstance(link, Bluetooth)
-    return link.robot
