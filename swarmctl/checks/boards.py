@@ -84,7 +84,9 @@ def _unknown(case: Case, budget: BoardBudget, one: Carried) -> Diagnostic:
         if known is None
         else f"how large a {one.topic.type} is depends on what is in it ({known.bytes} bytes when empty)"
     )
-    near = did_you_mean(one.topic.type, known_types(), "") if known is None else ()
+    package = one.topic.type.partition("/")[0] + "/"
+    beside = [name for name in known_types() if name.startswith(package)]
+    near = did_you_mean(one.topic.type, beside, f"types of {package[:-1]}") if known is None else ()
     return Diagnostic(
         "BOARD004",
         f"{what}; the {budget.name} of `{budget.program}` lets {room} bytes pass",
@@ -137,8 +139,8 @@ def announcements(case: Case) -> Iterator[Diagnostic]:
             if one.announcement > budget.board.sends:
                 yield Diagnostic(
                     "BOARD008",
-                faster = next((one for one in BAUDS if seconds * budget.baud / one < PATIENCE), BAUDS[-1])
-                    f"{one.announcement} of {budget.board.sends} bytes",
+                    f"the {budget.name} of `{budget.program}` cannot announce `{one.topic.topic}`: "
+                    f"that takes {one.announcement} of {budget.board.sends} bytes",
                     case.span("programs", budget.program, one.key, one.index, "topic"),
                     label="name and type are too long",
                     help=("give it a shorter name, and `remap` it here",),

@@ -71,7 +71,7 @@ def networks(case: Case) -> Iterator[Diagnostic]:
             never = budget.share > 1
             flows = budget.largest(3)
             largest = ", ".join(
-                f"`{flow.topic}` {flow.bytes_per_second * 8 / 1e6:.2g} Mbit/s" for flow in flows
+                f"`{flow.topic}` {flow.bytes_per_second * 8 / 1e6:.3g} Mbit/s" for flow in flows
             )
             sources = {one.topic: one for one in case.endpoints if one.publishes}
             yield Diagnostic(

@@ -16,8 +16,8 @@ from swarmctl.topology.address import Ip, Subnet
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.graph import Node, graph_of
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
-from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.lines import LineBudget, line_budgets
+from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.swarm import Bridge, Island
 
 Line = Serial | Bluetooth

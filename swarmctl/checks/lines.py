@@ -95,18 +95,17 @@ def hasty_dead_men(case: Case) -> Iterator[Diagnostic]:
         timeout = command_timeout_of(*layers(spec, case.types[robot.type], robot.settings))
         period = 1 / ordered.get(budget.robot, COMMAND_RATE)
         least = max(_PERIODS * period, budget.load.cycle)
-        if timeout >= least:
+        if timeout >= least or budget.load.least_share > 1:
             continue
-        slow = "two orders" if least > budget.load.cycle else "one turn of all requests"
+        slow = "two orders take" if least > budget.load.cycle else "one turn of all requests takes"
         yield Diagnostic(
             "LINE003",
-            f"robot `{budget.robot}` stops after {timeout:g} s without an order, "
-            f"and {slow} take {least:.2g} s",
+            f"robot `{budget.robot}` stops after {timeout:g} s without an order, and {slow} {least:.2g} s",
             _timeout_place(case, budget.robot),
             severity=Severity.WARNING,
             label="one late order stops the robot",
             notes=tuple(_slow_commanders(case, budget.robot)),
-            help=(f"order more often, or allow at least `command_timeout: {least:.2g}` (2 s at most)",),
+            help=(f"order more often, or allow at least `command_timeout: {least:.2g}` (2 at most)",),
         )
 
 

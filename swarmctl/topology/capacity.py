@@ -95,7 +95,9 @@ class NetworkBudget:
         return self.needed_mbps / self.capacity_mbps
 
     def largest(self, count: int) -> list[Flow]:
-        return sorted(self.flows, key=lambda flow: -flow.bytes_per_second)[:count]
+        """The flows that matter most, each at least a hundredth of the whole."""
+        worth = [flow for flow in self.flows if flow.bytes_per_second * 8e2 >= self.needed_mbps * 1e6]
+        return sorted(worth, key=lambda flow: -flow.bytes_per_second)[:count]
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -129,7 +131,7 @@ def host_budgets(
             ("system", SYSTEM_MB),
             ("master", MASTER_MB if name in served else 0),
             ("multimaster", BRIDGE_MB if name in served and len(islands) > 1 else 0),
-            (f"{drivers[name]} drivers", drivers[name] * DRIVER_MB),
+            (f"{drivers[name]} driver{'s' if drivers[name] > 1 else ''}", drivers[name] * DRIVER_MB),
             *programs.get(name, ()),
         ]
         taken = tuple(part for part in parts if part[1])

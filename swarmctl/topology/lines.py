@@ -86,8 +86,13 @@ class Load:
         sensors = {one.name: one for one in self.exchanges if one.name != COMMAND and one.rate > 0}
         asked = sum(one.rate * self.seconds(one) for one in sensors.values())
         factor = (CAREFUL - orders) / asked if asked else 0.0
-        fitting = {name: int(one.rate * min(factor, 1.0) * 10) / 10 for name, one in sensors.items()}
+        fitting = {name: _rounded_down(one.rate * min(factor, 1.0)) for name, one in sensors.items()}
         return fitting if all(rate > 0 for rate in fitting.values()) else {}
+
+
+def _rounded_down(rate: float) -> float:
+    """A rate as people write it: whole numbers, and tenths where it is low."""
+    return float(int(rate)) if rate >= 2 else max(0.0, int(rate * 10) / 10)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,192 @@
+"""Budgets are arithmetic on facts: each number here was worked out by hand from a manual or a source file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarmctl.checks.check import check
+from swarmctl.spec.boards import boards
+from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.edits import apply
+from swarmctl.spec.load import load_text
+from swarmctl.spec.messages import known_types, size_of
+from swarmctl.spec.model import Program
+from swarmctl.topology.boards import board_budget
+from swarmctl.topology.capacity import on_the_wire
+from swarmctl.topology.lines import Load, load_of
+from swarmctl.topology.radios import MOST, STABLE, RadioBudget, spread
+
+TYPES = load_catalog().types
+DEFAULT = {"odom": 10.0, "proximity": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("type_name", "size"),
+    [
+        ("geometry_msgs/Twist", 48),
+        ("std_msgs/Int16", 2),
+        ("std_msgs/Int32", 4),
+        ("geometry_msgs/Vector3", 24),
+        ("std_msgs/Header", 16 + 16),  # its frame's name counts as 16 characters
+        ("sensor_msgs/Range", 33 + 16),
+        ("nav_msgs/Odometry", 700 + 2 * 16),
+        ("sensor_msgs/Imu", 312 + 16),
+    ],
+)
+def test_sizes_of_messages_as_they_are_sent(type_name: str, size: int) -> None:
+    found = size_of(type_name)
+    assert found is not None
+    assert (found.bytes, found.open) == (size, False)
+
+
+@pytest.mark.parametrize("type_name", ["std_msgs/String", "std_msgs/Int32MultiArray", "sensor_msgs/Image"])
+def test_a_text_or_a_list_may_have_any_size(type_name: str) -> None:
+    found = size_of(type_name)
+    assert found is not None
+    assert found.open
+
+
+def test_every_type_of_the_catalog_has_a_size() -> None:
+    assert all(size_of(name) is not None for name in known_types())
+    assert size_of("wheel_msgs/Ticks") is None
+
+
+@pytest.mark.parametrize(
+    ("robot", "exchanges"),
+    [
+        # D,-100,-100 LF and d CR LF; H LF and h,-2147483648,-2147483648 CR LF; N LF and n,1023 times 16 CR LF
+        ("koala", {"cmd_vel": (12, 3), "odom": (2, 27), "proximity": (2, 83)}),
+        # D,l-65179,l-65179 CR; N brings eleven readings up to 4095 and a time stamp
+        ("khepera3", {"cmd_vel": (18, 3), "odom": (2, 27), "proximity": (2, 69)}),
+        # D,-1000,-1000 CR; counters of 16 bits; eight readings, and two more on the second serial line
+        ("epuck", {"cmd_vel": (14, 3), "odom": (2, 17), "proximity": (2, 65)}),
+    ],
+)
+def test_requests_and_replies_at_their_longest(robot: str, exchanges: dict[str, tuple[int, int]]) -> None:
+    load = load_of(TYPES[robot], "usb", 115200, 10.0, DEFAULT)
+    assert {one.name: (one.request, one.reply) for one in load.exchanges} == exchanges
+
+
+def test_the_koalas_longest_reply_takes_as_long_as_its_manual_says() -> None:
+    """85 bytes with two stop bits: 96 ms at 9600 baud, 24 ms at 38400."""
+    for baud, seconds in ((9600, 0.0974), (38400, 0.0243)):
+        load = load_of(TYPES["koala"], "uart", baud, 10.0, DEFAULT)
+        assert load.exchanges[2].bytes / load.available == pytest.approx(seconds, rel=0.01)
+
+
+def koala(baud: int, kind: str = "usb", odom: float = 10.0, proximity: float = 5.0) -> Load:
+    return load_of(TYPES["koala"], kind, baud, 10.0, {"odom": odom, "proximity": proximity})
+
+
+def test_an_ftdi_adapter_bounds_the_requests_whatever_the_baud_rate() -> None:
+    fast, faster = koala(115200, odom=50.0), koala(4_000_000, odom=50.0)
+    assert fast.share > 1 > fast.least_share
+    assert faster.share > 1
+
+
+@given(st.floats(0.5, 50), st.floats(0.5, 50), st.sampled_from([9600, 38400, 115200]))
+def test_the_rates_that_are_said_to_fit_do_fit(odom: float, proximity: float, baud: int) -> None:
+    fitting = koala(baud, odom=odom, proximity=proximity).fitting()
+    if fitting:
+        assert fitting["odom"] <= odom
+        assert fitting["proximity"] <= proximity
+        assert koala(baud, odom=fitting["odom"], proximity=fitting["proximity"]).share <= 0.7 + 1e-9
+
+
+@given(
+    st.lists(st.integers(0, 12), min_size=1, max_size=4),
+    st.sampled_from([STABLE, MOST]),
+)
+def test_robots_are_spread_with_the_fewest_moves(counts: list[int], most: int) -> None:
+    adapters = [f"hci{number}" for number in range(len(counts))]
+    budgets = [
+        RadioBudget("pi", adapter, tuple(f"{adapter}-{one}" for one in range(count)), (), 0.0)
+        for adapter, count in zip(adapters, counts, strict=True)
+        if count
+    ]
+    moves = spread(budgets, adapters, most)
+    if sum(counts) > most * len(counts):
+        assert moves is None
+        return
+    assert moves is not None
+    at = {robot: moves.get(robot, one.adapter) for one in budgets for robot in one.members}
+    assert all(list(at.values()).count(adapter) <= most for adapter in adapters)
+    assert len(moves) == sum(max(0, count - most) for count in counts)  # nobody can do with fewer
+
+
+def program(**fields: object) -> Program:
+    return Program.model_validate({"host": "pi", "board": "arduino-uno", **fields})
+
+
+def test_a_board_sends_what_fits_beside_the_frame_and_receives_what_fits_alone() -> None:
+    budget = board_budget(
+        "wheels",
+        program(
+            publishes=({"topic": "a", "type": "std_msgs/Int32", "rate": 100.0},),
+            subscribes=({"topic": "cmd_vel", "type": "geometry_msgs/Twist", "rate": 10.0},),
+        ),
+        boards()["arduino-uno"],
+    )
+    sent, received = budget.topics
+    assert (budget.room(sent), budget.room(received)) == (272, 280)
+    assert budget.needed == 100 * (4 + 8)  # the busier direction alone: the line carries both at once
+    assert budget.available == 5760
+    # rosserial's own `pub info` of lwheel takes 78 bytes (research with the compiled client): 8 + 50 + 6 + 14
+    assert (
+        board_budget(
+            "w",
+            program(publishes=({"topic": "lwheel", "type": "std_msgs/Int32"},)),
+            boards()["arduino-uno"],
+        )
+        .topics[0]
+        .announcement
+        == 0x46 + 8
+    )
+
+
+def test_every_board_has_room_for_a_twist() -> None:
+    assert all(board.receives >= 48 and board.sends >= 48 + 8 for board in boards().values())
+
+
+@pytest.mark.parametrize(("size", "wire"), [(48, 118), (1444, 1514), (1445, 1581), (921600, 963646)])
+def test_bytes_on_the_wire(size: int, wire: int) -> None:
+    assert on_the_wire(size) == wire
+
+
+BROKEN = Path(__file__).parents[1] / "spec/broken"
+DOUBTFUL = Path(__file__).parents[1] / "spec/doubtful"
+
+
+@pytest.mark.parametrize(
+    ("spec", "code"),
+    [
+        (BROKEN / "line-too-slow.yaml", "LINE001"),
+        (BROKEN / "radio-eight-robots-two-adapters.yaml", "RADIO001"),
+        (BROKEN / "board-baud-typo.yaml", "BOARD009"),
+        (DOUBTFUL / "line-almost-full.yaml", "LINE002"),
+        (DOUBTFUL / "radio-five-robots.yaml", "RADIO002"),
+        (DOUBTFUL / "baud-odd.yaml", "LINE004"),
+    ],
+)
+def test_the_mend_that_is_offered_mends(spec: Path, code: str) -> None:
+    text = spec.read_text("utf-8")
+    [finding] = [one for one in found_in(text) if one.code == code]
+    assert finding.fix is not None
+    assert code not in {one.code for one in found_in(apply(text, finding.fix.edits))}
+
+
+def found_in(text: str) -> tuple:
+    document, found = load_text(text, "swarm.yaml", load_catalog())
+    assert document is not None, found
+    return check(document)
+
+
+def test_defaults_fit_every_robot_of_the_catalog_on_every_line_it_has() -> None:
+    for name, robot_type in TYPES.items():
+        for kind in robot_type.link.kinds:
+            line = "usb" if kind == "serial" else kind
+            assert load_of(robot_type, line, robot_type.link.baud, 10.0, DEFAULT).share < 0.7, (name, kind)
