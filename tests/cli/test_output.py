@@ -158,7 +158,8 @@ def test_paths_in_ci_are_those_of_the_repository(variable: str, validate: Callab
     ],
 )
 def test_colour_on_a_terminal(arguments: tuple[str, ...], env: dict[str, str], coloured: bool) -> None:
-    assert ("\x1b[" in on_terminal(WRONG, *arguments, **env)) is coloured
+    shown = on_terminal(WRONG, *arguments, **env)
+    assert ("\x1b[1;31m" in shown) is ("\x1b" in shown) is coloured
 
 
 @pytest.mark.parametrize(
@@ -175,7 +176,8 @@ def test_colour_in_a_pipe(
     arguments: tuple[str, ...], env: dict[str, str], coloured: bool, validate: Callable[..., Ran]
 ) -> None:
     ran = validate(WRONG, *arguments, **env)
-    assert ("\x1b[" in ran.stdout + ran.stderr) is coloured
+    shown = ran.stdout + ran.stderr
+    assert ("\x1b[1;31m" in shown) is ("\x1b" in shown) is coloured
 
 
 def test_colour_is_chosen_for_every_verb() -> None:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from swarmctl.spec.diagnostics import Diagnostic, Edit, Fix, Note, Severity, Span
-from swarmctl.views.findings import github, gitlab, junit, sarif, summary
+from swarmctl.views.findings import concise, github, gitlab, junit, sarif, summary
 from swarmctl.views.findings import json as json_format
 from swarmctl.views.findings.formats import FORMATS
 from swarmctl.views.findings.report import Checked, Report, fingerprints, relative
@@ -83,6 +83,19 @@ def test_nothing_found_is_a_whole_document_as_well(name: str) -> None:
         assert etree.fromstring(text.encode()).get("tests") == "1"
     else:
         assert text == ""
+
+
+# ---------------------------------------------------------------------------- concise
+
+
+@given(reports)
+def test_a_concise_finding_is_one_line_that_hides_nothing(report: Report) -> None:
+    rows = concise.render(report).splitlines()
+    assert len(rows) == len(report.diagnostics)
+    for row, (one, found) in zip(rows, report.findings, strict=True):
+        assert row == printable(row)
+        assert row.startswith(printable(found.span.file if found.span else one.spec))
+        assert row.endswith(f"{found.severity.value}[{found.code}] {printable(found.message)}")
 
 
 # ---------------------------------------------------------------------------- json

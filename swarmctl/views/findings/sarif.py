@@ -110,5 +110,5 @@ def _region(span: Span) -> dict[str, int]:
 
 def uri(file: str) -> str:
     """A path as a URI reference, relative where the path is. Names that are no UTF-8 keep their bytes."""
-    path = quote(file.encode("utf-8", "surrogateescape"), safe="/")
+    path = quote(file.encode("utf-8", "surrogateescape"))
     return f"file://{path}" if file.startswith("/") else path
