@@ -58,7 +58,7 @@ def read(path: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:
         document, diagnostics = load(path)
         if document is None:
             return None, in_order(diagnostics)
-        found = check(document)
+        found = in_order([*diagnostics, *check(document)])
         if has_errors(found):
             return None, found
         return resolve(document), found

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from swarmctl import resources
-from swarmctl.spec.diagnostics import Diagnostic
+from swarmctl.spec.diagnostics import Diagnostic, has_errors
 from swarmctl.spec.model import Computer, Computers
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import parse
@@ -51,4 +51,7 @@ def _read(file: Path, model: type[M]) -> tuple[M | None, list[Diagnostic]]:
         source, problems = parse(file.read_text("utf-8"), str(file))
     except (OSError, UnicodeDecodeError) as error:
         return None, [Diagnostic("FILE001", f"cannot read {file}: {error}")]
-    return (None, problems) if problems else validated(model, source)
+    if has_errors(problems):
+        return None, problems
+    read, wrong = validated(model, source)
+    return read, [*problems, *wrong]

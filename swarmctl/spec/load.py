@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.spec.catalog import Catalog, load_catalog
-from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.diagnostics import Diagnostic, Severity, Span, has_errors
+from swarmctl.spec.limits import MAX_BYTES
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import Source, parse
 from swarmctl.spec.suggest import did_you_mean
 from swarmctl.spec.validation import validated
-
-MAX_BYTES = 16 << 20
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def _not_utf8(name: str, content: bytes, start: int) -> Diagnostic:
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    """Check the text of one spec. Without errors there is a document; with errors there is none."""
+    """The text of one spec, and its warnings; with errors there is no document."""
     source, diagnostics = parse(text, path)
     diagnostics = [*catalog.diagnostics, *diagnostics]
     if source.root is None or source.data is None:
@@ -92,10 +91,16 @@ def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, 
             diagnostics.append(_empty(path))
         return None, tuple(diagnostics)
     spec, problems = validated(Spec, source)
-    diagnostics += problems
-    if spec is None or diagnostics:
+    diagnostics = _without_echoes([*diagnostics, *problems])
+    if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
-    return Document(spec, source, catalog), ()
+    return Document(spec, source, catalog), tuple(diagnostics)
+
+
+def _without_echoes(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """What is wrong at a place makes a warning about the same place idle."""
+    wrong = {found.span for found in diagnostics if found.severity is Severity.ERROR}
+    return [found for found in diagnostics if found.severity is Severity.ERROR or found.span not in wrong]
 
 
 def _empty(path: str) -> Diagnostic:

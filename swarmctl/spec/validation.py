@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from itertools import islice
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.limits import MAX_FINDINGS
 from swarmctl.spec.model import KINDS
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.spec.vocabulary import described, known_keys, link_keys
 
 M = TypeVar("M", bound=BaseModel)
+
+_FIRST = 30  # entries of each list and mapping that are looked at where too many are wrong
 
 _TYPES = {
     "string_type": "text",
@@ -35,9 +39,29 @@ def validated(model: type[M], source: Source) -> tuple[M | None, list[Diagnostic
     try:
         return model.model_validate(source.data), []
     except ValidationError as errors:
-        return None, [
-            _diagnostic(error, source, model) for error in _causes(errors.errors(include_url=False), model)
-        ]
+        if errors.error_count() > MAX_FINDINGS:
+            return None, _of_many(model, source, errors.error_count())
+        return None, _told(errors, source, model)
+
+
+def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
+    """What is wrong with the first entries stands for the rest: ten thousand errors are a few, repeated."""
+    try:
+        model.model_validate(_beginning(source.data))
+    except ValidationError as errors:
+        if errors.error_count() <= MAX_FINDINGS:
+            return _told(errors, source, model)
+    return [Diagnostic("SPEC005", f"{count} values do not fit a spec", source.span())]
+
+
+def _beginning(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _beginning(value) for key, value in islice(data.items(), _FIRST)}
+    return tuple(map(_beginning, data[:_FIRST])) if isinstance(data, tuple) else data
+
+
+def _told(errors: ValidationError, source: Source, model: type[M]) -> list[Diagnostic]:
+    return [_diagnostic(error, source, model) for error in _causes(errors.errors(include_url=False), model)]
 
 
 def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:

@@ -17,10 +17,12 @@ from hypothesis import strategies as st
 from swarmctl.checks.check import check
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.limits import MAX_DEPTH
 from swarmctl.spec.load import load_text
 from swarmctl.spec.model import Spec
 from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import MAX_DEPTH, parse
+from swarmctl.spec.scalars import SWITCHES
+from swarmctl.spec.source import parse
 from swarmctl.spec.validation import _PATTERNS
 from swarmctl.views.findings import human
 from swarmctl.views.text import printable
@@ -149,7 +151,7 @@ scalars = st.one_of(
     ),
     st.text("abcxyzäöü日本 .-", max_size=12).map(lambda one: ('"' + one + '"', one)),
     st.from_regex(r"[a-z][a-z0-9/.:]{0,10}[a-z]", fullmatch=True)
-    .filter(lambda one: one not in ("true", "false", "null"))
+    .filter(lambda one: one not in ("true", "false", "null", *SWITCHES))
     .map(lambda one: (one, one)),
 )
 

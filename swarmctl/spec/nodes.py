@@ -1,0 +1,109 @@
+"""YAML text to a tree of nodes that know where they stand, or to what keeps it from having one."""
+
+from __future__ import annotations
+
+import io
+import re
+from typing import Any
+
+import yaml
+
+from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.limits import MAX_DEPTH, MAX_NODES, MAX_REPEATED, Room
+from swarmctl.spec.syntax import at, forbidden_character, syntax_error
+
+Pair = tuple[yaml.Node, yaml.Node]
+
+PLAIN = ""  # the tag of an unquoted scalar, and of a list or mapping, that has none
+TEXT = "!"  # the tag of a quoted or block scalar that has none
+
+# What YAML allows no text to hold, what turns the direction in which text is shown (UTS 55), and what ends a
+# line for some programs only.
+_FORBIDDEN = re.compile(
+    "[^\t\n\r\x20-\x7e\xa0-\u2027\u202f-\u2065\u206a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
+)
+
+
+class TooMuchError(Exception):
+    """The tree passes a limit below ``node``."""
+
+    def __init__(self, code: str, message: str, node: yaml.Node | None) -> None:
+        super().__init__(message)
+        self.code, self.node = code, node
+
+
+class _Stream(io.BytesIO):
+    """A text with its file's name, which every mark of its tree will carry, and the room that is left."""
+
+    def __init__(self, text: str, name: str, room: Room) -> None:
+        super().__init__(text.encode())
+        self.name, self.room = name, room
+
+
+_Base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class _Loader(_Base):  # type: ignore[misc]
+    """The composer, without the tags of YAML 1.1. It counts on its way, so that limits end it in time."""
+
+    def __init__(self, stream: _Stream) -> None:
+        super().__init__(stream)
+        self.room, self.depth = stream.room, 0
+
+    def descend_resolver(self, parent: yaml.Node | None, _: Any) -> None:
+        self.depth += 1
+        self.room.nodes -= 1
+        if self.depth > MAX_DEPTH + 1:  # one more for the scalars in the deepest list
+            raise TooMuchError("YAML004", TOO_DEEP, parent)
+        if self.room.nodes < 0:
+            raise TooMuchError("YAML014", f"there are more than {MAX_NODES} keys and values", parent)
+
+    def ascend_resolver(self) -> None:
+        self.depth -= 1
+
+    def resolve(self, kind: Any, _: str | None, implicit: Any) -> str:
+        return TEXT if kind is yaml.ScalarNode and not implicit[0] else PLAIN
+
+
+TOO_DEEP = f"this is nested more than {MAX_DEPTH} levels deep"
+
+
+def compose(text: str, name: str, room: Room) -> tuple[yaml.Node | None, Diagnostic | None]:
+    """The tree of one document, as far as there is ``room``; nothing for one without content."""
+    if (forbidden := _FORBIDDEN.search(text)) is not None:
+        return None, forbidden_character(text, forbidden.start(), name)
+    if text.count("*") > MAX_REPEATED:
+        return None, Diagnostic(
+            "YAML008",
+            f"there are more than {MAX_REPEATED} asterisks, which mark aliases",
+            Span(name, 1, 1, 1, 1),
+        )
+    try:
+        return yaml.compose(_Stream(text, name, room), Loader=_Loader), None
+    except yaml.MarkedYAMLError as error:
+        return None, syntax_error(error, text, name)
+    except TooMuchError as error:
+        place = Span(name, 1, 1, 1, 1) if error.node is None else at(error.node.start_mark)
+        return None, Diagnostic(error.code, str(error), place)
+
+
+def span_of(node: yaml.Node) -> Span:
+    """Where a node stands, in its own file."""
+    start, end = node.start_mark, node.end_mark
+    return Span(start.name, start.line + 1, start.column + 1, end.line + 1, end.column + 1)
+
+
+def pairs_of(node: yaml.MappingNode) -> dict[str, Pair]:
+    """The keys of a mapping with their values; the first of those that stand there twice."""
+    pairs = ((key, value) for key, value in reversed(node.value) if isinstance(key, yaml.ScalarNode))
+    return {key.value: (key, value) for key, value in pairs}
+
+
+def is_plain(node: yaml.Node) -> bool:
+    """Whether this is an unquoted scalar without a tag."""
+    return isinstance(node, yaml.ScalarNode) and node.tag == PLAIN
+
+
+def is_null(node: yaml.Node) -> bool:
+    """Whether this is nothing: ``~``, ``null``, or a key without a value."""
+    return is_plain(node) and node.value in ("", "~", "null", "Null", "NULL")

@@ -1,0 +1,114 @@
+"""What keeps a text from being YAML, in the words of the one who wrote it: where, why, how to mend it."""
+
+from __future__ import annotations
+
+import yaml
+
+from swarmctl.spec.diagnostics import Diagnostic, Note, Span
+
+
+def at(mark: yaml.Mark) -> Span:
+    """The one character at a mark."""
+    return Span(mark.name, mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
+
+
+# What libyaml says, what that means to the one who wrote the file, and how to mend it.
+_TOLD = (
+    ("expected ',' or '}'", "this bracket is not closed, or a comma is missing in it", "close it with `}`"),
+    ("expected ',' or ']'", "this bracket is not closed, or a comma is missing in it", "close it with `]`"),
+    (
+        "unexpected end of stream",
+        "this quote is not closed",
+        "close it, or double it where it belongs to the text",
+    ),
+    (
+        "mapping values are not allowed",
+        "a second `:` cannot stand here",
+        "indent the keys of one block alike; put text that holds a colon and a blank in quotes",
+    ),
+    ("expected key", "this line belongs to no block above it", "keys of one block start in the same column"),
+    (
+        "expected '-' indicator",
+        "this is no entry of the list above it",
+        "entries of one list start with `- ` in one column",
+    ),
+    ("could not find expected ':'", "this key has no colon", "write it like `name: lab`"),
+    ("another document", "a second document begins here", "a spec is one document; remove the line `---`"),
+    (
+        "undefined alias",
+        "this names an anchor that is nowhere set",
+        "put text that starts with `*` in quotes",
+    ),
+    ("duplicate anchor", "this anchor is set twice", "give each anchor a name of its own"),
+    (
+        "unknown escape character",
+        "this backslash escapes nothing",
+        "use single quotes for text with backslashes",
+    ),
+)
+_OPENED = (
+    "expected ',' or",
+    "unexpected end of stream",
+)  # what was opened says more than where its end was missed
+
+
+def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnostic:
+    mark, place = error.problem_mark or error.context_mark, error.context_mark
+    problem = " ".join((error.problem or error.context or "it makes no sense").split())
+    if mark is None:
+        return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
+    message, mend = f"this is not YAML: {problem}", ""
+    for words, told, help_ in _TOLD:
+        if words in problem:
+            message, mend = told, help_
+    if problem.startswith(("found character that cannot start", "found a tab")):
+        message, mend = _odd_character(text, mark)
+    notes: tuple[Note, ...] = ()
+    if place is not None and place.line != mark.line and any(words in problem for words in _OPENED):
+        if mark.index < len(text.rstrip()):
+            notes = (Note(at(mark), "the end was expected before this"),)
+        mark = place
+    elif place is not None and "anchor" in problem:
+        notes = (Note(at(place), "first here"),)
+    return Diagnostic("YAML001", message, at(mark), notes=notes, help=(mend,) if mend else ())
+
+
+def _odd_character(text: str, mark: yaml.Mark) -> tuple[str, str]:
+    char = text[mark.index : mark.index + 1]
+    if char == "\t":
+        return "a tab cannot indent YAML", "indent with spaces"
+    return f"text cannot start with `{char}`", "put the text in quotes"
+
+
+def forbidden_character(text: str, index: int, name: str) -> Diagnostic:
+    before = text[:index].splitlines() or [""]
+    if text[:index].endswith(("\n", "\r")):
+        before.append("")
+    line, column = len(before), len(before[-1]) + 1
+    span = Span(name, line, column, line, column + 1)
+    char = text[index]
+    if char in DIRECTIONS:
+        return turned_text(char, span)
+    if char in "\x85\u2028\u2029":
+        message = f"the character U+{ord(char):04X} ends a line for some programs and not for others"
+        return Diagnostic("YAML001", message, span, help=("put a plain line break in its place",))
+    return Diagnostic(
+        "YAML001",
+        f"the character U+{ord(char):04X} cannot stand in YAML",
+        span,
+        help=("remove it; it may have come along with copied text",),
+    )
+
+
+DIRECTIONS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+def turned_text(char: str, span: Span) -> Diagnostic:
+    """YAML013: what people read would not be what stands there (Unicode UTS 55, CVE-2021-42574)."""
+    return Diagnostic(
+        "YAML013",
+        f"the character U+{ord(char):04X} turns the direction of text",
+        span,
+        label="what is read here is not what stands here",
+        help=("remove it; right-to-left text needs none of these characters",),
+    )
