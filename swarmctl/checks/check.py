@@ -48,14 +48,14 @@ def check(document: Document) -> tuple[Diagnostic, ...]:
     found = [finding for rule in NAMES for finding in rule(case)]
     if not has_errors(found):
         found += [finding for rule in SENSE for finding in rule(case)]
-        found = list(silenced(found, document, {document.source.path: document.source.text}))
+        found = list(silenced(found, document, document.source.texts))
     return in_order(found)
 
 
-def read(path: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:
-    """A spec file to the resolved swarm; with errors there is none. Warnings come along with it."""
+def read(*layers: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:
+    """A spec, and what is laid over it, to the resolved swarm and warnings, or to errors."""
     with collector_paused():
-        document, diagnostics = load(path)
+        document, diagnostics = load(layers)
         if document is None:
             return None, in_order(diagnostics)
         found = in_order([*diagnostics, *check(document)])

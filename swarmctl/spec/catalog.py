@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -24,12 +25,12 @@ class Catalog:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def load_catalog(beside: Path | None = None) -> Catalog:
-    """The shipped catalog, with the robot types of the folder ``beside`` on top."""
+def load_catalog(beside: Path | None = None, others: Iterable[str] = ()) -> Catalog:
+    """The shipped catalog, with the robot types of the folder ``beside`` on top; ``others`` are no types."""
     shipped = _shipped()
     if beside is None or not beside.is_dir():
         return shipped
-    types, diagnostics = _types_in(beside)
+    types, diagnostics = _types_in(beside, {os.path.realpath(file) for file in others})
     return Catalog({**shipped.types, **types}, shipped.computers, (*shipped.diagnostics, *diagnostics))
 
 
@@ -40,8 +41,11 @@ def _shipped() -> Catalog:
     return Catalog(types, computers.root if computers else {}, (*diagnostics, *problems))
 
 
-def _types_in(folder: Path) -> tuple[dict[str, RobotType], tuple[Diagnostic, ...]]:
-    read = {file.stem: _read(file, RobotType) for file in sorted(folder.glob("*.yaml"))}
+def _types_in(
+    folder: Path, others: Set[str] = frozenset()
+) -> tuple[dict[str, RobotType], tuple[Diagnostic, ...]]:
+    files = [file for file in sorted(folder.glob("*.yaml")) if os.path.realpath(file) not in others]
+    read = {file.stem: _read(file, RobotType) for file in files}
     types = {name: robot_type for name, (robot_type, _) in read.items() if robot_type is not None}
     return types, tuple(found for _, problems in read.values() for found in problems)
 

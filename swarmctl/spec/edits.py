@@ -145,7 +145,8 @@ def _find(source: Source, loc: Loc) -> _Place | None:
 def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Place | None:
     if node is None:
         return None
-    found = layout(source.text)
+    file = node.start_mark.name
+    found = layout(source.texts[file])
     kind = _KINDS[type(node)]
     part = found.parts.get((node.start_mark.index, kind))
     if part is None or part.anchor in found.aliased or (part.flow and found.text[part.start] not in "[{"):
@@ -158,7 +159,7 @@ def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Pl
         written = holder.entries[number].key
         if written is not None and written.value != key.value:
             return None
-    return _Place(source.path, found, part, holder, number)
+    return _Place(file, found, part, holder, number)
 
 
 def _lines_of(value: Any) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 MAX_BYTES = 8 << 20
 """Of all files together. 10 000 robots are 2.5 MB; 8 MiB of wide characters are 32 MB in memory."""
@@ -33,8 +33,9 @@ MAX_CHAIN = 16
 
 @dataclass
 class Room:
-    """What is left of the limits while the files of one spec are read."""
+    """What is left of the limits while the files of one spec are read, and the texts that were."""
 
     bytes: int = MAX_BYTES
     nodes: int = MAX_NODES
     files: int = MAX_FILES
+    texts: dict[str, str] = field(default_factory=dict)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import yaml
+
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.diagnostics import Diagnostic, Severity, Span, has_errors
-from swarmctl.spec.limits import MAX_BYTES
+from swarmctl.spec.files import Read, content, text_of
+from swarmctl.spec.include import tree_of
+from swarmctl.spec.limits import Room
 from swarmctl.spec.model import Computer, Spec
+from swarmctl.spec.overlay import overlaid
 from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import Source, parse
-from swarmctl.spec.suggest import did_you_mean
+from swarmctl.spec.source import Source, source_of
 from swarmctl.spec.validation import validated
 
 
@@ -37,64 +41,57 @@ class Document:
         return {**self.catalog.computers, **self.spec.computers}
 
 
-def load(path: Path) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    """Read and check one spec file; robot types beside it are found in its folder ``robots/``."""
-    name = str(path)
-    try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-    except OSError as error:
-        return None, (_unreadable(path, error),)
-    if len(content) > MAX_BYTES:
-        return None, (
-            Diagnostic("FILE002", f"`{name}` is larger than {MAX_BYTES >> 20} MiB; that is no spec"),
-        )
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        return None, (_not_utf8(name, content, error.start),)
-    return load_text(text, name, load_catalog(path.resolve().parent / "robots"))
+def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+    """Read and check one spec: its file, and the files laid over it, each over those before.
 
-
-def _unreadable(path: Path, error: OSError) -> Diagnostic:
-    if isinstance(error, IsADirectoryError):
-        inside = sorted(one.name for one in path.glob("*.yaml"))
-        help_ = (f"did you mean `{path / inside[0]}`?",) if inside else ("name the YAML file in it",)
-        return Diagnostic("FILE001", f"`{path}` is a folder, not a spec", help=help_)
-    if isinstance(error, FileNotFoundError):
-        near = did_you_mean(
-            path.name, [one.name for one in path.parent.glob("*.yaml")], "YAML files in that folder"
-        )
-        return Diagnostic("FILE001", f"there is no file `{path}`", help=near)
-    return Diagnostic("FILE001", f"cannot read `{path}`: {error.strerror or error}")
-
-
-def _not_utf8(name: str, content: bytes, start: int) -> Diagnostic:
-    before = content[:start].decode("utf-8-sig").splitlines() or [""]
-    if content[:start].endswith((b"\n", b"\r")):
-        before.append("")
-    line, column = len(before), len(before[-1]) + 1
-    return Diagnostic(
-        "FILE003",
-        f"the byte 0x{content[start]:02X} makes no character in UTF-8",
-        Span(name, line, column, line, column + 1),
-        help=("save the file as UTF-8",),
-    )
+    Robot types beside the first file are found in its folder ``robots/``. ``read`` is the only way to files.
+    """
+    room = Room()
+    trees: list[yaml.Node] = []
+    diagnostics: list[Diagnostic] = []
+    for path in layers:
+        text = text_of(path, room, read)
+        root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, room, read)
+        trees += [root] if root is not None else []
+        diagnostics += found
+    catalog = load_catalog(layers[0].resolve().parent / "robots", room.texts)
+    return _document(trees, diagnostics, str(layers[0]), room, catalog)
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """The text of one spec, and its warnings; with errors there is no document."""
-    source, diagnostics = parse(text, path)
-    diagnostics = [*catalog.diagnostics, *diagnostics]
-    if source.root is None or source.data is None:
-        if not diagnostics:
-            diagnostics.append(_empty(path))
+    room = Room()
+    root, found = tree_of(text, Path(path), room)
+    return _document([root] if root is not None else [], found, path, room, catalog)
+
+
+def _document(
+    trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, room: Room, catalog: Catalog
+) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+    diagnostics = [*catalog.diagnostics, *found]
+    if has_errors(found):  # what is missing then would bring false complaints
         return None, tuple(diagnostics)
+    root, found = _one(trees)
+    source, wrong = source_of(root, path, room.texts)
+    diagnostics += [*found, *wrong]
+    if source.root is None or source.data is None:
+        return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(path))
     spec, problems = validated(Spec, source)
     diagnostics = _without_echoes([*diagnostics, *problems])
     if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
     return Document(spec, source, catalog), tuple(diagnostics)
+
+
+def _one(trees: Sequence[yaml.Node]) -> tuple[yaml.Node | None, list[Diagnostic]]:
+    """The one tree that the layers make. What changes a tree before it becomes data stands here."""
+    if not trees:
+        return None, []
+    root, diagnostics = trees[0], list[Diagnostic]()
+    for over in trees[1:]:
+        root, found = overlaid(root, over)
+        diagnostics += found
+    return root, diagnostics
 
 
 def _without_echoes(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

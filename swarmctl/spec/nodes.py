@@ -70,6 +70,7 @@ TOO_DEEP = f"this is nested more than {MAX_DEPTH} levels deep"
 
 def compose(text: str, name: str, room: Room) -> tuple[yaml.Node | None, Diagnostic | None]:
     """The tree of one document, as far as there is ``room``; nothing for one without content."""
+    room.texts[name] = text
     if (forbidden := _FORBIDDEN.search(text)) is not None:
         return None, forbidden_character(text, forbidden.start(), name)
     if text.count("*") > MAX_REPEATED:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,7 +19,8 @@ from swarmctl.spec.syntax import DIRECTIONS, turned_text
 Loc = Sequence[str | int]
 
 _STR = "tag:yaml.org,2002:str"
-_INCOMPLETE = {"YAML003", "YAML004", "YAML005", "YAML008"}  # what is missing would bring false complaints
+# What is missing then, or not what it seems to be, would only bring false complaints.
+_INCOMPLETE = {"YAML003", "YAML004", "YAML005", "YAML008", "YAML013"}
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Source:
     path: str
     data: Any
     root: yaml.Node | None = field(repr=False)
+    texts: Mapping[str, str] = field(repr=False)  # by file, as the marks name them
     _keys: dict[int, dict[str, Pair]] = field(default_factory=dict, repr=False, compare=False)
 
     def span(self, loc: Loc = (), *, key: bool = False) -> Span:
@@ -68,17 +70,19 @@ class Source:
 def parse(text: str, path: str) -> tuple[Source, list[Diagnostic]]:
     """One document of one file."""
     with collector_paused():
-        root, problem = compose(text, path, Room())
-        return source_of(root, path) if problem is None else (Source(path, None, None), [problem])
+        room = Room()
+        root, problem = compose(text, path, room)
+        source, found = source_of(root, path, room.texts)
+        return source, [*([problem] if problem else []), *found]
 
 
-def source_of(root: yaml.Node | None, path: str) -> tuple[Source, list[Diagnostic]]:
+def source_of(root: yaml.Node | None, path: str, texts: Mapping[str, str]) -> tuple[Source, list[Diagnostic]]:
     """The data of a tree; where too much of it is wrong, there is none."""
     builder = _Builder()
     data = None if root is None else builder.build(root)
     if any(found.code in _INCOMPLETE for found in builder.diagnostics):
         root, data = None, None
-    return Source(path, data, root), builder.diagnostics
+    return Source(path, data, root, texts), builder.diagnostics
 
 
 @contextmanager
