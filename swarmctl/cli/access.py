@@ -4,17 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from swarmctl.cli import console
+from swarmctl.cli import console, layers
+from swarmctl.cli.layers import Layers
 
 if TYPE_CHECKING:
     from swarmctl.remote.transport import Target
     from swarmctl.topology.swarm import Swarm
 
-Spec = Annotated[Path, typer.Argument(metavar="SPEC", help="The swarm's YAML file.")]
+_SPEC: Any = {
+    "metavar": "SPEC",
+    "parser": layers.file,
+    "default_factory": lambda: None,
+    "show_default": False,
+}
+Spec = Annotated[Layers, typer.Argument(help="The swarm's YAML file.", callback=layers.needed, **_SPEC)]
+Specs = Annotated[
+    list[Layers], typer.Argument(help="YAML files, each a swarm's.", callback=layers.each, **_SPEC)
+]
+AnySpec = Annotated[
+    Layers | None, typer.Argument(help="The swarm's YAML file.", callback=layers.given, **_SPEC)
+]
+Overlays = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--file", "-f", metavar="FILE", is_eager=True,
+        help="Lay this file over SPEC (repeatable); without SPEC the first one is the spec.",
+    ),
+]  # fmt: skip
 Lab = Annotated[
     bool, typer.Option("--lab", help="Reach the hosts of the running lab instead of the real ones.")
 ]
@@ -52,7 +72,7 @@ def in_lab(lab: bool, lab_name: str) -> bool:
     return lab or bool(lab_name)
 
 
-def targets(spec: Path, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
+def targets(spec: Layers, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
     """How to reach every host. With ``lab``, this process moves into the lab's network for good."""
     return (
         _lab_targets(lab_name or swarm.name, spec, swarm)
@@ -61,7 +81,7 @@ def targets(spec: Path, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[st
     )
 
 
-def _lab_targets(name: str, spec: Path, swarm: Swarm) -> Mapping[str, Target]:
+def _lab_targets(name: str, spec: Layers, swarm: Swarm) -> Mapping[str, Target]:
     from swarmctl.lab import lab as labs
     from swarmctl.lab import network
     from swarmctl.lab.errors import LabError
@@ -85,10 +105,10 @@ def _lab_targets(name: str, spec: Path, swarm: Swarm) -> Mapping[str, Target]:
     }
 
 
-def _real_targets(spec: Path, swarm: Swarm) -> Mapping[str, Target]:
+def _real_targets(spec: Layers, swarm: Swarm) -> Mapping[str, Target]:
     from swarmctl.cli import targets as real
 
-    found, warnings = real.targets(swarm, real.read_lock(spec))
+    found, warnings = real.targets(swarm, real.read_lock(spec.first))
     for warning in warnings:
         console.err().print(f"warning: {warning}")
     return found

@@ -20,6 +20,7 @@ from swarmctl.cli import exits
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from swarmctl.cli.layers import Layers
     from swarmctl.spec.diagnostics import Diagnostic
     from swarmctl.topology.swarm import Swarm
 
@@ -115,14 +116,14 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
     return texts
 
 
-def read_spec(spec: Path) -> Swarm:
-    """The resolved swarm of a spec file; with errors in it, they are shown and the program ends."""
+def read_spec(spec: Layers) -> Swarm:
+    """The resolved swarm of a spec; with errors in it, they are shown and the program ends."""
     from swarmctl.checks.check import read
     from swarmctl.topology.modes import READY
     from swarmctl.views.findings import human
     from swarmctl.views.findings.report import Checked
 
-    swarm, diagnostics = read(spec)
+    swarm, diagnostics = read(*spec.files)
     print_diagnostics(diagnostics)
     if swarm is None:
         err().print(human.verdict(Checked(str(spec), swarm, diagnostics), passes=False))

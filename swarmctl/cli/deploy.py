@@ -9,6 +9,7 @@ from swarmctl.cli import access, carry_out, console
 
 def deploy(
     spec: access.Spec,
+    overlays: access.Overlays = None,
     lab: access.Lab = False,
     lab_name: access.LabName = "",
     limit: access.Limit = None,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from swarmctl.cli import access, console, exits
+from swarmctl.cli.layers import Layers
 
 lab = typer.Typer(
     help="The swarm on this machine: real hosts in namespaces, emulated robots.",
@@ -36,13 +36,13 @@ def _told() -> Iterator[None]:
         console.fail(str(error), *error.help_lines)
 
 
-def _name(spec: Path | None, name: str) -> str:
+def _name(spec: Layers | None, name: str) -> str:
     """The lab that is meant. Its name, where it is given, spares reading the spec."""
     return name if name or spec is None else console.read_spec(spec).name
 
 
 @lab.command(epilog=exits.told())
-def up(spec: access.Spec, name: Name = "") -> None:
+def up(spec: access.Spec, overlays: access.Overlays = None, name: Name = "") -> None:
     """Boot the hosts of a spec, at its own addresses, with its robots on their lines. Needs root."""
     from swarmctl.lab import lab as labs
     from swarmctl.lab.plan import plan_of
@@ -54,7 +54,8 @@ def up(spec: access.Spec, name: Name = "") -> None:
 
 @lab.command(epilog=exits.told())
 def down(
-    spec: Annotated[Path | None, typer.Argument(help="The swarm's YAML file.")] = None,
+    spec: access.AnySpec,
+    overlays: access.Overlays = None,
     name: Name = "",
     every: Annotated[bool, typer.Option("--all", help="Every lab in the state folder.")] = False,
 ) -> None:
@@ -74,7 +75,9 @@ def down(
 
 
 @lab.command(epilog=exits.told())
-def status(spec: access.Spec, name: Name = "", json: access.Json = False) -> None:
+def status(
+    spec: access.Spec, overlays: access.Overlays = None, name: Name = "", json: access.Json = False
+) -> None:
     """Show the hosts of a lab, whether they run, and the networks they are on."""
     from swarmctl.lab import lab as labs
     from swarmctl.views import lab as view
@@ -88,7 +91,9 @@ def status(spec: access.Spec, name: Name = "", json: access.Json = False) -> Non
 
 
 @lab.command(epilog=exits.told())
-def robots(spec: access.Spec, name: Name = "", json: access.Json = False) -> None:
+def robots(
+    spec: access.Spec, overlays: access.Overlays = None, name: Name = "", json: access.Json = False
+) -> None:
     """Show where the robots of a lab truly are, and how fast their wheels turn."""
     from swarmctl.lab import lab as labs
     from swarmctl.views import lab as view
@@ -110,6 +115,7 @@ def shell(
     command: Annotated[
         list[str] | None, typer.Argument(help="A command instead of a shell, after `--`.")
     ] = None,
+    overlays: access.Overlays = None,
     name: Name = "",
 ) -> None:
     """Open a shell on a host over SSH, or run a command there, and end with its exit code."""
@@ -132,7 +138,7 @@ def shell(
 
 
 @lab.command(epilog=exits.told())
-def unplug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
+def unplug(spec: access.Spec, robot: Robot, overlays: access.Overlays = None, name: Name = "") -> None:
     """Pull a robot's cable. The robot goes on as it was last told."""
     from swarmctl.lab import lab as labs
 
@@ -141,7 +147,7 @@ def unplug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
 
 
 @lab.command(epilog=exits.told())
-def plug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
+def plug(spec: access.Spec, robot: Robot, overlays: access.Overlays = None, name: Name = "") -> None:
     """Put a robot's cable back."""
     from swarmctl.lab import lab as labs
 
@@ -150,7 +156,9 @@ def plug(spec: access.Spec, robot: Robot, name: Name = "") -> None:
 
 
 @lab.command(epilog=exits.told())
-def cut(spec: access.Spec, host: Host, name: Name = "", network: Network = "") -> None:
+def cut(
+    spec: access.Spec, host: Host, overlays: access.Overlays = None, name: Name = "", network: Network = ""
+) -> None:
     """Cut a host off its networks."""
     from swarmctl.lab import lab as labs
 
@@ -159,7 +167,9 @@ def cut(spec: access.Spec, host: Host, name: Name = "", network: Network = "") -
 
 
 @lab.command(epilog=exits.told())
-def join(spec: access.Spec, host: Host, name: Name = "", network: Network = "") -> None:
+def join(
+    spec: access.Spec, host: Host, overlays: access.Overlays = None, name: Name = "", network: Network = ""
+) -> None:
     """Let a host back onto its networks."""
     from swarmctl.lab import lab as labs
 
@@ -168,7 +178,7 @@ def join(spec: access.Spec, host: Host, name: Name = "", network: Network = "") 
 
 
 @lab.command(epilog=exits.told())
-def kill(spec: access.Spec, host: Host, name: Name = "") -> None:
+def kill(spec: access.Spec, host: Host, overlays: access.Overlays = None, name: Name = "") -> None:
     """Cut a host's power; its disk stays as it is."""
     from swarmctl.lab import lab as labs
 
@@ -177,7 +187,7 @@ def kill(spec: access.Spec, host: Host, name: Name = "") -> None:
 
 
 @lab.command(epilog=exits.told())
-def start(spec: access.Spec, host: Host, name: Name = "") -> None:
+def start(spec: access.Spec, host: Host, overlays: access.Overlays = None, name: Name = "") -> None:
     """Switch a host on again."""
     from swarmctl.lab import lab as labs
 

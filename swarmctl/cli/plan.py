@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 def plan(
     spec: access.Spec,
+    overlays: access.Overlays = None,
     diff: Annotated[bool, typer.Option("--diff", help="Show each changed file as a unified diff.")] = False,
     offline: Annotated[
         bool, typer.Option("--offline", help="Ask no host; compare with the last deploy made from here.")

@@ -11,6 +11,7 @@ from swarmctl.cli import access, carry_out, console
 
 def remove(
     spec: access.Spec,
+    overlays: access.Overlays = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
     lab: access.Lab = False,
     lab_name: access.LabName = "",

@@ -22,6 +22,7 @@ _UNFINISHED = ".unfinished-"
 def render(
     spec: access.Spec,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to.")],
+    overlays: access.Overlays = None,
     host: Annotated[
         list[str] | None,
         typer.Option("--host", "--limit", metavar="HOST", help="Only this host (repeatable)."),

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json as json_format
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from swarmctl.cli import access, console, exits
+from swarmctl.cli.layers import Layers
 
 if TYPE_CHECKING:
     from swarmctl.health.status import Status
@@ -20,6 +20,7 @@ Look = Callable[[], "Status"]
 
 def status(
     spec: access.Spec,
+    overlays: access.Overlays = None,
     watch: Annotated[bool, typer.Option("--watch", help="Look again and again, until Ctrl-C.")] = False,
     every: Annotated[float, typer.Option(min=1.0, metavar="SECONDS", help="With --watch: how often.")] = 5.0,
     window: Annotated[
@@ -48,7 +49,7 @@ def status(
 
 
 def _look(
-    spec: Path, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
+    spec: Layers, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
 ) -> Look:
     """One round: ask all hosts, diagnose."""
     from swarmctl.health import status as health

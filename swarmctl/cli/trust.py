@@ -6,12 +6,11 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exits
+from swarmctl.cli import access, console, exits
 
 if TYPE_CHECKING:
     from swarmctl.remote.hostkeys import LockFile
@@ -57,7 +56,8 @@ class Shown:
 
 
 def trust(
-    spec: Annotated[Path, typer.Argument(help="The swarm's YAML file.")],
+    spec: access.Spec,
+    overlays: access.Overlays = None,
     host: Annotated[
         list[str] | None, typer.Option("--host", help="Only this host; may be given again.")
     ] = None,
@@ -75,7 +75,7 @@ def trust(
     if unknown := sorted(set(host or ()) - set(swarm.hosts)):
         console.fail(f"{spec} has no host {', '.join(unknown)}", f"its hosts are {', '.join(swarm.hosts)}")
     transport = SshTransport()
-    lock = read_lock(spec)
+    lock = read_lock(spec.first)
     failed: dict[str, HostError] = {}
     refused: list[Shown] = []
     done: set[str] = set()
@@ -92,10 +92,10 @@ def trust(
             _confirm(fresh, yes=yes)
             lock = pin(lock, fresh)
             try:
-                write_lock(lock_path(spec), lock)
+                write_lock(lock_path(spec.first), lock)
             except OSError as error:
-                console.fail(f"cannot write {lock_path(spec)}: {error.strerror}")
-            console.out().print(f"pinned {len(fresh)} in {lock_path(spec)}")
+                console.fail(f"cannot write {lock_path(spec.first)}: {error.strerror}")
+            console.out().print(f"pinned {len(fresh)} in {lock_path(spec.first)}")
     _conclude(failed, refused)
 
 

@@ -11,7 +11,8 @@ from swarmctl.cli import access, console, exits, findings
 
 
 def validate(
-    specs: Annotated[list[Path], typer.Argument(metavar="SPEC", help="The swarms' YAML files.")],
+    specs: access.Specs,
+    overlays: access.Overlays = None,
     form: Annotated[
         findings.Format | None,
         typer.Option("--format", help="How findings are shown; in GitHub Actions github, else human."),
@@ -32,6 +33,6 @@ def validate(
 
     if json and form not in (None, findings.Format.JSON):
         console.fail(f"--json and --format {form.value} exclude each other", code=exits.USAGE)
-    report = Report(tuple(Checked(str(spec), *read(spec)) for spec in specs), strict=strict)
+    report = Report(tuple(Checked(str(spec), *read(*spec.files)) for spec in specs), strict=strict)
     findings.show(report, findings.Format.JSON if json else form or findings.usual(), output, quiet=quiet)
     raise typer.Exit(exits.OK if report.passed else exits.ERROR)

@@ -345,6 +345,11 @@ class Defaults(Model):
 class Spec(Model):
     """One swarm: its robots, its hosts, the links between them and the mode in which they work together."""
 
+    include: str | tuple[str, ...] = Field(
+        (),
+        description="Files that hold more of this spec, from the folder it lies in.",
+        examples=[["hosts.yaml", "robots/lab.yaml"]],
+    )
     version: Literal[1] = Field(description="Version of the spec's vocabulary.")
     name: Name = Field(
         description="The swarm's name; its folder on every host is /opt/swarm/<name>.", examples=["newswarm"]

@@ -33,6 +33,11 @@ class Source:
     texts: Mapping[str, str] = field(repr=False)  # by file, as the marks name them
     _keys: dict[int, dict[str, Pair]] = field(default_factory=dict, repr=False, compare=False)
 
+    @property
+    def text(self) -> str:
+        """The text of the spec's first file."""
+        return self.texts.get(self.path, "")
+
     def span(self, loc: Loc = (), *, key: bool = False) -> Span:
         """Where the value at ``loc`` stands, or its key.
 

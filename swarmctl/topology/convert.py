@@ -48,7 +48,7 @@ class _Paper:
 
     def change(self, title: str, make: Callable[[Source], Edits]) -> None:
         made = make(self.source)
-        if not made:
+        if {edit.span.file for edit in made} != {self.source.path}:  # none, or what another file says
             self.undone.append(title)
             return
         self.source, _ = parse(edits.apply(self.source.text, made), self.source.path)

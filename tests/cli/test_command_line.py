@@ -51,7 +51,7 @@ def test_help(verb: str) -> None:
     ("arguments", "told"),
     [
         (["validat", "x.yaml"], "No such command 'validat'"),
-        (["validate"], "Missing argument 'SPEC'"),
+        (["validate"], "name the swarm's YAML file"),
         (["validate", "x.yaml", "--jsn"], "No such option: --jsn"),
         (["render", "x.yaml"], "Missing option '--out'"),
         (["schema", "robots"], "is not one of 'swarm', 'robot-type'"),
