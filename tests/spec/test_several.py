@@ -177,12 +177,12 @@ def laid(tmp_path: Path, *overlays: str, base: str = WHOLE) -> Swarm:
 def test_an_overlay_says_what_differs(tmp_path: Path) -> None:
     swarm = laid(
         tmp_path,
-        "hosts: {k3-pi: {address: 10.0.0.9}}\nlinks: [{name: lab, subnet: 10.0.0.0/8}]\n",
+        "hosts: {k3-pi: {address: 192.168.77.9}}\nlinks: [{name: lab, subnet: 192.168.0.0/16}]\n",
         "links:\n  - {robot: k3, device: /dev/ttyS0, usb: ~}\n",
     )
-    assert swarm.hosts["k3-pi"].address == "10.0.0.9"
+    assert swarm.hosts["k3-pi"].address == "192.168.77.9"
     assert swarm.hosts["koala-laptop"].address == "192.168.77.10"
-    assert [network.subnet for network in swarm.networks] == ["10.0.0.0/8"]
+    assert [network.subnet for network in swarm.networks] == ["192.168.0.0/16"]
     assert swarm.robots["k3"].line == FixedLine("/dev/ttyS0")
     assert swarm.robots["koala"].baud == 9600
 
