@@ -18,6 +18,7 @@ from swarmctl.topology.graph import Node, graph_of
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
 from swarmctl.topology.lines import LineBudget, line_budgets
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
+from swarmctl.topology.ports import Listener, listeners
 from swarmctl.topology.swarm import Bridge, Island
 
 Line = Serial | Bluetooth
@@ -90,6 +91,10 @@ class Case:
         """The subnet of every network, by its index: as declared, or as its hosts show."""
         return subnets_of(self.spec, self.addresses, self.witnesses)
 
+    def computer_of(self, host: str) -> str | None:
+        """What kind of computer a host is, if that is said."""
+        return self.spec.hosts[host].computer or self.spec.defaults.host.computer
+
     @cached_property
     def driving(self) -> Mapping[str, str | None]:
         """The host that drives each robot."""
@@ -98,6 +103,10 @@ class Case:
     @cached_property
     def islands(self) -> tuple[Island, ...]:
         return modes.islands_of(self.spec)
+
+    @cached_property
+    def listeners(self) -> tuple[Listener, ...]:
+        return tuple(listeners(self.spec, self.islands))
 
     @cached_property
     def home(self) -> Mapping[str, Island]:

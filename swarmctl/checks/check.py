@@ -6,13 +6,17 @@ from pathlib import Path
 
 from swarmctl.checks import (
     addresses,
+    bauds,
     boards,
     capacity,
+    clocks,
+    devices,
     identity,
     lines,
     links,
     modes,
     network,
+    ports,
     radios,
     references,
     settings,
@@ -32,6 +36,7 @@ SENSE: tuple[Rule, ...] = (
     *modes.RULES,
     *addresses.RULES,
     *network.RULES,
+    *ports.RULES,
     *identity.RULES,
     *settings.RULES,
     *links.RULES,
@@ -39,6 +44,9 @@ SENSE: tuple[Rule, ...] = (
     *radios.RULES,
     *boards.RULES,
     *capacity.RULES,
+    *devices.RULES,
+    *bauds.RULES,
+    *clocks.RULES,
 )
 
 

@@ -9,6 +9,7 @@ from swarmctl.spec.diagnostics import Diagnostic, Note
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Usb
 from swarmctl.topology import names
 from swarmctl.topology.address import normal
+from swarmctl.topology.ports import ssh_port
 
 _LOCALHOST = "localhost"
 
@@ -19,7 +20,7 @@ def doubled_addresses(case: Case) -> Iterator[Diagnostic]:
     """ID001: two hosts with one address; whoever answers first gets both configurations."""
     hosts = case.spec.hosts
     claims: list[Claim] = [
-        ((normal(host.address), host.port), f"host `{name}`", ("hosts", name, "address"))
+        ((normal(host.address), ssh_port(case.spec, name)), f"host `{name}`", ("hosts", name, "address"))
         for name, host in hosts.items()
     ]
     yield from _doubled(case, "ID001", "address", claims, "give each host its own address")

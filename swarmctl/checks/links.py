@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note
-from swarmctl.spec.model import Bluetooth, Mode, Serial
+from swarmctl.spec.model import Bluetooth, Mode
 
 
 def robot_lines(case: Case) -> Iterator[Diagnostic]:
@@ -59,41 +59,6 @@ def _possible_lines(case: Case, robot: str, host: str | None) -> Iterator[str]:
         yield f"{{kind: serial, {ends}, usb: {{serial: ...}}}}"
 
 
-def line_details(case: Case) -> Iterator[Diagnostic]:
-    """LINK004, LINK005: a serial line has a USB adapter or a device whose name never changes, not both."""
-    for index, link in enumerate(case.spec.links):
-        if not isinstance(link, Serial):
-            continue
-        if link.usb is None and link.device is None:
-            yield Diagnostic(
-                "LINK004",
-                f"the serial line of `{link.robot}` names no device",
-                case.span("links", index),
-                label="needs `usb` or `device`",
-                help=(
-                    "usb: {serial: ...} for a USB adapter (`udevadm info -a` shows its serial number)",
-                    "device: /dev/ttyS0 for a port of the board itself",
-                ),
-            )
-        elif link.usb is not None and link.device is not None:
-            yield Diagnostic(
-                "LINK004",
-                f"the serial line of `{link.robot}` names two devices",
-                case.span("links", index, "device"),
-                help=("keep `usb`; the device is then called /dev/swarm/" + link.robot,),
-            )
-        elif link.device is not None and link.device.startswith(("/dev/ttyUSB", "/dev/ttyACM")):
-            yield Diagnostic(
-                "LINK005",
-                f"`{link.device}` may be another adapter after the next boot",
-                case.span("links", index, "device"),
-                label="numbered in the order of plugging in",
-                help=(
-                    "name the adapter itself: usb: {serial: ...} (`udevadm info -a` shows the serial number)",
-                ),
-            )
-
-
 def spoken_lines(case: Case) -> Iterator[Diagnostic]:
     """LINK007: a robot hangs on a kind of line that its type can be connected by."""
     spec = case.spec
@@ -129,4 +94,4 @@ def adapters(case: Case) -> Iterator[Diagnostic]:
             )
 
 
-RULES: tuple[Rule, ...] = (robot_lines, line_details, spoken_lines, adapters)
+RULES: tuple[Rule, ...] = (robot_lines, spoken_lines, adapters)

@@ -28,6 +28,8 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     for key in ("leader", "hub"):
         if (named := getattr(spec, key)) is not None:
             yield from _look_up(case, spec.hosts, "host", named, key)
+    if spec.time.root is not None:
+        yield from _look_up(case, spec.hosts, "host", spec.time.root, "time", "root")
     yield from _in_links(case)
     yield from _in_programs(case)
     for index, control in enumerate(spec.control):

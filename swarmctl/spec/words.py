@@ -56,7 +56,7 @@ def _subnet(value: str) -> str:
 
 
 def _device_path(value: str) -> str:
-    if not re.fullmatch(r"/dev/[A-Za-z0-9._/-]+", value, re.ASCII) or ".." in value:
+    if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+-]+", value, re.ASCII) or ".." in value:
         raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
     if value.startswith("/dev/swarm/"):
         raise ValueError(

@@ -11,6 +11,7 @@ from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.interfaces import program_endpoints
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
+from swarmctl.topology.ports import ssh_port
 from swarmctl.topology.swarm import FixedLine, Host, Line, Network, RfcommLine, Robot, Swarm, UsbLine
 
 
@@ -37,7 +38,7 @@ def _host(name: str, document: Document) -> Host:
         name=name,
         address=given.address,
         user=given.user if "user" in said or defaults.user is None else defaults.user,
-        port=given.port if "port" in said or defaults.port is None else defaults.port,
+        port=ssh_port(document.spec, name),
         via=given.via,
         optional=given.optional,
     )

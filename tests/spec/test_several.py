@@ -32,7 +32,7 @@ robots:
 LINKS = """
 links:
   - {kind: wlan, name: lab, hosts: [koala-laptop, k3-pi]}
-  - {kind: serial, host: koala-laptop, robot: koala, usb: {serial: A600dXyz}, baud: 57600}
+  - {kind: serial, host: koala-laptop, robot: koala, usb: {serial: A600dXyz}, baud: 38400}
   - {kind: serial, host: k3-pi, robot: k3, usb: {serial: FTDI1234}}
 """
 WHOLE = HEAD + HOSTS + ROBOTS + LINKS
@@ -184,7 +184,7 @@ def test_an_overlay_says_what_differs(tmp_path: Path) -> None:
     assert swarm.hosts["koala-laptop"].address == "192.168.77.10"
     assert [network.subnet for network in swarm.networks] == ["192.168.0.0/16"]
     assert swarm.robots["k3"].line == FixedLine("/dev/ttyS0")
-    assert swarm.robots["koala"].baud == 57600
+    assert swarm.robots["koala"].baud == 38400
 
 
 def test_an_overlay_takes_away_and_brings(tmp_path: Path) -> None:
