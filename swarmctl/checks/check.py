@@ -60,13 +60,18 @@ def check(document: Document) -> tuple[Diagnostic, ...]:
     return in_order(found)
 
 
-def read(*layers: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:
-    """A spec, and what is laid over it, to the resolved swarm and warnings, or to errors."""
+def examine(*layers: Path) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+    """A spec, and what is laid over it, to one document and warnings, or to errors."""
     with collector_paused():
         document, diagnostics = load(layers)
         if document is None:
             return None, in_order(diagnostics)
         found = in_order([*diagnostics, *check(document)])
-        if has_errors(found):
-            return None, found
-        return resolve(document), found
+        return None if has_errors(found) else document, found
+
+
+def read(*layers: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:
+    """A spec, and what is laid over it, to the resolved swarm and warnings, or to errors."""
+    with collector_paused():
+        document, found = examine(*layers)
+        return None if document is None else resolve(document), found

@@ -12,6 +12,7 @@ from swarmctl import __version__
 from swarmctl.cli import access, exits
 from swarmctl.cli.deploy import deploy
 from swarmctl.cli.emulate import emulate
+from swarmctl.cli.graph import graph
 from swarmctl.cli.init import init
 from swarmctl.cli.lab import lab
 from swarmctl.cli.plan import plan
@@ -27,6 +28,7 @@ VERBS: Mapping[Callable[..., None], Sequence[int]] = {  # and the exit codes of 
     init: (),
     validate: (),
     render: (),
+    graph: (),
     trust: (exits.HOSTS_UNREACHABLE,),
     plan: (exits.CHANGES, exits.HOSTS_FAILED, exits.HOSTS_UNREACHABLE),
     deploy: (exits.HOSTS_FAILED, exits.HOSTS_UNREACHABLE),

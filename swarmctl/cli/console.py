@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from swarmctl.cli.layers import Layers
     from swarmctl.spec.diagnostics import Diagnostic
+    from swarmctl.spec.load import Document
     from swarmctl.topology.swarm import Swarm
 
 WIDE = 240
@@ -116,19 +117,32 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
     return texts
 
 
-def read_spec(spec: Layers) -> Swarm:
-    """The resolved swarm of a spec; with errors in it, they are shown and the program ends."""
-    from swarmctl.checks.check import read
-    from swarmctl.topology.modes import READY
+def read_document(spec: Layers) -> Document:
+    """The document of a spec; with errors in it, they are shown and the program ends."""
+    from swarmctl.checks.check import examine
     from swarmctl.views.findings import human
     from swarmctl.views.findings.report import Checked
 
-    swarm, diagnostics = read(*spec.files)
+    document, diagnostics = examine(*spec.files)
     print_diagnostics(diagnostics)
-    if swarm is None:
-        err().print(human.verdict(Checked(str(spec), swarm, diagnostics), passes=False))
+    if document is None:
+        err().print(human.verdict(Checked(str(spec), None, diagnostics), passes=False))
         raise typer.Exit(exits.ERROR)
-    if swarm.mode not in READY:
+    return document
+
+
+def read_spec(spec: Layers) -> Swarm:
+    """The resolved swarm of a spec that can be deployed; otherwise the program ends with the reason."""
+    return deployable(read_document(spec))
+
+
+def deployable(document: Document) -> Swarm:
+    """The resolved swarm, if this version can deploy its mode; otherwise the program ends."""
+    from swarmctl.topology.modes import READY
+    from swarmctl.topology.resolve import resolve
+
+    mode = document.spec.mode
+    if mode not in READY:
         ready = ", ".join(f"`{one.value}`" for one in READY)
-        fail(f"mode `{swarm.mode.value}` can be checked, but not deployed yet", f"today's modes: {ready}")
-    return swarm
+        fail(f"mode `{mode.value}` can be checked, but not deployed yet", f"today's modes: {ready}")
+    return resolve(document)

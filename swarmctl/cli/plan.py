@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 
     from swarmctl.plan.plan import Plan
     from swarmctl.render.bundle import Bundle
+
+WEAKEST = 3  # single points of failure that a plan names
 
 
 def plan(
@@ -33,9 +36,11 @@ def plan(
 ) -> None:
     """Show what a deploy would do on each host, step by step, with the cause of each. Changes nothing."""
     from swarmctl.render.host import bundles
+    from swarmctl.topology.impact import impacts, single_points
     from swarmctl.views import plan as view
 
-    swarm = console.read_spec(spec)
+    document = console.read_document(spec)
+    swarm = console.deployable(document)
     wanted = bundles(swarm)
     wanted = {name: wanted[name] for name in access.chosen(wanted, limit)}
     if offline:
@@ -46,6 +51,7 @@ def plan(
 
         targets = access.targets(spec, swarm, lab=lab, lab_name=lab_name)
         made = observe(wanted, targets, SshTransport(), diff=diff, parallel=parallel)
+    made = replace(made, single_points=single_points(impacts(document.spec))[:WEAKEST])
     if json:
         console.print_json(made.to_json())
     else:

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any
 
+from swarmctl.topology.impact import Impact
+
 
 class Kind(str, Enum):
     """What one step does, in the order in which the steps of a host are carried out."""
@@ -72,10 +74,11 @@ class HostPlan:
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole swarm's plan, host by host in the order of the spec."""
+    """The whole swarm's plan, host by host in the order of the spec; and where the swarm is weakest."""
 
     swarm: str
     hosts: tuple[HostPlan, ...]
+    single_points: tuple[Impact, ...] = ()
 
     @property
     def changes(self) -> bool:
@@ -95,4 +98,5 @@ class Plan:
             "swarm": self.swarm,
             "changes": self.changes,
             "hosts": [host.to_json() for host in self.hosts],
+            "single_points_of_failure": [one.to_json() for one in self.single_points],
         }

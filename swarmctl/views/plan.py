@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.text import Text
 
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.views.graph.impact import losses
 from swarmctl.views.text import printable
 
 _GLYPH = {
@@ -33,7 +34,20 @@ def plan(shown: Plan, *, diff: bool = False) -> Text:
             text.append(f"note: {host.host}: {printable(note)}\n", "dim")
     if idle:
         text.append(f"up to date: {', '.join(idle)}\n")
+    text.append_text(_single_points(shown))
     return text.append_text(summary(shown))
+
+
+def _single_points(shown: Plan) -> Text:
+    """What takes several robots with it; all of them stand in `swarmctl graph --impact`."""
+    if not shown.single_points:
+        return Text()
+    text = Text("single points of failure\n", "bold")
+    width = max(len(f"{one.kind} {one.name}") for one in shown.single_points)
+    for one in shown.single_points:
+        text.append(f"  ! {f'{one.kind} {one.name}':<{width}}", "yellow")
+        text.append(f"  {losses(one)}\n", "dim")
+    return text
 
 
 def host_plan(host: HostPlan, *, diff: bool = False) -> Text:

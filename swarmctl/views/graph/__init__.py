@@ -1,0 +1,1 @@
+"""The graph of a swarm: one module an output."""

@@ -1,0 +1,102 @@
+"""What lines, adapters, boards, hosts and networks have to bear, beside what they can."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from rich.table import Table
+from rich.text import Text
+
+from swarmctl.topology.budgets import Budgets
+from swarmctl.topology.radios import STABLE
+
+_CAREFUL, _FULL = 0.7, 1.0
+
+
+def tables(shown: Budgets) -> Iterator[Table]:
+    """One table for each kind of budget that the swarm has."""
+    made = (_lines(shown), _radios(shown), _boards(shown), _hosts(shown), _networks(shown))
+    return (table for table in made if table.row_count)
+
+
+def _lines(shown: Budgets) -> Table:
+    rows = (
+        (
+            one.robot,
+            f"{one.load.kind}, {one.load.baud} baud",
+            _of(one.load.needed, one.load.available, "B/s"),
+            f"{one.load.cycle * 1000:.0f} ms",
+            _share(one.load.share),
+        )
+        for one in shown.lines
+    )
+    return _table(("line of", "kind", "bytes", "a turn of all", "of its time"), rows)
+
+
+def _radios(shown: Budgets) -> Table:
+    rows = (
+        (one.host, one.adapter, _of(len(one.members), STABLE), ", ".join(one.members), _share(one.share))
+        for one in shown.radios
+    )
+    return _table(("adapter of", "name", "robots", "which", "of its air"), rows)
+
+
+def _boards(shown: Budgets) -> Table:
+    rows = (
+        (
+            one.program,
+            one.name,
+            _of(one.published, one.board.publishers),
+            _of(one.subscribed, one.board.subscribers),
+            _of(one.needed, one.available, "B/s"),
+            _share(one.share),
+        )
+        for one in shown.boards
+    )
+    return _table(("board of", "kind", "publishers", "subscribers", "bytes", "of its line"), rows)
+
+
+def _hosts(shown: Budgets) -> Table:
+    rows = (
+        (
+            one.host,
+            one.computer,
+            _of(one.needed_mb, one.memory_mb, "MB"),
+            ", ".join(f"{what} {size}" for what, size in one.parts),
+            _share(one.share),
+        )
+        for one in shown.hosts
+    )
+    return _table(("host", "kind", "memory", "for, MB", "of it"), rows)
+
+
+def _networks(shown: Budgets) -> Table:
+    rows = (
+        (
+            one.network,
+            one.kind,
+            f"{one.needed_mbps:.3g} of {one.capacity_mbps:g} Mbit/s",
+            f"{len(one.flows)} topic{'' if len(one.flows) == 1 else 's'}",
+            _share(one.share),
+        )
+        for one in shown.networks
+    )
+    return _table(("network", "kind", "load", "crossing", "of it"), rows)
+
+
+def _of(used: float, there: float, unit: str = "") -> str:
+    return f"{used:.0f} of {there:.0f} {unit}".rstrip()
+
+
+def _table(headings: tuple[str, ...], rows: Iterable[tuple[str | Text, ...]]) -> Table:
+    made = Table(box=None, show_edge=False, pad_edge=False)
+    for heading in headings:
+        made.add_column(heading)
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def _share(share: float) -> Text:
+    style = "bold red" if share > _FULL else "yellow" if share > _CAREFUL else "green"
+    return Text(f"{share:.0%}" if share >= 0.01 else f"{share:.2%}", style)

@@ -1,0 +1,51 @@
+"""A swarm as a Mermaid flowchart, for pages that draw it themselves, as those of GitHub and GitLab do."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from swarmctl.topology.picture import Edge, Node, Picture
+
+_SHAPE = {"host": ("[", "]"), "robot": ("([", "])"), "network": ("{{", "}}"), "program": ("[[", "]]")}
+_ARROW = {
+    "network": "---",
+    "serial": "===",
+    "bluetooth": "-.-",
+    "runs": "---",
+    "orders": "-.->",
+    "data": "-->",
+}
+_PLAIN = re.compile(r"[^A-Za-z0-9 .,:/()_-]")
+
+
+def graph(picture: Picture) -> str:
+    """The whole flowchart; each island is a subgraph. Ids are numbers: no name can be a word of Mermaid."""
+    ids = {node.id: f"n{number}" for number, node in enumerate(picture.nodes)}
+    return "".join(f"{line}\n" for line in _lines(picture, ids))
+
+
+def _lines(picture: Picture, ids: Mapping[str, str]) -> Iterator[str]:
+    yield "flowchart LR"
+    for number, (island, hub) in enumerate(picture.islands):
+        yield f"  subgraph i{number}[{_quoted(f'{island}, master on {hub}')}]"
+        yield from (f"    {_node(node, ids)}" for node in picture.nodes if node.island == island)
+        yield "  end"
+    islands = {name for name, _ in picture.islands}
+    yield from (f"  {_node(node, ids)}" for node in picture.nodes if node.island not in islands)
+    yield from (f"  {_edge(edge, ids)}" for edge in picture.edges)
+
+
+def _node(node: Node, ids: Mapping[str, str]) -> str:
+    opening, closing = _SHAPE[node.kind]
+    return f"{ids[node.id]}{opening}{_quoted(node.name, node.detail)}{closing}"
+
+
+def _edge(edge: Edge, ids: Mapping[str, str]) -> str:
+    label = f"|{_quoted(edge.label)}|" if edge.label else ""
+    return f"{ids[edge.start]} {_ARROW[edge.kind]}{label} {ids[edge.end]}"
+
+
+def _quoted(*lines: str) -> str:
+    """A text in quotes; whatever Mermaid or HTML could take for its own is written as its number."""
+    return '"' + "<br/>".join(_PLAIN.sub(lambda found: f"#{ord(found[0])};", line) for line in lines) + '"'

@@ -1,0 +1,147 @@
+"""`swarmctl graph` word for word on the example; what other programs are to read, read by them."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pydot
+import pytest
+
+from swarmctl.cli import exits
+from swarmctl.cli.app import run
+from swarmctl.topology.picture import Edge, Node, Picture
+from swarmctl.views.graph import dot, mermaid
+
+GOLDEN = Path(__file__).parent / "golden/graph"
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs/graph.md").read_text("utf-8")
+COMMANDS = re.findall(r"^swarmctl (.+?)(?: +#.*)?$", PAGE, re.MULTILINE)
+NASTY = 'a "quoted" \\ <b>name</b>; end\n]} #35; ünïcode'
+
+
+@pytest.fixture(autouse=True)
+def beside_the_example(monkeypatch: pytest.MonkeyPatch, leader_spec: Path) -> None:
+    monkeypatch.chdir(leader_spec.parent)
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    monkeypatch.setenv("NO_COLOR", "1")
+
+
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert run(["graph", "swarm.yaml", *arguments]) == exits.OK
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("overview.txt", []),
+        ("impact.txt", ["--impact"]),
+        ("paths.txt", ["--paths"]),
+        ("budgets.txt", ["--budgets"]),
+        ("graph.dot", ["--format", "dot"]),
+        ("graph.mermaid", ["--format", "mermaid"]),
+        ("graph.json", ["--format", "json"]),
+    ],
+)
+def test_word_for_word(
+    name: str,
+    arguments: list[str],
+    golden: Callable[[Path, str], None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    golden(GOLDEN / name, printed(capsys, *arguments))
+
+
+def test_graphviz_reads_the_dot(capsys: pytest.CaptureFixture[str]) -> None:
+    [read] = pydot.graph_from_dot_data(printed(capsys, "--format", "dot"))
+    document = json.loads(printed(capsys, "--format", "json"))
+    edges = {(one.get_source().strip('"'), one.get_destination().strip('"')) for one in read.get_edges()}
+    assert edges == {(one["start"], one["end"]) for one in document["edges"]}
+    nodes = {
+        node.get_name().strip('"') for part in (read, *read.get_subgraphs()) for node in part.get_nodes()
+    }
+    assert {one["id"] for one in document["nodes"]} <= nodes
+
+
+def test_edges_join_nodes_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(printed(capsys, "--format", "json"))
+    ids = {one["id"] for one in document["nodes"]}
+    assert all({one["start"], one["end"]} <= ids for one in document["edges"])
+
+
+def nasty() -> Picture:
+    """A picture whose every text is foreign."""
+    nodes = (Node("host", "h", NASTY, NASTY), Node("program", "p", NASTY))
+    return Picture(NASTY, "leader", ((NASTY, "h"),), nodes, (Edge("data", "host:h", "program:p", NASTY),))
+
+
+def test_no_text_breaks_out_of_the_dot() -> None:
+    [read] = pydot.graph_from_dot_data(dot.graph(nasty()))
+    assert [len(read.get_edges()), len(read.get_subgraphs())] == [1, 1]
+    [edge] = read.get_edges()
+    assert edge.get_label().strip('"').replace('\\"', '"').replace("\\\\", "\\") == NASTY
+
+
+def test_no_text_breaks_out_of_the_mermaid() -> None:
+    drawn = mermaid.graph(nasty())
+    assert len(drawn.splitlines()) == 6  # flowchart, subgraph, host, end, program, edge
+    for text in re.findall(r'"(.*?)"', drawn):
+        assert not re.search(r'[<>\\"\[\]{}|;]', re.sub(r"#\d+;|<br/>", "", text))
+
+
+def test_a_drawing_has_no_tables(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["graph", "swarm.yaml", "--format", "dot", "--impact"]) == exits.USAGE
+    assert "tables are text or json" in capsys.readouterr().err
+
+
+def test_a_misspelt_commander_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["graph", "swarm.yaml", "--path", "koala-laptob", "k3"]) == exits.ERROR
+    assert "did you mean `koala-laptop`?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_commands_of_the_page_run(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(shlex.split(command)) == exits.OK
+    assert capsys.readouterr().out
+
+
+def test_the_page_shows_what_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    shown = re.findall("```text\n(.+?)```", PAGE, re.DOTALL)
+    asked = (["--impact"], ["--path", "koala-laptop", "k3"], ["--budgets"])
+    for block, arguments in zip(shown, asked, strict=True):
+        lines = printed(capsys, *arguments).splitlines()
+        assert block.splitlines() == [line.rstrip() for line in lines]
+
+
+def test_every_key_of_the_document_is_explained(capsys: pytest.CaptureFixture[str]) -> None:
+    document = json.loads(printed(capsys, "--format", "json"))
+    rows = "".join(line for line in PAGE.splitlines() if line.startswith("|"))
+    words = set(re.findall(r"`(\w+)`", rows))
+    assert set(document) - {"v"} <= words
+    for part in ("islands", "nodes", "edges", "impact"):
+        assert {key for one in document[part] for key in one} <= words
+
+
+def test_a_plan_names_where_the_swarm_is_weakest(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    assert run(["plan", "--offline", "swarm.yaml"]) == exits.OK
+    assert (
+        "single points of failure\n"
+        "  ! host koala-laptop  koala loses its driver; k3, epuck lose command; "
+        "island newswarm loses its master\n"
+        "  ! master newswarm    koala, k3, epuck lose command; island newswarm loses its master\n"
+        "  ! network lab        k3, epuck lose command\n"
+    ) in capsys.readouterr().out
+    assert run(["plan", "--offline", "--json", "swarm.yaml"]) == exits.OK
+    weakest = json.loads(capsys.readouterr().out)["single_points_of_failure"]
+    assert [(one["kind"], one["name"]) for one in weakest] == [
+        ("host", "koala-laptop"),
+        ("master", "newswarm"),
+        ("network", "lab"),
+    ]
