@@ -11,6 +11,7 @@ from swarmctl.spec.diagnostics import Diagnostic, Span
 from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, Computer, NetworkLink, Serial, Spec
 from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.source import Source
 from swarmctl.topology import modes
 from swarmctl.topology.address import Ip, Subnet
 from swarmctl.topology.bridges import bridges_of
@@ -32,6 +33,10 @@ class Case:
         self.spec: Spec = document.spec
         self.types: Mapping[str, RobotType] = document.types
         self.computers: Mapping[str, Computer] = document.computers
+
+    @property
+    def source(self) -> Source:
+        return self.document.source
 
     def span(self, *loc: str | int, key: bool = False) -> Span:
         return self.document.span(*loc, key=key)

@@ -12,11 +12,14 @@ from swarmctl.checks import (
     clocks,
     devices,
     identity,
+    islands,
     lines,
     links,
     modes,
+    naming,
     network,
     ports,
+    programs,
     radios,
     references,
     settings,
@@ -34,6 +37,7 @@ NAMES: tuple[Rule, ...] = (*references.NAMES, *modes.NAMES)
 SENSE: tuple[Rule, ...] = (
     *references.RULES,
     *modes.RULES,
+    *islands.RULES,
     *addresses.RULES,
     *network.RULES,
     *ports.RULES,
@@ -47,6 +51,8 @@ SENSE: tuple[Rule, ...] = (
     *devices.RULES,
     *bauds.RULES,
     *clocks.RULES,
+    *programs.RULES,
+    *naming.RULES,
 )
 
 

@@ -206,7 +206,8 @@ class Program(Model):
 
     host: HostName | None = Field(None, description="The host it runs on.")
     robot: RobotName | None = Field(
-        None, description="The robot whose host it runs on, in that robot's namespace."
+        None,
+        description="The robot in whose namespace it runs, on that robot's host unless `host` is given.",
     )
     use: Name | None = Field(None, description="A program that swarmctl ships.", examples=["teleop-joy"])
     package: PackageName | None = Field(None, description="ROS package.")
@@ -225,7 +226,7 @@ class Program(Model):
     )
     publishes: tuple[Topic, ...] = Field((), description="Topics it publishes.")
     subscribes: tuple[Topic, ...] = Field((), description="Topics it hears.")
-    requires: tuple[str, ...] = Field(
+    requires: tuple[PackageName, ...] = Field(
         (), description="ROS packages without which it cannot run.", examples=[["joy"]]
     )
     board: Name | None = Field(

@@ -6,6 +6,17 @@ from collections.abc import Mapping
 
 DRIVER_NODE = "driver"
 
+# Nodes that the master and multimaster bring with them; multimaster leaves them out by these names.
+ALWAYS_THERE = {
+    "rosout": "every ROS master",
+    "master_discovery": "multimaster",
+    "master_sync": "multimaster",
+    "node_manager": "multimaster",
+    "node_manager_daemon": "multimaster",
+    "param_sync": "multimaster",
+    "zeroconf": "multimaster",
+}
+
 
 def namespace(robot: str) -> str:
     """The namespace of a robot. ROS graph names know no hyphen (wiki.ros.org/Names)."""
