@@ -12,7 +12,7 @@ TEST_TOOLS := sshd:openssh-server sudo:sudo
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test lint format generated bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -30,6 +30,9 @@ lint: $(VENV)/.dev ## style, types, and who may import whom
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+fuzz: $(VENV)/.dev ## many more hostile specs than make test has
+	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/pytest -q tests/spec/test_fuzz.py
 
 format: $(VENV)/.dev ## lay the code out
 	$(BIN)/ruff check --fix .

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 from swarmctl.checks import (
@@ -27,6 +28,7 @@ from swarmctl.checks import (
 from swarmctl.checks.case import Case, Rule
 from swarmctl.checks.silences import silenced
 from swarmctl.spec.diagnostics import Diagnostic, has_errors, in_order
+from swarmctl.spec.limits import MAX_FINDINGS
 from swarmctl.spec.load import Document, load
 from swarmctl.spec.source import collector_paused
 from swarmctl.topology.resolve import resolve
@@ -59,9 +61,9 @@ SENSE: tuple[Rule, ...] = (
 def check(document: Document) -> tuple[Diagnostic, ...]:
     """Every finding of every rule that is not silenced, in the order of the text."""
     case = Case(document)
-    found = [finding for rule in NAMES for finding in rule(case)]
+    found = [finding for rule in NAMES for finding in islice(rule(case), MAX_FINDINGS)]
     if not has_errors(found):
-        found += [finding for rule in SENSE for finding in rule(case)]
+        found += [finding for rule in SENSE for finding in islice(rule(case), MAX_FINDINGS)]
         found = list(silenced(found, document, document.source.texts))
     return in_order(found)
 

@@ -17,7 +17,7 @@ import yaml
 
 from swarmctl.spec.diagnostics import Diagnostic, Note, Span
 from swarmctl.spec.files import Read, content, text_of
-from swarmctl.spec.limits import MAX_CHAIN, Room
+from swarmctl.spec.limits import MAX_CHAIN, MAX_FINDINGS, Room
 from swarmctl.spec.nodes import Pair, compose, is_null, pairs_of, span_of
 
 KEY = "include"
@@ -57,6 +57,8 @@ class _Including:
         """The pairs of each file that one ``include`` names."""
         entries = wish.value if isinstance(wish, yaml.SequenceNode) else [wish]
         for entry in entries:
+            if len(self.diagnostics) >= MAX_FINDINGS:
+                return
             if not isinstance(entry, yaml.ScalarNode) or is_null(entry):
                 self._complain("INC001", "`include` takes the name of a file, or a list of them", entry,
                                help="write it like: include: [hosts.yaml, robots/lab.yaml]")  # fmt: skip

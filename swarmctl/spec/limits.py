@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-MAX_BYTES = 8 << 20
-"""Of all files together. 10 000 robots are 2.5 MB; 8 MiB of wide characters are 32 MB in memory."""
+MAX_BYTES = 4 << 20
+"""Of all files together. 10 000 robots are 2.5 MB; wide characters take four times as much in memory."""
 
 MAX_NODES = 300_000
 """Keys, values, lists and mappings of all files together. 10 000 robots with a host each are 270 000; each

@@ -125,7 +125,7 @@ class _Builder:
         if len(self._open) >= MAX_DEPTH:
             self._complain("YAML004", TOO_DEEP, node)
             return None
-        if node.tag != PLAIN:
+        if node.tag != PLAIN and self._room:
             self._refuse_tag(node)
         before = self._built
         self._open.add(id(node))
@@ -159,6 +159,8 @@ class _Builder:
         places: dict[str, Pair] = {}  # made only where a key is doubled
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
+                if not self._room:
+                    continue
                 self._complain(
                     "YAML006", "a key must be a plain word", key_node, help=("write it without brackets",)
                 )
@@ -173,6 +175,8 @@ class _Builder:
                 )
                 continue
             if key in built:
+                if not self._room:
+                    continue
                 places = places or pairs_of(node)
                 self._complain(
                     "YAML002",
@@ -194,8 +198,8 @@ class _Builder:
         if text[0] not in scalars.BEGINS_NUMBER and text not in scalars.SWITCHES:
             return text
         value = scalars.number_or_text(text)
-        if (trap := scalars.trap(text, value)) is not None:
-            self._add(scalars.warning(text, trap, span_of(node)))
+        if self._room and (trap := scalars.trap(text, value)) is not None:
+            self.diagnostics.append(scalars.warning(text, trap, span_of(node)))
         return value
 
     def _key(self, node: yaml.ScalarNode) -> str:
@@ -209,10 +213,10 @@ class _Builder:
     def _written_text(self, node: yaml.ScalarNode) -> str:
         """A scalar that is said to be text, by quotes or by a tag."""
         text: str = node.value
-        if node.tag not in (TEXT, _STR):
+        if node.tag not in (TEXT, _STR) and self._room:
             self._refuse_tag(node)
-        if not text.isprintable() and (turning := DIRECTIONS.intersection(text)):
-            self._add(turned_text(min(turning), span_of(node)))
+        if not text.isprintable() and self._room and (turning := DIRECTIONS.intersection(text)):
+            self.diagnostics.append(turned_text(min(turning), span_of(node)))
         return text
 
     def _refuse_tag(self, node: yaml.Node) -> None:
@@ -232,8 +236,9 @@ class _Builder:
         notes: tuple[Note, ...] = (),
         help: tuple[str, ...] = (),  # noqa: A002
     ) -> None:
-        self._add(Diagnostic(code, message, span_of(node), notes=notes, help=help))
+        self.diagnostics.append(Diagnostic(code, message, span_of(node), notes=notes, help=help))
 
-    def _add(self, found: Diagnostic) -> None:
-        if len(self.diagnostics) < MAX_FINDINGS or found.code in _INCOMPLETE:
-            self.diagnostics.append(found)
+    @property
+    def _room(self) -> bool:
+        """Whether one more finding would be read."""
+        return len(self.diagnostics) < MAX_FINDINGS

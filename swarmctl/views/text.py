@@ -9,6 +9,8 @@ _UNSAFE = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}
 
 def printable(text: str) -> str:
     """``text`` with control, bidirectional and invisible characters as escapes; tabs become one blank."""
+    if text.isprintable():  # that is almost every line, and a line may have millions of letters
+        return text
     return "".join(
         " " if char == "\t" else char if unicodedata.category(char) not in _UNSAFE else _escape(char)
         for char in text

@@ -85,12 +85,12 @@ def test_a_file_too_large(
         file.truncate(MAX_BYTES + 1)
     monkeypatch.chdir(tmp_path)
     assert told(capsys, "disk.img") == (
-        "error[FILE002]: `disk.img` is larger than 8 MiB; that is no spec\n\n1 error in disk.img\n"
+        "error[FILE002]: `disk.img` is larger than 4 MiB; that is no spec\n\n1 error in disk.img\n"
     )
 
 
 def test_a_file_without_end_is_refused_too(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "is larger than 8 MiB" in told(capsys, "/dev/zero")
+    assert "is larger than 4 MiB" in told(capsys, "/dev/zero")
 
 
 def test_an_account_without_the_right_to_read(
