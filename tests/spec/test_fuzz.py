@@ -91,7 +91,7 @@ def test_small_hostile_files(
     counted.append(name)
 
 
-# What has the shape of a spec of 50 000 robots is read as one, and a line of a million wide letters is measured.
+# What looks like a spec of 50 000 robots is read as one; a line of a million wide letters is measured.
 ROOMY = {"wrong-robots", "empty-robots", "unknown-hosts", "unknown-types", "robots-without-lines",
          "late-mistakes", "unknown-keys", "mappings", "one-wide-scalar"}  # fmt: skip
 
