@@ -53,9 +53,10 @@ def _too_much(case: Case, index: int, budget: LineBudget) -> Diagnostic:
 
 def _place(case: Case, index: int, robot: str) -> Span:
     """Where the rates stand that are too high, else the line."""
-    settings = case.spec.robots[robot].settings
-    if settings.rates.model_fields_set:
+    if case.spec.robots[robot].settings.rates.model_fields_set:
         return case.span("robots", robot, "settings", "rates")
+    if case.spec.defaults.robot.rates.model_fields_set:
+        return case.span("defaults", "robot", "rates")
     link = case.spec.links[index]
     return case.span("links", index, "baud" if isinstance(link, Serial) and link.baud else "robot")
 

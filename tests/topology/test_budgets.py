@@ -16,8 +16,10 @@ from swarmctl.spec.load import load_text
 from swarmctl.spec.messages import known_types, size_of
 from swarmctl.spec.model import Program
 from swarmctl.topology.boards import board_budget
-from swarmctl.topology.capacity import on_the_wire
+from swarmctl.topology.capacity import host_budgets, network_budgets, on_the_wire
+from swarmctl.topology.interfaces import program_endpoints
 from swarmctl.topology.lines import Load, load_of
+from swarmctl.topology.modes import islands_of
 from swarmctl.topology.radios import MOST, STABLE, RadioBudget, spread
 
 TYPES = load_catalog().types
@@ -155,6 +157,42 @@ def test_every_board_has_room_for_a_twist() -> None:
 @pytest.mark.parametrize(("size", "wire"), [(48, 118), (1444, 1514), (1445, 1581), (921600, 963646)])
 def test_bytes_on_the_wire(size: int, wire: int) -> None:
     assert on_the_wire(size) == wire
+
+
+def test_a_host_bears_its_system_its_masters_its_drivers_and_what_programs_say() -> None:
+    text = """
+version: 1
+name: two
+mode: standalone
+computers: {tiny: {cores: 1, memory_mb: 512}}
+hosts:
+  a: {address: 10.0.0.1, computer: tiny}
+  b: {address: 10.0.0.2}
+robots: {k: {type: koala, host: a}}
+links:
+  - {kind: ethernet, name: wire, hosts: [a, b]}
+  - {kind: serial, host: a, robot: k, usb: {serial: A1}}
+programs:
+  map: {host: a, package: maps, executable: map, memory_mb: 30}
+  plan: {robot: k, package: plans, executable: plan}
+"""
+    document, found = load_text(text, "two.yaml", load_catalog())
+    assert document is not None, found
+    islands = islands_of(document.spec)
+    [budget] = host_budgets(document.spec, document.computers, islands)  # nothing is known of b
+    assert dict(budget.parts) == {"system": 200, "master": 100, "multimaster": 120, "1 driver": 60, "map": 30}
+    assert (budget.needed_mb, budget.served, budget.small) == (510, 3, True)
+
+
+def test_what_is_heard_where_it_is_made_crosses_no_network() -> None:
+    text = (BROKEN / "camera-over-wlan.yaml").read_text("utf-8")
+    for host, crossing in (("laptop", 963646 * 30), ("pi", 0)):
+        written = text.replace("  watch:\n    host: laptop", f"  watch:\n    host: {host}")
+        document, found = load_text(written, "watch.yaml", load_catalog())
+        assert document is not None, found
+        endpoints = tuple(program_endpoints(document.spec))
+        [budget] = network_budgets(document.spec, document.types, endpoints)
+        assert sum(flow.bytes_per_second for flow in budget.flows) == crossing
 
 
 BROKEN = Path(__file__).parents[1] / "spec/broken"
