@@ -20,6 +20,7 @@ from swarmctl.cli.remove import remove
 from swarmctl.cli.render import render
 from swarmctl.cli.rules import explain, rules
 from swarmctl.cli.schema import schema
+from swarmctl.cli.spec import spec
 from swarmctl.cli.status import status
 from swarmctl.cli.trust import trust
 from swarmctl.cli.validate import validate
@@ -27,6 +28,7 @@ from swarmctl.cli.validate import validate
 VERBS: Mapping[Callable[..., None], Sequence[int]] = {  # and the exit codes of their own
     init: (),
     validate: (),
+    spec: (),
     render: (),
     graph: (),
     trust: (exits.HOSTS_UNREACHABLE,),

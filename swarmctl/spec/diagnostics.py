@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from typing import Any
+
+_DIGITS = re.compile("[0-9]+")
 
 
 class Severity(str, Enum):
@@ -73,7 +76,21 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """By file, line and column; those without a place first; the same finding only once."""
+    """By file, line and column; those without a place first; the same finding only once.
+
+    What a range says of each of its elements is said of the first, and the others are counted.
+    """
     nowhere = Span("", 0, 0, 0, 0)
     unique = dict.fromkeys(diagnostics)
-    return tuple(sorted(unique, key=lambda found: (found.span or nowhere, found.code, found.message)))
+    alike: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for found in unique:
+        alike.setdefault((found.span or found, found.code, _DIGITS.sub("", found.message)), []).append(found)
+    told = [_for_all(group) for group in alike.values()]
+    return tuple(sorted(told, key=lambda found: (found.span or nowhere, found.code, found.message)))
+
+
+def _for_all(group: list[Diagnostic]) -> Diagnostic:
+    first, *others = group
+    if not others:
+        return first
+    return replace(first, help=(*first.help, f"the same goes for {len(others)} more that stand here"))

@@ -135,11 +135,19 @@ def _find(source: Source, loc: Loc) -> _Place | None:
     place = _place(source, None, node)
     for step in loc:
         pair = source.child(node, step)
-        if place is None or pair is None:
+        if place is None or pair is None or _is_one_of_a_range(node, step):
             return None
         key, node = pair
         place = _place(source, key, node)
     return place
+
+
+def _is_one_of_a_range(holder: yaml.Node | None, step: str | int) -> bool:
+    """Whether an item of a list has neighbours that were written together with it, as a range."""
+    if not isinstance(holder, yaml.SequenceNode) or not isinstance(step, int):
+        return False
+    around = [item.start_mark for item in holder.value[max(0, step - 1) : step + 2]]
+    return len({(mark.name, mark.index) for mark in around}) < len(around)
 
 
 def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Place | None:

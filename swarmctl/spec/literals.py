@@ -35,8 +35,14 @@ def text_of(value: str, quote: str = "") -> str:
     if quote == "'" and value.isprintable():
         return "'" + value.replace("'", "''") + "'"
     if quote or not _is_plain(value):
-        return json.dumps(value, ensure_ascii=not value.isprintable())
+        return _quoted(value)
     return value
+
+
+def _quoted(value: str) -> str:
+    """Text in double quotes; YAML's escapes are JSON's, but for what lies beyond 16 bits."""
+    written = json.dumps(value, ensure_ascii=False)
+    return "".join(char if char.isprintable() else f"\\U{ord(char):08x}" for char in written)
 
 
 def _is_plain(value: str) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import yaml
 
+from swarmctl.spec import ranges
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.diagnostics import Diagnostic, Severity, Span, has_errors
 from swarmctl.spec.files import Read, content, text_of
@@ -71,7 +72,7 @@ def _document(
     diagnostics = [*catalog.diagnostics, *found]
     if has_errors(found):  # what is missing then would bring false complaints
         return None, tuple(diagnostics)
-    root, found = _one(trees)
+    root, found = _one(trees, room.texts)
     source, wrong = source_of(root, path, room.texts)
     diagnostics += [*found, *wrong]
     if source.root is None or source.data is None:
@@ -83,11 +84,18 @@ def _document(
     return Document(spec, source, catalog), tuple(diagnostics)
 
 
-def _one(trees: Sequence[yaml.Node]) -> tuple[yaml.Node | None, list[Diagnostic]]:
-    """The one tree that the layers make. What changes a tree before it becomes data stands here."""
-    if not trees:
-        return None, []
-    root, diagnostics = trees[0], list[Diagnostic]()
+def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Node | None, list[Diagnostic]]:
+    """The one tree that the layers make; with wrong ranges there is none.
+
+    Ranges are written out first, so that what is laid over a range may mean one of its elements.
+    """
+    diagnostics: list[Diagnostic] = []
+    if any(ranges.may_stand_in(text) for text in texts.values()):
+        written = [ranges.written_out(tree) for tree in trees]
+        trees, diagnostics = [tree for tree, _ in written], [one for _, found in written for one in found]
+    if not trees or diagnostics:
+        return None, diagnostics
+    root = trees[0]
     for over in trees[1:]:
         root, found = overlaid(root, over)
         diagnostics += found

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from swarmctl.spec.schema import schema_of
+from swarmctl.spec.schema import without_ranges
 
 _HEADING = {
     "swarm": "What may stand in a swarm's spec.",
@@ -20,7 +20,7 @@ _ELSEWHERE = {"RobotType": "robot-type-reference.md"}  # a definition that fills
 
 def reference(name: str) -> str:
     """The page of ``swarm`` or ``robot-type`` as Markdown. ``docs/`` holds it; a test keeps it current."""
-    schema = schema_of(name)
+    schema = without_ranges(name)
     page = _Page(schema["definitions"])
     title = name.replace("-", " ").capitalize()
     parts = [f"# {title}: every key\n\n{_HEADING[name]} Made by `swarmctl schema {name} --markdown`.\n"]

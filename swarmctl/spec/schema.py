@@ -10,6 +10,7 @@ from pydantic import BaseModel
 from swarmctl.spec.examples import with_examples
 from swarmctl.spec.model import Spec
 from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.schema_ranges import with_ranges
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
 MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotType}
@@ -17,6 +18,12 @@ MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotType}
 
 def schema_of(name: str) -> dict[str, Any]:
     """The schema of ``swarm`` or ``robot-type``."""
+    made = without_ranges(name)
+    return with_ranges(made) if name == "swarm" else made
+
+
+def without_ranges(name: str) -> dict[str, Any]:
+    """The schema of a file that says everything one by one: the words alone, for who reads or lists them."""
     made = MODELS[name].model_json_schema(mode="validation")
     return {"$schema": DRAFT, **_draft7(with_examples(made))}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import yaml
 
 from swarmctl.spec.diagnostics import Diagnostic, Note, Span
@@ -51,12 +53,17 @@ _OPENED = (
     "unexpected end of stream",
 )  # what was opened says more than where its end was missed
 
+_WORD_END = re.compile(r"[^\s,{}\[\]\"']*[^\s,:{}\[\]\"']$")
+_BRACKET = re.compile(r"\[[0-9][0-9,*-]*\][^\s,:{}\[\]]*")
+
 
 def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnostic:
     mark, place = error.problem_mark or error.context_mark, error.context_mark
     problem = " ".join((error.problem or error.context or "it makes no sense").split())
     if mark is None:
         return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
+    if word := _range_around(text, mark.index):
+        return Diagnostic("YAML001", "a range needs quotes here", at(mark), help=(f'write "{word}"',))
     message, mend = f"this is not YAML: {problem}", ""
     for words, told, help_ in _TOLD:
         if words in problem:
@@ -71,6 +78,12 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
     elif place is not None and "anchor" in problem:
         notes = (Note(at(place), "first here"),)
     return Diagnostic("YAML001", message, at(mark), notes=notes, help=(mend,) if mend else ())
+
+
+def _range_around(text: str, index: int) -> str:
+    """The word like ``pi-[1-5]`` with its bracket at ``index``: within other brackets YAML cuts it there."""
+    head, found = _WORD_END.search(text[max(0, index - 80) : index]), _BRACKET.match(text[index : index + 80])
+    return head[0] + found[0] if head and found else ""
 
 
 def _odd_character(text: str, mark: yaml.Mark) -> tuple[str, str]:
