@@ -94,17 +94,11 @@ def _spread(spec: Spec, homes: Mapping[str, str], hub: str) -> dict[str, str]:
 
 
 def _led(spec: Spec, orders: tuple[Order, ...], homes: Mapping[str, str], hub: str) -> tuple[Order, ...]:
-    """The hub's commands stay, others' over robots of other hosts go; the hub commands all of those."""
-    kept = []
-    for order in orders:
-        of = order.of
-        if commander_host(spec, order.by, homes) != hub:
-            of = tuple(robot for robot in of if homes[robot] == hub)
-        if of:
-            kept.append(Order(order.index, order.by, of))
+    """The hub's commands stay and those of others go; the hub commands every robot of another host."""
+    kept = tuple(order for order in orders if commander_host(spec, order.by, homes) == hub)
     led = {robot for one in kept for robot in one.of}
     missing = tuple(robot for robot in homes if homes[robot] != hub and robot not in led)
-    return (*kept, Order(None, hub, missing)) if missing else tuple(kept)
+    return (*kept, Order(None, hub, missing)) if missing else kept
 
 
 def _on_their_own(

@@ -46,8 +46,8 @@ def _by_authority(
     spec: Spec, hub: str, homes: Mapping[str, str], because: list[str]
 ) -> tuple[Mode, str, tuple[str, ...]]:
     """Leader or central: the same wiring, told apart by who commands the robots of other hosts."""
-    orders = {(by, robot) for by, robot in commands(spec, homes) if homes.get(robot) != hub}
-    from_hub = sorted(robot for by, robot in orders if by == hub)
+    orders = commands(spec, homes)
+    from_hub = sorted(robot for by, robot in orders if by == hub and homes.get(robot) != hub)
     others = sorted(robot for by, robot in orders if by != hub)
     if from_hub and not others:
         because.append(f"`{hub}` alone commands the robots of other hosts: `{'`, `'.join(from_hub[:3])}`")
