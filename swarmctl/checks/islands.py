@@ -65,8 +65,9 @@ def homes(case: Case) -> Iterator[Diagnostic]:
                 help=("keep one of the two; what the other island needs crosses by itself",),
             )
     ways = {host.via for host in spec.hosts.values()} - _working(case)  # to jump through is no work for ROS
+    hubs = {hub_of(island) for island in spec.islands.values()}  # of those MODE013 tells
     for host in spec.hosts:
-        if host not in first and host not in ways:
+        if host not in first and host not in ways and host not in hubs:
             yield Diagnostic(
                 "MODE011",
                 f"host `{host}` is on no island",
