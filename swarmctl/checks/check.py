@@ -23,6 +23,7 @@ from swarmctl.checks import (
     programs,
     radios,
     references,
+    security,
     settings,
 )
 from swarmctl.checks.case import Case, Rule
@@ -55,6 +56,7 @@ SENSE: tuple[Rule, ...] = (
     *clocks.RULES,
     *programs.RULES,
     *naming.RULES,
+    *security.RULES,
 )
 
 

@@ -56,7 +56,10 @@ class Fix:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One finding. ``label`` stands under the underlined text; each ``help`` is one way to mend it."""
+    """One finding. ``label`` stands under the underlined text; each ``help`` is one way to mend it.
+
+    Of a ``secret`` no view shows what stands in ``span``.
+    """
 
     code: str
     message: str
@@ -66,9 +69,12 @@ class Diagnostic:
     notes: tuple[Note, ...] = ()
     help: tuple[str, ...] = ()
     fix: Fix | None = None
+    secret: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        return asdict(self) | {"severity": self.severity.value}
+        told = asdict(self) | {"severity": self.severity.value}
+        del told["secret"]  # it holds no text of the file
+        return told
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:

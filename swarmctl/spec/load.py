@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import yaml
@@ -16,6 +16,7 @@ from swarmctl.spec.include import tree_of
 from swarmctl.spec.limits import Room
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.overlay import overlaid
+from swarmctl.spec.private_keys import private_keys_in
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import Source, source_of
 from swarmctl.spec.validation import validated
@@ -28,6 +29,7 @@ class Document:
     spec: Spec
     source: Source
     catalog: Catalog
+    private_keys: tuple[str, ...] = ()  # files beside the spec that are some
 
     def span(self, *loc: str | int, key: bool = False) -> Span:
         return self.source.span(loc, key=key)
@@ -56,7 +58,10 @@ def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None,
         trees += [root] if root is not None else []
         diagnostics += found
     catalog = load_catalog(layers[0].resolve().parent / "robots", room.texts)
-    return _document(trees, diagnostics, str(layers[0]), room, catalog)
+    document, told = _document(trees, diagnostics, str(layers[0]), room, catalog)
+    if document is not None:
+        document = replace(document, private_keys=private_keys_in(layers[0].resolve().parent))
+    return document, told
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:

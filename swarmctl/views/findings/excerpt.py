@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rich.cells import cell_len
@@ -28,6 +29,20 @@ class View:
         """How many blanks and how many marks stand under the cells from ``first`` to before ``last``."""
         before = first - self.start + (len(_CUT) if self.cut_left else 0)
         return before, max(1, min(last, self.end) - first)
+
+
+def covered(file: str, lines: Sequence[str], secrets: Iterable[Span]) -> Sequence[str]:
+    """The lines of a file with what nobody should read covered by stars, each line as long as it was."""
+    shown = list(lines)
+    for span in secrets:
+        for number in range(span.line, span.end_line + 1) if span.file == file else ():
+            if number > len(shown):
+                break
+            line = shown[number - 1]
+            first = span.column - 1 if number == span.line else 0
+            last = min(span.end_column - 1 if number == span.end_line else len(line), len(line))
+            shown[number - 1] = f"{line[:first]}{'*' * (last - first)}{line[last:]}"
+    return shown
 
 
 def cells(text: str) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from rich.text import Text
 
 from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
-from swarmctl.views.findings.excerpt import View, marked, view
+from swarmctl.views.findings.excerpt import View, covered, marked, view
 from swarmctl.views.findings.report import Checked, counted
 from swarmctl.views.text import printable
 
@@ -20,7 +20,8 @@ _NARROWEST = 12
 
 def findings(diagnostics: Sequence[Diagnostic], sources: Mapping[str, str], width: int | None = None) -> Text:
     """The first ``MOST_SHOWN`` findings in full, and how many there are more."""
-    lines = {file: text.splitlines() for file, text in sources.items()}
+    secrets = [one.span for one in diagnostics if one.secret and one.span is not None]
+    lines = {file: covered(file, text.splitlines(), secrets) for file, text in sources.items()}
     text = Text("\n").join(finding(one, lines, width) for one in diagnostics[:MOST_SHOWN])
     if len(diagnostics) > MOST_SHOWN:
         text.append(f"\n... and {len(diagnostics) - MOST_SHOWN} more")
