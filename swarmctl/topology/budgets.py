@@ -43,9 +43,9 @@ def budgets_of(document: Document) -> Budgets:
         lines=tuple(lines.values()),
         radios=radio_budgets(spec, {index: one.load for index, one in lines.items()}),
         boards=tuple(
-            board_budget(name, program, boards()[program.board])
+            board_budget(name, program, boards()[program.board or ""])
             for name, program in spec.programs.items()
-            if program.board is not None
+            if program.board in boards()
         ),
         hosts=tuple(host_budgets(spec, document.computers, modes.islands_of(spec))),
         networks=tuple(network_budgets(spec, types, endpoints)),
