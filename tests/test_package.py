@@ -105,6 +105,16 @@ def test_it_validates_and_renders_from_another_folder(
     assert os.access(tmp_path / "made/k3-pi/bin/ros-exec", os.X_OK)
 
 
+def test_it_begins_a_swarm_with_the_schemas_that_it_brings(
+    installed: Path, root: Path, tmp_path: Path
+) -> None:
+    begun = ran(installed / "swarmctl", "init", "lab", cwd=tmp_path)
+    assert (begun.returncode, begun.stderr) == (0, "")
+    assert ran(installed / "swarmctl", "validate", "lab/swarm.yaml", cwd=tmp_path).returncode == 0
+    for schema in (root / "schemas").iterdir():
+        assert (tmp_path / "lab/.swarmctl" / schema.name).read_bytes() == schema.read_bytes()
+
+
 def test_every_template_and_schema_is_in_it(wheel: Path, root: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     for folder in ("templates", "schemas"):

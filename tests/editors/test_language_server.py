@@ -20,10 +20,10 @@ ROBOT_TYPE = "# yaml-language-server: $schema=.swarmctl/robot-type.schema.json\n
 
 
 def installed() -> str | None:
-    """The server: where the environment says, on the PATH, or where `make editor-tools` puts it."""
+    """The server: where the environment says, where `make editor-tools` puts it, or on the PATH."""
     named = os.environ.get("YAML_LANGUAGE_SERVER")
     return named or shutil.which(
-        "yaml-language-server", path=f"{os.environ['PATH']}:{CACHE}/node_modules/.bin"
+        "yaml-language-server", path=f"{CACHE}/node_modules/.bin:{os.environ['PATH']}"
     )
 
 
