@@ -11,14 +11,13 @@ from swarmctl.topology.capacity import (
     CAREFUL_NETWORK,
     SMALL_NODES,
     HostBudget,
-    host_budgets,
     network_budgets,
 )
 
 
 def memory(case: Case) -> Iterator[Diagnostic]:
     """CAP001, CAP002: what runs on a host fits into its memory, beside its system."""
-    for budget in host_budgets(case.spec, case.computers, case.islands):
+    for budget in case.host_budgets:
         if budget.share > CAREFUL:
             never = budget.share > 1
             yield Diagnostic(
@@ -38,7 +37,7 @@ def _parts(budget: HostBudget) -> str:
 
 def small_masters(case: Case) -> Iterator[Diagnostic]:
     """CAP003: the master of many nodes runs on a computer that answers them in time."""
-    for budget in host_budgets(case.spec, case.computers, case.islands):
+    for budget in case.host_budgets:
         if budget.small and budget.served > SMALL_NODES:
             yield Diagnostic(
                 "CAP003",

@@ -15,6 +15,7 @@ from swarmctl.spec.source import Source
 from swarmctl.topology import modes
 from swarmctl.topology.address import Ip, Subnet
 from swarmctl.topology.bridges import bridges_of
+from swarmctl.topology.capacity import HostBudget, host_budgets
 from swarmctl.topology.graph import Node, graph_of
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
 from swarmctl.topology.lines import LineBudget, line_budgets
@@ -131,6 +132,11 @@ class Case:
     def line_budgets(self) -> Mapping[int, LineBudget]:
         """What each line carries, by its index in ``links``."""
         return dict(line_budgets(self.spec, self.types, self.endpoints))
+
+    @cached_property
+    def host_budgets(self) -> tuple[HostBudget, ...]:
+        """What runs on each host whose kind of computer is known."""
+        return tuple(host_budgets(self.spec, self.computers, self.islands))
 
     @cached_property
     def graph(self) -> nx.Graph[Node]:

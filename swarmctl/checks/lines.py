@@ -91,9 +91,14 @@ def hasty_dead_men(case: Case) -> Iterator[Diagnostic]:
     """LINE003: a robot waits longer for an order than orders and its line take to bring one."""
     spec = case.spec
     ordered = command_rates(spec, case.endpoints)
+    timeouts: dict[tuple[str, float | None], float] = {}  # robots of a type mostly have the same
     for budget in case.line_budgets.values():
         robot = spec.robots[budget.robot]
-        timeout = command_timeout_of(*layers(spec, case.types[robot.type], robot.settings))
+        key = (robot.type, robot.settings.command_timeout)
+        timeout = timeouts.get(key)
+        if timeout is None:
+            timeout = command_timeout_of(*layers(spec, case.types[robot.type], robot.settings))
+            timeouts[key] = timeout
         period = 1 / ordered.get(budget.robot, COMMAND_RATE)
         least = max(_PERIODS * period, budget.load.cycle)
         if timeout >= least or budget.load.least_share > 1:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from swarmctl.spec.model import Bluetooth, Serial, Spec
 from swarmctl.spec.robot_type import Query, RobotSettings, RobotType, rates_of
@@ -64,18 +65,18 @@ class Load:
         """How long one exchange usually takes."""
         return exchange.bytes / self.available + USUAL_DELAY[self.kind]
 
-    @property
+    @cached_property
     def share(self) -> float:
         """Seconds of exchanges in a second, with the wait that is usual."""
         return sum(one.rate * self.seconds(one) for one in self.exchanges)
 
-    @property
+    @cached_property
     def least_share(self) -> float:
         """The same with the shortest wait there can be; above 1 nothing helps."""
         requests = sum(one.rate for one in self.exchanges)
         return self.needed / self.available + requests * LEAST_DELAY[self.kind]
 
-    @property
+    @cached_property
     def cycle(self) -> float:
         """Seconds until every exchange has had its turn."""
         return sum(self.seconds(one) for one in self.exchanges if one.rate > 0)
@@ -132,15 +133,16 @@ def line_budgets(
         if not isinstance(link, (Serial, Bluetooth)):
             continue
         robot = spec.robots[link.robot]
-        robot_type = types[robot.type]
-        rates = rates_of(robot_type, *layers(spec, robot_type, robot.settings))
-        kind = line_kind(link)
-        baud = link.baud if isinstance(link, Serial) and link.baud else robot_type.link.baud
+        own, kind = robot.settings.rates, line_kind(link)
+        baud = link.baud if isinstance(link, Serial) else None
         commands = ordered.get(link.robot, COMMAND_RATE)
-        key = (robot.type, kind, baud, commands, rates["odom"], rates["proximity"])
+        key = (robot.type, kind, baud, commands, own.odom, own.proximity)
         load = loads.get(key)
         if load is None:
-            load = loads[key] = load_of(robot_type, kind, baud, commands, rates)
+            robot_type = types[robot.type]
+            rates = rates_of(robot_type, *layers(spec, robot_type, robot.settings))
+            load = load_of(robot_type, kind, baud or robot_type.link.baud, commands, rates)
+            loads[key] = load
         yield index, LineBudget(link.robot, link.host, load)
 
 
