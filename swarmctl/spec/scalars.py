@@ -88,7 +88,8 @@ def _exponent(text: str) -> Trap | None:
     """YAML 1.1 wants a point before an exponent, and a sign in it."""
     if (found := _EXPONENT.fullmatch(text)) is None or (found[2] and found[3]):
         return None
-    return Trap("YAML012", "text", f"{found[1]}{found[2] or '.0'}e{found[3] or '+'}{found[4]}")
+    whole = found[1] if found[1][-1:].isdigit() else f"{found[1]}0"  # PyYAML takes `-.5e+3` for text
+    return Trap("YAML012", "text", f"{whole}{found[2] or '.0'}e{found[3] or '+'}{found[4]}")
 
 
 def _base_60(text: str) -> int | float:
