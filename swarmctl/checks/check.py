@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -27,8 +29,10 @@ from swarmctl.checks import (
     settings,
 )
 from swarmctl.checks.case import Case, Rule
+from swarmctl.checks.fixing import Findings, Stage
 from swarmctl.checks.silences import silenced
 from swarmctl.spec.diagnostics import Diagnostic, has_errors, in_order
+from swarmctl.spec.files import Read, content
 from swarmctl.spec.limits import MAX_FINDINGS
 from swarmctl.spec.load import Document, load
 from swarmctl.spec.source import collector_paused
@@ -62,12 +66,27 @@ SENSE: tuple[Rule, ...] = (
 
 def check(document: Document) -> tuple[Diagnostic, ...]:
     """Every finding of every rule that is not silenced, in the order of the text."""
+    return _examined(document).diagnostics
+
+
+def _examined(document: Document) -> Findings:
     case = Case(document)
     found = [finding for rule in NAMES for finding in islice(rule(case), MAX_FINDINGS)]
-    if not has_errors(found):
+    stage = Stage.NAMES if has_errors(found) else Stage.SENSE
+    if stage is Stage.SENSE:
         found += [finding for rule in SENSE for finding in islice(rule(case), MAX_FINDINGS)]
         found = list(silenced(found, document, document.source.texts))
-    return in_order(found)
+    return Findings(stage, in_order(found))
+
+
+def look(layers: Sequence[Path], read: Read = content) -> Findings:
+    """What is to be said about a spec and what is laid over it, and how far it could be looked at."""
+    document, diagnostics = load(layers, read)
+    if document is not None:
+        found = _examined(document)
+        return replace(found, diagnostics=in_order([*diagnostics, *found.diagnostics]))
+    unread = any(one.code.startswith(("FILE", "YAML")) for one in diagnostics if has_errors([one]))
+    return Findings(Stage.TEXT if unread else Stage.VOCABULARY, in_order(diagnostics))
 
 
 def examine(*layers: Path) -> tuple[Document | None, tuple[Diagnostic, ...]]:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Callable, Collection, Hashable, Iterator
+from typing import Any
 
 from swarmctl.checks.case import Case, Rule
-from swarmctl.spec.diagnostics import Diagnostic, Note
-from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Usb
+from swarmctl.spec.diagnostics import Diagnostic, Fix, Note
+from swarmctl.spec.edits import mend, replace_value
+from swarmctl.spec.mentions import rename, renaming
+from swarmctl.spec.model import Bluetooth, Serial, Usb
 from swarmctl.topology import names
-from swarmctl.topology.address import normal
+from swarmctl.topology.address import Subnet, normal
 from swarmctl.topology.ports import ssh_port
 
 _LOCALHOST = "localhost"
 
-Claim = tuple[Hashable, str, tuple[str | int, ...]]  # what is claimed, by whom, and where that stands
+Place = tuple[Any, ...]
+Claim = tuple[Hashable, str, Place]  # what is claimed, by whom, and where that stands
 
 
 def doubled_addresses(case: Case) -> Iterator[Diagnostic]:
@@ -68,14 +72,41 @@ def doubled_networks(case: Case) -> Iterator[Diagnostic]:
     """ID004: two networks with one name."""
     claims: list[Claim] = [
         (link.name, f"entry {index + 1} of `links`", ("links", index, "name"))
-        for index, link in enumerate(case.spec.links)
-        if isinstance(link, NetworkLink)
+        for index, link in case.networks
     ]
-    yield from _doubled(case, "ID004", "network name", claims, "rename one of them")
+    networks = dict(case.networks)
+    taken = {link.name for link in networks.values()}
+
+    def renamed(loc: Place) -> Fix | None:
+        if any(_overlap(case.subnets[loc[1]], case.subnets[one]) for one in networks if one != loc[1]):
+            return None  # they may be one network
+        name = _free(networks[loc[1]].name, taken)
+        taken.add(name)
+        return mend(f"rename it to `{name}`", replace_value(case.source, loc, name))
+
+    yield from _doubled(case, "ID004", "network name", claims, "rename one of them", fix=renamed)
 
 
-def _doubled(case: Case, code: str, what: str, claims: list[Claim], mend: str) -> Iterator[Diagnostic]:
-    first: dict[Hashable, tuple[str, tuple[str | int, ...]]] = {}
+def _overlap(one: Subnet | None, other: Subnet | None) -> bool:
+    return one is not None and other is not None and one.version == other.version and one.overlaps(other)
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    """The name itself, or with the next number that makes it one of its own; 31 letters are the most."""
+    tries = (name, *(f"{name[:27]}-{number}" for number in range(2, 1000)))
+    return next((one for one in tries if one not in taken), name)
+
+
+def _doubled(
+    case: Case,
+    code: str,
+    what: str,
+    claims: list[Claim],
+    help_: str,
+    *,
+    fix: Callable[[Place], Fix | None] = lambda _: None,
+) -> Iterator[Diagnostic]:
+    first: dict[Hashable, tuple[str, Place]] = {}
     for claimed, owner, loc in claims:
         if claimed not in first:
             first[claimed] = (owner, loc)
@@ -87,7 +118,8 @@ def _doubled(case: Case, code: str, what: str, claims: list[Claim], mend: str) -
             case.span(*loc),
             label=f"also used by {owner}",
             notes=(Note(case.span(*place), f"first used by {earlier}"),),
-            help=(mend,),
+            help=(help_,),
+            fix=fix(loc),
         )
 
 
@@ -99,6 +131,7 @@ def reserved_names(case: Case) -> Iterator[Diagnostic]:
             f"`{_LOCALHOST}` is what every host calls itself",
             case.span("hosts", _LOCALHOST, key=True),
             help=("choose another name; it goes into /etc/hosts",),
+            fix=_renamed(case, "hosts", _LOCALHOST, f"{case.spec.name}-host"),
         )
     for kind in ("robots", "programs"):
         if names.MASTER in getattr(case.spec, kind):
@@ -107,6 +140,7 @@ def reserved_names(case: Case) -> Iterator[Diagnostic]:
                 f"`{names.MASTER}` is the name of the ROS master's own unit",
                 case.span(kind, names.MASTER, key=True),
                 help=("choose another name",),
+                fix=_renamed(case, kind, names.MASTER, f"{case.spec.name}-{names.MASTER}"),
             )
     for name in case.spec.programs:
         if name in case.spec.robots:
@@ -116,7 +150,15 @@ def reserved_names(case: Case) -> Iterator[Diagnostic]:
                 case.span("programs", name, key=True),
                 notes=(Note(case.span("robots", name, key=True), "the robot"),),
                 help=("rename the program",),
+                fix=_renamed(case, "programs", name, f"{name}-program"),
             )
+
+
+def _renamed(case: Case, kind: str, old: str, new: str) -> Fix | None:
+    """Another name, everywhere, that no host, robot or program has."""
+    spec = case.spec
+    name = _free(new[:31], {*spec.hosts, *spec.robots, *spec.programs})
+    return renaming(old, name, rename(case.source, kind, old, name))
 
 
 RULES: tuple[Rule, ...] = (

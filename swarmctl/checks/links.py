@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
-from swarmctl.spec.diagnostics import Diagnostic, Note
+from swarmctl.spec.diagnostics import Diagnostic, Fix, Note
+from swarmctl.spec.edits import append_item, mend, set_key
 from swarmctl.spec.model import Bluetooth, Mode
 
 
@@ -91,7 +92,17 @@ def adapters(case: Case) -> Iterator[Diagnostic]:
                 case.span("links", index, "adapter" if link.adapter else "host"),
                 notes=(Note(case.span("hosts", link.host, key=True), "this host"),),
                 help=(f"add `bluetooth: [{link.adapter or 'hci0'}]` to host `{link.host}` if it has one",),
+                fix=_adapter_added(case, link.host, link.adapter or "hci0"),
             )
+
+
+def _adapter_added(case: Case, host: str, adapter: str) -> Fix | None:
+    loc = ("hosts", host)
+    if case.spec.hosts[host].bluetooth:
+        edits = append_item(case.source, (*loc, "bluetooth"), adapter)
+    else:
+        edits = set_key(case.source, loc, "bluetooth", [adapter])
+    return mend(f"add `{adapter}` to the adapters of `{host}`", edits)
 
 
 RULES: tuple[Rule, ...] = (robot_lines, spoken_lines, adapters)

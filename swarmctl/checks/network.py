@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
-from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
-from swarmctl.spec.model import NetworkLink, Wlan
+from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.spec.edits import append_item, mend
+from swarmctl.spec.model import Wlan
 from swarmctl.topology.address import Subnet
 from swarmctl.topology.graph import hosts_beside
 
@@ -23,14 +24,26 @@ def paths_to_hub(case: Case) -> Iterator[Diagnostic]:
                     case.span("hosts", name, key=True),
                     label="no wlan or ethernet joins the two",
                     help=(_network_help(case, name, island.hub),),
+                    fix=_network_fix(case, name, island.hub),
                 )
 
 
 def _network_help(case: Case, name: str, hub: str) -> str:
-    for link in case.spec.links:
-        if isinstance(link, NetworkLink) and hub in link.hosts:
-            return f"add `{name}` to the hosts of `{link.name}`"
+    if case.networks_of[hub]:
+        return f"add `{name}` to the hosts of `{case.networks_of[hub][0][1].name}`"
     return f"add to `links`: {{kind: wlan, name: lab, hosts: [{hub}, {name}]}}"
+
+
+def _network_fix(case: Case, name: str, hub: str) -> Fix | None:
+    """The host added to its hub's network, if there is one only and the host's address fits there."""
+    if len(case.networks_of[hub]) != 1:
+        return None
+    [(index, link)] = case.networks_of[hub]
+    ip, subnet = case.addresses[name], case.subnets[index]
+    if ip is not None and subnet is not None and ip not in subnet:
+        return None
+    edits = append_item(case.source, ("links", index, "hosts"), name)
+    return mend(f"add `{name}` to the hosts of `{link.name}`", edits)
 
 
 def hosts_alone(case: Case) -> Iterator[Diagnostic]:

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from swarmctl.checks.case import Case, Rule
-from swarmctl.spec.diagnostics import Diagnostic
+from swarmctl.spec.diagnostics import Diagnostic, Fix
+from swarmctl.spec.edits import mend, replace_value
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial
-from swarmctl.spec.suggest import did_you_mean
+from swarmctl.spec.suggest import did_you_mean, nearest
 
 
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
@@ -91,7 +92,13 @@ def _look_up(
             case.span(*loc),
             label="not defined",
             help=did_you_mean(word, known, f"known {what}s"),
+            fix=_nearest(case, known, word, loc),
         )
+
+
+def _nearest(case: Case, known: Mapping[str, Any], word: str, loc: tuple[str | int, ...]) -> Fix | None:
+    near = nearest(word, tuple(known))
+    return mend(f"write `{near}`", replace_value(case.source, loc, near)) if near else None
 
 
 NAMES: tuple[Rule, ...] = (unknown_names,)

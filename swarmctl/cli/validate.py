@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from swarmctl.cli import access, console, exits, findings
+from swarmctl.cli import fix as fixes
 
 
 def validate(
@@ -21,6 +22,13 @@ def validate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the findings to a file.")
     ] = None,
+    fix: Annotated[
+        bool, typer.Option("--fix", help="Mend what can be mended, in the files themselves.")
+    ] = False,
+    diff: Annotated[
+        bool,
+        typer.Option("--diff", help="Only show what --fix would change; exit code 1 if that is something."),
+    ] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail, too.")] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing: the exit code says it.")
@@ -33,6 +41,10 @@ def validate(
 
     if json and form not in (None, findings.Format.JSON):
         console.fail(f"--json and --format {form.value} exclude each other", code=exits.USAGE)
+    if diff:
+        raise typer.Exit(exits.ERROR if fixes.show_diffs(specs) else exits.OK)
+    if fix:
+        fixes.apply_fixes(specs, quiet=quiet)
     report = Report(tuple(Checked(str(spec), *read(*spec.files)) for spec in specs), strict=strict)
     findings.show(report, findings.Format.JSON if json else form or findings.usual(), output, quiet=quiet)
     raise typer.Exit(exits.OK if report.passed else exits.ERROR)

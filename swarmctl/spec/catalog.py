@@ -10,6 +10,7 @@ from pathlib import Path
 
 from swarmctl import resources
 from swarmctl.spec.diagnostics import Diagnostic, has_errors
+from swarmctl.spec.files import Read, content
 from swarmctl.spec.model import Computer, Computers
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import parse
@@ -25,12 +26,12 @@ class Catalog:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def load_catalog(beside: Path | None = None, others: Iterable[str] = ()) -> Catalog:
+def load_catalog(beside: Path | None = None, others: Iterable[str] = (), read: Read = content) -> Catalog:
     """The shipped catalog, with the robot types of the folder ``beside`` on top; ``others`` are no types."""
     shipped = _shipped()
     if beside is None or not beside.is_dir():
         return shipped
-    types, diagnostics = _types_in(beside, {os.path.realpath(file) for file in others})
+    types, diagnostics = _types_in(beside, {os.path.realpath(file) for file in others}, read)
     return Catalog({**shipped.types, **types}, shipped.computers, (*shipped.diagnostics, *diagnostics))
 
 
@@ -42,20 +43,20 @@ def _shipped() -> Catalog:
 
 
 def _types_in(
-    folder: Path, others: Set[str] = frozenset()
+    folder: Path, others: Set[str] = frozenset(), read: Read = content
 ) -> tuple[dict[str, RobotType], tuple[Diagnostic, ...]]:
     files = [file for file in sorted(folder.glob("*.yaml")) if os.path.realpath(file) not in others]
-    read = {file.stem: _read(file, RobotType) for file in files}
-    types = {name: robot_type for name, (robot_type, _) in read.items() if robot_type is not None}
-    return types, tuple(found for _, problems in read.values() for found in problems)
+    found = {file.stem: _read(file, RobotType, read) for file in files}
+    types = {name: robot_type for name, (robot_type, _) in found.items() if robot_type is not None}
+    return types, tuple(one for _, problems in found.values() for one in problems)
 
 
-def _read(file: Path, model: type[M]) -> tuple[M | None, list[Diagnostic]]:
+def _read(file: Path, model: type[M], read: Read = content) -> tuple[M | None, list[Diagnostic]]:
     try:
-        source, problems = parse(file.read_text("utf-8"), str(file))
+        source, problems = parse(read(file).decode("utf-8-sig"), str(file))
     except (OSError, UnicodeDecodeError) as error:
         return None, [Diagnostic("FILE001", f"cannot read {file}: {error}")]
     if has_errors(problems):
         return None, problems
-    read, wrong = validated(model, source)
-    return read, [*problems, *wrong]
+    value, wrong = validated(model, source)
+    return value, [*problems, *wrong]

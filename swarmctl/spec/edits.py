@@ -7,6 +7,7 @@ For the one who writes a rule: ``mend`` makes the ``fix`` of a diagnostic out of
     replace_value(source, ("hosts", "k3-pi", "port"), 22)     another value
     rename_key(source, ("hosts", "k3-pi", "adress"), "address")
     remove(source, ("links", 3))                              a key with its value, or an item
+    as_text(source, ("links", 1, "usb", "serial"))            the same word in quotes
 
 and ``mentions.rename`` changes a name with everything that mentions it. A change that the text does not allow
 (what an alias repeats, or what was written once for several entries) is an empty tuple, and a fix with such a
@@ -28,6 +29,7 @@ from swarmctl.spec.source import Loc, Source
 
 Edits = tuple[Edit, ...]
 
+_QUOTES = ("'", '"')
 _KINDS: dict[type[yaml.Node], Kind] = {
     yaml.ScalarNode: "scalar",
     yaml.MappingNode: "mapping",
@@ -45,8 +47,20 @@ def replace_value(source: Source, loc: Loc, value: Any) -> Edits:
     found = _find(source, loc)
     if found is None:
         return ()
-    quote = found.part.style if found.part.style in ("'", '"') else ""
+    quote = found.part.style if found.part.style in _QUOTES else ""
     return found.edits(rewrite.replaced(found.layout, found.part, literal(value, quote)))
+
+
+def as_text(source: Source, loc: Loc) -> Edits:
+    """Put quotes around a word, so that it is text, letter by letter."""
+    word = written(source, loc)
+    return replace_value(source, loc, word) if word else ()
+
+
+def written(source: Source, loc: Loc) -> str:
+    """The letters of the word at ``loc``: ``0403`` where the data has a number."""
+    found = _find(source, loc)
+    return found.part.value if found and found.part.kind == "scalar" else ""
 
 
 def rename_key(source: Source, loc: Loc, name: str) -> Edits:
@@ -63,19 +77,22 @@ def set_key(source: Source, loc: Loc, key: str, value: Any, *, after: str = "") 
     found = _find(source, loc)
     if found is None:
         return ()
+    if source.child(found.node, key) is not None:
+        return replace_value(source, (*loc, key), value)
     if found.part.empty:
         return replace_value(source, loc, {key: value})
     keys = [entry.key for entry in found.part.entries if entry.key and not entry.explicit]
     names = [one.value for one in keys]
-    if key in names:
-        return replace_value(source, (*loc, key), value)
     if found.part.kind != "mapping" or len(keys) < len(found.part.entries):
         return ()
-    written = text_of(key, keys[-1].style if keys else "")
+    quote = keys[-1].style if keys else ""
     if not loc and not found.part.flow and value and isinstance(value, (Mapping, list, tuple)):
-        return found.edits(rewrite.inserted_block(found.layout, found.part, written, _lines_of(value)))
+        return found.edits(
+            rewrite.inserted_block(found.layout, found.part, text_of(key, quote), _lines_of(value))
+        )
     place = names.index(after) if after in names else -1
-    return found.edits(rewrite.inserted(found.layout, found.part, f"{written}: {literal(value)}", place))
+    written = f"{text_of(key, quote)}: {literal(value, quote if found.part.flow else '')}"  # JSON stays JSON
+    return found.edits(rewrite.inserted(found.layout, found.part, written, place))
 
 
 def append_item(source: Source, loc: Loc, value: Any) -> Edits:
@@ -87,7 +104,9 @@ def append_item(source: Source, loc: Loc, value: Any) -> Edits:
         return replace_value(source, loc, [value])
     if found.part.kind != "sequence":
         return ()
-    written = literal(value) if found.part.flow else f"- {literal(value)}"
+    last = found.part.entries[-1].value.style if found.part.entries else ""
+    written = literal(value, last if last in _QUOTES else "")
+    written = written if found.part.flow else f"- {written}"
     return found.edits(rewrite.inserted(found.layout, found.part, written))
 
 
@@ -113,8 +132,9 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 
 
 class _Place(NamedTuple):
-    """A value of a file, and the collection that holds it as its entry of this number."""
+    """A value of a file, and the collection of that file that holds it as its entry of this number."""
 
+    node: yaml.Node
     file: str
     layout: Layout
     part: Part
@@ -161,13 +181,14 @@ def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Pl
         return None
     if kind == "scalar" and part.value != node.value:
         return None  # it was written once and stands for several
-    holder, number = None, 0
-    if key is not None:
-        holder, number = (found.items if key is node else found.keys)[key.start_mark.index]
-        written = holder.entries[number].key
-        if written is not None and written.value != key.value:
-            return None
-    return _Place(file, found, part, holder, number)
+    if key is None:
+        return _Place(node, file, found, part, None, 0)
+    beside = layout(source.texts[key.start_mark.name])
+    holder, number = (beside.items if key is node else beside.keys)[key.start_mark.index]
+    name = holder.entries[number].key
+    if name is not None and name.value != key.value:
+        return None
+    return _Place(node, file, found, part, holder if beside is found else None, number)
 
 
 def _lines_of(value: Any) -> list[str]:

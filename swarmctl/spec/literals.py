@@ -18,9 +18,13 @@ _WORDS = ("y", "n")  # true and false to some readers of YAML 1.1
 def literal(value: Any, quote: str = "") -> str:
     """``value`` on one line, in flow style. Text gets the quotes ``quote``, if it can."""
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{text_of(str(key))}: {literal(one)}" for key, one in value.items()) + "}"
+        return (
+            "{"
+            + ", ".join(f"{text_of(str(key), quote)}: {literal(one, quote)}" for key, one in value.items())
+            + "}"
+        )
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(literal(one) for one in value) + "]"
+        return "[" + ", ".join(literal(one, quote) for one in value) + "]"
     if value is None:
         return "null"
     if isinstance(value, bool):

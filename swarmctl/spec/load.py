@@ -57,7 +57,7 @@ def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None,
         root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, room, read)
         trees += [root] if root is not None else []
         diagnostics += found
-    catalog = load_catalog(layers[0].resolve().parent / "robots", room.texts)
+    catalog = load_catalog(layers[0].resolve().parent / "robots", room.texts, read)
     document, told = _document(trees, diagnostics, str(layers[0]), room, catalog)
     if document is not None:
         document = replace(document, private_keys=private_keys_in(layers[0].resolve().parent))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -11,10 +11,22 @@ from pydantic import BaseModel, ValidationError
 
 from swarmctl.spec.diagnostics import Diagnostic, Span
 from swarmctl.spec.limits import MAX_FINDINGS
+from swarmctl.spec.mending import (
+    BOOLEANS,
+    NAME,
+    NUMBERS,
+    choices,
+    fix_for,
+    is_number,
+    keys_at,
+    kinds_with,
+    legal_name,
+    without_tag,
+)
 from swarmctl.spec.model import KINDS
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import did_you_mean, nearest
-from swarmctl.spec.vocabulary import described, known_keys, link_keys
+from swarmctl.spec.vocabulary import described, known_keys
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -61,7 +73,10 @@ def _beginning(data: Any) -> Any:
 
 
 def _told(errors: ValidationError, source: Source, model: type[M]) -> list[Diagnostic]:
-    return [_diagnostic(error, source, model) for error in _causes(errors.errors(include_url=False), model)]
+    return [
+        replace(_diagnostic(error, source, model), fix=fix_for(error, source, model))
+        for error in _causes(errors.errors(include_url=False), model)
+    ]
 
 
 def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:
@@ -77,7 +92,7 @@ def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:
 
 def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic:
     kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
-    loc = _without_tag(tagged)
+    loc = without_tag(tagged)
     key = next((part for part in reversed(loc) if isinstance(part, str)), "")
     if kind == "extra_forbidden":
         return Diagnostic(
@@ -118,18 +133,16 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
 def _bad_value(error: Any, span: Span, model: type[BaseModel]) -> Diagnostic:
     """A key that is right with a value that is not."""
     kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
-    loc = _without_tag(tagged)
+    loc = without_tag(tagged)
     if kind in ("literal_error", "enum"):
         key = next((part for part in reversed(loc) if isinstance(part, str)), "")
-        choices = _choices(error)
-        shown = f'`"{given}"`' if str(given) in choices else _shown(given)
-        return Diagnostic(
-            "SPEC003", f"`{key}` cannot be {shown}", span, help=_help_for_choice(given, choices)
-        )
+        known = choices(error)
+        shown = f'`"{given}"`' if str(given) in known else _shown(given)
+        return Diagnostic("SPEC003", f"`{key}` cannot be {shown}", span, help=_help_for_choice(given, known))
     if kind == "too_short":
         return Diagnostic("SPEC003", f"{_subject(loc)} is empty", span, label="needs at least one entry")
     if kind in _TYPES:
-        shown = f'`"{given}"`' if kind in _NUMBERS and _is_number(given) else _shown(given)
+        shown = f'`"{given}"`' if kind in NUMBERS and is_number(given) else _shown(given)
         wrong = (
             f"is empty; it must be {_TYPES[kind]}"
             if given is None
@@ -151,25 +164,11 @@ def _bad_value(error: Any, span: Span, model: type[BaseModel]) -> Diagnostic:
     )
 
 
-def _without_tag(loc: Loc) -> tuple[str | int, ...]:
-    """The place as it stands in the file; pydantic puts the kind of a link behind its index."""
-    if len(loc) > 2 and loc[0] == "links" and loc[2] in KINDS:
-        return (*loc[:2], *loc[3:])
-    return tuple(loc)
-
-
 def _help_for_unknown(key: str, tagged: tuple[str | int, ...], model: type[BaseModel]) -> tuple[str, ...]:
-    known = known_keys(tagged[:-1], model)
-    if tagged != (place := _without_tag(tagged)) and len(place) == 3:
-        known = link_keys(str(tagged[2]))
-        elsewhere = [kind for kind in KINDS if key in link_keys(kind)]
-        if elsewhere:
-            return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
+    known = keys_at(tagged, model)
+    if not known and (elsewhere := kinds_with(key)):
+        return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
     return did_you_mean(key, known, "the keys here are")
-
-
-def _choices(error: Any) -> list[str]:
-    return [word.strip("' ") for word in error["ctx"]["expected"].replace(" or ", ", ").split(",")]
 
 
 def _inside(loc: Loc) -> str:
@@ -211,7 +210,6 @@ def _short(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-_NUMBERS = ("int_type", "float_type")
 _BOUNDS = {
     "greater_than": "must be greater than {gt:g}",
     "greater_than_equal": "must be {ge:g} or more",
@@ -219,16 +217,6 @@ _BOUNDS = {
     "less_than_equal": "must be {le:g} or less",
     "finite_number": "must be a number that ends",
 }
-_BOOLEANS = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
-
-
-def _is_number(given: Any) -> bool:
-    """Whether ``given`` is text that reads as a number."""
-    try:
-        float(given)
-    except (TypeError, ValueError):
-        return False
-    return isinstance(given, str)
 
 
 def _help_for_type(
@@ -236,10 +224,10 @@ def _help_for_type(
 ) -> tuple[str, ...]:
     if kind == "string_type" and isinstance(given, (int, float)):
         return ("put it in quotes to make it text",)
-    if kind in _NUMBERS and _is_number(given):
+    if kind in NUMBERS and is_number(given):
         return ("take the quotes away to make it a number",)
-    if kind == "bool_type" and str(given).lower() in _BOOLEANS:
-        return (f"write `{_BOOLEANS[str(given).lower()]}`",)
+    if kind == "bool_type" and str(given).lower() in BOOLEANS:
+        return (f"write `{BOOLEANS[str(given).lower()]}`",)
     if _TYPES[kind] == "a list" and isinstance(given, str):
         return (f"put it in brackets: [{_short(given)}]",)
     if kind == "model_attributes_type":  # an entry of a union, told apart by its kind
@@ -259,10 +247,8 @@ def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:
     )
 
 
-_NAME = "^[a-z][a-z0-9-]{0,30}$"
-_LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _PATTERNS = {
-    _NAME: "names are lower-case letters, digits and hyphens, a letter first, 31 at most",
+    NAME: "names are lower-case letters, digits and hyphens, a letter first, 31 at most",
     "^[a-z_][a-z0-9_-]{0,31}$": "accounts are lower-case letters, digits, _ and hyphens, a letter or _ first",
     "^hci[0-9]{1,2}$": "adapters are called hci0, hci1, ...",
     "^[A-Za-z0-9:._-]{1,64}$": "letters, digits and : . _ - only, as `udevadm info -a` shows it",
@@ -279,7 +265,5 @@ _PATTERNS = {
 
 def _pattern_help(pattern: str, given: str) -> str:
     told = _PATTERNS.get(pattern, f"it must match {pattern}")
-    meant = "-".join(_LETTERS.findall(given.lower()))
-    return (
-        f"write it `{meant}`: {told}" if pattern == _NAME and re.fullmatch(_NAME, meant, re.ASCII) else told
-    )
+    name = legal_name(given) if pattern == NAME else None
+    return f"write it `{name}`: {told}" if name else told

@@ -236,7 +236,7 @@ def test_text_has_quotes_where_it_needs_them(written: str, quote: str, expected:
         pytest.param(
             '{"a": {"b": 1}}',
             lambda source: set_key(source, ("a",), "c", "x"),
-            '{"a": {"b": 1, "c": x}}',
+            '{"a": {"b": 1, "c": "x"}}',
             id="keys in quotes",
         ),
         pytest.param(

@@ -1,0 +1,123 @@
+"""``validate --fix`` and ``--diff`` on files: what is written, what is said, and what stays as it is."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exits
+from swarmctl.cli.app import run
+
+FIXABLE = Path(__file__).parents[1] / "spec/fixable"
+
+
+@pytest.fixture
+def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "swarm.yaml").write_bytes((FIXABLE / "folded.yaml").read_bytes())
+    return Path("swarm.yaml")
+
+
+def test_fix_writes_the_file_and_says_what_it_did(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert spec.read_bytes() == (FIXABLE / "folded.fixed.yaml").read_bytes()
+    told = capsys.readouterr()
+    assert told.err == (
+        "fixed SPEC003 swarm.yaml:4:9: rename `Laptop` to `laptop` in 4 places\n"
+        "fixed SPEC001 swarm.yaml:25:5: rename the key to `baud`\n"
+        "fixed REF001 swarm.yaml:11:7: write `laptop`\n"
+    )
+    assert told.out.startswith("swarm.yaml: swarm `lab` is valid")
+    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert capsys.readouterr().err == ""
+
+
+def test_what_cannot_be_fixed_is_told_and_decides_the_exit_code(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec.write_text(spec.read_text("utf-8").replace("/dev/ttyS0", "/dev/swarm/koala"), "utf-8")
+    assert run(["validate", str(spec)]) == exits.ERROR
+    assert run(["validate", "--fix", str(spec)]) == exits.ERROR
+    told = capsys.readouterr().err
+    assert told.count("fixed ") == 2
+    assert told.endswith("1 error in swarm.yaml\n")
+    assert "host: laptop" in spec.read_text("utf-8")
+
+
+def test_diff_shows_the_change_and_writes_nothing(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = spec.read_bytes()
+    assert run(["validate", "--diff", str(spec)]) == exits.ERROR
+    told = capsys.readouterr()
+    assert told.err == ""
+    assert told.out.startswith("--- swarm.yaml\n+++ swarm.yaml\n@@ -1,25 +1,24 @@\n")
+    assert (
+        "-    baudrate: 115200    # as the manual says\n+    baud: 115200    # as the manual says\n"
+        in told.out
+    )
+    assert spec.read_bytes() == before
+    assert run(["validate", "--fix", "--quiet", str(spec)]) == exits.OK
+    assert run(["validate", "--diff", str(spec)]) == exits.OK
+    assert capsys.readouterr().out == ""
+
+
+def test_a_file_without_a_last_line_end_has_a_diff_that_patch_reads(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec.write_text(spec.read_text("utf-8").rstrip("\n"), "utf-8")
+    run(["validate", "--diff", str(spec)])
+    assert capsys.readouterr().out.count("\n\\ No newline at end of file\n") == 2
+
+
+def test_byte_order_mark_mode_and_link_stay(spec: Path) -> None:
+    real = Path("lab.yaml")
+    spec.rename(real)
+    spec.symlink_to(real)
+    real.write_bytes(b"\xef\xbb\xbf" + real.read_bytes().replace(b"\n", b"\r\n"))
+    real.chmod(0o640)
+    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    fixed = (FIXABLE / "folded.fixed.yaml").read_bytes().replace(b"\n", b"\r\n")
+    assert real.read_bytes() == b"\xef\xbb\xbf" + fixed
+    assert spec.is_symlink()
+    assert real.stat().st_mode & 0o777 == 0o640
+    assert sorted(one.name for one in Path().iterdir()) == ["lab.yaml", "swarm.yaml"]
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root gives files away")
+def test_the_owner_stays(spec: Path) -> None:
+    os.chown(spec, 1234, 4321)
+    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert (spec.stat().st_uid, spec.stat().st_gid) == (1234, 4321)
+
+
+def test_a_file_that_cannot_be_replaced_stays_whole(
+    spec: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    before = spec.read_bytes()
+    monkeypatch.setattr(os, "fsync", refuse)
+    assert run(["validate", "--fix", str(spec)]) == exits.ERROR
+    assert "cannot write swarm.yaml: No space left on device" in capsys.readouterr().err
+    assert spec.read_bytes() == before
+    assert [one.name for one in Path().iterdir()] == ["swarm.yaml"]
+
+
+def test_a_file_that_may_not_be_written_is_left_alone(
+    spec: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = spec.read_bytes()
+    monkeypatch.setattr(os, "access", lambda _, mode: mode == os.R_OK)
+    assert run(["validate", "--fix", str(spec)]) == exits.ERROR
+    assert "swarm.yaml is left as it is: it is read-only" in capsys.readouterr().err
+    assert spec.read_bytes() == before
+
+
+def test_several_specs_are_fixed_one_by_one(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = Path("other.yaml")
+    other.write_bytes((FIXABLE / "many-at-once.yaml").read_bytes())
+    assert run(["validate", "--fix", str(spec), str(other)]) == exits.OK
+    assert other.read_bytes() == (FIXABLE / "many-at-once.fixed.yaml").read_bytes()
+    assert "fixed SPEC001 other.yaml:8:20: rename the key to `address`" in capsys.readouterr().err
