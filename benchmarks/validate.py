@@ -1,8 +1,8 @@
-"""How fast specs are checked: ``python benchmarks/validate.py [--quick] [--robots N ...]``; exit 1 above a bar.
+"""How fast specs are checked: ``python benchmarks/validate.py [--quick]``; exit 1 above a bar.
 
-Specs of each mode, without a fault, of 100 to 10 000 robots. The measure is ``yaml.compose`` with the C loader
-on the same text in the same process, both with the collector off; of both the least CPU time of several runs.
-Memory and the time of the whole command are those of a ``swarmctl validate`` process of its own.
+Specs of each mode, without a fault, of 100 to 10 000 robots. The measure is ``yaml.compose`` with the C
+loader on the same text in the same process, both with the collector off, by the least CPU time of several
+runs. Memory and the time of the whole command are those of a ``swarmctl validate`` process of its own.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _networks(hosts: Sequence[str], layout: str) -> Iterator[str]:
 
 
 def _lines(mode: str, names: Sequence[str], driver: dict[str, str]) -> Iterator[str]:
-    """Of each five robots one by Bluetooth, one at the host's own port, three by USB; all by USB at one host."""
+    """Of five robots one by Bluetooth, one at the host's own port, three by USB; one host has few radios."""
     alone = mode == "single-minded"
     for number, name in enumerate(names):
         kind = number % EACH
@@ -134,7 +134,7 @@ def _islands(hosts: Sequence[str]) -> Iterator[str]:
 
 
 def _control(mode: str, driver: dict[str, str]) -> Iterator[str]:
-    """Where one leads, all robots are its own; else each host has its robots, and the joystick some of them."""
+    """One leads all robots, or each host commands its own; a joystick goes before them with some."""
     led = mode in ("single-minded", "leader")
     commanders: dict[str, list[str]] = {}
     for robot, host in driver.items():

@@ -22,6 +22,9 @@ _STR = "tag:yaml.org,2002:str"
 # What is missing then, or not what it seems to be, would only bring false complaints.
 _INCOMPLETE = {"YAML003", "YAML004", "YAML005", "YAML008", "YAML013"}
 
+_UNFINISHED = object()  # stands for a list or mapping while its own values are built
+_ODD_KEYS = frozenset(word for word in scalars.SWITCHES if len(word) > 1)  # the vocabulary has the key `y`
+
 
 @dataclass(frozen=True)
 class Source:
@@ -107,44 +110,38 @@ class _Builder:
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
-        self._done: dict[int, Any] = {}
-        self._open: set[int] = set()
-        self._built = 0  # values so far, those behind aliases counted each time
-        self._sizes: dict[int, int] = {}
-        self._repeated = 0
+        self._done: dict[int, Any] = {}  # lists and mappings, by the id of their node
+        self._sizes: dict[int, int] = {}  # of those that aliases name, by their own id
+        self._repeated = 0  # values that aliases added so far
 
-    def build(self, node: yaml.Node) -> Any:
-        self._built += 1
+    def build(self, node: yaml.Node, depth: int = 0) -> Any:
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node)
         if id(node) in self._done:
             return self._again(node)
-        if id(node) in self._open:
-            self._complain("YAML005", "an alias may not contain itself", node)
-            return None
-        if len(self._open) >= MAX_DEPTH:
+        if depth >= MAX_DEPTH:
             self._complain("YAML004", TOO_DEEP, node)
             return None
         if node.tag != PLAIN and self._room:
             self._refuse_tag(node)
-        before = self._built
-        self._open.add(id(node))
+        self._done[id(node)] = _UNFINISHED
         built: Any = (
-            self._mapping(node)
+            self._mapping(node, depth + 1)
             if isinstance(node, yaml.MappingNode)
-            else tuple(self.build(item) for item in node.value)
+            else tuple([self.build(item, depth + 1) for item in node.value])
         )
-        self._open.discard(id(node))
         self._done[id(node)] = built
-        self._sizes[id(node)] = self._built - before
         return built
 
     def _again(self, node: yaml.Node) -> Any:
         """The value of a second mention, as long as mentions of mentions do not grow without end."""
-        self._built += self._sizes[id(node)]
-        self._repeated += self._sizes[id(node)]
+        built = self._done[id(node)]
+        if built is _UNFINISHED:
+            self._complain("YAML005", "an alias may not contain itself", node)
+            return None
+        self._repeated += self._size(built)
         if self._repeated <= MAX_REPEATED:
-            return self._done[id(node)]
+            return built
         if not any(found.code == "YAML008" for found in self.diagnostics):
             self._complain(
                 "YAML008",
@@ -154,7 +151,16 @@ class _Builder:
             )
         return None
 
-    def _mapping(self, node: yaml.MappingNode) -> dict[str, Any]:
+    def _size(self, built: Any) -> int:
+        """How many values this is, those behind aliases counted each time."""
+        if not isinstance(built, (dict, tuple)):
+            return 1
+        if id(built) not in self._sizes:
+            values = built.values() if isinstance(built, dict) else built
+            self._sizes[id(built)] = 1 + sum(map(self._size, values))
+        return self._sizes[id(built)]
+
+    def _mapping(self, node: yaml.MappingNode, depth: int) -> dict[str, Any]:
         built: dict[str, Any] = {}
         places: dict[str, Pair] = {}  # made only where a key is doubled
         for key_node, value_node in node.value:
@@ -165,8 +171,10 @@ class _Builder:
                     "YAML006", "a key must be a plain word", key_node, help=("write it without brackets",)
                 )
                 continue
-            key = self._key(key_node)
-            if key == "<<" and key_node.tag == PLAIN:
+            key: str = key_node.value
+            if key_node.tag != PLAIN:
+                self._written_text(key_node)
+            elif key == "<<":
                 self._complain(
                     "YAML003",
                     "merge keys (<<) are not part of a spec",
@@ -174,6 +182,8 @@ class _Builder:
                     help=("put what several entries share under `defaults`",),
                 )
                 continue
+            elif key in _ODD_KEYS:
+                self._scalar(key_node)
             if key in built:
                 if not self._room:
                     continue
@@ -186,7 +196,9 @@ class _Builder:
                     help=("rename one of them or remove it; YAML would silently keep the last",),
                 )
                 continue
-            built[key] = self.build(value_node)
+            # (a call less for most values)
+            is_scalar = isinstance(value_node, yaml.ScalarNode)
+            built[key] = self._scalar(value_node) if is_scalar else self.build(value_node, depth)
         return built
 
     def _scalar(self, node: yaml.ScalarNode) -> Any:
@@ -201,14 +213,6 @@ class _Builder:
         if self._room and (trap := scalars.trap(text, value)) is not None:
             self.diagnostics.append(scalars.warning(text, trap, span_of(node)))
         return value
-
-    def _key(self, node: yaml.ScalarNode) -> str:
-        if node.tag != PLAIN:
-            return self._written_text(node)
-        text: str = node.value
-        if text in scalars.SWITCHES and len(text) > 1:  # the vocabulary itself has the key `y`
-            self._scalar(node)
-        return text
 
     def _written_text(self, node: yaml.ScalarNode) -> str:
         """A scalar that is said to be text, by quotes or by a tag."""
