@@ -33,8 +33,8 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         yield from _look_up(case, spec.hosts, "host", spec.time.root, "time", "root")
     yield from _in_links(case)
     yield from _in_programs(case)
+    commanders = {**spec.programs, **spec.robots, **spec.hosts}
     for index, control in enumerate(spec.control):
-        commanders = {**spec.programs, **spec.robots, **spec.hosts}
         yield from _look_up(case, commanders, "program, robot or host", control.by, "control", index, "by")
         for place, robot_name in enumerate(control.of):
             yield from _look_up(case, spec.robots, "robot", robot_name, "control", index, "of", place)

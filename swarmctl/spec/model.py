@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
-from swarmctl.spec.robot_type import RobotSettings, RobotType
+from swarmctl.spec.robot_type import UNTUNED, RobotSettings, RobotType
 from swarmctl.spec.words import (
     Account,
     Adapter,
@@ -103,7 +103,7 @@ class Robot(Model):
         None, description="The host that drives it; in mode single-minded the leader by default."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
-    settings: RobotSettings = Field(default_factory=RobotSettings, description="What differs from its type.")
+    settings: RobotSettings = Field(default_factory=lambda: UNTUNED, description="What differs from its type.")
 
 
 class Usb(Model):
@@ -339,7 +339,7 @@ class Defaults(Model):
 
     host: HostDefaults = Field(default_factory=HostDefaults, description="For every host.")
     robot: RobotSettings = Field(
-        default_factory=RobotSettings, description="For every robot, below its type's own."
+        default_factory=lambda: UNTUNED, description="For every robot, below its type's own."
     )
 
 

@@ -80,6 +80,9 @@ class RobotSettings(Model):
     )
 
 
+UNTUNED = RobotSettings()  # most of ten thousand robots tune nothing, and share this
+
+
 class Link(Model):
     """The line to the robot. No flow control, on any of them."""
 
@@ -260,7 +263,7 @@ class RobotType(Model):
     sensors: Sensors = Field(default_factory=Sensors, description="What it senses.")
     firmware_dead_man: bool = Field(description="Whether the robot stops by itself when its orders stop.")
     settings: RobotSettings = Field(
-        default_factory=RobotSettings, description="What differs from swarmctl's own defaults."
+        default_factory=lambda: UNTUNED, description="What differs from swarmctl's own defaults."
     )
 
     @model_validator(mode="after")
@@ -282,8 +285,11 @@ class RobotType(Model):
 
 def merged(*layers: RobotSettings) -> RobotSettings:
     """Several layers as one, from general to special: the last one that says something wins, key by key."""
+    said = [layer for layer in layers if layer.model_fields_set]
+    if len(said) < 2:
+        return said[0] if said else UNTUNED
     data: dict[str, Any] = {}
-    for layer in layers:
+    for layer in said:
         _lay(data, layer.model_dump(exclude_none=True))
     return RobotSettings.model_validate(data)
 
