@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 
-import networkx as nx
-
 from swarmctl.spec.diagnostics import Diagnostic, Span
 from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, Computer, NetworkLink, Serial, Spec
@@ -16,7 +14,6 @@ from swarmctl.topology import modes
 from swarmctl.topology.address import Ip, Subnet
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.capacity import HostBudget, host_budgets
-from swarmctl.topology.graph import Node, graph_of
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
 from swarmctl.topology.lines import LineBudget, line_budgets
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
@@ -82,6 +79,10 @@ class Case:
         """The hosts of every network, by its index."""
         return {index: frozenset(link.hosts) for index, link in self.networks}
 
+    def meet(self, one: str, other: str) -> bool:
+        """Whether two hosts share a network. Nobody is taken for a router."""
+        return one == other or any(other in self.members[index] for index, _ in self.networks_of[one])
+
     @cached_property
     def addresses(self) -> Mapping[str, Ip | None]:
         """The IP address of every host; nothing for one that is called by a name."""
@@ -137,10 +138,6 @@ class Case:
     def host_budgets(self) -> tuple[HostBudget, ...]:
         """What runs on each host whose kind of computer is known."""
         return tuple(host_budgets(self.spec, self.computers, self.islands))
-
-    @cached_property
-    def graph(self) -> nx.Graph[Node]:
-        return graph_of(self.spec)
 
 
 Rule = Callable[[Case], Iterator[Diagnostic]]

@@ -34,13 +34,19 @@ def doubled_devices(case: Case) -> Iterator[Diagnostic]:
     """ID002: two robots on one device, or one USB adapter serving two robots of one host."""
     claims: list[Claim] = []
     adapters: dict[tuple[str, str], list[Usb]] = {}
-    for link in case.spec.links:
+    for index, link in case.lines:
         if isinstance(link, Serial) and link.usb is not None:
-            adapters.setdefault((link.host, link.usb.serial), []).append(link.usb)
-    for index, link in enumerate(case.spec.links):
-        if isinstance(link, Serial) and link.usb is not None:
-            adapter = next(one for one in adapters[link.host, link.usb.serial] if _may_be_one(one, link.usb))
-            claims.append(((link.host, adapter), f"robot `{link.robot}`", ("links", index, "usb", "serial")))
+            named = adapters.setdefault((link.host, link.usb.serial), [])
+            same = (place for place, one in enumerate(named) if _may_be_one(one, link.usb))
+            adapter = next(same, len(named))
+            named[adapter:] = named[adapter:] or [link.usb]
+            claims.append(
+                (
+                    (link.host, link.usb.serial, adapter),
+                    f"robot `{link.robot}`",
+                    ("links", index, "usb", "serial"),
+                )
+            )
         elif isinstance(link, Serial) and link.device is not None:
             claims.append(((link.host, link.device), f"robot `{link.robot}`", ("links", index, "device")))
     yield from _doubled(case, "ID002", "serial device", claims, "each robot needs a line of its own")

@@ -9,15 +9,13 @@ from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity
 from swarmctl.spec.edits import append_item, mend
 from swarmctl.spec.model import Wlan
 from swarmctl.topology.address import Subnet
-from swarmctl.topology.graph import hosts_beside
 
 
 def paths_to_hub(case: Case) -> Iterator[Diagnostic]:
     """NET001: every host of an island shares a network with the island's hub."""
     for island in case.islands:
-        reached = hosts_beside(case.graph, island.hub) if len(island.hosts) > 1 else frozenset(island.hosts)
         for name in island.hosts:
-            if name not in reached:
+            if not case.meet(name, island.hub):
                 yield Diagnostic(
                     "NET001",
                     f"host `{name}` cannot reach its hub `{island.hub}`",

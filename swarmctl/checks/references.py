@@ -2,103 +2,111 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Fix
 from swarmctl.spec.edits import mend, replace_value
-from swarmctl.spec.model import Bluetooth, NetworkLink, Serial
+from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import did_you_mean, nearest
+
+Named = tuple[str | None, Loc]  # a name, if one is said, and where it stands
+_SHOWN = 5  # hosts on a way that goes in a circle
 
 
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """REF001: a host, robot, robot type, computer or commander that the spec does not know."""
     spec = case.spec
-    for name, robot in spec.robots.items():
-        yield from _look_up(case, case.types, "robot type", robot.type, "robots", name, "type")
-        if robot.host is not None:
-            yield from _look_up(case, spec.hosts, "host", robot.host, "robots", name, "host")
-    for name, host in spec.hosts.items():
-        if host.computer is not None:
-            yield from _look_up(case, case.computers, "computer", host.computer, "hosts", name, "computer")
-        if host.via is not None:
-            yield from _look_up(case, spec.hosts, "host", host.via, "hosts", name, "via")
-    if (computer := spec.defaults.host.computer) is not None:
-        yield from _look_up(case, case.computers, "computer", computer, "defaults", "host", "computer")
-    for key in ("leader", "hub"):
-        if (named := getattr(spec, key)) is not None:
-            yield from _look_up(case, spec.hosts, "host", named, key)
-    if spec.time.root is not None:
-        yield from _look_up(case, spec.hosts, "host", spec.time.root, "time", "root")
-    yield from _in_links(case)
-    yield from _in_programs(case)
+    yield from _unknown(case, "robot type", case.types, _types(spec))
+    yield from _unknown(case, "host", spec.hosts, _hosts(spec))
+    yield from _unknown(case, "robot", spec.robots, _robots(spec))
+    yield from _unknown(case, "computer", case.computers, _computers(spec))
     commanders = {**spec.programs, **spec.robots, **spec.hosts}
+    yield from _unknown(case, "program, robot or host", commanders, _commanders(spec))
+
+
+def _unknown(
+    case: Case, what: str, known: Mapping[str, Any], places: Iterable[Named]
+) -> Iterator[Diagnostic]:
+    for word, loc in places:
+        if word is not None and word not in known:
+            yield Diagnostic(
+                "REF001",
+                f"there is no {what} called `{word}`",
+                case.span(*loc),
+                label="not defined",
+                help=did_you_mean(word, known, f"known {what}s"),
+                fix=_nearest(case, known, word, loc),
+            )
+
+
+def _nearest(case: Case, known: Mapping[str, Any], word: str, loc: Loc) -> Fix | None:
+    near = nearest(word, tuple(known))
+    return mend(f"write `{near}`", replace_value(case.source, loc, near)) if near else None
+
+
+def _types(spec: Spec) -> Iterator[Named]:
+    return ((robot.type, ("robots", name, "type")) for name, robot in spec.robots.items())
+
+
+def _hosts(spec: Spec) -> Iterator[Named]:
+    yield from ((getattr(spec, key), (key,)) for key in ("leader", "hub"))
+    yield spec.time.root, ("time", "root")
+    yield from ((robot.host, ("robots", name, "host")) for name, robot in spec.robots.items())
+    yield from ((host.via, ("hosts", name, "via")) for name, host in spec.hosts.items())
+    yield from ((program.host, ("programs", name, "host")) for name, program in spec.programs.items())
+    for index, link in enumerate(spec.links):
+        if isinstance(link, NetworkLink):
+            yield from ((host, ("links", index, "hosts", place)) for place, host in enumerate(link.hosts))
+        else:
+            yield link.host, ("links", index, "host")
+    for name, island in spec.islands.items():
+        yield from ((getattr(island, key), ("islands", name, key)) for key in ("leader", "hub"))
+        yield from ((host, ("islands", name, "hosts", place)) for place, host in enumerate(island.hosts))
+
+
+def _robots(spec: Spec) -> Iterator[Named]:
+    for index, link in enumerate(spec.links):
+        if isinstance(link, (Serial, Bluetooth)):
+            yield link.robot, ("links", index, "robot")
+    yield from ((program.robot, ("programs", name, "robot")) for name, program in spec.programs.items())
     for index, control in enumerate(spec.control):
-        yield from _look_up(case, commanders, "program, robot or host", control.by, "control", index, "by")
-        for place, robot_name in enumerate(control.of):
-            yield from _look_up(case, spec.robots, "robot", robot_name, "control", index, "of", place)
+        yield from ((robot, ("control", index, "of", place)) for place, robot in enumerate(control.of))
+
+
+def _computers(spec: Spec) -> Iterator[Named]:
+    yield from ((host.computer, ("hosts", name, "computer")) for name, host in spec.hosts.items())
+    yield spec.defaults.host.computer, ("defaults", "host", "computer")
+
+
+def _commanders(spec: Spec) -> Iterator[Named]:
+    return ((control.by, ("control", index, "by")) for index, control in enumerate(spec.control))
 
 
 def circular_jumps(case: Case) -> Iterator[Diagnostic]:
     """REF002: a chain of `via` that comes back to where it began."""
     hosts = case.spec.hosts
+    settled: set[str] = set()
     for name in hosts:
-        passed = [name]
-        while (step := hosts[passed[-1]].via) is not None and step in hosts and step not in passed:
-            passed.append(step)
-        if step == name:
+        passed: dict[str, None] = {}  # in their order
+        step: str | None = name
+        while step is not None and step not in settled and step not in passed:
+            passed[step] = None
+            step = hosts[step].via
+        settled.update(passed)
+        circle = list(passed)[list(passed).index(step) :] if step in passed else []
+        for place, one in enumerate(circle):
+            rest = [*circle[place + 1 :], *circle[:place]]
+            shown = rest if len(rest) < _SHOWN else [*rest[:_SHOWN], "..."]
+            way = " via ".join([one, *shown, one])
             yield Diagnostic(
                 "REF002",
-                f"the way to host `{name}` goes in a circle: {' via '.join([*passed, name])}",
-                case.span("hosts", name, "via"),
+                f"the way to host `{one}` goes in a circle: {way}",
+                case.span("hosts", one, "via"),
                 help=("one host on the way must be reachable without `via`",),
             )
-
-
-def _in_links(case: Case) -> Iterator[Diagnostic]:
-    spec = case.spec
-    for index, link in enumerate(spec.links):
-        if isinstance(link, NetworkLink):
-            for place, host in enumerate(link.hosts):
-                yield from _look_up(case, spec.hosts, "host", host, "links", index, "hosts", place)
-        elif isinstance(link, (Serial, Bluetooth)):
-            yield from _look_up(case, spec.hosts, "host", link.host, "links", index, "host")
-            yield from _look_up(case, spec.robots, "robot", link.robot, "links", index, "robot")
-
-
-def _in_programs(case: Case) -> Iterator[Diagnostic]:
-    spec = case.spec
-    for name, program in spec.programs.items():
-        if program.host is not None:
-            yield from _look_up(case, spec.hosts, "host", program.host, "programs", name, "host")
-        if program.robot is not None:
-            yield from _look_up(case, spec.robots, "robot", program.robot, "programs", name, "robot")
-    for name, island in spec.islands.items():
-        for key in ("leader", "hub"):
-            if (named := getattr(island, key)) is not None:
-                yield from _look_up(case, spec.hosts, "host", named, "islands", name, key)
-        for place, host in enumerate(island.hosts):
-            yield from _look_up(case, spec.hosts, "host", host, "islands", name, "hosts", place)
-
-
-def _look_up(
-    case: Case, known: Mapping[str, Any], what: str, word: str, *loc: str | int
-) -> Iterator[Diagnostic]:
-    if word not in known:
-        yield Diagnostic(
-            "REF001",
-            f"there is no {what} called `{word}`",
-            case.span(*loc),
-            label="not defined",
-            help=did_you_mean(word, known, f"known {what}s"),
-            fix=_nearest(case, known, word, loc),
-        )
-
-
-def _nearest(case: Case, known: Mapping[str, Any], word: str, loc: tuple[str | int, ...]) -> Fix | None:
-    near = nearest(word, tuple(known))
-    return mend(f"write `{near}`", replace_value(case.source, loc, near)) if near else None
 
 
 NAMES: tuple[Rule, ...] = (unknown_names,)

@@ -103,7 +103,9 @@ class Robot(Model):
         None, description="The host that drives it; in mode single-minded the leader by default."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
-    settings: RobotSettings = Field(default_factory=lambda: UNTUNED, description="What differs from its type.")
+    settings: RobotSettings = Field(
+        default_factory=lambda: UNTUNED, description="What differs from its type."
+    )
 
 
 class Usb(Model):

@@ -33,9 +33,3 @@ def graph_of(spec: Spec) -> nx.Graph[Node]:
             case Serial() | Bluetooth():
                 graph.add_edge(host_node(link.host), robot_node(link.robot), link=index)
     return graph
-
-
-def hosts_beside(graph: nx.Graph[Node], host: str) -> frozenset[str]:
-    """The hosts that share a network with ``host``, itself included. Nobody is taken for a router."""
-    networks = [node for node in graph[host_node(host)] if node[0] == "network"]
-    return frozenset({host, *(name for network in networks for _, name in graph[network])})

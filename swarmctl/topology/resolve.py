@@ -60,9 +60,10 @@ def _robots(document: Document) -> Mapping[str, Robot]:
     spec = document.spec
     robots: dict[str, Robot] = {}
     next_index: dict[str, int] = {}
+    types = document.types
     lines = {link.robot: link for link in spec.links if isinstance(link, (model.Serial, model.Bluetooth))}
     for name, given in spec.robots.items():
-        robot_type = document.types[given.type]
+        robot_type = types[given.type]
         link = lines[name]
         line = _line(link, robot_type, spec.hosts[link.host].bluetooth, next_index.get(link.host, 0))
         if isinstance(line, RfcommLine):
