@@ -184,7 +184,10 @@ def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Pl
     if key is None:
         return _Place(node, file, found, part, None, 0)
     beside = layout(source.texts[key.start_mark.name])
-    holder, number = (beside.items if key is node else beside.keys)[key.start_mark.index]
+    held = (beside.items if key is node else beside.keys).get(key.start_mark.index)
+    if held is None:
+        return None
+    holder, number = held
     name = holder.entries[number].key
     if name is not None and name.value != key.value:
         return None

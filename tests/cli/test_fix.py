@@ -39,6 +39,7 @@ def test_what_cannot_be_fixed_is_told_and_decides_the_exit_code(
 ) -> None:
     spec.write_text(spec.read_text("utf-8").replace("/dev/ttyS0", "/dev/swarm/koala"), "utf-8")
     assert run(["validate", str(spec)]) == exits.ERROR
+    assert "6 errors (5 fixable with validate --fix) in swarm.yaml" in capsys.readouterr().err
     assert run(["validate", "--fix", str(spec)]) == exits.ERROR
     told = capsys.readouterr().err
     assert told.count("fixed ") == 2

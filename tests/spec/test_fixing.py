@@ -65,6 +65,14 @@ def test_no_fix_makes_a_broken_spec_worse(spec: Path) -> None:
     assert bool(offered & left) == (spec.stem in TRADES)
 
 
+def test_what_is_written_once_for_many_is_not_changed_for_one() -> None:
+    text = EXAMPLE.replace(
+        "  k3: {type: khepera3, host: k3-pi}", '  "k3-[1-2]": {type: khepera, host: k3-pi}'
+    )
+    (found, *_) = [one for one in look_at(text)({}).diagnostics if one.code == "REF001"]
+    assert (found.message, found.fix) == ("there is no robot type called `khepera`", None)
+
+
 words = st.sampled_from(
     ["koala", "hosts", "kind", "yes", "K3_Pi", "12", "hub", '"', *"[]{}", ", ", ": ", "- ", "\n", "# ", "*a"]
 )  # fmt: skip

@@ -47,23 +47,32 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
         if found.span is None or note.span.file != found.span.file or note.span.file not in lines:
             text.append(f"{' ' * gutter}::: ", _GUTTER)
             text.append(f"{printable(str(note.span))} {printable(note.text)}\n")
-    for line in found.help:
-        text.append(f"{' ' * gutter} = ", _GUTTER).append("help", "bold green")
+    fix = (found.fix.title,) if found.fix else ()
+    for what, line in [
+        *(("help", line) for line in found.help if line not in fix),
+        *(("fix", line) for line in fix),
+    ]:
+        text.append(f"{' ' * gutter} = ", _GUTTER).append(what, "bold green")
         text.append(f": {printable(line)}\n")
     return text
 
 
 def verdict(one: Checked, *, passes: bool) -> str:
     """Whether a spec is right, and what it describes."""
-    found, spec = counted(one.diagnostics), printable(one.spec)
-    if one.swarm is None:
-        return f"{found} in {spec}"
-    if not passes:
-        return f"{found} in {spec}, and --strict allows none"
+    found, fixable, spec = counted(one.diagnostics), _fixable(one.diagnostics), printable(one.spec)
+    if one.swarm is None or not passes:
+        strict = ", and --strict allows none" if one.swarm else ""
+        return f"{found}{f' ({fixable})' if fixable else ''} in {spec}{strict}"
+    told = "; ".join(filter(None, (found, fixable)))
     return (
-        f"{spec}: swarm `{one.swarm.name}` is valid{f' ({found})' if found else ''}: "
+        f"{spec}: swarm `{one.swarm.name}` is valid{f' ({told})' if told else ''}: "
         f"{len(one.swarm.robots)} robots on {len(one.swarm.hosts)} hosts, mode {one.swarm.mode.value}"
     )
+
+
+def _fixable(diagnostics: Sequence[Diagnostic]) -> str:
+    count = sum(found.fix is not None for found in diagnostics)
+    return f"{count} fixable with validate --fix" if count else ""
 
 
 def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, room: int) -> Text:
