@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -64,14 +63,14 @@ SENSE: tuple[Rule, ...] = (
 )
 
 
-def check(document: Document) -> tuple[Diagnostic, ...]:
-    """Every finding of every rule that is not silenced, in the order of the text."""
-    return _examined(document).diagnostics
+def check(document: Document, told: Sequence[Diagnostic] = ()) -> tuple[Diagnostic, ...]:
+    """Every finding of every rule, and of those ``told`` by the reader, that is not silenced, in order."""
+    return _examined(document, told).diagnostics
 
 
-def _examined(document: Document) -> Findings:
+def _examined(document: Document, told: Sequence[Diagnostic]) -> Findings:
     case = Case(document)
-    found = [finding for rule in NAMES for finding in islice(rule(case), MAX_FINDINGS)]
+    found = [*told, *(finding for rule in NAMES for finding in islice(rule(case), MAX_FINDINGS))]
     stage = Stage.NAMES if has_errors(found) else Stage.SENSE
     if stage is Stage.SENSE:
         found += [finding for rule in SENSE for finding in islice(rule(case), MAX_FINDINGS)]
@@ -83,8 +82,7 @@ def look(layers: Sequence[Path], read: Read = content) -> Findings:
     """What is to be said about a spec and what is laid over it, and how far it could be looked at."""
     document, diagnostics = load(layers, read)
     if document is not None:
-        found = _examined(document)
-        return replace(found, diagnostics=in_order([*diagnostics, *found.diagnostics]))
+        return _examined(document, diagnostics)
     unread = any(one.code.startswith(("FILE", "YAML")) for one in diagnostics if has_errors([one]))
     return Findings(Stage.TEXT if unread else Stage.VOCABULARY, in_order(diagnostics))
 
@@ -95,7 +93,7 @@ def examine(*layers: Path) -> tuple[Document | None, tuple[Diagnostic, ...]]:
         document, diagnostics = load(layers)
         if document is None:
             return None, in_order(diagnostics)
-        found = in_order([*diagnostics, *check(document)])
+        found = check(document, diagnostics)
         return None if has_errors(found) else document, found
 
 

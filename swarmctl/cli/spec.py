@@ -34,7 +34,7 @@ def spec(
     from swarmctl.views.findings.report import Checked
 
     document, found = load(spec.files)
-    found = in_order([*found, *(check(document) if document else ())])
+    found = check(document, found) if document else in_order(found)
     if document is None or has_errors(found):
         console.print_diagnostics(found)
         console.err().print(human.verdict(Checked(str(spec), None, found), passes=False))
