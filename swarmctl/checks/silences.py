@@ -79,12 +79,13 @@ def _complaints(wish: Wish, rules: Mapping[str, RuleText]) -> Iterable[Diagnosti
             help=did_you_mean(wish.rule, rules, "the rules are") or ("`swarmctl rules` lists them",),
         )
     elif rules[wish.rule].firm:
+        mend = rules[wish.rule].mend
         yield Diagnostic(
             "SIL004",
             f"`{wish.rule}` cannot be silenced",
             wish.span,
             label="nothing could be made of such a spec",
-            help=(f"mend it: {rules[wish.rule].mend}",),
+            help=(f"mend it: {mend[0].lower()}{mend[1:]}",),
         )
     elif not _WORTH.search(wish.reason):
         yield Diagnostic(

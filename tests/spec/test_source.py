@@ -204,3 +204,10 @@ def _patterns(schema: Any) -> Iterator[str]:
         yield schema["pattern"]
     for one in below:
         yield from _patterns(one)
+
+
+def test_a_file_of_another_program_is_told_in_one_line() -> None:
+    entry = ", ".join(f"k{number}: 1" for number in range(40))
+    section = "".join(f"  a{number}: {{{entry}}}\n" for number in range(40))
+    (found,) = findings(f"hosts:\n{section}robots:\n{section}")
+    assert found.code == "SPEC005"
