@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from swarmctl.checks.case import Case, Rule
-from swarmctl.spec.diagnostics import Diagnostic, Fix
-from swarmctl.spec.edits import mend, replace_value
+from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.spec.edits import mend, remove, replace_value
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import did_you_mean, nearest
@@ -109,5 +109,30 @@ def circular_jumps(case: Case) -> Iterator[Diagnostic]:
             )
 
 
+def repeated_names(case: Case) -> Iterator[Diagnostic]:
+    """REF003: a list that names one thing twice; most often the second was to be another."""
+    spec = case.spec
+    lists: list[tuple[tuple[str | int, ...], tuple[str, ...]]] = [
+        (("links", index, "hosts"), link.hosts) for index, link in case.networks
+    ]
+    lists += [(("control", index, "of"), control.of) for index, control in enumerate(spec.control)]
+    lists += [(("hosts", name, "bluetooth"), host.bluetooth) for name, host in spec.hosts.items()]
+    for loc, listed in lists:
+        if len(set(listed)) == len(listed):
+            continue
+        for place, name in enumerate(listed):
+            if name in listed[:place]:
+                yield Diagnostic(
+                    "REF003",
+                    f"`{name}` stands twice in one list",
+                    case.span(*loc, place),
+                    severity=Severity.WARNING,
+                    label="again",
+                    notes=(Note(case.span(*loc, listed.index(name)), "first here"),),
+                    help=("name another one, or remove it",),
+                    fix=mend(f"remove the second `{name}`", remove(case.source, (*loc, place))),
+                )
+
+
 NAMES: tuple[Rule, ...] = (unknown_names,)
-RULES: tuple[Rule, ...] = (circular_jumps,)
+RULES: tuple[Rule, ...] = (circular_jumps, repeated_names)

@@ -15,6 +15,7 @@ from swarmctl.cli.emulate import emulate
 from swarmctl.cli.graph import graph
 from swarmctl.cli.init import init
 from swarmctl.cli.lab import lab
+from swarmctl.cli.mode import mode
 from swarmctl.cli.plan import plan
 from swarmctl.cli.remove import remove
 from swarmctl.cli.render import render
@@ -49,6 +50,7 @@ app = typer.Typer(
 )  # fmt: skip
 for verb, codes in VERBS.items():
     app.command(epilog=exits.told(*codes))(verb)
+app.add_typer(mode, name="mode")
 app.add_typer(lab, name="lab")
 
 
