@@ -30,20 +30,22 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 def _unknown(
     case: Case, what: str, known: Mapping[str, Any], places: Iterable[Named]
 ) -> Iterator[Diagnostic]:
+    words: tuple[str, ...] = ()  # made only where a name is unknown
     for word, loc in places:
         if word is not None and word not in known:
+            words = words or tuple(known)
             yield Diagnostic(
                 "REF001",
                 f"there is no {what} called `{word}`",
                 case.span(*loc),
                 label="not defined",
-                help=did_you_mean(word, known, f"known {what}s"),
-                fix=_nearest(case, known, word, loc),
+                help=did_you_mean(word, words, f"known {what}s"),
+                fix=_nearest(case, words, word, loc),
             )
 
 
-def _nearest(case: Case, known: Mapping[str, Any], word: str, loc: Loc) -> Fix | None:
-    near = nearest(word, tuple(known))
+def _nearest(case: Case, known: tuple[str, ...], word: str, loc: Loc) -> Fix | None:
+    near = nearest(word, known)
     return mend(f"write `{near}`", replace_value(case.source, loc, near)) if near else None
 
 

@@ -42,16 +42,35 @@ _OTHER_WORDS = {
 }
 
 
-@lru_cache(maxsize=4096)  # one wrong name may stand in ten thousand places
 def nearest(word: str, known: tuple[str, ...]) -> str | None:
-    """The one of ``known`` that was most likely meant, or none. Large sets are narrowed by first letter."""
-    words = known
-    if _OTHER_WORDS.get(word) in words:
-        return _OTHER_WORDS[word]
-    if len(words) > _MANY:
-        words = tuple(one for one in words if one[:1] == word[:1] and abs(len(one) - len(word)) <= 2)
-    found = difflib.get_close_matches(word, words, n=1, cutoff=_NEAR)
+    """The one of ``known`` that was most likely meant, or none; of very many, one that is a letter apart."""
+    if len(known) > _MANY:
+        index = _by_shape(known)
+        known = tuple(dict.fromkeys(one for shape in _shapes(word) for one in index.get(shape, ())))
+    return _closest(word, known)
+
+
+@lru_cache(maxsize=4096)  # one wrong name may stand in ten thousand places
+def _closest(word: str, known: tuple[str, ...]) -> str | None:
+    if (other := _OTHER_WORDS.get(word)) in known:
+        return other
+    found = difflib.get_close_matches(word, known, n=1, cutoff=_NEAR)
     return found[0] if found else None
+
+
+@lru_cache(maxsize=4)
+def _by_shape(known: tuple[str, ...]) -> dict[str, list[str]]:
+    """Words by their shapes: comparing each wrong name of a large spec with all others takes minutes."""
+    index: dict[str, list[str]] = {}
+    for word in known:
+        for shape in _shapes(word):
+            index.setdefault(shape, []).append(word)
+    return index
+
+
+def _shapes(word: str) -> tuple[str, ...]:
+    """``word``, and what is left of it without one letter: words a letter apart have one in common."""
+    return tuple({word: None} | {word[:place] + word[place + 1 :]: None for place in range(len(word))})
 
 
 def did_you_mean(word: str, known: Iterable[str], what: str) -> tuple[str, ...]:
