@@ -17,6 +17,7 @@ _HEAD = """# Rules: what a spec is checked for
 change a few lines of a small swarm that is right, [`example.yaml`](../swarmctl/checks/rules/example.yaml),
 as an overlay does; the tests run all of them. Made by `swarmctl rules --format markdown`.
 """
+_LAST = "- [Known pitfalls, and what answers them](#known-pitfalls-and-what-answers-them)\n"
 _PITFALLS = """## Known pitfalls, and what answers them
 
 What has cost robotics people days, as they tell it in public threads, and what becomes of it here: a
@@ -62,12 +63,25 @@ def table(rules: Iterable[RuleText]) -> Table:
 
 def page(rules: Mapping[str, RuleText], pitfalls: Sequence[Pitfall]) -> str:
     """The page of docs/: every rule by family, then the pitfalls."""
-    parts = [_HEAD]
-    for family, members in groupby(rules.values(), key=lambda rule: rule.family):
-        parts.append(f"\n## {family}\n")
+    by_family = groupby(rules.values(), key=lambda rule: rule.family)
+    families = [(title, list(members)) for title, members in by_family]
+    parts = [_HEAD, "\n", *(_entry(title, members) for title, members in families), _LAST]
+    for title, members in families:
+        parts.append(f"\n## {title}\n")
         parts += [part for rule in members for part in _section(rule)]
     parts.append("\n" + _PITFALLS + "".join(_row(one) for one in pitfalls))
     return "".join(parts)
+
+
+def _entry(title: str, members: Sequence[RuleText]) -> str:
+    """One line of the contents."""
+    ids = " ".join(f"[{rule.id}](#{rule.id.lower()})" for rule in members)
+    return f"- [{title}](#{_anchor(title)}): {ids}\n"
+
+
+def _anchor(title: str) -> str:
+    """How a heading is linked to: in lower case, blanks as hyphens, the rest left out."""
+    return "".join(char for char in title.lower().replace(" ", "-") if char.isalnum() or char == "-")
 
 
 def _section(rule: RuleText) -> Iterator[str]:
@@ -85,7 +99,7 @@ def _section(rule: RuleText) -> Iterator[str]:
 
 def _row(pitfall: Pitfall) -> str:
     rules = ", ".join(f"[{one}](#{one.lower()})" for one in pitfall.rules)
-    told = " ".join(filter(None, (rules, pitfall.how)))
+    told = ". ".join(filter(None, (rules, pitfall.how)))
     return f"| {pitfall.number} | {_cell(pitfall.what)} | {pitfall.answer} | {_cell(told)} |\n"
 
 

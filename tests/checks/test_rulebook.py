@@ -45,6 +45,8 @@ def test_a_rule_says_what_why_and_where_it_comes_from(
 
 
 def test_pitfalls_name_rules_that_exist() -> None:
+    numbers = [pitfall.number for pitfall in pitfalls()]
+    assert numbers == sorted(set(numbers))
     for pitfall in pitfalls():
         assert set(pitfall.rules) <= set(rulebook()), pitfall
         assert pitfall.answer in ("rule", "generator", "vocabulary", "health", "not")
