@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
+from swarmctl import resources
 from swarmctl.checks.check import read
 
 FAST = "k3: {type: khepera3, host: k3-pi, settings: {limits: {linear: 9.0}}}"
@@ -67,3 +69,15 @@ def test_an_entry_about_something_else(spec: str, tmp_path: Path) -> None:
 )
 def test_a_silence_that_is_wrong_itself(spec: str, tmp_path: Path, comment: str, code: str) -> None:
     assert codes(spec.replace(FAST, f"{FAST}  # {comment}"), tmp_path) == ["SET001", code]
+
+
+def test_what_the_reader_finds_in_a_robot_type_beside_the_spec(spec: str, tmp_path: Path) -> None:
+    (tmp_path / "robots").mkdir()
+    shipped = (resources.templates() / "robots/khepera3.yaml").read_text("utf-8")
+    mine = re.sub(r"(?m)^  baud: ", "  baud: 0", shipped)
+    assert mine != shipped
+    (tmp_path / "robots/khepera3.yaml").write_text(mine, "utf-8")
+    text = spec.replace(FAST, SLOW)
+    assert codes(text, tmp_path) == ["YAML011"]
+    wish = "silence:\n  - {rule: YAML011, reason: our scripts read YAML 1.2}\n"
+    assert codes(f"{text}\n{wish}", tmp_path) == []
