@@ -64,7 +64,9 @@ class RuleText:
 @cache
 def rulebook() -> Mapping[str, RuleText]:
     """Every rule by its id, in the order of the families and of their entries."""
-    return {one.id: one for name in FAMILIES for one in _family(FOLDER / f"{name}.yaml")}
+    files = [file for file in FOLDER.glob("*.yaml") if file.name != EXAMPLE]
+    in_order = sorted(files, key=lambda file: FAMILIES.index(file.stem))
+    return {one.id: one for file in in_order for one in _family(file)}
 
 
 def example() -> str:
