@@ -18,6 +18,7 @@ from swarmctl.topology.interfaces import Endpoint, program_endpoints
 from swarmctl.topology.lines import LineBudget, line_budgets
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.ports import Listener, listeners
+from swarmctl.topology.publishers import Publishers
 from swarmctl.topology.swarm import Bridge, Island
 
 Line = Serial | Bluetooth
@@ -124,6 +125,10 @@ class Case:
     def endpoints(self) -> tuple[Endpoint, ...]:
         """What programs publish and hear; what drivers do follows from their types (topology/interfaces)."""
         return tuple(program_endpoints(self.spec))
+
+    @cached_property
+    def publishers(self) -> Publishers:
+        return Publishers(self.spec, self.islands, self.endpoints)
 
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:

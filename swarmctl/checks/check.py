@@ -8,24 +8,29 @@ from pathlib import Path
 
 from swarmctl.checks import (
     addresses,
+    authority,
     bauds,
     boards,
     capacity,
     clocks,
+    crossings,
     devices,
     identity,
     islands,
     lines,
     links,
     modes,
+    multimaster,
     naming,
     network,
     ports,
     programs,
     radios,
     references,
+    safety,
     security,
     settings,
+    topics,
 )
 from swarmctl.checks.case import Case, Rule
 from swarmctl.checks.fixing import Findings, Stage
@@ -59,6 +64,11 @@ SENSE: tuple[Rule, ...] = (
     *clocks.RULES,
     *programs.RULES,
     *naming.RULES,
+    *topics.RULES,
+    *multimaster.RULES,
+    *crossings.RULES,
+    *authority.RULES,
+    *safety.RULES,
     *security.RULES,
 )
 

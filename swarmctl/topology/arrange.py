@@ -43,7 +43,7 @@ def arranged(spec: Spec, mode: Mode) -> Arrangement:
     programs = {name: one.host for name, one in spec.programs.items() if one.host is not None}
     if mode is Mode.SINGLE_MINDED:
         homes, programs = dict.fromkeys(homes, hub), dict.fromkeys(programs, hub)
-        return Arrangement(mode, hub, homes, programs, _orders(spec), {})
+        return Arrangement(mode, hub, homes, programs, _from_hub(spec, hub), {})
     if len(spec.hosts) < 2:
         raise ArrangementError(
             f"mode `{mode.value}` needs a second computer, and the swarm has `{hub}` alone",
@@ -71,6 +71,15 @@ def _centre(spec: Spec) -> str:
 
 def _orders(spec: Spec) -> tuple[Order, ...]:
     return tuple(Order(index, one.by, one.of) for index, one in enumerate(spec.control))
+
+
+def _from_hub(spec: Spec, hub: str) -> tuple[Order, ...]:
+    """Other hosts run no ROS and command no longer; the hub commands their robots, if nobody else does."""
+    hosts = set(spec.hosts) - {hub} - set(spec.programs) - set(spec.robots)
+    kept = tuple(order for order in _orders(spec) if order.by not in hosts)
+    led = {robot for one in kept for robot in one.of}
+    freed = tuple(dict.fromkeys(robot for one in spec.control for robot in one.of if robot not in led))
+    return (*kept, Order(None, hub, freed)) if freed else kept
 
 
 def _spread(spec: Spec, homes: Mapping[str, str], hub: str) -> dict[str, str]:

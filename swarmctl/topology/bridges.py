@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 
 from swarmctl.spec.model import Spec
 from swarmctl.topology import modes, names
-from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, SENSORS, Endpoint, program_host
+from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, Endpoint, program_host
+from swarmctl.topology.publishers import Publishers
 from swarmctl.topology.swarm import Bridge, Island
 
 
@@ -15,11 +16,11 @@ def bridges_of(spec: Spec, islands: Sequence[Island], endpoints: Sequence[Endpoi
     if len(islands) < 2:
         return ()
     home = {host: island.name for island in islands for host in island.hosts}
-    published = _published(spec, home, endpoints)
+    publishers = Publishers(spec, islands, endpoints)
     found = [
         *_commands(spec, home),
-        *_heard(home, published, endpoints),
-        *_named(spec, published),
+        *_heard(home, publishers, endpoints),
+        *_named(spec, {island.name for island in islands}, publishers),
     ]
     return tuple(dict.fromkeys(found))
 
@@ -33,22 +34,6 @@ def commanders_host(spec: Spec, by: str) -> str | None:
     return by if by in spec.hosts else None
 
 
-def _published(
-    spec: Spec, home: Mapping[str, str], endpoints: Sequence[Endpoint]
-) -> dict[str, tuple[str, str]]:
-    """Type and island by topic: what drivers and programs publish."""
-    found: dict[str, tuple[str, str]] = {}
-    for robot in spec.robots:
-        island = home.get(modes.driving_host(spec, robot) or "")
-        if island is not None:
-            prefix = names.namespace(robot)
-            found.update((f"{prefix}/{name}", (kind, island)) for name, kind in SENSORS.items())
-    for one in endpoints:
-        if one.publishes and one.host in home:
-            found.setdefault(one.topic, (one.type, home[one.host]))
-    return found
-
-
 def _commands(spec: Spec, home: Mapping[str, str]) -> Iterator[Bridge]:
     for index, control in enumerate(spec.control):
         origin = home.get(commanders_host(spec, control.by) or "")
@@ -60,20 +45,21 @@ def _commands(spec: Spec, home: Mapping[str, str]) -> Iterator[Bridge]:
 
 
 def _heard(
-    home: Mapping[str, str], published: Mapping[str, tuple[str, str]], endpoints: Sequence[Endpoint]
+    home: Mapping[str, str], publishers: Publishers, endpoints: Sequence[Endpoint]
 ) -> Iterator[Bridge]:
+    """What a program hears and its own island does not publish, from every island that does."""
     for one in endpoints:
-        if one.publishes or one.host not in home or one.topic not in published:
+        if one.publishes or one.host not in home:
             continue
-        kind, origin = published[one.topic]
-        if origin != home[one.host]:
-            yield Bridge(one.topic, kind, origin, (home[one.host],), f"programs.{one.owner}")
+        origins = publishers.of(one.topic)
+        if home[one.host] not in origins:
+            for origin, kind in origins.items():
+                yield Bridge(one.topic, kind, origin, (home[one.host],), f"programs.{one.owner}")
 
 
-def _named(spec: Spec, published: Mapping[str, tuple[str, str]]) -> Iterator[Bridge]:
-    named = spec.multimaster.topics if spec.multimaster else ()
-    for index, crossing in enumerate(named):
-        if crossing.topic in published:
-            kind, origin = published[crossing.topic]
-            to = tuple(one for one in crossing.to if one != origin)
-            yield Bridge(crossing.topic, kind, origin, to, f"multimaster.topics[{index}]")
+def _named(spec: Spec, islands: Set[str], publishers: Publishers) -> Iterator[Bridge]:
+    for index, crossing in enumerate(spec.multimaster.topics if spec.multimaster else ()):
+        for origin, kind in publishers.of(crossing.topic).items():
+            to = tuple(one for one in crossing.to if one != origin and one in islands)
+            if to:
+                yield Bridge(crossing.topic, kind, origin, to, f"multimaster.topics[{index}]")

@@ -15,6 +15,16 @@ DIAGNOSTICS = "/diagnostics"
 DIAGNOSTICS_TYPE = "diagnostic_msgs/DiagnosticArray"
 SENSORS = {"odom": "nav_msgs/Odometry", "proximity": "std_msgs/UInt16MultiArray"}
 
+# Topics that ROS itself, or every driver, has at the top of the graph.
+COMMON = {
+    DIAGNOSTICS: DIAGNOSTICS_TYPE,
+    "/clock": "rosgraph_msgs/Clock",
+    "/rosout": "rosgraph_msgs/Log",
+    "/rosout_agg": "rosgraph_msgs/Log",
+    "/tf": "tf2_msgs/TFMessage",
+    "/tf_static": "tf2_msgs/TFMessage",
+}
+
 Loc = tuple[str | int, ...]
 
 

@@ -94,3 +94,24 @@ def test_what_cannot_be_deployed_yet_is_checked_but_not_rendered(
     assert run([verb[0], "swarm.yaml", *verb[1:]]) == exits.ERROR
     assert "can be checked, but not deployed yet" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_what_several_islands_publish_crosses_from_each_and_never_to_one_that_has_it(tmp_path: Path) -> None:
+    path = tmp_path / "swarm.yaml"
+    camera = "package: cam, executable: cam, publishes: [{topic: /found, type: std_msgs/String}]"
+    watch = "package: cam, executable: watch, subscribes: [{topic: /found, type: std_msgs/String}]"
+    body = BODY.replace(
+        "control:",
+        f"  left: {{host: laptop, {camera}}}\n"
+        f"  right: {{host: k3-pi, {camera}}}\n"
+        f"  here: {{host: laptop, {watch}}}\n"
+        f"  away: {{host: epuck-pi, {watch}}}\n"
+        "control:",
+    )
+    path.write_text(f"version: 1\nname: three\nmode: standalone\n{body}", "utf-8")
+    swarm, found = read(path)
+    assert swarm is not None, found
+    assert [(one.origin, one.to, one.cause) for one in swarm.bridges if one.topic == "/found"] == [
+        ("laptop", ("epuck-pi",), "programs.away"),
+        ("k3-pi", ("epuck-pi",), "programs.away"),
+    ]

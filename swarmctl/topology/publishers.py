@@ -1,0 +1,40 @@
+"""Which islands a topic comes from: asked topic by topic, as robots are many and questions few."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from swarmctl.spec.model import Spec
+from swarmctl.topology import modes, names
+from swarmctl.topology.interfaces import DIAGNOSTICS, DIAGNOSTICS_TYPE, SENSORS, Endpoint
+from swarmctl.topology.swarm import Island
+
+
+class Publishers:
+    """What drivers and programs publish, by topic and island."""
+
+    def __init__(self, spec: Spec, islands: Sequence[Island], endpoints: Sequence[Endpoint]) -> None:
+        self._spec = spec
+        self._home = {host: island.name for island in islands for host in island.hosts}
+        self.robots = {names.namespace(robot): robot for robot in spec.robots}
+        self.programs: dict[str, dict[str, str]] = {}
+        for one in endpoints:
+            if one.publishes and one.host in self._home:
+                self.programs.setdefault(one.topic, {}).setdefault(self._home[one.host], one.type)
+
+    def of(self, topic: str) -> Mapping[str, str]:
+        """The message type by island, of every island that publishes ``topic``."""
+        found = dict(self.programs.get(topic, {}))
+        space, _, name = topic.rpartition("/")
+        if name in SENSORS and space in self.robots:
+            island = self.island(self.robots[space])
+            if island is not None:
+                found.setdefault(island, SENSORS[name])
+        elif topic == DIAGNOSTICS:
+            islands = dict.fromkeys(map(self.island, self._spec.robots))
+            found = {one: DIAGNOSTICS_TYPE for one in islands if one is not None} | found
+        return found
+
+    def island(self, robot: str) -> str | None:
+        """The island on which the robot's driver runs."""
+        return self._home.get(modes.driving_host(self._spec, robot) or "")
