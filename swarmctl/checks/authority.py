@@ -63,7 +63,7 @@ def rivals(case: Case) -> Iterator[Diagnostic]:
         for place, robot in enumerate(control.of):
             earlier = first.setdefault(robot, [])
             for by, priority, other, there in earlier:
-                if by != control.by and priority != control.priority:
+                if other == index or (by != control.by and priority != control.priority):
                     continue
                 rival = by != control.by
                 yield Diagnostic(

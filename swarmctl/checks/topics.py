@@ -75,7 +75,8 @@ def _clash(case: Case, one: Endpoint, other: str, who: str, where: Loc | None) -
 def dangling_subscribers(case: Case) -> Iterator[Diagnostic]:
     """TOPIC002: programs hear topics that nobody publishes; one finding a program.
 
-    Programs that do not say what they publish may publish anything; then only what looks misspelt is told.
+    Programs that do not say what they publish may publish anything, and a board's sketch may wait for whoever
+    comes; then only what looks misspelt is told.
     """
     lost = [
         one
@@ -86,7 +87,7 @@ def dangling_subscribers(case: Case) -> Iterator[Diagnostic]:
     dangling: dict[str, list[tuple[Endpoint, str | None]]] = {}
     for one in lost:
         near = _nearest(case, one.topic) if len(lost) <= _FEW else None
-        if near is not None or silent <= {one.owner}:
+        if near is not None or (silent <= {one.owner} and case.spec.programs[one.owner].board is None):
             dangling.setdefault(one.owner, []).append((one, near))
     for owner, found in dangling.items():
         one, near = next((pair for pair in found if pair[1] is not None), found[0])
