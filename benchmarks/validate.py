@@ -186,11 +186,11 @@ def times(file: Path, runs: int) -> tuple[float, float]:
     """Least CPU time of ``yaml.compose`` and of the whole check, in turn."""
     import yaml
 
-    from swarmctl.checks.check import read
+    from swarmctl.checks.check import examine
     from swarmctl.spec.source import collector_paused
 
     text = file.read_text("utf-8")
-    _, found = read(file)
+    _, found = examine(file)
     if odd := {one.code: one.message for one in found if one.code not in EXPECTED}:
         raise SystemExit(f"the benchmark's own spec has findings: {odd}")
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -198,7 +198,7 @@ def times(file: Path, runs: int) -> tuple[float, float]:
     for _ in range(runs):
         with collector_paused():
             compose.append(seconds(lambda: yaml.compose(text, Loader=loader)))
-        validate.append(seconds(lambda: read(file)))
+        validate.append(seconds(lambda: examine(file)))
     return min(compose), min(validate)
 
 

@@ -36,7 +36,7 @@ def validate(
     color: access.Color = None,
 ) -> None:
     """Check specs. Exit code 0 when all of them can be deployed, 1 when not."""
-    from swarmctl.checks.check import read
+    from swarmctl.checks.check import examine
     from swarmctl.views.findings.report import Checked, Report
 
     if json and form not in (None, findings.Format.JSON):
@@ -45,6 +45,6 @@ def validate(
         raise typer.Exit(exits.ERROR if fixes.show_diffs(specs) else exits.OK)
     if fix:
         fixes.apply_fixes(specs, quiet=quiet)
-    report = Report(tuple(Checked(str(spec), *read(*spec.files)) for spec in specs), strict=strict)
+    report = Report(tuple(Checked(str(spec), *examine(*spec.files)) for spec in specs), strict=strict)
     findings.show(report, findings.Format.JSON if json else form or findings.usual(), output, quiet=quiet)
     raise typer.Exit(exits.OK if report.passed else exits.ERROR)

@@ -24,6 +24,7 @@ import yaml
 from swarmctl.spec import rewrite
 from swarmctl.spec.diagnostics import Edit, Fix, Span
 from swarmctl.spec.layout import Kind, Layout, Part, layout, line_starts
+from swarmctl.spec.limits import MAX_MENDED
 from swarmctl.spec.literals import literal, text_of
 from swarmctl.spec.source import Loc, Source
 
@@ -174,6 +175,8 @@ def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Pl
     if node is None:
         return None
     file = node.start_mark.name
+    if any(len(source.texts[one.start_mark.name]) > MAX_MENDED for one in (key, node) if one is not None):
+        return None
     found = layout(source.texts[file])
     kind = _KINDS[type(node)]
     part = found.parts.get((node.start_mark.index, kind))

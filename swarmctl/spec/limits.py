@@ -24,6 +24,9 @@ MAX_NUMBER = 100
 MAX_FINDINGS = 1_000
 """Findings of one kind of work on one spec. Nobody reads more, and each takes a kilobyte."""
 
+MAX_MENDED = 200_000
+"""Characters of a file that is looked into token by token, to mend it. A program writes larger ones."""
+
 MAX_FILES = 1_000
 """Files of one spec, so that each robot of a large swarm may have its own."""
 

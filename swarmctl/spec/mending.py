@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from swarmctl.spec.diagnostics import Fix
 from swarmctl.spec.edits import as_text, mend, rename_key, replace_value, written
+from swarmctl.spec.limits import MAX_NUMBER
 from swarmctl.spec.mentions import rename_at, renaming
 from swarmctl.spec.model import KINDS
 from swarmctl.spec.source import Loc, Source
@@ -63,7 +64,7 @@ def _word_fix(source: Source, loc: Loc, word: str | None) -> Fix | None:
 def _choice_fix(source: Source, loc: Loc, given: Any, known: list[str]) -> Fix | None:
     if str(given) not in known:
         return _word_fix(source, loc, nearest(str(given), tuple(known)))
-    if isinstance(given, str) and _DIGITS.fullmatch(given):
+    if is_number(given) and _DIGITS.fullmatch(given):
         return mend("take the quotes away", replace_value(source, loc, int(given)))
     return None
 
@@ -123,7 +124,7 @@ def is_number(given: Any) -> bool:
         float(given)
     except (TypeError, ValueError):
         return False
-    return isinstance(given, str)
+    return isinstance(given, str) and len(given) <= MAX_NUMBER
 
 
 def legal_name(given: str) -> str | None:

@@ -95,10 +95,12 @@ class Link(Model):
         examples=[115200],
         description="Bits per second, unless the link says otherwise.",
     )
-    other_bauds: tuple[Annotated[int, Field(ge=300, le=4_000_000)], ...] = Field(
-        (),
-        examples=[[9600, 38400]],
-        description="Other rates that a selector or a setting of the robot allows.",
+    other_bauds: Annotated[tuple[Annotated[int, Field(ge=300, le=4_000_000)], ...], Field(strict=False)] = (
+        Field(
+            (),
+            examples=[[9600, 38400]],
+            description="Other rates that a selector or a setting of the robot allows.",
+        )
     )
     bytesize: Literal[7, 8] = Field(8, description="Data bits.")
     parity: Literal["none", "even", "odd"] = Field("none", description="Parity bit.")

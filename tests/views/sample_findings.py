@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.checks.check import read
+from swarmctl.checks.check import examine
 from swarmctl.checks.rulebook import RuleText
 from swarmctl.spec.diagnostics import Diagnostic, Edit, Fix, Note, Severity, Span
 from swarmctl.views.findings.report import Checked, Report
@@ -75,10 +75,10 @@ RULES = {
 def report(*, strict: bool = False) -> Report:
     """A spec that is wrong, one that is right but for a warning, and one that is right."""
     example = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
-    swarm, _ = read(example)
+    document, _ = examine(example)
     checked = (
         Checked(SPEC, None, FINDINGS),
-        Checked(QUIET, swarm, (WARNING,)),
-        Checked("right.yaml", swarm),
+        Checked(QUIET, document, (WARNING,)),
+        Checked("right.yaml", document),
     )
     return Report(checked, strict=strict, rules=RULES)

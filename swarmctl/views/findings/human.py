@@ -60,13 +60,14 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
 def verdict(one: Checked, *, passes: bool) -> str:
     """Whether a spec is right, and what it describes."""
     found, fixable, spec = counted(one.diagnostics), _fixable(one.diagnostics), printable(one.spec)
-    if one.swarm is None or not passes:
-        strict = ", and --strict allows none" if one.swarm else ""
+    if one.document is None or not passes:
+        strict = ", and --strict allows none" if one.document else ""
         return f"{found}{f' ({fixable})' if fixable else ''} in {spec}{strict}"
     told = "; ".join(filter(None, (found, fixable)))
+    swarm = one.document.spec
     return (
-        f"{spec}: swarm `{one.swarm.name}` is valid{f' ({told})' if told else ''}: "
-        f"{len(one.swarm.robots)} robots on {len(one.swarm.hosts)} hosts, mode {one.swarm.mode.value}"
+        f"{spec}: swarm `{swarm.name}` is valid{f' ({told})' if told else ''}: "
+        f"{len(swarm.robots)} robots on {len(swarm.hosts)} hosts, mode {swarm.mode.value}"
     )
 
 

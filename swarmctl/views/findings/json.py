@@ -14,7 +14,7 @@ def render(report: Report) -> str:
         "specs": [
             {
                 "spec": one.spec,
-                "swarm": one.swarm.name if one.swarm else None,
+                "swarm": one.document.spec.name if one.document else None,
                 "valid": report.passes(one),
             }
             for one in report.checked

@@ -10,15 +10,15 @@ from dataclasses import dataclass, field, replace
 
 from swarmctl.checks.rulebook import RuleText
 from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
-from swarmctl.topology.swarm import Swarm
+from swarmctl.spec.load import Document
 
 
 @dataclass(frozen=True)
 class Checked:
-    """One spec, as it was named on the command line; without errors there is a swarm."""
+    """One spec, as it was named on the command line; without errors there is a document."""
 
     spec: str
-    swarm: Swarm | None
+    document: Document | None
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
@@ -31,7 +31,7 @@ class Report:
     rules: Mapping[str, RuleText] = field(default_factory=dict)
 
     def passes(self, one: Checked) -> bool:
-        return one.swarm is not None and not any(map(self.fails, one.diagnostics))
+        return one.document is not None and not any(map(self.fails, one.diagnostics))
 
     def fails(self, found: Diagnostic) -> bool:
         return self.strict or found.severity is Severity.ERROR
