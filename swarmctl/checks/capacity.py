@@ -86,7 +86,8 @@ def networks(case: Case) -> Iterator[Diagnostic]:
                     if flow.topic in sources
                 ),
                 help=(
-                    f"the most: {largest}; lower the rates, send less, or hear it where it is made",
+                    (f"the most: {largest}; " if largest else f"{len(budget.flows)} topics share it; ")
+                    + "lower the rates, send less, or hear it where it is made",
                     "or measure the network with iperf3, and say so: `capacity_mbps`",
                 ),
             )

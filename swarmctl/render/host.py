@@ -18,14 +18,15 @@ _UDEV = "/etc/udev/rules.d"
 def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
     """The bundle of every host, in the order of the spec; an empty one where nothing of the swarm runs."""
     members = {name for island in swarm.islands for name in island.hosts}
+    shared = _hosts_block(swarm)
     return {
-        name: bundle(swarm, host) if name in members else Bundle(swarm.name, name, ())
+        name: _bundle(swarm, host, shared) if name in members else Bundle(swarm.name, name, ())
         for name, host in swarm.hosts.items()
     }
 
 
-def bundle(swarm: Swarm, host: Host) -> Bundle:
-    """Everything that ``host`` gets."""
+def _bundle(swarm: Swarm, host: Host, hosts_block: File) -> Bundle:
+    """Everything that ``host`` gets, with what is the same for all."""
     island = swarm.island_of(host.name)
     unit_files = list(ros1.units(swarm, host, island))
     target = names.target(swarm.name)
@@ -37,7 +38,7 @@ def bundle(swarm: Swarm, host: Host) -> Bundle:
     if rules := _udev_rules(swarm, host):
         files.append(rules)
         links[f"{_UDEV}/60-swarm-{swarm.name}.rules"] = rules.path
-    files.append(_hosts_block(swarm))
+    files.append(hosts_block)
     return Bundle(
         swarm=swarm.name,
         host=host.name,

@@ -25,6 +25,7 @@ BOOLEANS = {
 }  # fmt: skip
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
+_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 _MAC = re.compile("[0-9a-fA-F]{2}([-_. :]?[0-9a-fA-F]{2}){5}", re.ASCII)
 
 
@@ -119,12 +120,8 @@ def choices(error: Any) -> list[str]:
 
 
 def is_number(given: Any) -> bool:
-    """Whether ``given`` is text that reads as a number."""
-    try:
-        float(given)
-    except (TypeError, ValueError):
-        return False
-    return isinstance(given, str) and len(given) <= MAX_NUMBER
+    """Whether ``given`` is text that would be a number without its quotes."""
+    return isinstance(given, str) and len(given) <= MAX_NUMBER and _NUMBER.fullmatch(given) is not None
 
 
 def legal_name(given: str) -> str | None:

@@ -14,6 +14,8 @@ def at(mark: yaml.Mark) -> Span:
     return Span(mark.name, mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
 
 
+_NO_COLON = ("this key has no colon", "write it like `name: lab`")
+
 # What libyaml says, what that means to the one who wrote the file, and how to mend it.
 _TOLD = (
     ("expected ',' or '}'", "this bracket is not closed, or a comma is missing in it", "close it with `}`"),
@@ -34,7 +36,7 @@ _TOLD = (
         "this is no entry of the list above it",
         "entries of one list start with `- ` in one column",
     ),
-    ("could not find expected ':'", "this key has no colon", "write it like `name: lab`"),
+    ("could not find expected ':'", *_NO_COLON),
     ("another document", "a second document begins here", "a spec is one document; remove the line `---`"),
     (
         "undefined alias",
@@ -51,9 +53,11 @@ _TOLD = (
 _OPENED = (
     "expected ',' or",
     "unexpected end of stream",
-)  # what was opened says more than where its end was missed
+    "could not find expected ':'",
+)  # what was begun says more than where its end was missed
 
 _WORD_END = re.compile(r"[^\s,{}\[\]\"']*[^\s,:{}\[\]\"']$")
+_WORD_ALONE = re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+)[ \t]*")
 _BRACKET = re.compile(r"\[[0-9][0-9,*-]*\][^\s,:{}\[\]]*")
 
 
@@ -64,6 +68,8 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
         return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
     if word := _range_around(text, mark.index):
         return Diagnostic("YAML001", "a range needs quotes here", at(mark), help=(f'write "{word}"',))
+    if "mapping values are not allowed" in problem and (key := _key_above(text, mark)):
+        return Diagnostic("YAML001", _NO_COLON[0], key, help=(_NO_COLON[1],))
     message, mend = f"this is not YAML: {problem}", ""
     for words, told, help_ in _TOLD:
         if words in problem:
@@ -72,12 +78,23 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
         message, mend = _odd_character(text, mark)
     notes: tuple[Note, ...] = ()
     if place is not None and place.line != mark.line and any(words in problem for words in _OPENED):
-        if mark.index < len(text.rstrip()):
+        if mark.index < len(text.rstrip()) and problem != "could not find expected ':'":
             notes = (Note(at(mark), "the end was expected before this"),)
         mark = place
     elif place is not None and "anchor" in problem:
         notes = (Note(at(place), "first here"),)
     return Diagnostic("YAML001", message, at(mark), notes=notes, help=(mend,) if mend else ())
+
+
+def _key_above(text: str, mark: yaml.Mark) -> Span | None:
+    """The word alone on the line before a block: without its colon YAML reads on, as if it were a text."""
+    before = re.split("\r\n|[\r\n]", text[: mark.index])[: mark.line]
+    while before and not before[-1].strip():
+        before.pop()
+    word = _WORD_ALONE.fullmatch(before[-1]) if before else None
+    if word is None:
+        return None
+    return Span(mark.name, len(before), word.start("word") + 1, len(before), word.end("word") + 1)
 
 
 def _range_around(text: str, index: int) -> str:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.edits import written
 from swarmctl.spec.limits import MAX_FINDINGS
 from swarmctl.spec.mending import (
     BOOLEANS,
@@ -127,13 +128,14 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
             source.span((*loc, "kind")),
             help=did_you_mean(str(tag), KINDS, "the kinds are"),
         )
-    return _bad_value(error, source.span(loc, key=loc[-1:] == ("[key]",)), model)
+    return _bad_value(error, source, model)
 
 
-def _bad_value(error: Any, span: Span, model: type[BaseModel]) -> Diagnostic:
+def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic:
     """A key that is right with a value that is not."""
     kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
     loc = without_tag(tagged)
+    span = source.span(loc, key=loc[-1:] == ("[key]",))
     if kind in ("literal_error", "enum"):
         key = next((part for part in reversed(loc) if isinstance(part, str)), "")
         known = choices(error)
@@ -142,15 +144,16 @@ def _bad_value(error: Any, span: Span, model: type[BaseModel]) -> Diagnostic:
     if kind == "too_short":
         return Diagnostic("SPEC003", f"{_subject(loc)} is empty", span, label="needs at least one entry")
     if kind in _TYPES:
-        shown = f'`"{given}"`' if kind in NUMBERS and is_number(given) else _shown(given)
+        quoted = kind in NUMBERS and is_number(given)
+        text = written(source, loc) if quoted or type(given) in (int, float) else ""
+        shown = f'`"{given}"`' if quoted else _shown(text or given)
         wrong = (
             f"is empty; it must be {_TYPES[kind]}"
             if given is None
             else f"must be {_TYPES[kind]}, not {shown}"
         )
-        return Diagnostic(
-            "SPEC003", f"{_subject(loc)} {wrong}", span, help=_help_for_type(kind, given, tagged, model)
-        )
+        help_ = (_NUMBERS_THAT_RANGE,) if quoted and not text else _help_for_type(kind, given, tagged, model)
+        return Diagnostic("SPEC003", f"{_subject(loc)} {wrong}", span, help=help_)
     if kind == "value_error":  # raised by a validator of ours, which puts the way to mend last
         message, _, mend = str(error["ctx"]["error"]).partition("; ")
         return Diagnostic("SPEC003", message, span, help=(mend,) if mend else ())
@@ -217,6 +220,11 @@ _BOUNDS = {
     "less_than_equal": "must be {le:g} or less",
     "finite_number": "must be a number that ends",
 }
+
+
+_NUMBERS_THAT_RANGE = (
+    "a range in quotes is text; name each number, {each: [8081, 8082]}, or put it on a line without quotes"
+)
 
 
 def _help_for_type(
