@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
-from swarmctl.topology.address import Kind, Scheme, kind, means_self, normal, scheme, smallest_subnet
+from swarmctl.topology.address import Kind, Scheme, Subnet, kind, means_self, normal, scheme, smallest_subnet
 
+_LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.IPV6, Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
 
 
@@ -57,12 +58,13 @@ def naming_schemes(case: Case) -> Iterator[Diagnostic]:
     schemes: dict[Scheme, list[str]] = {}
     for name, ip in case.addresses.items():
         given = case.spec.hosts[name].address
-        if ip is not None or not means_self(given):
+        if name not in case.passages and (ip is not None or not means_self(given)):
             schemes.setdefault(Scheme.IP if ip is not None else scheme(given), []).append(name)
     if len(schemes) < 2:
         return
     usual = max(schemes, key=lambda one: (len(schemes[one]), one is Scheme.IP))
-    strays = [name for name in case.spec.hosts if name not in set(schemes[usual])]
+    kept = {*schemes[usual], *case.passages}
+    strays = [name for name in case.spec.hosts if name not in kept]
     more = f" and {len(strays) - 1} more" if len(strays) > 1 else ""
     yield Diagnostic(
         "NET004",
@@ -146,11 +148,15 @@ def split_networks(case: Case) -> Iterator[Diagnostic]:
                 Note(case.span("hosts", first, "address"), "this host is on the same network"),
                 Note(case.span("links", index, "name"), "this network"),
             ),
-            help=(
-                f"if the network is larger, say so: subnet: {smallest_subnet(ordinary.values())}",
-                "if an address is misspelt, correct it",
-            ),
+            help=_one_or_two(smallest_subnet(ordinary.values())),
         )
+
+
+def _one_or_two(subnet: Subnet) -> tuple[str, ...]:
+    """How to mend a split network; nobody has one of a /7, the private 10.0.0.0/8 being the largest."""
+    if subnet.prefixlen < _LARGEST:
+        return ("correct the address that is not of this network, or describe two networks",)
+    return (f"if the network is larger, say so: subnet: {subnet}", "if an address is misspelt, correct it")
 
 
 RULES: tuple[Rule, ...] = (

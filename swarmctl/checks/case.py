@@ -113,6 +113,11 @@ class Case:
         return modes.islands_of(self.spec)
 
     @cached_property
+    def passages(self) -> frozenset[str]:
+        """The hosts that are just there to jump through."""
+        return modes.passages(self.spec)
+
+    @cached_property
     def listeners(self) -> tuple[Listener, ...]:
         return tuple(listeners(self.spec, self.islands))
 

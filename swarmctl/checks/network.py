@@ -50,7 +50,7 @@ def hosts_alone(case: Case) -> Iterator[Diagnostic]:
         return
     for name, networks in case.networks_of.items():
         home = case.home.get(name)
-        if not networks and (home is None or len(home.hosts) == 1):
+        if not networks and name not in case.passages and (home is None or len(home.hosts) == 1):
             yield Diagnostic(
                 "NET014",
                 f"host `{name}` is on no network",

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.spec.diagnostics import Diagnostic
 from swarmctl.spec.edits import written
 from swarmctl.spec.limits import MAX_FINDINGS
 from swarmctl.spec.mending import (

@@ -14,6 +14,14 @@ _HOSTNAME = re.compile(
 _MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
 _ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
 
+_BESIDE_ADDRESSES = (  # what people write along with an address
+    ("//", "leave out what stands before the name of the host, and behind it"),
+    ("@", "the account stands under `user`, the address by itself"),
+    ("/", "how large the network is stands in its link, as `subnet`"),
+    ("^[^:]+:[0-9]+$", "the port of its SSH server stands under `port`, the address by itself"),
+    ("_", "names of hosts have letters, digits, hyphens and dots"),
+)
+
 
 def _address(value: str) -> str:
     """An IP address or a host name; its last label starts with a letter, as 127.1 is an address to libc."""
@@ -21,7 +29,8 @@ def _address(value: str) -> str:
         ipaddress.ip_address(value)
     except ValueError:
         if not _HOSTNAME.fullmatch(value) or not value.rpartition(".")[2][:1].isalpha():
-            raise ValueError(f"`{value}` is neither an IP address nor a host name; {_ADDRESS_HINT}") from None
+            hint = next((told for form, told in _BESIDE_ADDRESSES if re.search(form, value)), _ADDRESS_HINT)
+            raise ValueError(f"`{value}` is neither an IP address nor a host name; {hint}") from None
         return value
     if "%" in value:
         raise ValueError("an address carries no interface; drop what follows `%`")
@@ -45,11 +54,13 @@ def _group(value: str) -> str:
 
 def _subnet(value: str) -> str:
     try:
-        return str(ipaddress.ip_network(value))
+        if "/" in value:
+            return str(ipaddress.ip_network(value))
     except ValueError:
         pass
     try:
-        meant = str(ipaddress.ip_interface(value).network)
+        prefix = "" if "/" in value else "/24"
+        meant = str(ipaddress.ip_interface(value + prefix).network)
     except ValueError:
         meant = "192.168.77.0/24"
     raise ValueError(f"`{value}` is not a subnet; write it like {meant}")

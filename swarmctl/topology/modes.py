@@ -57,8 +57,25 @@ def islands_of(spec: Spec) -> tuple[Island, ...]:
             return (
                 ()
                 if hub is None
-                else (_island(spec, spec.name, hub, _members(spec.mode, hub, tuple(spec.hosts))),)
+                else (_island(spec, spec.name, hub, _members(spec.mode, hub, _inside(spec))),)
             )
+
+
+def passages(spec: Spec) -> frozenset[str]:
+    """The hosts just to jump through: nothing else names them, but for networks that the hub is not on."""
+    ways = {host.via for host in spec.hosts.values() if host.via is not None}
+    if not ways:
+        return frozenset()
+    hub = hub_of(spec)
+    ways -= {hub, spec.time.root, *(robot.host for robot in spec.robots.values())}
+    ways -= {*(program.host for program in spec.programs.values()), *(one.by for one in spec.control)}
+    beside = (link.hosts for link in spec.links if isinstance(link, model.NetworkLink) and hub in link.hosts)
+    return frozenset(ways.difference(*beside))
+
+
+def _inside(spec: Spec) -> tuple[str, ...]:
+    apart = passages(spec)
+    return tuple(host for host in spec.hosts if host not in apart)
 
 
 def _members(mode: Mode, hub: str, hosts: tuple[str, ...]) -> tuple[str, ...]:

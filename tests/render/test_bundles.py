@@ -10,13 +10,16 @@ import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
 
 from swarmctl.checks.check import read
+from swarmctl.render import host as rendering
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.host import bundles
+from swarmctl.render.templates import render
 
 GOLDEN = Path(__file__).parent / "golden"
 SPEC = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
@@ -199,3 +202,18 @@ def test_the_manifest_is_json_with_the_digest_of_every_file(rendered: Mapping[st
         assert {path: one["sha256"] for path, one in manifest["files"].items()} == {
             file.path: file.digest for file in bundle.files
         }
+
+
+def test_what_all_hosts_share_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    swarm, _ = read(SPEC)
+    assert swarm is not None
+    made: list[str] = []
+
+    def counted(template: str, **values: Any) -> bytes:
+        made.append(template)
+        return render(template, **values)
+
+    monkeypatch.setattr(rendering, "render", counted)
+    made_for = bundles(swarm)
+    assert len(made_for) == 3
+    assert made.count("block.hosts") == 1

@@ -67,8 +67,13 @@ def verdict(one: Checked, *, passes: bool) -> str:
     swarm = one.document.spec
     return (
         f"{spec}: swarm `{swarm.name}` is valid{f' ({told})' if told else ''}: "
-        f"{len(swarm.robots)} robots on {len(swarm.hosts)} hosts, mode {swarm.mode.value}"
+        f"{_number(len(swarm.robots), 'robot')} on {_number(len(swarm.hosts), 'host')}, "
+        f"mode {swarm.mode.value}"
     )
+
+
+def _number(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _fixable(diagnostics: Sequence[Diagnostic]) -> str:

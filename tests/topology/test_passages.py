@@ -1,0 +1,56 @@
+"""A host that is just there to jump through runs no ROS, and needs no way to the master."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swarmctl.checks.check import read
+from swarmctl.render.host import bundles
+from swarmctl.topology.swarm import Swarm
+
+EXAMPLE = (Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml").read_text("utf-8")
+GATE = "hosts:\n  gate: {address: gate.uni.example, user: jdoe}\n"
+BEHIND = EXAMPLE.replace("hosts:\n", GATE, 1).replace("k3-pi: {", "k3-pi: {via: gate, ", 1)
+
+
+def swarm_of(text: str, folder: Path) -> tuple[Swarm | None, list[str]]:
+    (folder / "swarm.yaml").write_text(text, "utf-8")
+    swarm, found = read(folder / "swarm.yaml")
+    return swarm, [one.code for one in found]
+
+
+@pytest.mark.parametrize("mode", ["leader: koala-laptop\n", "hub: koala-laptop\n"])
+def test_a_gate_outside_the_swarm_is_no_part_of_its_graph(mode: str, tmp_path: Path) -> None:
+    text = BEHIND.replace("leader: koala-laptop\n", mode, 1)
+    swarm, found = swarm_of(
+        text if mode.startswith("leader") else text.replace("mode: leader", "mode: central"), tmp_path
+    )
+    assert found == []
+    assert swarm is not None
+    assert "gate" not in swarm.islands[0].hosts
+    assert bundles(swarm)["gate"].files == ()
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        "control:\n  - {by: gate, of: [koala]}\n",
+        "programs:\n  watch: {host: gate, package: rosbag, executable: record}\n",
+        "time: {root: gate}\n",
+    ],
+)
+def test_a_gate_with_work_to_do_needs_a_network(work: str, tmp_path: Path) -> None:
+    text = BEHIND.replace("control:\n", work, 1) if work.startswith("control") else BEHIND + work
+    assert "NET001" in swarm_of(text, tmp_path)[1]
+
+
+def test_a_gate_on_the_swarms_network_is_a_member(tmp_path: Path) -> None:
+    text = BEHIND.replace("gate.uni.example", "192.168.77.9").replace(
+        "[koala-laptop,", "[gate, koala-laptop,", 1
+    )
+    swarm, found = swarm_of(text, tmp_path)
+    assert found == []
+    assert swarm is not None
+    assert "gate" in swarm.islands[0].hosts
