@@ -96,7 +96,7 @@ def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         "import swarmctl.checks.check as check\n"
         "def broken(path): raise RuntimeError('boom')\n"
-        "check.read = broken\n"
+        "check.examine = broken\n"
     )
     ran = swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path))
     assert (ran.returncode, ran.stdout) == (exits.ERROR, "")
