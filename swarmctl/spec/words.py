@@ -11,6 +11,9 @@ from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWr
 _HOSTNAME = re.compile(
     r"(?=.{1,253}$)(?!-)[A-Za-z0-9-]{1,63}(?<!-)(\.(?!-)[A-Za-z0-9-]{1,63}(?<!-))*", re.ASCII
 )
+_NO_LINE = re.compile(
+    "/dev/(null|zero|full|u?random|k?mem|console|tty[0-9]*|(sd|nvme|mmcblk|input|hid|video|bus).*)"
+)
 _MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
 _ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
 
@@ -69,6 +72,8 @@ def _subnet(value: str) -> str:
 def _device_path(value: str) -> str:
     if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+-]+", value, re.ASCII) or ".." in value:
         raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
+    if _NO_LINE.fullmatch(value):
+        raise ValueError(f"`{value}` is no serial line; one is called /dev/ttyS0, /dev/ttyAMA0 or the like")
     if value.startswith("/dev/swarm/"):
         raise ValueError(
             f"`{value}` is a name that swarmctl gives; say which adapter it is: usb: {{serial: ...}}"
