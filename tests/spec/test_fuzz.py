@@ -91,11 +91,6 @@ def test_small_hostile_files(
     counted.append(name)
 
 
-# What looks like a spec of 50 000 robots is read as one; a line of a million wide letters is measured.
-ROOMY = {"wrong-robots", "empty-robots", "unknown-hosts", "unknown-types", "robots-without-lines",
-         "late-mistakes", "unknown-keys", "mappings", "one-wide-scalar"}  # fmt: skip
-
-
 @pytest.mark.parametrize("name", [*(name for name, _ in hostile.large()), *hostile.trees()])
 def test_large_hostile_files(name: str, tmp_path: Path, counted: list[str]) -> None:
     files: Mapping[str, bytes] = hostile.trees().get(name) or {"swarm.yaml": dict(hostile.large())[name]}
@@ -109,8 +104,8 @@ def test_large_hostile_files(name: str, tmp_path: Path, counted: list[str]) -> N
     assert int(code) in (exits.OK, exits.ERROR)
     assert "bug in swarmctl" not in told
     assert "Traceback" not in told
-    assert float(seconds) <= SECONDS * (2 if name in ROOMY else 1)
-    assert float(megabytes) <= (2 if name in ROOMY else 1) * MEGABYTES
+    assert float(seconds) <= SECONDS * 1.5  # two at a time on a busy machine take longer than one alone
+    assert float(megabytes) <= MEGABYTES * 1.1  # as much differs between builds of Python
     counted.append(name)
 
 
