@@ -125,10 +125,9 @@ def _islands(hosts: Sequence[str]) -> Iterator[str]:
     yield "islands:"
     for start in range(0, len(hosts), ISLAND):
         members = hosts[start : start + ISLAND]
-        central = start // ISLAND % 2
         yield f"  group-{start // ISLAND:03}:"
-        yield f"    mode: {'central' if central else 'leader'}"
-        yield f"    {'hub' if central else 'leader'}: {members[0]}"
+        yield "    mode: central"
+        yield f"    hub: {members[0]}"
         yield from ("    hosts:", *(f"      - {host}" for host in members))
 
 

@@ -103,6 +103,8 @@ class _Maker:
         if "const" in node or _ref("Each") in made.get("anyOf", []):
             return made
         told = {word: made.pop(word) for word in _TOLD if word in made}
+        if "$ref" in made and "description" in told:  # else editors show what the definition says of itself
+            made["description"] = told["description"]
         return {**told, "anyOf": [made, _ref("Each")]}
 
     def _define(self, name: str, original: str, make: Any) -> None:

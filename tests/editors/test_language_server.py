@@ -10,9 +10,12 @@ from pathlib import Path
 
 import pytest
 from language_server import LanguageServer, running
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from swarmctl.cli.app import run
-from swarmctl.spec.schema import MODELS, schema_of
+from swarmctl.spec import model
+from swarmctl.spec.schema import MODELS
 
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "swarmctl/editor-tools"
 SPEC = "# yaml-language-server: $schema=.swarmctl/swarm.schema.json\n"
@@ -94,6 +97,12 @@ def test_a_misspelt_key_of_a_robot_type_is_marked(editor: LanguageServer, root: 
     assert marked(editor, ROBOT_TYPE + text.replace("counter_bits:", "counter_bit:")) == ["counter_bit"]
 
 
+def fields_of(name: str) -> dict[str, FieldInfo]:
+    """The keys of one of the models that a spec is made of."""
+    found: type[BaseModel] = getattr(model, name)
+    return found.model_fields
+
+
 @pytest.mark.parametrize(
     ("place", "definition"),
     [
@@ -108,8 +117,7 @@ def test_a_misspelt_key_of_a_robot_type_is_marked(editor: LanguageServer, root: 
     ],
 )
 def test_every_key_is_offered_where_it_may_stand(place: str, definition: str, editor: LanguageServer) -> None:
-    schema = schema_of("swarm")
-    keys = set({"Spec": schema, **schema["definitions"]}[definition]["properties"])
+    keys = set(fields_of(definition))
     offered = editor.completion(f"{SPEC}{place}\n")
     assert keys - {"kind"} <= set(offered)
     assert all(offered[key].get("documentation") for key in keys - {"kind"})
@@ -141,9 +149,8 @@ def test_values_are_offered(place: str, value: str, editor: LanguageServer) -> N
     ],
 )
 def test_a_key_tells_what_it_is_for(place: str, definition: str, key: str, editor: LanguageServer) -> None:
-    schema = schema_of("swarm")
     told = editor.hover(f"{SPEC}{place}\n")
-    assert {"Spec": schema, **schema["definitions"]}[definition]["properties"][key]["description"] in told
+    assert str(fields_of(definition)[key].description) in told
     assert "Example" in told
 
 
