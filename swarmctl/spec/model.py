@@ -340,9 +340,7 @@ class Defaults(Model):
     """What holds for every host or robot that does not say otherwise."""
 
     host: HostDefaults = Field(default_factory=HostDefaults, description="For every host.")
-    robot: RobotSettings = Field(
-        default_factory=lambda: UNTUNED, description="For every robot, below its type's own."
-    )
+    robot: RobotSettings = Field(default_factory=lambda: UNTUNED, description="For every robot, below types.")
 
 
 class Spec(Model):
@@ -372,9 +370,7 @@ class Spec(Model):
     )
     hosts: dict[HostName, Host] = Field(min_length=1, description="The computers, by name.")
     robots: dict[RobotName, Robot] = Field(
-        min_length=1,
-        description="The robots, by name.",
-        examples=[{"k3": {"type": "khepera3", "host": "k3-pi"}}],
+        min_length=1, description="Robots by name.", examples=[{"k3": {"type": "khepera3", "host": "k3-pi"}}]
     )
     links: tuple[Link, ...] = Field(
         (),

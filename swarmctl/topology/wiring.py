@@ -12,9 +12,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import networkx as nx
+
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
 from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import commanders_host
+from swarmctl.topology.graph import Node, graph_of, host_node
 from swarmctl.topology.interfaces import SENSORS, Endpoint, program_endpoints, program_host
 from swarmctl.topology.swarm import Island
 
@@ -74,14 +77,8 @@ class Wiring:
         return {link.robot: link for link in links}
 
     @cached_property
-    def networks(self) -> Mapping[str, tuple[str, ...]]:
-        """The networks of every host."""
-        found: dict[str, list[str]] = {name: [] for name in self.spec.hosts}
-        for link in self.spec.links:
-            if isinstance(link, NetworkLink):
-                for host in link.hosts:
-                    found[host].append(link.name)
-        return {host: tuple(dict.fromkeys(beside)) for host, beside in found.items()}
+    def graph(self) -> nx.Graph[Node]:
+        return graph_of(self.spec)
 
     def adapter(self, link: Bluetooth) -> Part | None:
         name = link.adapter or next(iter(self.spec.hosts[link.host].bluetooth), None)
@@ -89,8 +86,10 @@ class Wiring:
 
     def shared(self, one: str, other: str) -> tuple[str, ...]:
         """The networks that two hosts have in common, in the order of the spec."""
-        beside = self.networks[other]
-        return tuple(name for name in self.networks[one] if name in beside)
+        beside = self.graph[host_node(other)]
+        return tuple(
+            node[1] for node in self.graph[host_node(one)] if node[0] == "network" and node in beside
+        )
 
     @cached_property
     def drivers(self) -> Mapping[str, Needs]:
