@@ -140,14 +140,15 @@ def reserved_names(case: Case) -> Iterator[Diagnostic]:
             fix=_renamed(case, "hosts", _LOCALHOST, f"{case.spec.name}-host"),
         )
     for kind in ("robots", "programs"):
-        if names.MASTER in getattr(case.spec, kind):
-            yield Diagnostic(
-                "ID006",
-                f"`{names.MASTER}` is the name of the ROS master's own unit",
-                case.span(kind, names.MASTER, key=True),
-                help=("choose another name",),
-                fix=_renamed(case, kind, names.MASTER, f"{case.spec.name}-{names.MASTER}"),
-            )
+        for part, what in names.FIXED_PARTS.items():
+            if part in getattr(case.spec, kind):
+                yield Diagnostic(
+                    "ID006",
+                    f"`{part}` is the name of the unit of {what}",
+                    case.span(kind, part, key=True),
+                    help=("choose another name",),
+                    fix=_renamed(case, kind, part, f"{case.spec.name}-{part}"),
+                )
     for name in case.spec.programs:
         if name in case.spec.robots:
             yield Diagnostic(

@@ -10,23 +10,9 @@ from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity
 from swarmctl.spec.edits import mend, remove, rename_key, replace_value, set_key
 from swarmctl.spec.model import Mode
 from swarmctl.topology.interfaces import program_host
-from swarmctl.topology.modes import MULTIMASTER, READY, ROLES
+from swarmctl.topology.modes import MULTIMASTER, ROLES
 
 Loc = tuple[str | int, ...]
-
-
-def ready_modes(case: Case) -> Iterator[Diagnostic]:
-    """MODE001: the mode is one that this version can deploy, not only check."""
-    mode = case.spec.mode
-    if mode not in READY:
-        ready = ", ".join(f"`{one.value}`" for one in READY)
-        yield Diagnostic(
-            "MODE001",
-            f"mode `{mode.value}` joins several ROS masters; this version checks it but cannot deploy it",
-            case.span("mode"),
-            severity=Severity.WARNING,
-            help=(f"the modes that can be deployed today: {ready}",),
-        )
 
 
 def roles(case: Case) -> Iterator[Diagnostic]:
@@ -207,7 +193,6 @@ def optional_hubs(case: Case) -> Iterator[Diagnostic]:
 
 NAMES: tuple[Rule, ...] = (roles, robots_have_hosts)
 RULES: tuple[Rule, ...] = (
-    ready_modes,
     work_without_ros,
     keys_of_other_modes,
     lone_host,

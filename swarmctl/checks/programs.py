@@ -18,18 +18,6 @@ _OF_THE_GRAPH = "use_sim_time"  # read from /use_sim_time only
 _PARAMETER = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*", re.ASCII)
 
 
-def programs_wait(case: Case) -> Iterator[Diagnostic]:
-    """PROG001: programs are checked, but this version does not start them."""
-    for name in case.spec.programs:
-        yield Diagnostic(
-            "PROG001",
-            f"program `{name}` is checked but not started by this version",
-            case.span("programs", name, key=True),
-            severity=Severity.WARNING,
-            help=(f"start it by hand, after `source /opt/swarm/{case.spec.name}/current/setup.bash`",),
-        )
-
-
 def what_they_are(case: Case) -> Iterator[Diagnostic]:
     """PROG002, PROG003, PROG004: a program is one that swarmctl ships, or one start of one ROS package."""
     for name, program in case.spec.programs.items():
@@ -188,7 +176,6 @@ def parameters(case: Case) -> Iterator[Diagnostic]:
 
 
 RULES: tuple[Rule, ...] = (
-    programs_wait,
     what_they_are,
     shipped_programs,
     where_they_run,

@@ -132,17 +132,7 @@ def read_document(spec: Layers) -> Document:
 
 
 def read_spec(spec: Layers) -> Swarm:
-    """The resolved swarm of a spec that can be deployed; otherwise the program ends with the reason."""
-    return deployable(read_document(spec))
-
-
-def deployable(document: Document) -> Swarm:
-    """The resolved swarm, if this version can deploy its mode; otherwise the program ends."""
-    from swarmctl.topology.modes import READY
+    """The resolved swarm of a spec; with errors in it, they are shown and the program ends."""
     from swarmctl.topology.resolve import resolve
 
-    mode = document.spec.mode
-    if mode not in READY:
-        ready = ", ".join(f"`{one.value}`" for one in READY)
-        fail(f"mode `{mode.value}` can be checked, but not deployed yet", f"today's modes: {ready}")
-    return resolve(document)
+    return resolve(read_document(spec))

@@ -37,10 +37,11 @@ def plan(
     """Show what a deploy would do on each host, step by step, with the cause of each. Changes nothing."""
     from swarmctl.render.host import bundles
     from swarmctl.topology.impact import impacts, single_points
+    from swarmctl.topology.resolve import resolve
     from swarmctl.views import plan as view
 
     document = console.read_document(spec)
-    swarm = console.deployable(document)
+    swarm = resolve(document)
     wanted = bundles(swarm)
     wanted = {name: wanted[name] for name in access.chosen(wanted, limit)}
     if offline:

@@ -8,7 +8,6 @@ from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.topology.swarm import Island
 
-READY = (Mode.SINGLE_MINDED, Mode.LEADER, Mode.CENTRAL)  # what can be deployed; the others can be checked
 MULTIMASTER = (Mode.STANDALONE, Mode.COMBINED)  # where several masters meet
 
 

@@ -56,7 +56,11 @@ def rfcomm_device(index: int) -> str:
     return f"/dev/rfcomm{index}"
 
 
-MASTER = "master"  # the one part of a swarm that has a fixed name; no robot may be called so
+MASTER = "master"
+MULTIMASTER = "multimaster"
+
+# The parts of a swarm that have a fixed name; no robot and no program may be called so.
+FIXED_PARTS = {MASTER: "the ROS master", MULTIMASTER: "what joins the masters"}
 
 
 def unit(swarm: str, *part: str) -> str:

@@ -8,26 +8,42 @@ from swarmctl.spec import model
 from swarmctl.spec.load import Document
 from swarmctl.spec.robot_type import RobotType, merged
 from swarmctl.topology import modes, names
+from swarmctl.topology.authority import Authority, commanded_by
 from swarmctl.topology.bridges import bridges_of
-from swarmctl.topology.interfaces import program_endpoints
+from swarmctl.topology.clocks import time_root
+from swarmctl.topology.interfaces import program_endpoints, program_host
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.ports import ssh_port
-from swarmctl.topology.swarm import FixedLine, Host, Line, Network, RfcommLine, Robot, Swarm, UsbLine
+from swarmctl.topology.swarm import (
+    FixedLine,
+    Host,
+    Line,
+    Network,
+    Program,
+    RfcommLine,
+    Robot,
+    Swarm,
+    UsbLine,
+)
 
 
 def resolve(document: Document) -> Swarm:
     """Apply defaults, look up types and computers, place drivers, give devices their names."""
     spec = document.spec
     islands = modes.islands_of(spec)
+    home = {host: island for island in islands for host in island.hosts}
     return Swarm(
         name=spec.name,
         mode=spec.mode,
         distro=spec.ros.distro,
         hosts={name: _host(name, document) for name in spec.hosts},
-        robots=_robots(document),
+        robots=_robots(document, Authority(spec, home)),
         networks=_networks(spec),
         islands=islands,
         bridges=bridges_of(spec, islands, tuple(program_endpoints(spec))),
+        programs=_programs(spec),
+        multimaster=spec.multimaster or model.Multimaster(),
+        time=spec.time.model_copy(update={"root": time_root(spec, islands)}),
     )
 
 
@@ -56,7 +72,7 @@ def _networks(spec: model.Spec) -> tuple[Network, ...]:
     )
 
 
-def _robots(document: Document) -> Mapping[str, Robot]:
+def _robots(document: Document, authority: Authority) -> Mapping[str, Robot]:
     spec = document.spec
     robots: dict[str, Robot] = {}
     next_index: dict[str, int] = {}
@@ -77,8 +93,20 @@ def _robots(document: Document) -> Mapping[str, Robot]:
             line=line,
             baud=link.baud if isinstance(link, model.Serial) else None,
             optional=given.optional,
+            commanders=authority.over(name),
         )
     return robots
+
+
+def _programs(spec: model.Spec) -> Mapping[str, Program]:
+    programs: dict[str, Program] = {}
+    for name, said in spec.programs.items():
+        host = program_host(spec, said)
+        if host is None:
+            raise ValueError(f"program {name} runs nowhere")  # PROG006 found that before
+        node = names.program_node(name, said.robot)
+        programs[name] = Program(name, host, node, said, commanded_by(spec, name))
+    return programs
 
 
 def _line(

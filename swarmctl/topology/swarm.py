@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Usb
 from swarmctl.spec.robot_type import RobotSettings, RobotType
 from swarmctl.topology import names
@@ -66,6 +67,31 @@ Line = UsbLine | FixedLine | RfcommLine
 
 
 @dataclass(frozen=True)
+class Commander:
+    """Who may command a robot: nodes by name, all in a namespace, all on some hosts (by address).
+
+    Of several who command at once the one with the highest ``priority`` is obeyed.
+    """
+
+    name: str
+    priority: int
+    nodes: tuple[str, ...] = ()
+    namespace: str | None = None
+    addresses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program with its place. ``said`` is what the spec says of it, ``commands`` the robots it commands."""
+
+    name: str
+    host: str
+    node: str
+    said: model.Program
+    commands: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Robot:
     """A robot with its driver placed: on which host, over which line, with which settings."""
 
@@ -77,6 +103,7 @@ class Robot:
     line: Line
     baud: int | None
     optional: bool
+    commanders: tuple[Commander, ...]
 
     @property
     def namespace(self) -> str:
@@ -120,6 +147,9 @@ class Swarm:
     networks: tuple[Network, ...]
     islands: tuple[Island, ...]
     bridges: tuple[Bridge, ...] = ()
+    programs: Mapping[str, Program] = field(default_factory=dict)
+    multimaster: model.Multimaster = field(default_factory=model.Multimaster)
+    time: model.Time = field(default_factory=model.Time)
 
     def island_of(self, host: str) -> Island:
         """The island of ``host``; in mode single-minded a host without ROS has none: KeyError."""
@@ -130,6 +160,9 @@ class Swarm:
 
     def robots_on(self, host: str) -> tuple[Robot, ...]:
         return tuple(robot for robot in self.robots.values() if robot.host == host)
+
+    def programs_on(self, host: str) -> tuple[Program, ...]:
+        return tuple(program for program in self.programs.values() if program.host == host)
 
     def master_uri(self, island: Island) -> str:
         """The same text for every host of the island, the hub included."""

@@ -108,13 +108,6 @@ def test_a_broken_robot_type_beside_the_spec_is_shown_in_its_own_file(
     assert "unknown key `titel`" in {one.message for one in found}
 
 
-def test_programs_bring_a_warning_and_no_error(leader_spec: Path, catalog: Catalog) -> None:
-    text = leader_spec.read_text("utf-8") + "\nprograms:\n  joystick: {host: koala-laptop, use: teleop-joy}\n"
-    document, _ = load_text(text, "swarm.yaml", catalog)
-    assert document is not None
-    assert [(one.code, one.severity) for one in check(document)] == [("PROG001", Severity.WARNING)]
-
-
 @pytest.mark.parametrize("mode", ["single-minded", "leader", "central"])
 def test_the_ready_modes(mode: str, leader_spec: Path, catalog: Catalog) -> None:
     text = leader_spec.read_text("utf-8").replace("mode: leader", f"mode: {mode}")

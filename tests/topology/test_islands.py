@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 
 from swarmctl.checks.check import read
-from swarmctl.cli import exits
-from swarmctl.cli.app import run
 from swarmctl.topology.swarm import Bridge, Swarm
 
 BODY = """
@@ -81,19 +79,6 @@ def test_combined_nests(tmp_path: Path) -> None:
         Bridge("/epuck/odom", "nav_msgs/Odometry", "big", ("small",), "programs.follow"),
         Bridge("/k3/odom", "nav_msgs/Odometry", "small", ("big",), "multimaster.topics[0]"),
     )
-
-
-@pytest.mark.parametrize("verb", [["plan", "--offline"], ["render", "--out", "out"]])
-def test_what_cannot_be_deployed_yet_is_checked_but_not_rendered(
-    tmp_path: Path, verb: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    swarm_in(tmp_path, "standalone")
-    monkeypatch.chdir(tmp_path)
-    assert run(["validate", "swarm.yaml"]) == exits.OK
-    assert "MODE001" in capsys.readouterr().err
-    assert run([verb[0], "swarm.yaml", *verb[1:]]) == exits.ERROR
-    assert "can be checked, but not deployed yet" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_what_several_islands_publish_crosses_from_each_and_never_to_one_that_has_it(tmp_path: Path) -> None:
