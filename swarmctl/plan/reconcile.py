@@ -6,11 +6,11 @@ The host's agent makes files, links and blocks those of the manifest; the steps 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from swarmctl.plan.observed import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
-from swarmctl.render.bundle import Bundle, File
+from swarmctl.render.bundle import Bundle, File, required
 
 _DRIFT = {
     "changed": "was changed on the host",
@@ -201,8 +201,26 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
         )
     missing = [name for name in bundle.requires if not facts["has"].get(name)]
     if missing:
-        return Problem("unfit", f"it lacks {', '.join(missing)}", "; ".join(_MENDS[name] for name in missing))
+        lacks = ", ".join(_called(*required(one)) for one in missing)
+        return Problem("unfit", f"it lacks {lacks}", "; ".join(_mends(missing)))
     return None
+
+
+def _called(kind: str, name: str) -> str:
+    return {"": "", "package": "the ROS package ", "workspace": "a built ROS workspace in "}[kind] + name
+
+
+def _mends(missing: Sequence[str]) -> Iterator[str]:
+    packages: list[str] = []
+    for kind, name in map(required, missing):
+        if kind == "package":
+            packages.append(f"ros-noetic-{name.replace('_', '-')}")
+        elif kind == "workspace":
+            yield f"`cd {name} && catkin_make` on the host, or correct `ros.workspace`"
+        else:
+            yield _MENDS[name]
+    if packages:
+        yield f"`apt install {' '.join(packages)}`, or build it in a workspace and name that as `ros.workspace`"
 
 
 def _version(text: str) -> tuple[int, ...]:

@@ -12,11 +12,28 @@ from typing import Any
 ROOT = "/opt/swarm"
 MANIFEST = "manifest.json"
 FORMAT = 1
+_PACKAGE, _WORKSPACE = "package:", "workspace:"
 
 
 def digest_of(content: bytes) -> str:
     """SHA-256 of ``content`` in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
+
+
+def package(name: str) -> str:
+    """The requirement that a host has this ROS package."""
+    return _PACKAGE + name
+
+
+def workspace(path: str) -> str:
+    """The requirement that a host has a built ROS workspace at this place."""
+    return _WORKSPACE + path
+
+
+def required(requirement: str) -> tuple[str, str]:
+    """What a requirement is (`package`, `workspace`, or nothing for a part of ROS), and its name or place."""
+    kind, mark, name = requirement.partition(":")
+    return (kind, name) if mark else ("", kind)
 
 
 @dataclass(frozen=True)
@@ -51,7 +68,8 @@ class Bundle:
 
     ``links`` maps an absolute path on the host to a path in the release (a symlink through ``current``);
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
-    ``requires`` names what the host must have for its units to run (``rospy``, ``roscore``, ``pyserial``).
+    ``requires`` names what the host must have for its units to run: ``rospy``, ``roscore``, ``pyserial``, and
+    what ``package`` and ``workspace`` make of the names of ROS packages and the places of built workspaces.
     """
 
     swarm: str

@@ -9,7 +9,7 @@ import pytest
 from swarmctl.plan.observed import NOTHING, Observed, UnitState
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
-from swarmctl.render.bundle import Bundle, File, Unit
+from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
 
 RUNS = UnitState("active", "running", 42)
 
@@ -196,6 +196,21 @@ def test_a_host_that_cannot_run_its_part_is_named_with_the_mend(
         if complaint is None
         else (problem is not None and complaint in problem.message and problem.hint)
     )
+
+
+def test_a_host_without_a_ros_package_is_told_which_and_how_to_get_it() -> None:
+    needs = (package("fkie_master_sync"), package("joy"), workspace("/home/robot/ws"))
+    wanted = replace(bundle(), requires=needs)
+    has = dict.fromkeys(needs) | {package("joy"): "/opt/ros/noetic/share/joy"}
+
+    problem = reconcile(wanted, running(bundle(), facts=FIT | {"has": has})).problem
+
+    assert problem is not None
+    assert problem.message == (
+        "it lacks the ROS package fkie_master_sync, a built ROS workspace in /home/robot/ws"
+    )
+    assert "`apt install ros-noetic-fkie-master-sync`" in problem.hint
+    assert "catkin_make" in problem.hint
 
 
 def test_a_host_that_leaves_the_graph_loses_everything_and_a_host_that_was_never_in_it_is_left_alone() -> (

@@ -1,6 +1,7 @@
 """``observe``: what the host has, without changing anything.
 
-Request: ``swarm``, ``know`` (a release whose manifest need not be sent), ``contents`` (send the texts, too).
+Request: ``swarm``, ``know`` (a release whose manifest need not be sent), ``contents`` (send the texts, too),
+``requires`` (ROS packages and workspaces whose place is asked for, as ``package:NAME`` and ``workspace:PATH``).
 Answer: ``facts``, ``release``, ``manifest``, ``releases``, ``drift`` (deviations from the current manifest),
 ``units``, ``transaction``, ``staging``, ``lock``, and with ``contents`` ``files`` and ``blocks``.
 """
@@ -13,9 +14,9 @@ import os
 import shutil
 import sys
 import time
-from typing import Any
+from typing import Any, Iterable
 
-from swarm_agent import files, lock, outside, systemd
+from swarm_agent import files, lock, outside, packages, systemd
 from swarm_agent.errors import RefusedError
 from swarm_agent.home import Home
 from swarm_agent.manifest import NAME, swarm_name
@@ -34,7 +35,7 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
     home = Home(swarm_name(request["swarm"]), os.environ.get("SWARM_PREFIX", ""))
     digest = home.current()
     answer: dict[str, Any] = {
-        "facts": facts(home),
+        "facts": facts(home, request.get("requires", ())),
         "release": digest,
         "releases": home.releases(),
         "transaction": _transaction(home),
@@ -67,8 +68,8 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
     return answer
 
 
-def facts(home: Home) -> dict[str, Any]:
-    """The host itself: what it runs, how much room it has, which ROS it has."""
+def facts(home: Home, requires: Iterable[str] = ()) -> dict[str, Any]:
+    """The host itself: what it runs, how much room it has, which ROS it has, and which of ``requires``."""
     machine = os.uname()
     space = os.statvfs(_existing(home.path))
     with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
@@ -87,6 +88,7 @@ def facts(home: Home) -> dict[str, Any]:
             "roscore": shutil.which("roscore") or next(iter(glob.glob("/opt/ros/*/bin/roscore")), None),
             "rospy": _module("rospy"),
             "pyserial": _module("serial"),
+            **packages.found(requires, home.outside),
         },
     }
 
