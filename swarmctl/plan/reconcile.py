@@ -220,7 +220,7 @@ def _mends(missing: Sequence[str]) -> Iterator[str]:
         else:
             yield _MENDS[name]
     if packages:
-        yield f"`apt install {' '.join(packages)}`, or build it in a workspace and name that as `ros.workspace`"
+        yield f"`apt install {' '.join(packages)}`, or build it in the workspace that `ros.workspace` names"
 
 
 def _version(text: str) -> tuple[int, ...]:

@@ -1,7 +1,7 @@
 """``observe``: what the host has, without changing anything.
 
 Request: ``swarm``, ``know`` (a release whose manifest need not be sent), ``contents`` (send the texts, too),
-``requires`` (ROS packages and workspaces whose place is asked for, as ``package:NAME`` and ``workspace:PATH``).
+``requires`` (ROS packages and workspaces whose place is asked for: ``package:NAME``, ``workspace:PATH``).
 Answer: ``facts``, ``release``, ``manifest``, ``releases``, ``drift`` (deviations from the current manifest),
 ``units``, ``transaction``, ``staging``, ``lock``, and with ``contents`` ``files`` and ``blocks``.
 """
