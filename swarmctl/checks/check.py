@@ -30,6 +30,7 @@ from swarmctl.checks import (
     safety,
     security,
     settings,
+    shipped,
     topics,
 )
 from swarmctl.checks.case import Case, Rule
@@ -63,6 +64,7 @@ SENSE: tuple[Rule, ...] = (
     *bauds.RULES,
     *clocks.RULES,
     *programs.RULES,
+    *shipped.RULES,
     *naming.RULES,
     *topics.RULES,
     *multimaster.RULES,

@@ -73,9 +73,9 @@ def _place(case: Case, name: str, base: RobotSettings) -> Loc:
 
 
 def disarmed(case: Case) -> Iterator[Diagnostic]:
-    """SAFE003: a joystick or a keyboard whose dead-man is switched off."""
+    """SAFE003: a joystick or a keyboard whose dead-man is switched off; swarmctl's own have no switch."""
     for name, program in case.spec.programs.items():
-        for key, value in program.params.items():
+        for key, value in program.params.items() if program.use is None else ():
             if not _is_off(program, key, value):
                 continue
             loc = ("programs", name, "params")
@@ -97,7 +97,7 @@ def disarmed(case: Case) -> Iterator[Diagnostic]:
 
 
 def _is_off(program: Program, key: str, value: Value) -> bool:
-    """Whether a parameter takes away the dead-man (teleop_twist_joy, teleop_twist_keyboard, our own)."""
+    """Whether a parameter takes away the dead-man (teleop_twist_joy, teleop_twist_keyboard)."""
     if key in _SWITCHES:
         return value is False
     if isinstance(value, (bool, str)):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.spec.schema import without_ranges
+from swarmctl.spec.shipped import Setting, shipped
 
 _HEADING = {
     "swarm": "What may stand in a swarm's spec.",
@@ -26,7 +27,21 @@ def reference(name: str) -> str:
     parts = [f"# {title}: every key\n\n{_HEADING[name]} Made by `swarmctl schema {name} --markdown`.\n"]
     parts += ["\n".join(page.section("The file", schema))]
     parts += ["\n".join(page.section(one, page.definitions[one])) for one in page.in_order(schema)]
+    if name == "swarm":
+        parts += ["\n".join(_settings(program, settings)) for program, settings in shipped().items()]
     return "\n".join(parts)
+
+
+def _settings(program: str, settings: Mapping[str, Setting]) -> Iterator[str]:
+    """What `params` of a shipped program may hold."""
+    yield f"## {program}\n"
+    yield f"The `params` of a program with `use: {program}`.\n"
+    yield "| key | value | default | meaning |"
+    yield "|---|---|---|---|"
+    for key, setting in settings.items():
+        default = _code(setting.default) if setting.default != "" else ""
+        yield f"| `{key}` | {setting.range} | {default} | {_text(setting.meaning)} |"
+    yield ""
 
 
 @dataclass(frozen=True)
