@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 
 from swarmctl.spec import model
@@ -44,7 +45,7 @@ def islands_of(spec: Spec) -> tuple[Island, ...]:
     """The islands of a spec, those left out whose hub is not named. A robot's host alone may run no ROS."""
     match spec.mode:
         case Mode.STANDALONE:
-            return tuple(_island(spec, host, host, (host,)) for host in spec.hosts)
+            return tuple(_island(spec, host, host, (host,)) for host in _inside(spec))
         case Mode.COMBINED:
             return tuple(
                 _island(spec, name, hub, _members(Mode(island.mode), hub, island.hosts))
@@ -61,15 +62,27 @@ def islands_of(spec: Spec) -> tuple[Island, ...]:
 
 
 def passages(spec: Spec) -> frozenset[str]:
-    """The hosts just to jump through: nothing else names them, but for networks that the hub is not on."""
+    """The hosts just to jump through: nothing else names them, but for networks without a master on them."""
     ways = {host.via for host in spec.hosts.values() if host.via is not None}
     if not ways:
         return frozenset()
-    hub = hub_of(spec)
-    ways -= {hub, spec.time.root, *(robot.host for robot in spec.robots.values())}
+    ways -= {hub_of(spec), spec.time.root, *(robot.host for robot in spec.robots.values())}
     ways -= {*(program.host for program in spec.programs.values()), *(one.by for one in spec.control)}
-    beside = (link.hosts for link in spec.links if isinstance(link, model.NetworkLink) and hub in link.hosts)
-    return frozenset(ways.difference(*beside))
+    ways = ways.difference(*(island.hosts for island in spec.islands.values()))
+    masters = _masters(spec, ways)
+    networks = (link.hosts for link in spec.links if isinstance(link, model.NetworkLink))
+    return frozenset(ways.difference(*(hosts for hosts in networks if not masters.isdisjoint(hosts))))
+
+
+def _masters(spec: Spec, ways: Set[str]) -> Set[str]:
+    """The hosts that run a master beside ``ways``. Islands name all their hosts: nobody joins those."""
+    match spec.mode:
+        case Mode.STANDALONE:
+            return spec.hosts.keys() - ways
+        case Mode.COMBINED:
+            return set()
+        case _:
+            return {hub} if (hub := hub_of(spec)) is not None else set()
 
 
 def _inside(spec: Spec) -> tuple[str, ...]:

@@ -54,3 +54,20 @@ def test_a_gate_on_the_swarms_network_is_a_member(tmp_path: Path) -> None:
     assert found == []
     assert swarm is not None
     assert "gate" in swarm.islands[0].hosts
+
+
+def test_in_mode_standalone_a_gate_is_no_island(tmp_path: Path) -> None:
+    text = BEHIND.replace("mode: leader\nleader: koala-laptop\n", "mode: standalone\n", 1)
+    swarm, found = swarm_of(text, tmp_path)
+    assert swarm is not None, found
+    assert [island.hub for island in swarm.islands] == ["koala-laptop", "k3-pi", "epuck-pi"]
+    assert bundles(swarm)["gate"].files == ()
+
+
+def test_in_mode_standalone_a_host_on_the_network_is_an_island_though_others_jump_through_it(
+    tmp_path: Path,
+) -> None:
+    text = EXAMPLE.replace("mode: leader\nleader: koala-laptop\n", "mode: standalone\n", 1)
+    swarm, found = swarm_of(text.replace("k3-pi: {", "k3-pi: {via: epuck-pi, ", 1), tmp_path)
+    assert swarm is not None, found
+    assert [island.hub for island in swarm.islands] == ["koala-laptop", "k3-pi", "epuck-pi"]
