@@ -18,6 +18,7 @@ from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm
 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
+_MASTER_HELPERS = ("bin/wait-for-address", "bin/wait-for-master")
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
@@ -28,7 +29,8 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     yield File("env/python_logging.conf", _shipped("host/python_logging.conf"))
     yield File("bin/ros-exec", _shipped("host/ros-exec"), 0o755)
     if host.name == island.hub:
-        yield File("bin/wait-for-master", _shipped("host/wait-for-master"), 0o755)
+        for program in _MASTER_HELPERS:
+            yield File(program, _shipped(program.replace("bin/", "host/")), 0o755)
     robots = swarm.robots_on(host.name)
     if robots:
         yield from _driver_files()
@@ -53,25 +55,25 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
     """The unit files of this host in start order: the master first, then what each robot needs."""
     common = {"swarm": swarm.name, "home": _home(swarm), "target": names.target(swarm.name)}
     master = names.unit(swarm.name, names.MASTER)
-    is_hub = host.name == island.hub
-    if is_hub:
+    if host.name == island.hub:
         uri = swarm.master_uri(island)
         text = render(
             "master.service",
             **common,
             port=island.master_port,
+            address=host.address,
             uri=uri,
             runtime=names.runtime_folder(swarm.name, names.MASTER),
         )
         file = File(f"units/{master}", text, origin="ros")
-        yield file, Unit(master, (file.path, ENVIRONMENT, "bin/ros-exec", "bin/wait-for-master"))
+        yield file, Unit(master, (file.path, ENVIRONMENT, "bin/ros-exec", *_MASTER_HELPERS))
     for robot in swarm.robots_on(host.name):
-        after = [master] if is_hub else []
+        line = ""
         if isinstance(robot.line, RfcommLine):
             binder, unit = _rfcomm(swarm, robot, robot.line, common)
-            after.append(unit.name)
+            line = unit.name
             yield binder, unit
-        yield _driver(swarm, robot, after, common)
+        yield _driver(swarm, robot, line, common)
 
 
 def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
@@ -103,14 +105,14 @@ def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
 _Dumper.add_representer(str, _text)
 
 
-def _driver(swarm: Swarm, robot: Robot, after: list[str], common: dict[str, Any]) -> tuple[File, Unit]:
+def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tuple[File, Unit]:
     name = names.unit(swarm.name, robot.name)
     text = render(
         "driver.service",
         **common,
         robot=robot.name,
         title=robot.type.title,
-        after=after,
+        line=line,
         namespace=robot.namespace,
         node=names.DRIVER_NODE,
         runtime=names.runtime_folder(swarm.name, robot.name),

@@ -156,6 +156,23 @@ def test_launch_files_are_xml_and_name_files_that_are_there(rendered: Mapping[st
                         assert path.removeprefix(f"{bundle.home}/current/") in paths
 
 
+def test_nothing_waits_for_a_network_that_may_never_be_called_online(rendered: Mapping[str, Bundle]) -> None:
+    """wait-online takes two minutes and fails where a robot boots off its wlan (robot_upstart#67, #93)."""
+    for bundle in rendered.values():
+        assert [file.path for file in bundle.files if b"network-online" in file.content] == []
+
+
+def test_a_driver_is_ordered_after_its_line_alone(rendered: Mapping[str, Bundle]) -> None:
+    """It watches over the robot before there is a master, however long that one waits for its network."""
+    for bundle in rendered.values():
+        texts = {file.path: file.content.decode() for file in bundle.files}
+        for unit in bundle.units:
+            if unit.robot:
+                lines = texts[f"units/{unit.name}"].splitlines()
+                after = [line for line in lines if line.startswith("After=")]
+                assert after in ([], [f"After={unit.name.replace('.service', '.rfcomm.service')}"])
+
+
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
 @pytest.mark.parametrize("host", ["koala-laptop", "k3-pi", "epuck-pi"])
 def test_systemd_finds_nothing_wrong_with_the_units(
@@ -171,7 +188,7 @@ def test_systemd_finds_nothing_wrong_with_the_units(
     for program in ("python3", "rfcomm"):
         (tmp_path / "usr/bin" / program).touch(0o755)
     shutil.copytree(release / "units", units)
-    for name in ("sysinit", "basic", "shutdown", "network-online", "multi-user"):
+    for name in ("sysinit", "basic", "shutdown", "multi-user"):
         (units / f"{name}.target").write_text("[Unit]\nDefaultDependencies=no\n")
     (units / "bluetooth.service").write_text("[Service]\nExecStart=/usr/bin/python3\n")
     names = [unit.name for unit in bundle.units]
