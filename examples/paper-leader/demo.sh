@@ -10,7 +10,7 @@ began=$SECONDS
 say() { printf '\n\033[1m== %s\033[0m  (%d s)\n' "$*" $((SECONDS - began)); }
 run() { printf '$ %s\n' "$*"; "$@"; }
 on() { swarmctl lab shell "$spec" --name "$name" "$1" -- "source /opt/swarm/newswarm/current/setup.bash; $2"; }
-publish() { on "$1" "timeout 3 rostopic pub -r 10 $2 geometry_msgs/Twist '$3' || true"; }
+publish() { on "$1" "timeout ${4:-3} rostopic pub -r 10 $2 geometry_msgs/Twist '$3' || true"; }
 expect() { # expect CODE COMMAND...: run a command that must end with that exit code
   local wanted=$1 code=0
   shift
@@ -50,10 +50,17 @@ run swarmctl status "$spec" --lab-name "$name"
 say "Where the robots are"
 run swarmctl lab robots "$spec" --name "$name"
 
-say "Drive each robot for 3 s, with orders published on another host"
+say "Orders from a host that does not lead: no robot obeys, and the status tells who tries"
+publish epuck-pi /k3/cmd_vel '{linear: {x: 0.10}}' 10 &
+sleep 2
+standing
+run swarmctl status "$spec" --lab-name "$name"
+wait
+
+say "Drive each robot for 3 s, with orders of the leader"
 publish koala-laptop /k3/cmd_vel '{linear: {x: 0.10}, angular: {z: 0.5}}' &
-publish k3-pi /epuck/cmd_vel '{linear: {x: 0.05}}' &
-publish epuck-pi /koala/cmd_vel '{linear: {x: 0.20}, angular: {z: -0.3}}' &
+publish koala-laptop /epuck/cmd_vel '{linear: {x: 0.05}}' &
+publish koala-laptop /koala/cmd_vel '{linear: {x: 0.20}, angular: {z: -0.3}}' &
 sleep 2.5
 run swarmctl lab robots "$spec" --name "$name"
 wait

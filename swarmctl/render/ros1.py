@@ -14,7 +14,7 @@ from swarmctl.render.templates import render
 from swarmctl.spec.robot_type import params_of
 from swarmctl.topology import names
 from swarmctl.topology.address import ip_of
-from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm
+from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, Swarm
 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
@@ -88,10 +88,21 @@ def parameters(robot: Robot) -> bytes:
         robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path,
         settings=robot.settings, baud=robot.baud,
     )  # fmt: skip
+    data["commanders"] = [_commander(one) for one in robot.commanders]
     text = yaml.dump(
         data, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
     )
     return b"# Written by swarmctl; the next deploy replaces it.\n" + text.encode()
+
+
+def _commander(commander: Commander) -> dict[str, Any]:
+    return {
+        "name": commander.name,
+        "priority": commander.priority,
+        "nodes": list(commander.nodes),
+        "namespace": commander.namespace,
+        "addresses": list(commander.addresses),
+    }
 
 
 class _Dumper(yaml.SafeDumper):

@@ -17,8 +17,10 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Callable
 
+from swarm_driver.authority import Authority
 from swarm_driver.config import Config, ConfigError, load
 from swarm_driver.driver import Driver, run
+from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.port import Port
@@ -95,8 +97,11 @@ def main(arguments: list[str]) -> int:
 def _drive(config: Config) -> None:
     """Until the driver is told to end. A fault in the loop comes out here, after the stop."""
     orders, notifier = Orders(), Notifier()
+    gate = Gate(Authority(config.commanders, config.command_timeout), orders)
     news = News(notifier)
-    driver = Driver(config, orders, news, open_port=lambda: Port(config.port, config.serial))
+    driver = Driver(
+        config, orders, news, open_port=lambda: Port(config.port, config.serial), standing=gate.standing
+    )
     wait = min(_LONGEST_WAIT, notifier.interval or _LONGEST_WAIT)
     with contextlib.ExitStack() as stack:
         stack.callback(news.leave)
@@ -107,7 +112,7 @@ def _drive(config: Config) -> None:
         notifier.ready()  # the robot is watched over; a master that is away may take as long as it takes
         from swarm_driver import ros  # noqa: PLC0415  importing ROS takes longer than stopping the robot
 
-        news.ros = ros.join(config, orders)
+        news.ros = ros.join(config, orders, gate)
         _watch(loop, ros.forgotten)
 
 

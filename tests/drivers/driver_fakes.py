@@ -14,17 +14,22 @@ from swarm_driver.report import Level, Report
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.robot_type import RobotSettings, params_of
 
+#: Whom a robot of these tests obeys, as its parameter file says it.
+TESTER = {"name": "tester", "priority": 0, "nodes": ["/tester"], "namespace": None, "addresses": []}
 TYPES = ("koala", "khepera3", "epuck")
 
 
-def params_for(type_name: str, port: str = "/dev/robot", **settings: Any) -> dict[str, Any]:
-    return params_of(
+def params_for(
+    type_name: str, port: str = "/dev/robot", commanders: Any = (TESTER,), **settings: Any
+) -> dict[str, Any]:
+    params = params_of(
         load_catalog().types[type_name],
         robot=type_name,
         namespace=f"/{type_name}",
         port=port,
         settings=RobotSettings.model_validate(settings),
     )
+    return {**params, "commanders": list(commanders)}
 
 
 def config_for(type_name: str, port: str = "/dev/robot", **settings: Any) -> Config:

@@ -8,10 +8,12 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from socketserver import ThreadingMixIn
 from typing import Any
+from xmlrpc.server import SimpleXMLRPCServer
 
 import yaml
 from driver_fakes import params_for
@@ -22,6 +24,7 @@ from swarmctl.resources import templates
 
 DRIVERS = templates() / "drivers"
 FAKE_ROS = Path(__file__).parent / "fake_ros"
+NO_MASTER = "http://127.0.0.1:9/"  # where none answers
 
 
 def wait_for(what: Callable[[], Any], seconds: float = 10.0) -> Any:
@@ -71,21 +74,21 @@ class Node:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONPATH": str(FAKE_ROS), **environment},
+            env={**os.environ, "PYTHONPATH": str(FAKE_ROS), "ROS_MASTER_URI": NO_MASTER, **environment},
         )
         self.heard: list[dict[str, Any]] = []
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def order(self, linear: float, angular: float = 0.0) -> None:
-        self.process.stdin.write(f"{linear} {angular}\n")
+    def order(self, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
+        self.process.stdin.write(f"{sender} {linear} {angular}\n")
         self.process.stdin.flush()
 
-    def drive(self, seconds: float, linear: float, angular: float = 0.0) -> None:
+    def drive(self, seconds: float, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
         """Order again and again, at 20 Hz."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            self.order(linear, angular)
+            self.order(linear, angular, sender)
             time.sleep(0.05)
 
     def latest(self, topic: str) -> dict[str, Any] | None:
@@ -94,6 +97,10 @@ class Node:
     def status(self) -> dict[str, Any]:
         message = self.latest("/diagnostics")
         return message["status"][0] if message else {"level": None, "message": ""}
+
+    def values(self) -> dict[str, str]:
+        """The figures of the latest status."""
+        return {value["0"]: value["1"] for value in self.status()["values"]}
 
     def wait_until_ready(self) -> None:
         wait_for(lambda: self.latest("listening") and self.latest("odom"))
@@ -108,6 +115,29 @@ class Node:
     def _read(self) -> None:
         for line in self.process.stdout:
             self.heard.append(json.loads(line))
+
+
+class _Server(ThreadingMixIn, SimpleXMLRPCServer):
+    daemon_threads = True
+
+
+@contextmanager
+def master(nodes: Mapping[str, str], *, takes: float = 0.0) -> Iterator[str]:
+    """A ROS master that knows where ``nodes`` are, and tells it after ``takes`` seconds; its URI."""
+
+    def lookup(_caller: str, node: str) -> list[Any]:
+        time.sleep(takes)
+        return [1, "", nodes[node]] if node in nodes else [-1, "unknown node", ""]
+
+    with _Server(("127.0.0.1", 0), logRequests=False) as server:
+        server.register_function(lookup, "lookupNode")
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_address[1]}/"
+        finally:
+            server.shutdown()
+            thread.join()
 
 
 @contextmanager

@@ -10,8 +10,8 @@ import threading
 import time
 
 import pytest
-from driver_fakes import TYPES, config_for
-from driver_process import DRIVERS, running, wait_for, wired
+from driver_fakes import TESTER, TYPES, config_for
+from driver_process import DRIVERS, master, running, wait_for, wired
 from swarm_driver.port import Port
 
 from swarmctl.lab.emulators.faults import Faults
@@ -67,10 +67,10 @@ def test_a_node_whose_master_is_away_stops_its_robot_and_can_be_ended(tmp_path):
 
 
 def test_a_node_that_a_restarted_master_does_not_know_stops_its_robot_and_ends_to_be_started_anew(tmp_path):
-    settings = {"command_timeout": 2.0}
     with (
-        wired("koala", tmp_path, **settings) as wiring,
-        running(wiring.config, FAKE_MASTER="restarted") as node,
+        wired("koala", tmp_path, command_timeout=2.0) as wiring,
+        master({}) as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
     ):
         node.wait_until_ready()
         node.order(0.1)
@@ -118,8 +118,7 @@ def test_a_bad_line_costs_replies_but_never_the_stop(tmp_path):
         wiring.pty.faults = Faults()
         node.heard.clear()
         wait_for(lambda: node.status()["level"] == 0, seconds=20)
-        values = {value["0"]: value["1"] for value in node.status()["values"]}
-        assert int(values["failed exchanges"]) > 0
+        assert int(node.values()["failed exchanges"]) > 0
         assert not wiring.moving()
 
 
@@ -205,3 +204,100 @@ def test_a_useless_parameter_file_is_one_plain_line(program, text, complaint, tm
     assert ended.returncode == 1
     assert complaint in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+LAPTOP = {"name": "laptop", "priority": 0, "nodes": [], "namespace": None, "addresses": ["192.168.77.10"]}
+WHERE = {"/rostopic_1": "http://192.168.77.10:40001/", "/rostopic_77": "http://192.168.77.12:40001/"}
+
+
+def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
+    """The stranger is named, the commander is not held up, and the robot stops when the commander does."""
+    with (
+        wired("koala", tmp_path, commanders=[LAPTOP, TESTER]) as wiring,
+        master({**WHERE, "/driver": "http://here:1/"}) as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
+    ):
+        node.wait_until_ready()
+        node.drive(1.5, 0.2, sender="/rostopic_77")
+        assert wiring.pty.snapshot().distance == 0
+        complaint = "refuses /rostopic_77 on 192.168.77.12: not among its commanders laptop, tester"
+        wait_for(lambda: complaint in node.status()["message"])
+        assert node.status()["level"] == 1
+        for _ in range(10):
+            node.order(0.1, sender="/rostopic_1")
+            node.order(0.4, sender="/rostopic_77")
+            time.sleep(0.05)
+        assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
+        assert wait_for(lambda: node.values()["commander"]) == "laptop (/rostopic_1)"
+        node.drive(0.7, 0.4, sender="/rostopic_77")
+        assert not wiring.moving()
+
+
+def test_the_first_order_of_a_commander_counts(tmp_path):
+    """People try `rostopic pub -1`: the one order waits for the master's answer, and is not lost."""
+    with (
+        wired("koala", tmp_path, commanders=[LAPTOP]) as wiring,
+        master({**WHERE, "/driver": "http://here:1/"}, takes=0.05) as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
+    ):
+        node.wait_until_ready()
+        node.order(0.1, sender="/rostopic_1")
+        wait_for(wiring.moving)
+        wait_for(lambda: not wiring.moving())
+
+
+def test_a_master_that_hangs_delays_neither_known_commanders_nor_the_dead_man(tmp_path):
+    with (
+        wired("koala", tmp_path, commanders=[TESTER, LAPTOP | {"priority": 1}]) as wiring,
+        master({}, takes=60.0) as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
+    ):
+        node.wait_until_ready()
+        node.order(0.4, sender="/rostopic_1")
+        node.drive(1.0, 0.1)
+        assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
+        last = time.monotonic()
+        wait_for(lambda: not wiring.moving())
+        assert time.monotonic() - last <= 0.6 + 0.25
+
+
+def test_a_higher_commander_takes_over_at_once_and_gives_back_after_the_timeout(tmp_path):
+    with (
+        wired(
+            "koala", tmp_path, commanders=[TESTER, {**TESTER, "nodes": ["/joystick"], "priority": 1}]
+        ) as wiring,
+        running(wiring.config) as node,
+    ):
+        node.wait_until_ready()
+        node.drive(0.5, 0.1)
+        taken = wait_for(lambda: overtaking(node, wiring, 0.2, "/joystick"))
+        assert taken < 0.3
+        given_back = wait_for(lambda: overtaking(node, wiring, 0.1, "/tester"))
+        assert 0.4 <= given_back <= 0.5 + 0.3
+
+
+def overtaking(node, wiring, linear, sender):
+    """Seconds until the robot drives as ``sender`` wants."""
+    began = time.monotonic()
+    while wiring.pty.snapshot().v != pytest.approx(linear, rel=0.02):
+        assert time.monotonic() - began < 5
+        node.order(linear, sender=sender)
+        time.sleep(0.02)
+    return time.monotonic() - began
+
+
+def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path):
+    with (
+        wired("koala", tmp_path) as wiring,
+        master({**WHERE, "/driver": "http://here:1/"}) as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
+    ):
+        node.wait_until_ready()
+        node.drive(0.3, 0.1)
+        node.order(0.1)
+        last = time.monotonic()
+        while wiring.moving():
+            assert time.monotonic() - last < 5
+            for _ in range(50):
+                node.order(0.4, sender="/rostopic_77")
+        assert time.monotonic() - last <= 0.6 + 0.25

@@ -21,6 +21,7 @@ from swarmctl.lab import lab, network, places, processes
 
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
 SWARM = "newswarm"
+LEADER = "koala-laptop"  # of the paper's example: the one host whose orders count
 HOME = f"/opt/swarm/{SWARM}"
 SOURCE = f"source {HOME}/current/setup.bash"
 IMAGE = 600.0  # s within which the image must have been built and the lab be up

@@ -1,4 +1,4 @@
-"""Driving: robots go as ordered from another host, and stand still as soon as nobody orders any more."""
+"""Driving: robots go as the leader orders, and stand still as soon as nobody orders any more."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from dataclasses import dataclass
 
 import pytest
 from conftest import Note
-from labswarm import LabSwarm, Pose, at_once, moves, within, wrapped
+from labswarm import LEADER, LabSwarm, Pose, at_once, moves, within, wrapped
 
 STRETCH = 10.0  # s of driving that speeds and loads are measured over
 
 
 @dataclass(frozen=True)
 class Trip:
-    """Who orders which robot to drive, how fast (m/s, rad/s)."""
+    """Which robot the leader orders to drive, how fast (m/s, rad/s), and who listens to its odometry."""
 
     robot: str
     host: str
-    ordered_from: str
+    heard_on: str
     linear: float
     angular: float
 
@@ -58,10 +58,10 @@ def driven(shared_lab: LabSwarm, first_time: object) -> dict[str, Driven]:
     """All three robots driven at once for a while, until their publishers are killed."""
     swarm = shared_lab
     truth = {trip.robot: swarm.truth(trip.robot) for trip in TRIPS}
-    odometry = {trip.robot: swarm.odometry(trip.ordered_from, trip.robot) for trip in TRIPS}
+    odometry = {trip.robot: swarm.odometry(trip.heard_on, trip.robot) for trip in TRIPS}
     with ExitStack() as stack:
         publishers = [
-            stack.enter_context(swarm.publishing(trip.ordered_from, trip.robot, trip.linear, trip.angular))
+            stack.enter_context(swarm.publishing(LEADER, trip.robot, trip.linear, trip.angular))
             for trip in TRIPS
         ]
         within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
@@ -87,7 +87,7 @@ def driven(shared_lab: LabSwarm, first_time: object) -> dict[str, Driven]:
             linear=(after[trip.robot]["distance"] - before[trip.robot]["distance"]) / passed,
             angular=(after[trip.robot]["theta"] - before[trip.robot]["theta"]) / passed,
             way=swarm.truth(trip.robot).seen_from(truth[trip.robot]),
-            odometry=swarm.odometry(trip.ordered_from, trip.robot).seen_from(odometry[trip.robot]),
+            odometry=swarm.odometry(trip.heard_on, trip.robot).seen_from(odometry[trip.robot]),
             length=swarm.robot(trip.robot)["distance"],
             standstill=standstill[trip.robot],
             load=loads[trip.robot],
@@ -111,7 +111,7 @@ def memory(swarm: LabSwarm, trip: Trip) -> float:
 
 
 @pytest.mark.parametrize("trip", TRIPS, ids=ROBOTS)
-class TestATripOrderedFromAnotherHost:
+class TestATripOrderedByTheLeader:
     def test_goes_at_the_speed_asked_for(self, trip: Trip, driven: dict[str, Driven], note: Note) -> None:
         got = driven[trip.robot]
         note(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Note
-from labswarm import HOME, LabSwarm, moves, within
+from labswarm import HOME, LEADER, LabSwarm, moves, within
 
 K3 = "k3: {type: khepera3, host: k3-pi}"
 FASTER_K3 = "k3: {type: khepera3, host: k3-pi, settings: {rates: {odom: 20}}}"
@@ -46,10 +46,10 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
 ) -> None:
     before = swarm.pids()
     with ExitStack() as stack:
-        orders = {"k3": ("koala-laptop", 0.1), "epuck": ("k3-pi", 0.05), "koala": ("epuck-pi", 0.2)}
+        orders = {"k3": 0.1, "epuck": 0.05, "koala": 0.2}
         publishers = {
-            robot: stack.enter_context(swarm.publishing(host, robot, speed))
-            for robot, (host, speed) in orders.items()
+            robot: stack.enter_context(swarm.publishing(LEADER, robot, speed))
+            for robot, speed in orders.items()
         }
         within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
         deploy = stack.enter_context(swarm.begin("deploy", spec=faster_k3))
@@ -109,7 +109,7 @@ def test_a_robot_taken_out_of_the_spec_is_gone_from_its_host(swarm: LabSwarm) ->
         ("of: [koala, k3, epuck]", "of: [koala, k3]"),
     )
     before = swarm.pids()
-    with swarm.driving("koala-laptop", "epuck", 0.05):
+    with swarm.driving(LEADER, "epuck", 0.05):
         run = swarm.deploy(without)
         assert run.status == 0, run.out + run.err
         assert not moves(swarm.robot("epuck"))
@@ -137,6 +137,6 @@ def test_leader_and_central_are_wired_alike_so_nothing_restarts_but_a_moved_mast
         "koala-laptop:master", "koala-laptop:koala", "k3-pi:master", "k3-pi:k3", "epuck-pi:epuck",
     }  # fmt: skip
     assert "master" not in swarm.units("koala-laptop")
-    with swarm.driving("koala-laptop", "epuck", 0.05):
+    with swarm.driving(LEADER, "epuck", 0.05):
         assert swarm.robot("epuck")["v"] == pytest.approx(0.05, rel=0.05)
     swarm.seconds_to_standstill("epuck")

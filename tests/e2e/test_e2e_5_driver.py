@@ -8,22 +8,21 @@ from contextlib import ExitStack
 
 import pytest
 from conftest import Note
-from labswarm import LabSwarm, Unit, at_once, moves, within
+from labswarm import LEADER, LabSwarm, Unit, at_once, moves, within
 
 from swarmctl.lab import lab
 
 WATCHDOG = 3
 HOSTS = {"koala": "koala-laptop", "k3": "k3-pi", "epuck": "epuck-pi"}
-ORDERED_FROM = {"koala": "epuck-pi", "k3": "koala-laptop", "epuck": "k3-pi"}
 SPEEDS = {"koala": 0.2, "k3": 0.1, "epuck": 0.05}
 
 
 @pytest.fixture
 def all_driving(swarm: LabSwarm) -> Iterator[LabSwarm]:
-    """Every robot drives, ordered from another host, for as long as the test lasts."""
+    """Every robot drives, as the leader orders, for as long as the test lasts."""
     with ExitStack() as stack:
         for robot, speed in SPEEDS.items():
-            stack.enter_context(swarm.publishing(ORDERED_FROM[robot], robot, speed))
+            stack.enter_context(swarm.publishing(LEADER, robot, speed))
         within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
         yield swarm
 
@@ -36,7 +35,7 @@ def test_a_pulled_cable_costs_no_restart_and_the_robot_stands_before_it_obeys_ag
     swarm: LabSwarm, note: Note
 ) -> None:
     before = swarm.units("k3-pi")["k3"]
-    with swarm.driving("koala-laptop", "k3", 0.1) as publisher:
+    with swarm.driving(LEADER, "k3", 0.1) as publisher:
         lab.unplug(swarm.name, "k3")
         said = swarm.diagnosis("epuck-pi", "k3")
         assert "level: 2" in said

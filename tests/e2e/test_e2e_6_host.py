@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 from conftest import Note
-from labswarm import HOME, SOURCE, LabSwarm, within
+from labswarm import HOME, LEADER, SOURCE, LabSwarm, within
 
 EXPOSED_AT_MOST = 2.0
 RFCOMM_AT_MOST = 6.0  # it binds a radio: root, and a few capabilities
@@ -15,7 +15,7 @@ RFCOMM_AT_MOST = 6.0  # it binds a radio: root, and a few capabilities
 
 def test_a_rebooted_host_takes_up_its_part_by_itself(swarm: LabSwarm, note: Note) -> None:
     seconds = swarm.reboot("k3-pi")
-    with swarm.driving("koala-laptop", "k3", 0.1):
+    with swarm.driving(LEADER, "k3", 0.1):
         assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
     swarm.seconds_to_standstill("k3")
     assert swarm.plan().status == 0
@@ -25,7 +25,7 @@ def test_a_rebooted_host_takes_up_its_part_by_itself(swarm: LabSwarm, note: Note
 def test_a_rebooted_hub_brings_its_master_and_every_robot_back(swarm: LabSwarm, note: Note) -> None:
     """rospy never joins a master anew: a driver unknown to its master ends, and systemd starts another."""
     swarm.reboot("koala-laptop")
-    with swarm.driving("epuck-pi", "koala", 0.2):
+    with swarm.driving(LEADER, "koala", 0.2):
         assert swarm.robot("koala")["v"] == pytest.approx(0.2, rel=0.05)
     swarm.seconds_to_standstill("koala")
 
@@ -34,7 +34,7 @@ def test_a_rebooted_hub_brings_its_master_and_every_robot_back(swarm: LabSwarm, 
         return all(f"/{robot}/driver" in nodes for robot in ("koala", "k3", "epuck"))
 
     within(15, known, "a driver does not join the new master")
-    with swarm.driving("koala-laptop", "k3", 0.1):
+    with swarm.driving(LEADER, "k3", 0.1):
         assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
     swarm.seconds_to_standstill("k3")
 
@@ -60,7 +60,7 @@ def test_the_launch_files_work_by_hand(swarm: LabSwarm) -> None:
         assert launch.stdout is not None
         pid = int(launch.stdout.readline())
         try:
-            with swarm.driving("koala-laptop", "k3", 0.1):
+            with swarm.driving(LEADER, "k3", 0.1):
                 assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
             swarm.shell("k3-pi", f"kill -INT {pid}")
             launch.communicate(timeout=15)

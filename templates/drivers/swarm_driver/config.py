@@ -9,6 +9,8 @@ from typing import Any, Mapping
 
 import yaml
 
+from swarm_driver.authority import Commander
+
 
 class ConfigError(Exception):
     """What is wrong with a parameter file, and where in it."""
@@ -99,6 +101,7 @@ class Config:
     port: str
     serial: Serial
     command_timeout: float
+    commanders: tuple[Commander, ...]
     rates: Rates
     kinematics: Kinematics
     protocol: Protocol
@@ -133,11 +136,22 @@ def parse(data: Mapping[str, Any]) -> Config:
         port=str(data["port"]),
         serial=_serial(data["serial"]),
         command_timeout=_between("command_timeout", data["command_timeout"], 0.05, 2.0),
+        commanders=tuple(_commander(one) for one in data["commanders"]),
         rates=_rates(data["rates"]),
         kinematics=_kinematics(data["kinematics"]),
         protocol=_protocol(protocol),
         proximity_names=tuple(str(name) for name in proximity["names"]),
         proximity_max=int(proximity["max_reading"]),
+    )
+
+
+def _commander(data: Mapping[str, Any]) -> Commander:
+    return Commander(
+        name=str(data["name"]),
+        priority=int(data["priority"]),
+        nodes=tuple(str(node) for node in data["nodes"]),
+        namespace=str(data["namespace"]) if data["namespace"] is not None else None,
+        addresses=tuple(str(address).lower() for address in data["addresses"]),
     )
 
 

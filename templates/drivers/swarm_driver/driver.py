@@ -8,6 +8,7 @@ import time
 from enum import Enum
 from typing import Callable
 
+from swarm_driver.authority import Standing
 from swarm_driver.config import Config
 from swarm_driver.kinematics import STANDSTILL, Odometry
 from swarm_driver.link import BytePort, Link, LinkLostError
@@ -38,6 +39,7 @@ class Driver:
         sink: Sink,
         *,
         open_port: Callable[[], BytePort],
+        standing: Callable[[], Standing] = Standing,
         clock: Callable[[], float] = time.monotonic,
         jitter: Callable[[], float] = random.random,
     ) -> None:
@@ -45,6 +47,7 @@ class Driver:
         self._orders = orders
         self._sink = sink
         self._open_port = open_port
+        self._standing = standing
         self._clock = clock
         self._jitter = jitter
         self._tally = Tally()
@@ -153,16 +156,19 @@ class Driver:
     def _report(self) -> Report:
         failures = self._tally.failed_exchanges - self._failures_reported
         self._failures_reported += failures
+        standing = self._standing()
+        figures = {**self._figures(), "commander": standing.commander, "refused senders": standing.refused}
         if self._session is None:
             level = Level.ERROR if self._link is None else Level.WARN
-            return Report(level, self._trouble, self._figures())
-        complaints = self._complaints(self._session, failures)
+            return Report(level, self._trouble, figures)
+        complaints = self._complaints(self._session, failures, standing)
         message = "; ".join([self._session.activity(), *complaints])
-        return Report(Level.WARN if complaints else Level.OK, message, self._figures())
+        return Report(Level.WARN if complaints else Level.OK, message, figures)
 
-    def _complaints(self, session: Session, failures: int) -> list[str]:
+    def _complaints(self, session: Session, failures: int, standing: Standing) -> list[str]:
         """What is not as it should be with a robot that is there."""
-        found = [f"{failures} exchanges failed"] if failures else []
+        found = [standing.complaint] if standing.complaint else []
+        found += [f"{failures} exchanges failed"] if failures else []
         if self._clock() - session.since > 2:
             found += [
                 f"{name} comes at {measured:.1f} instead of {wanted:g} Hz"

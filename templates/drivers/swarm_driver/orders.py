@@ -35,11 +35,12 @@ class Orders:
         self._listen, self._ring = socket.socketpair()
         self._ring.setblocking(False)
 
-    def put(self, linear: Sequence[float], angular: Sequence[float]) -> None:
+    def put(self, linear: Sequence[float], angular: Sequence[float], arrived: float | None = None) -> None:
         """Take a Twist: x forward and z to the left count. A senseless component makes it a stop."""
         sane = plausible((*linear, *angular))
         self.refused += not sane
-        self.latest = Order(linear[0] if sane else 0.0, angular[2] if sane else 0.0, self._clock())
+        stamp = self._clock() if arrived is None else arrived
+        self.latest = Order(linear[0] if sane else 0.0, angular[2] if sane else 0.0, stamp)
         self._wake()
 
     def stop(self) -> None:

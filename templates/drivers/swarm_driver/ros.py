@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 import threading
-from http.client import HTTPException
+import time
+from http.client import HTTPConnection, HTTPException
 from typing import Any
 from xmlrpc.client import Error as XmlRpcError
+from xmlrpc.client import ServerProxy, Transport
 
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Quaternion, TransformStamped, Twist, Vector3
@@ -15,9 +18,11 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import MultiArrayDimension, UInt16MultiArray
 
 from swarm_driver.config import Config
+from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.report import Report
+from swarm_driver.whereabouts import Whereabouts
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -25,20 +30,29 @@ except ImportError:  # a host without tf gets odometry and no transform
     TFMessage = None
 
 _FAREWELL = 1.0  # s
-_UNKNOWN_NODE = -1  # of the Master API: lookupNode found no such node
+_MASTER_ANSWERS = 2.0  # s
+_SUCCESS, _UNKNOWN_NODE = 1, -1  # of the Master API: lookupNode found the node, or no such node
 _UNKNOWN = 1e6  # variance of what a robot on wheels cannot know
 _AT_REST = 1e-6  # variance of what has not gone astray yet
 
 
-def join(config: Config, orders: Orders) -> RosSink:
+def join(config: Config, orders: Orders, gate: Gate) -> RosSink:
     """Become a node that takes orders. Returns when the master knows it, however long that takes."""
     rospy.init_node("driver", disable_signals=True)
     rospy.on_shutdown(orders.stop)
-    sink = RosSink(config)
+    sink, whereabouts = RosSink(config), Whereabouts(_node_uri)
 
     def take(twist: Any) -> None:
+        """Runs in the thread of the sender's own connection, so its waiting holds up nobody else's orders."""
+        arrived, sender = time.monotonic(), str(twist._connection_header.get("callerid", ""))
         linear, angular = twist.linear, twist.angular
-        orders.put((linear.x, linear.y, linear.z), (angular.x, angular.y, angular.z))
+        gate.give(
+            sender,
+            whereabouts.of(sender),
+            (linear.x, linear.y, linear.z),
+            (angular.x, angular.y, angular.z),
+            arrived,
+        )
 
     rospy.Subscriber("cmd_vel", Twist, take, queue_size=1, tcp_nodelay=True)
     return sink
@@ -47,10 +61,27 @@ def join(config: Config, orders: Orders) -> RosSink:
 def forgotten() -> bool:
     """Whether the master answers and knows this node not: it was restarted, which rospy never notices."""
     try:
-        code, _, _ = rospy.get_master().lookupNode(rospy.get_name())
+        return not _node_uri(rospy.get_name())
     except (OSError, HTTPException, XmlRpcError):  # a master that is away forgets nothing
         return False
-    return bool(code == _UNKNOWN_NODE)
+
+
+def _node_uri(node: str) -> str:
+    """Where ``node`` is to be reached, as the master has it; empty if it knows no such node."""
+    with ServerProxy(rosgraph.get_master_uri(), transport=_Hurried()) as master:
+        code, message, uri = master.lookupNode(rospy.get_name(), node)
+    if code not in (_SUCCESS, _UNKNOWN_NODE):
+        raise OSError(message)
+    return str(uri) if code == _SUCCESS else ""
+
+
+class _Hurried(Transport):
+    """HTTP that does not wait for ever."""
+
+    def make_connection(self, host: Any) -> HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = _MASTER_ANSWERS
+        return connection
 
 
 class RosSink:

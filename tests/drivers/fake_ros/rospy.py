@@ -1,13 +1,14 @@
 """As much of rospy as the driver node touches, without a master.
 
-Orders come in on stdin, one ``<m/s> <rad/s>`` a line; publications go out on stdout, one JSON object a line.
-With FAKE_MASTER=away in the environment no master ever answers; with FAKE_MASTER=restarted it knows no node.
+Orders come in on stdin, one ``<sender> <m/s> <rad/s>`` a line; publications go out on stdout, one JSON object
+a line. With FAKE_MASTER=away in the environment no node ever joins.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import queue
 import sys
 import threading
 import time
@@ -55,19 +56,6 @@ def init_node(name: str, disable_signals: bool) -> None:
         time.sleep(0.1)
 
 
-class _Master:
-    def lookupNode(self, name: str) -> tuple[int, str, str]:  # noqa: N802
-        return (
-            (-1, "unknown node", "")
-            if os.environ.get("FAKE_MASTER") == "restarted"
-            else (1, "", "http://here")
-        )
-
-
-def get_master() -> _Master:
-    return _Master()
-
-
 def get_name() -> str:
     return "/driver"
 
@@ -95,13 +83,26 @@ class Publisher:
 class Subscriber:
     def __init__(self, topic: str, _type: Any, take: Any, **__: Any) -> None:
         self._take = take
+        self._connections: dict[str, queue.Queue[Message]] = {}
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
         _say({"topic": "listening"})
         for line in sys.stdin:
-            linear, angular = map(float, line.split())
-            self._take(Message(linear=_vector(x=linear), angular=_vector(z=angular)))
+            sender, linear, angular = line.split()
+            header = {"callerid": sender}
+            message = Message(
+                linear=_vector(x=float(linear)), angular=_vector(z=float(angular)), _connection_header=header
+            )
+            if sender not in self._connections:
+                self._connections[sender] = queue.Queue()
+                threading.Thread(target=self._receive, args=(self._connections[sender],), daemon=True).start()
+            self._connections[sender].put(message)
+
+    def _receive(self, connection: queue.Queue[Message]) -> None:
+        """One thread a sender, as rospy has it."""
+        while True:
+            self._take(connection.get())
 
 
 def _vector(x: float = 0.0, z: float = 0.0) -> Message:
