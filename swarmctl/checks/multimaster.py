@@ -19,7 +19,7 @@ _QUALITY_HZ = 0.1  # below it there is no link quality
 _STEADY_HZ = 0.3  # below it masters were seen to flap, fkie/multimaster_fkie#46
 _MANY = 5
 _OF_FKIE = (
-    "group", "port", "heartbeat_hz", "active_request_after", "remove_after",
+    "packages", "group", "port", "heartbeat_hz", "active_request_after", "remove_after",
     "robot_hosts", "sync_hosts", "ignore_hosts",
 )  # fmt: skip
 _OURS = ipaddress.ip_network("239.0.0.0/8")  # administratively scoped, RFC 2365

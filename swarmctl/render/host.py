@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.render import ros1
+from swarmctl.render import multimaster, ros1
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.templates import render
 from swarmctl.topology import names
@@ -28,9 +28,13 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
 def _bundle(swarm: Swarm, host: Host, hosts_block: File) -> Bundle:
     """Everything that ``host`` gets, with what is the same for all."""
     island = swarm.island_of(host.name)
-    unit_files = list(ros1.units(swarm, host, island))
+    unit_files = [*ros1.units(swarm, host, island), *multimaster.units(swarm, host, island)]
     target = names.target(swarm.name)
-    files = [*ros1.files(swarm, host, island), *(file for file, _ in unit_files)]
+    files = [
+        *ros1.files(swarm, host, island),
+        *multimaster.files(swarm, host, island),
+        *(file for file, _ in unit_files),
+    ]
     files.append(_target_file(swarm, target, [unit for _, unit in unit_files]))
     links = {f"{_SYSTEMD}/{unit.name}": file.path for file, unit in unit_files}
     links[f"{_SYSTEMD}/{target}"] = f"units/{target}"
@@ -46,7 +50,7 @@ def _bundle(swarm: Swarm, host: Host, hosts_block: File) -> Bundle:
         units=(*(unit for _, unit in unit_files), Unit(target, ())),
         links=links,
         blocks={"/etc/hosts": "hosts/block"},
-        requires=ros1.requires(swarm, host, island),
+        requires=(*ros1.requires(swarm, host, island), *multimaster.requires(swarm, host, island)),
     )
 
 

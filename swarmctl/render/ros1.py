@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-import yaml
-
 from swarmctl import resources
-from swarmctl.render.bundle import ROOT, File, Unit
+from swarmctl.render.bundle import ROOT, File, Unit, workspace
+from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
 from swarmctl.spec.robot_type import params_of
 from swarmctl.topology import names
@@ -19,6 +18,7 @@ from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
 _MASTER_HELPERS = ("bin/wait-for-address", "bin/wait-for-master")
+RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec")  # what every ROS program runs in
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
@@ -53,7 +53,7 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
 
 def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit]]:
     """The unit files of this host in start order: the master first, then what each robot needs."""
-    common = {"swarm": swarm.name, "home": _home(swarm), "target": names.target(swarm.name)}
+    common = service_values(swarm)
     master = names.unit(swarm.name, names.MASTER)
     if host.name == island.hub:
         uri = swarm.master_uri(island)
@@ -76,10 +76,22 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
         yield _driver(swarm, robot, line, common)
 
 
+def service_values(swarm: Swarm) -> dict[str, Any]:
+    """What the unit of every program of this swarm is told."""
+    return {
+        "swarm": swarm.name,
+        "home": _home(swarm),
+        "target": names.target(swarm.name),
+        "workspace": swarm.workspace,
+    }
+
+
 def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
     """What must be installed on this host already."""
+    own = (workspace(swarm.workspace),) if swarm.workspace else ()
     master = ("roscore",) if host.name == island.hub else ()
-    return (*master, "rospy", "pyserial") if swarm.robots_on(host.name) else master
+    drivers = ("rospy", "pyserial") if swarm.robots_on(host.name) else ()
+    return (*own, *master, *drivers)
 
 
 def parameters(robot: Robot) -> bytes:
@@ -89,10 +101,7 @@ def parameters(robot: Robot) -> bytes:
         settings=robot.settings, baud=robot.baud,
     )  # fmt: skip
     data["commanders"] = [_commander(one) for one in robot.commanders]
-    text = yaml.dump(
-        data, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
-    )
-    return b"# Written by swarmctl; the next deploy replaces it.\n" + text.encode()
+    return params_file(data)
 
 
 def _commander(commander: Commander) -> dict[str, Any]:
@@ -103,17 +112,6 @@ def _commander(commander: Commander) -> dict[str, Any]:
         "namespace": commander.namespace,
         "addresses": list(commander.addresses),
     }
-
-
-class _Dumper(yaml.SafeDumper):
-    """YAML as people write it: text with control characters in double quotes."""
-
-
-def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if text.isprintable() else '"')
-
-
-_Dumper.add_representer(str, _text)
 
 
 def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tuple[File, Unit]:
@@ -130,7 +128,7 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
     )
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in _driver_files())
-    needs = (file.path, ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec", _params_path(robot), *drivers)
+    needs = (file.path, *RUNNING, _params_path(robot), *drivers)
     return file, Unit(name, needs, robot=robot.name)
 
 
@@ -149,6 +147,7 @@ def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
         "swarm": swarm.name,
         "distro": swarm.distro,
         "home": _home(swarm),
+        "workspace": swarm.workspace,
         "master_uri": swarm.master_uri(island),
         "self_key": "ROS_IP" if ip_of(host.address) else "ROS_HOSTNAME",
         "address": host.address,

@@ -17,6 +17,7 @@ from swarmctl.spec.words import (
     DevicePath,
     EnvironmentKey,
     FileName,
+    Folder,
     GraphName,
     Group,
     HexId,
@@ -57,6 +58,11 @@ class Ros(Model):
 
     distro: Literal["noetic"] = Field("noetic", description="ROS distribution of every host.")
     master_port: Port = Field(11311, description="TCP port of each ROS master.")
+    workspace: Folder | None = Field(
+        None,
+        description="A catkin workspace that lies on every host, built; its packages come before those "
+        "of the distribution.",
+    )
 
 
 class Secret(Model):
@@ -292,6 +298,11 @@ class Multimaster(Model):
 
     provider: Literal["fkie", "static"] = Field(
         "fkie", description="`fkie` discovers by multicast; `static` knows its peers from this file."
+    )
+    packages: Literal["fkie_multimaster", "multimaster_fkie", "fkie_mas"] = Field(
+        "fkie_multimaster",
+        description="Which of fkie's packages the hosts have: `fkie_multimaster` (1.x, part of Noetic), "
+        "`multimaster_fkie` (0.8 and older) or `fkie_mas` (the multi-agent suite).",
     )
     group: Group = Field("226.0.0.0", description="Multicast group of the discovery.")
     port: Port = Field(11511, description="UDP port of the discovery.")

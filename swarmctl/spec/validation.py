@@ -263,6 +263,7 @@ _PATTERNS = {
     "^[A-Za-z_][A-Za-z0-9_]*$": "environment variables are letters, digits and _, no digit first",
     "^[a-z][a-z0-9_]*$": "ROS packages are lower-case letters, digits and _, a letter first",
     "^[A-Za-z0-9_][A-Za-z0-9_.-]*$": "a file name of letters, digits and _ . -",
+    "^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$": "a folder has its whole path, like /home/robot/catkin_ws",
     r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$": "text on one line, without control characters",
     "^[A-Z]{2,8}[0-9]{3}$": "a rule is written like SET001; `swarmctl rules` lists them",
     "^[0-9a-fA-F]{4}$": "four hexadecimal digits, in quotes",

@@ -98,6 +98,10 @@ ProgramName = Annotated[Name, Field(examples=["joystick"])]
 Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
 Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
 Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
+Folder = Annotated[
+    str,
+    Field(pattern=r"^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$", max_length=255, examples=["/home/robot/catkin_ws"]),
+]
 DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_device_path)]
 Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
 Account = Annotated[str, Field(pattern=r"^[a-z_][a-z0-9_-]{0,31}$", examples=["robot"])]

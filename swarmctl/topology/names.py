@@ -15,6 +15,9 @@ ALWAYS_THERE = {
     "node_manager_daemon": "multimaster",
     "param_sync": "multimaster",
     "zeroconf": "multimaster",
+    "mas_discovery": "multimaster",
+    "mas_sync": "multimaster",
+    "mas_daemon": "multimaster",
 }
 
 

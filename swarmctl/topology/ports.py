@@ -55,6 +55,11 @@ def offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
     return (0, DISCOVERY_OFFSET, ZEROCONF_OFFSET, DAEMON_OFFSET) if has_discovery(spec, islands) else (0,)
 
 
+def discovery_port(island: Island) -> int:
+    """The TCP port on which the discovery beside a master tells what is registered there."""
+    return island.master_port + DISCOVERY_OFFSET
+
+
 def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
     """Every listener of a swarm, host by host in the order of the spec, then master by master."""
     for name in spec.hosts:
@@ -66,7 +71,7 @@ def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
         loc: Loc = ("hosts", hub, "master_port") if spec.hosts[hub].master_port else ("ros", "master_port")
         yield Listener(hub, master, "the ROS master", loc)
         if discovery:
-            yield Listener(hub, master + DISCOVERY_OFFSET, "the master discovery", loc)
+            yield Listener(hub, discovery_port(island), "the master discovery", loc)
             yield Listener(hub, multicast, "the master discovery", ("multimaster", "port"), "udp")
             yield Listener(hub, master + ZEROCONF_OFFSET, "fkie's zeroconf", loc, runs=False)
             yield Listener(hub, master + DAEMON_OFFSET, "fkie's node manager", loc, runs=False)

@@ -36,6 +36,7 @@ def resolve(document: Document) -> Swarm:
         name=spec.name,
         mode=spec.mode,
         distro=spec.ros.distro,
+        workspace=spec.ros.workspace,
         hosts={name: _host(name, document) for name in spec.hosts},
         robots=_robots(document, Authority(spec, home)),
         networks=_networks(spec),

@@ -142,6 +142,7 @@ class Swarm:
     name: str
     mode: Mode
     distro: str
+    workspace: str | None
     hosts: Mapping[str, Host]
     robots: Mapping[str, Robot]
     networks: tuple[Network, ...]

@@ -54,7 +54,9 @@ def _prefixes(workspaces: Iterable[str], outside: Callable[[str], str]) -> list[
         if path not in prefixes:
             built = _BUILT_UPON.search(files.read(outside(f"{path}/_setup_util.py")) or b"")
             below = os.fsdecode(built.group(1)).split(";") if built else []
-            prefixes += [one for one in (path, *below) if one not in prefixes and os.path.isdir(outside(one))]
+            prefixes += [
+                one for one in (path, *below) if one and one not in prefixes and os.path.isdir(outside(one))
+            ]
     return prefixes
 
 

@@ -1,8 +1,12 @@
 # Written by swarmctl; the next deploy replaces it.
 # For people:  source /opt/swarm/newswarm/current/setup.bash
-if [ -f /opt/ros/noetic/setup.bash ]; then
-  . /opt/ros/noetic/setup.bash
-fi
+for folder in /opt/ros/noetic; do
+  if [ -f "$folder/setup.bash" ]; then
+    . "$folder/setup.bash"
+    break
+  fi
+done
+unset folder
 export SWARM=newswarm
 export ROS_MASTER_URI=http://192.168.77.10:11311
 unset ROS_IP ROS_HOSTNAME
