@@ -1,0 +1,55 @@
+"""The settings are one file; what validate takes the programs take, and nothing else."""
+
+from __future__ import annotations
+
+import ast
+import os
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from swarm_teleop.config import SETTINGS, takes
+
+from swarmctl.resources import templates
+from swarmctl.spec.shipped import shipped
+from swarmctl.topology.programs import SHIPPED
+
+KNOWN = yaml.safe_load(SETTINGS.read_text("utf-8"))
+ALL = [(program, name) for program, settings in KNOWN.items() for name in settings]
+FOLDER = templates() / "teleop"
+VALUES = st.one_of(
+    st.booleans(),
+    st.integers(-100, 200),
+    st.floats(),
+    st.text(max_size=8),
+    st.sampled_from(["joy", "/dev/js0"]),
+)
+
+
+@given(st.sampled_from(ALL), VALUES)
+def test_validate_and_the_program_agree_on_every_value(setting, value):
+    program, name = setting
+    assert shipped()[program][name].takes(value) == takes(KNOWN[program][name], value)
+
+
+@pytest.mark.parametrize(("program", "name"), ALL)
+def test_a_default_is_in_its_own_bounds(program, name):
+    setting = shipped()[program][name]
+    assert setting.takes(setting.default)
+    assert not isinstance(setting.default, str) or setting.takes(setting.example)
+    assert isinstance(setting.default, str) or setting.max < 1000
+
+
+def test_every_shipped_program_has_settings():
+    assert set(shipped()) == set(SHIPPED)
+
+
+def test_no_button_may_be_none_where_it_is_the_dead_mans():
+    assert shipped()["teleop-joy"]["deadman_button"].min == 0
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.rglob("*.py")), ids=lambda file: file.name)
+def test_teleop_is_written_for_the_python_of_ros_noetic(file):
+    ast.parse(file.read_text(), feature_version=(3, 8))
+    assert os.access(file, os.X_OK) == (file.parent == FOLDER)
