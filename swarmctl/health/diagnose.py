@@ -3,79 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
-from swarmctl.health import verdicts
+from swarmctl.health import bridges, verdicts
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.findings import HOST, Diagnosis, Findings
 from swarmctl.health.probe import Answer
-from swarmctl.health.verdicts import State, Verdict
 from swarmctl.remote.transport import HostError, Kind
 
 _AWAY = (Kind.UNREACHABLE, Kind.LOST)
-HOST = "host"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What was found about one subject (a host, a unit, a robot, a topic).
-
-    ``cause`` is the key of the finding that explains this one; ``host`` and ``robot`` are what it belongs to.
-    """
-
-    check: str
-    subject: str
-    state: State
-    message: str
-    hint: str = ""
-    host: str = ""
-    robot: str = ""
-    cause: str | None = None
-
-    @property
-    def key(self) -> str:
-        return f"{self.check} {self.subject}"
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """All findings; each comes after those that may explain it."""
-
-    findings: tuple[Finding, ...]
-
-    @property
-    def troubles(self) -> tuple[Finding, ...]:
-        """What makes a swarm unhealthy: whatever is bad, and what is unknown without a known reason."""
-        return tuple(
-            one
-            for one in self.findings
-            if one.state is State.BAD or (one.state is State.UNKNOWN and one.cause is None)
-        )
-
-    @property
-    def healthy(self) -> bool:
-        return not self.troubles
-
-    @property
-    def only_unreachable(self) -> bool:
-        """Whether nothing is wrong but that hosts do not answer."""
-        return not self.healthy and all(one.check == HOST for one in self.troubles)
-
-    def explained(self) -> tuple[tuple[Finding, tuple[Finding, ...]], ...]:
-        """Every cause that is not ok, each with its symptoms."""
-        symptoms: dict[str, list[Finding]] = {}
-        for one in self.findings:
-            if one.cause is not None:
-                symptoms.setdefault(one.cause, []).append(one)
-        return tuple(
-            (one, tuple(symptoms.get(one.key, ())))
-            for one in self.findings
-            if one.cause is None and one.state is not State.OK
-        )
 
 
 def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -> Diagnosis:
     """Compare. A host without an outcome counts as not asked."""
-    found = _Findings()
+    found = Findings()
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
     gates = {}
     for host in graph.hosts:
@@ -93,50 +33,11 @@ def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -
             else:
                 not_asked = verdicts.unknown("its host could not be asked")
                 found.add("robot", robot.name, not_asked, robot=robot, after=[gates[host.name]])
+    bridges.compare(found, graph, answers, gates)
     return Diagnosis(tuple(found.by_key.values()))
 
 
-class _Findings:
-    """Findings as they come, each tied to what explains it."""
-
-    def __init__(self) -> None:
-        self.by_key: dict[str, Finding] = {}
-
-    def add(
-        self,
-        check: str,
-        subject: str,
-        verdict: Verdict,
-        *,
-        host: ExpectedHost | None = None,
-        robot: ExpectedRobot | None = None,
-        after: Iterable[str] = (),
-    ) -> str:
-        """File a verdict; return its key. If it is not ok, the first in ``after`` that is not explains it."""
-        owner = robot or host
-        judged = verdict.bearable() if owner is not None and owner.optional else verdict
-        finding = Finding(
-            check,
-            subject,
-            judged.state,
-            judged.message,
-            judged.hint,
-            host=robot.host if robot else host.name if host else "",
-            robot=robot.name if robot else "",
-            cause=None if judged.fine else self._root_of(after),
-        )
-        self.by_key[finding.key] = finding
-        return finding.key
-
-    def _root_of(self, keys: Iterable[str]) -> str | None:
-        for key in keys:
-            one = self.by_key.get(key)
-            if one is not None and one.state is not State.OK:
-                return one.cause or one.key
-        return None
-
-
-def _reached(found: _Findings, host: ExpectedHost, outcome: Answer | HostError) -> str:
+def _reached(found: Findings, host: ExpectedHost, outcome: Answer | HostError) -> str:
     """Whether the host could be asked; the key of that finding."""
     check, verdict = HOST, verdicts.ok("answers")
     if isinstance(outcome, HostError) and outcome.kind is Kind.STOPPED:
@@ -147,7 +48,7 @@ def _reached(found: _Findings, host: ExpectedHost, outcome: Answer | HostError) 
     return found.add(check, host.name, verdict, host=host)
 
 
-def _system(found: _Findings, host: ExpectedHost, answer: Answer, hub: Answer | None) -> None:
+def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None) -> None:
     """What the operating system knows: release, clock, units without a robot; and where the probe failed."""
     for part, why in answer.troubles.items():
         found.add("probe", f"{host.name} {part}", verdicts.unknown(why), host=host)
@@ -162,7 +63,7 @@ def _system(found: _Findings, host: ExpectedHost, answer: Answer, hub: Answer | 
 
 
 def _unit(
-    found: _Findings,
+    found: Findings,
     host: ExpectedHost,
     name: str,
     answer: Answer,
@@ -185,7 +86,7 @@ def _unit_subject(host: str, unit: str) -> str:
     return f"{unit} on {host}"
 
 
-def _master(found: _Findings, host: ExpectedHost, answer: Answer, hub: Answer | None, gate: str) -> None:
+def _master(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None, gate: str) -> None:
     """The master as this host sees it. ``gate``: the finding that says whether the hub could be asked."""
     probe = f"probe {host.name} ros"
     if host.is_hub:
@@ -199,7 +100,7 @@ def _master(found: _Findings, host: ExpectedHost, answer: Answer, hub: Answer | 
         found.add("master", host.name, verdict, host=host, after=[gate, f"master {host.hub}", probe])
 
 
-def _robot(found: _Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer) -> None:
+def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer) -> None:
     """A robot, from its line to its topics."""
     probe_devices, probe_ros = (f"probe {host.name} {part}" for part in ("devices", "ros"))
     master, release = f"master {host.name}", f"release {host.name}"

@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
+from swarmctl.health.crossings import (
+    ExpectedBridge,
+    ExpectedMultimaster,
+    addresses_of,
+    bridges_of,
+    multimaster_of,
+)
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, DriverTopic, driver_topics
 from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm, UsbLine
@@ -42,10 +50,12 @@ class ExpectedHost:
     address: str
     optional: bool
     release: Release
+    island: str
     hub: str
     master_uri: str
     master_unit: str | None
     robots: tuple[ExpectedRobot, ...]
+    multimaster: ExpectedMultimaster | None = None
 
     @property
     def is_hub(self) -> bool:
@@ -54,20 +64,28 @@ class ExpectedHost:
 
 @dataclass(frozen=True)
 class ExpectedGraph:
-    """A healthy swarm. Hosts stand in the order of the spec."""
+    """A healthy swarm. Hosts stand in the order of the spec. ``addresses``: of each island's nodes."""
 
     swarm: str
     hosts: tuple[ExpectedHost, ...]
+    bridges: tuple[ExpectedBridge, ...] = ()
+    addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
         return tuple(robot for host in self.hosts for robot in host.robots)
 
+    @cached_property
+    def homes(self) -> Mapping[str, str]:
+        """The island by what stands in a node's URI."""
+        return {text: island for island, texts in self.addresses.items() for text in texts}
+
 
 def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGraph:
-    """What the hosts in ``releases`` should show."""
+    """What the hosts in ``releases`` should show. A topic that crosses is looked at from both its ends."""
     hosts = (_host(swarm, swarm.hosts[name], release) for name, release in releases.items())
-    return ExpectedGraph(swarm.name, tuple(hosts))
+    bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
+    return ExpectedGraph(swarm.name, tuple(hosts), tuple(bridges), addresses_of(swarm))
 
 
 def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
@@ -77,10 +95,12 @@ def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
         address=host.address,
         optional=host.optional,
         release=release,
+        island=island.name,
         hub=island.hub,
         master_uri=swarm.master_uri(island),
         master_unit=names.unit(swarm.name, names.MASTER) if host.name == island.hub else None,
         robots=tuple(_robot(swarm, robot, host) for robot in swarm.robots_on(host.name)),
+        multimaster=multimaster_of(swarm, island.hub, release.units) if host.name == island.hub else None,
     )
 
 

@@ -10,10 +10,11 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost
-from swarmctl.topology.interfaces import DriverTopic
+from swarmctl.topology.interfaces import DIAGNOSTICS, DriverTopic
 
-AGENT_VERBS = ("probe", "probe_ros")  # the modules of the agent that the probe is made of
+AGENT_VERBS = ("probe", "probe_graph", "probe_ros")  # the modules of the agent that the probe is made of
 LONGEST_LISTENING = 10.0  # s, however slow a topic is
+_A_REPORT = 2.5  # s in which the multimaster node reports at least once
 _PERIODS = 2.5  # a rate is measured from at least two messages
 _LONGEST_TEXT = 300
 _MOST = 20_000  # entries of one mapping
@@ -85,6 +86,25 @@ class NodeSeen:
 
 
 @dataclass(frozen=True)
+class Stranger:
+    """A node that is registered at a master and runs on none of the island's hosts."""
+
+    node: str
+    uri: str
+    publishes: tuple[str, ...]
+    hears: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GraphSeen:
+    """What a hub's master has of topics that cross: by topic the publishers with their URIs, and the type."""
+
+    publishers: Mapping[str, Mapping[str, str]]
+    types: Mapping[str, str]
+    strangers: tuple[Stranger, ...]
+
+
+@dataclass(frozen=True)
 class DeviceSeen:
     """A serial device. ``usable``: drivers may open it (mode and group)."""
 
@@ -106,6 +126,7 @@ class Answer:
     master: MasterSeen | None = None
     nodes: Mapping[str, NodeSeen] = field(default_factory=dict)
     commanders: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    graph: GraphSeen | None = None
     devices: Mapping[str, DeviceSeen] = field(default_factory=dict)
     clock_ahead: float | None = None  # s, against the operator's clock
     boot_id: str = ""
@@ -113,7 +134,8 @@ class Answer:
 
 
 def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> dict[str, Any]:
-    """What to ask the agent of ``host``. The hub is also asked who commands the robots of its island."""
+    """What to ask the agent of ``host``. The hub is also asked who commands the robots of its island, and
+    what it has of other islands where there are any."""
     island = [one for one in graph.hosts if one.hub == host.name] if host.is_hub else []
     return {
         "verb": "probe",
@@ -123,10 +145,30 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> dict[str
         "nodes": [
             {"name": robot.node, "topics": {topic.name: listening(topic, window) for topic in robot.topics}}
             for robot in host.robots
-        ],
+        ]
+        + _multimaster_nodes(host, window),
+        "graph": _graph_asked(graph, host),
         "commands": [robot.command for one in island for robot in one.robots],
         "devices": [robot.device for robot in host.robots],
     }
+
+
+def _multimaster_nodes(host: ExpectedHost, window: float) -> list[dict[str, Any]]:
+    if host.multimaster is None:
+        return []
+    speaker = host.multimaster.speaker
+    return [
+        {"name": node, "topics": {DIAGNOSTICS: round(max(window, _A_REPORT), 3)} if node == speaker else {}}
+        for node in host.multimaster.nodes
+    ]
+
+
+def _graph_asked(graph: ExpectedGraph, host: ExpectedHost) -> dict[str, Any] | None:
+    """The topics that cross at the master of ``host``, and which addresses are its island's own."""
+    if not host.is_hub or len(graph.addresses) < 2:
+        return None
+    crossing = (one.topic for one in graph.bridges if host.name in (one.hub, one.origin_hub))
+    return {"topics": list(dict.fromkeys(crossing)), "own": list(graph.addresses[host.island])}
 
 
 def listening(topic: DriverTopic, window: float) -> float:
@@ -143,6 +185,7 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
         master=_master(data["master"]) if isinstance(data.get("master"), Mapping) else None,
         nodes=_each(data.get("nodes"), _node),
         commanders={_text(name): _texts(found) for name, found in _items(data.get("commanders"))},
+        graph=_graph(data["graph"]) if isinstance(data.get("graph"), Mapping) else None,
         devices=_each(data.get("devices"), _device),
         clock_ahead=None if time is None or received is None else time - received,
         boot_id=_text(data.get("boot_id")),
@@ -204,6 +247,25 @@ def _report(data: Any) -> Report | None:
         return None
     worst = max(statuses, key=lambda one: _count(one.get("level")))
     return Report(_count(worst.get("level")), _text(worst.get("message")))
+
+
+def _graph(data: Mapping[str, Any]) -> GraphSeen:
+    strangers = data.get("strangers")
+    return GraphSeen(
+        publishers={
+            _text(topic): {_text(node): _text(uri) for node, uri in _items(found)}
+            for topic, found in _items(data.get("publishers"))
+        },
+        types={_text(topic): _text(kind) for topic, kind in _items(data.get("types"))},
+        strangers=tuple(_stranger(one) for one in strangers[:_MOST] if isinstance(one, Mapping))
+        if isinstance(strangers, list)
+        else (),
+    )
+
+
+def _stranger(data: Mapping[str, Any]) -> Stranger:
+    node, uri = _text(data.get("node")), _text(data.get("uri"))
+    return Stranger(node, uri, _texts(data.get("publishes")), _texts(data.get("hears")))
 
 
 def _device(data: Mapping[str, Any]) -> DeviceSeen:

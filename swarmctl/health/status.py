@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from swarmctl.health.diagnose import Diagnosis
+from swarmctl.health.bridges import CHECK
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.findings import Diagnosis
 from swarmctl.health.probe import Answer, MasterSeen, NodeSeen, UnitSeen
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError
@@ -44,6 +45,17 @@ class RobotRow:
 
 
 @dataclass(frozen=True)
+class BridgeRow:
+    """A topic that a hub hears from another island."""
+
+    topic: str
+    type: str
+    origin: str
+    state: State
+    message: str
+
+
+@dataclass(frozen=True)
 class HostRow:
     """A host. ``reachable``: it could be asked; nothing else is known of one that could not."""
 
@@ -58,6 +70,7 @@ class HostRow:
     units_expected: int
     master: MasterSeen | None
     robots: tuple[RobotRow, ...]
+    bridges: tuple[BridgeRow, ...] = ()
 
     @property
     def units_running(self) -> int:
@@ -91,8 +104,25 @@ def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], dia
             worst[owner] = max(worst.get(owner, State.OK), finding.state, key=_SEVERITY.index)
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
     commanders = _commanders(answers.values())
-    hosts = (_host(host, answers.get(host.name), worst, commanders) for host in graph.hosts)
+    bridges = _bridges(graph, diagnosis)
+    hosts = (
+        replace(
+            _host(host, answers.get(host.name), worst, commanders), bridges=tuple(bridges.get(host.name, ()))
+        )
+        for host in graph.hosts
+    )
     return Status(graph.swarm, tuple(hosts), diagnosis)
+
+
+def _bridges(graph: ExpectedGraph, diagnosis: Diagnosis) -> dict[str, list[BridgeRow]]:
+    """By hub, what it is to hear from other islands and how that is."""
+    told = {one.subject: one for one in diagnosis.findings if one.check == CHECK}
+    rows: dict[str, list[BridgeRow]] = {}
+    for one in graph.bridges:
+        finding = told[one.subject]
+        row = BridgeRow(one.topic, one.type, one.origin, finding.state, finding.message)
+        rows.setdefault(one.hub, []).append(row)
+    return rows
 
 
 def _commanders(answers: Iterable[Answer]) -> dict[str, tuple[str, ...]]:

@@ -136,7 +136,7 @@ def driver(robot: ExpectedRobot, address: str, process: UnitSeen | None, seen: N
     if not seen.alive:
         text = "is registered and its unit runs, but it" if runs else "is a stale registration: it"
         return bad(f"{robot.node} {text} does not answer ({seen.error})", restart)
-    if (advertised := _host_of(seen.uri)) != address.lower():
+    if (advertised := host_of(seen.uri)) != address.lower():
         text = f"{robot.node} tells others to reach it at {advertised}, not at {address}"
         return bad(text, "something overrides ROS_IP; run swarmctl deploy, then restart the unit")
     if robot.command not in seen.hears:
@@ -195,7 +195,8 @@ def _with(text: str, status: str) -> str:
     return f"{text}: {status}" if status else text
 
 
-def _host_of(uri: str) -> str:
+def host_of(uri: str) -> str:
+    """The host in a node's URI, or all of what is none."""
     try:
         return urlsplit(uri).hostname or uri
     except ValueError:

@@ -35,6 +35,11 @@ def program_node(program: str, robot: str | None) -> str:
     return f"{namespace(robot) if robot else ''}/{program.replace('-', '_')}"
 
 
+def multimaster_node(island: str) -> str:
+    """Our own node that joins an island's master to others; all of them know it by this name."""
+    return f"/multimaster_{island.replace('-', '_')}"
+
+
 def resolved(name: str, node: str, remap: Mapping[str, str]) -> str:
     """The full name of what ``node`` calls ``name``: relative, global or private (wiki.ros.org/Names)."""
     full = _full(name, node)

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from rich.text import Text
 
-from swarmctl.health.diagnose import Finding
+from swarmctl.health.findings import Finding
 from swarmctl.health.probe import UnitSeen
-from swarmctl.health.status import HostRow, RobotRow, Status, TopicRow
+from swarmctl.health.status import BridgeRow, HostRow, RobotRow, Status, TopicRow
 from swarmctl.health.verdicts import LOWEST_SHARE, State
 from swarmctl.topology.interfaces import DIAGNOSTICS
 from swarmctl.views.text import printable
@@ -98,7 +98,7 @@ def _host(host: HostRow) -> tuple[State, tuple[str, ...]]:
         _clean(host.release or "none", _WIDEST),
         units,
         _master(host),
-        "",
+        _heard(host.bridges),
     )
 
 
@@ -107,6 +107,16 @@ def _master(host: HostRow) -> str:
         return "no master"
     latency = f"{host.master.latency * 1000:.1f} ms"
     return f"hub, {latency}" if host.is_hub else latency
+
+
+def _heard(bridges: Sequence[BridgeRow]) -> str:
+    """What crosses to this hub: how many topics, from which islands, and which of them do not arrive."""
+    if not bridges:
+        return ""
+    wrong = [one.topic for one in bridges if one.state not in (State.OK, State.SKIPPED)]
+    islands = ", ".join(dict.fromkeys(one.origin for one in bridges))
+    heard = f"{len(bridges) - len(wrong)}/{_many(len(bridges), 'topic')} of {islands}"
+    return _clean(f"hears {heard}" + (f", not {', '.join(wrong)}" if wrong else ""), _LONGEST)
 
 
 def _robot(robot: RobotRow) -> tuple[State, tuple[str, ...]]:

@@ -128,6 +128,8 @@ class FakeRos:
 
     nodes: dict[str, str] = field(default_factory=dict)
     publishers: dict[str, list[str]] = field(default_factory=dict)
+    subscribers: dict[str, list[str]] = field(default_factory=dict)
+    types: dict[str, str] = field(default_factory=dict)
     calls: list[str] = field(default_factory=list)
 
     def functions(self) -> dict[str, Callable[..., Any]]:
@@ -135,12 +137,18 @@ class FakeRos:
             uri = self.nodes.get(name)
             return [1, "", uri] if uri else [-1, f"unknown node [{name}]", ""]
 
-        state = [[topic, names] for topic, names in self.publishers.items()]
+        def state(caller: str) -> list[Any]:
+            sides = (self.publishers, self.subscribers)
+            return [1, "", [*([list(pair) for pair in side.items()] for side in sides), []]]
+
         return {
             "getPid": self._noted("getPid", lambda caller: [1, "", 4711]),
             "getParam": self._noted("getParam", lambda caller, name: [1, "", "run-1"]),
             "lookupNode": self._noted("lookupNode", lookup),
-            "getSystemState": self._noted("getSystemState", lambda caller: [1, "", [state, [], []]]),
+            "getSystemState": self._noted("getSystemState", state),
+            "getTopicTypes": self._noted(
+                "getTopicTypes", lambda caller: [1, "", [list(pair) for pair in self.types.items()]]
+            ),
         }
 
     def _noted(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:

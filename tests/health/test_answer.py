@@ -70,6 +70,7 @@ def test_a_host_is_asked_about_its_own_part() -> None:
         "nodes": [
             {"name": "/k3/driver", "topics": {"/k3/odom": 2.0, "/k3/proximity": 2.0, "/diagnostics": 2.5}}
         ],
+        "graph": None,
         "commands": [],
         "devices": ["/dev/swarm/k3"],
     }

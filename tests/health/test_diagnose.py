@@ -33,7 +33,8 @@ from swarm_values import (
     with_unit,
 )
 
-from swarmctl.health.diagnose import Diagnosis, diagnose
+from swarmctl.health.diagnose import diagnose
+from swarmctl.health.findings import Diagnosis
 from swarmctl.health.probe import Report
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError, Kind

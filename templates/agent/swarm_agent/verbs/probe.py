@@ -1,9 +1,10 @@
 """``probe``: how the host's part of the swarm is doing, without changing or joining anything.
 
 Request: ``swarm``, ``units``, ``master`` (a URI), ``nodes`` (each with ``name`` and ``topics``: name to
-seconds of listening), ``commands`` (topics whose publishers are asked of the master), ``devices``.
-Answer: ``release``, ``units``, ``master``, ``nodes``, ``commanders``, ``devices``, ``time``, ``boot_id`` and
-``troubles``: what could not be found out, and why. One part that fails costs only itself.
+seconds of listening), ``commands`` (topics whose publishers are asked of the master), ``graph`` (see
+``probe_graph``; none where there is one island), ``devices``.
+Answer: ``release``, ``units``, ``master``, ``nodes``, ``commanders``, ``graph``, ``devices``, ``time``,
+``boot_id`` and ``troubles``: what could not be found out, and why. One part that fails costs only itself.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from swarm_agent import systemd
 from swarm_agent.errors import RefusedError
 from swarm_agent.home import Home
 from swarm_agent.manifest import swarm_name
+from swarm_agent.verbs import probe_graph
 from swarm_agent.verbs import probe_ros as ros
 from swarm_agent.verbs.probe_ros import PeerError, clipped
 from swarm_agent.wire import Report
@@ -125,6 +127,8 @@ async def _master_and_nodes(request: Mapping[str, Any], answer: dict[str, Any]) 
     works = [_node(uri, one, answer["nodes"]) for one in request["nodes"][:_MOST_NODES]]
     if request["commands"]:
         works.append(_commanders(uri, request["commands"], answer))
+    if request.get("graph"):
+        works.append(_graph(uri, request["graph"], answer))
     await asyncio.gather(*works)
 
 
@@ -158,6 +162,13 @@ async def _commanders(uri: str, topics: Sequence[str], answer: dict[str, Any]) -
         answer["troubles"]["commanders"] = "the master's system state makes no sense"
     else:
         answer["commanders"] = {topic: found.get(topic, []) for topic in topics}
+
+
+async def _graph(uri: str, asked: Mapping[str, Any], answer: dict[str, Any]) -> None:
+    try:
+        answer["graph"] = await probe_graph.look(uri, asked)
+    except PeerError as error:
+        answer["troubles"]["graph"] = str(error)
 
 
 async def _node(master_uri: str, asked: Mapping[str, Any], answers: dict[str, Any]) -> None:

@@ -1,0 +1,109 @@
+"""What was found about a swarm: findings, each tied to what explains it, and what they come to. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from swarmctl.health.expected import ExpectedHost, ExpectedRobot
+from swarmctl.health.verdicts import State, Verdict
+
+HOST = "host"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found about one subject (a host, a unit, a robot, a topic).
+
+    ``cause`` is the key of the finding that explains this one; ``host`` and ``robot`` are what it belongs to.
+    """
+
+    check: str
+    subject: str
+    state: State
+    message: str
+    hint: str = ""
+    host: str = ""
+    robot: str = ""
+    cause: str | None = None
+
+    @property
+    def key(self) -> str:
+        return f"{self.check} {self.subject}"
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """All findings; each comes after those that may explain it."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def troubles(self) -> tuple[Finding, ...]:
+        """What makes a swarm unhealthy: whatever is bad, and what is unknown without a known reason."""
+        return tuple(
+            one
+            for one in self.findings
+            if one.state is State.BAD or (one.state is State.UNKNOWN and one.cause is None)
+        )
+
+    @property
+    def healthy(self) -> bool:
+        return not self.troubles
+
+    @property
+    def only_unreachable(self) -> bool:
+        """Whether nothing is wrong but that hosts do not answer."""
+        return not self.healthy and all(one.check == HOST for one in self.troubles)
+
+    def explained(self) -> tuple[tuple[Finding, tuple[Finding, ...]], ...]:
+        """Every cause that is not ok, each with its symptoms."""
+        symptoms: dict[str, list[Finding]] = {}
+        for one in self.findings:
+            if one.cause is not None:
+                symptoms.setdefault(one.cause, []).append(one)
+        return tuple(
+            (one, tuple(symptoms.get(one.key, ())))
+            for one in self.findings
+            if one.cause is None and one.state is not State.OK
+        )
+
+
+class Findings:
+    """Findings as they come, each tied to what explains it."""
+
+    def __init__(self) -> None:
+        self.by_key: dict[str, Finding] = {}
+
+    def add(
+        self,
+        check: str,
+        subject: str,
+        verdict: Verdict,
+        *,
+        host: ExpectedHost | None = None,
+        robot: ExpectedRobot | None = None,
+        after: Iterable[str] = (),
+    ) -> str:
+        """File a verdict; return its key. If it is not ok, the first in ``after`` that is not explains it."""
+        owner = robot or host
+        judged = verdict.bearable() if owner is not None and owner.optional else verdict
+        finding = Finding(
+            check,
+            subject,
+            judged.state,
+            judged.message,
+            judged.hint,
+            host=robot.host if robot else host.name if host else "",
+            robot=robot.name if robot else "",
+            cause=None if judged.fine else self._root_of(after),
+        )
+        self.by_key[finding.key] = finding
+        return finding.key
+
+    def _root_of(self, keys: Iterable[str]) -> str | None:
+        for key in keys:
+            one = self.by_key.get(key)
+            if one is not None and one.state is not State.OK:
+                return one.cause or one.key
+        return None
