@@ -110,8 +110,8 @@ def remove(
 def look(host: agent.Conversation, bundle: Bundle, *, contents: bool = False) -> Observed:
     """Ask the host what it runs."""
     request = {"verb": "observe", "swarm": bundle.swarm, "know": bundle.digest, "contents": contents}
-    if bundle.requires:
-        request["requires"] = bundle.requires
+    if bundle.asks:
+        request["requires"] = bundle.asks
     return from_answer(host.ask(request), bundle)
 
 

@@ -54,12 +54,15 @@ class File:
 class Unit:
     """A systemd unit, in start order. It restarts when, and only when, one of the files it ``needs`` changes.
 
-    ``robot`` names the robot that must stand still before this unit is stopped, if it drives one.
+    ``robot`` names the robot that must stand still before this unit is stopped, if it drives one; ``program``
+    the program that it runs; ``packages`` the ROS packages without which it is skipped.
     """
 
     name: str
     needs: tuple[str, ...]
     robot: str = ""
+    program: str = ""
+    packages: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,12 @@ class Bundle:
     links: Mapping[str, str] = field(default_factory=dict)
     blocks: Mapping[str, str] = field(default_factory=dict)
     requires: tuple[str, ...] = ()
+
+    @property
+    def asks(self) -> tuple[str, ...]:
+        """What the host is asked for: all that it must have, and what optional programs would need."""
+        wished = (package(name) for unit in self.units for name in unit.packages)
+        return tuple(dict.fromkeys((*self.requires, *wished)))
 
     @property
     def home(self) -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.render import multimaster, ros1
+from swarmctl.render import multimaster, programs, ros1
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.templates import render
 from swarmctl.topology import names
 from swarmctl.topology.address import ip_of
-from swarmctl.topology.swarm import Host, Swarm, UsbLine
+from swarmctl.topology.swarm import Host, Island, Swarm, UsbLine
 
 _SYSTEMD = "/etc/systemd/system"
 _UDEV = "/etc/udev/rules.d"
@@ -28,11 +28,16 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
 def _bundle(swarm: Swarm, host: Host, hosts_block: File) -> Bundle:
     """Everything that ``host`` gets, with what is the same for all."""
     island = swarm.island_of(host.name)
-    unit_files = [*ros1.units(swarm, host, island), *multimaster.units(swarm, host, island)]
+    unit_files = [
+        *ros1.units(swarm, host, island),
+        *multimaster.units(swarm, host, island),
+        *programs.units(swarm, host),
+    ]
     target = names.target(swarm.name)
     files = [
         *ros1.files(swarm, host, island),
         *multimaster.files(swarm, host, island),
+        *programs.files(swarm, host),
         *(file for file, _ in unit_files),
     ]
     files.append(_target_file(swarm, target, [unit for _, unit in unit_files]))
@@ -50,8 +55,17 @@ def _bundle(swarm: Swarm, host: Host, hosts_block: File) -> Bundle:
         units=(*(unit for _, unit in unit_files), Unit(target, ())),
         links=links,
         blocks={"/etc/hosts": "hosts/block"},
-        requires=(*ros1.requires(swarm, host, island), *multimaster.requires(swarm, host, island)),
+        requires=_requires(swarm, host, island),
     )
+
+
+def _requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
+    found = (
+        *ros1.requires(swarm, host, island),
+        *multimaster.requires(swarm, host, island),
+        *programs.requires(swarm, host),
+    )
+    return tuple(dict.fromkeys(found))
 
 
 def _target_file(swarm: Swarm, target: str, units: list[Unit]) -> File:

@@ -7,6 +7,8 @@ from typing import Any
 
 import yaml
 
+_ANGLES = ("deg(", "rad(")  # `deg(90)` without quotes is a number to rosparam
+
 
 def params_file(data: Mapping[str, Any]) -> bytes:
     """The content of a parameter file, short lists on one line."""
@@ -17,11 +19,12 @@ def params_file(data: Mapping[str, Any]) -> bytes:
 
 
 class _Dumper(yaml.SafeDumper):
-    """YAML as people write it: text with control characters in double quotes."""
+    """YAML as people write it: what holds control characters, or is a number to roslaunch, in quotes."""
 
 
 def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:
-    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if text.isprintable() else '"')
+    plain = text.isprintable() and not text.startswith(_ANGLES)
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if plain else '"')
 
 
 _Dumper.add_representer(str, _text)

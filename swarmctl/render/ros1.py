@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
 from typing import Any
 
-from swarmctl import resources
+from swarmctl.render import shipped
 from swarmctl.render.bundle import ROOT, File, Unit, workspace
 from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
@@ -26,14 +25,14 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     environment = _environment(swarm, host, island)
     yield File(ENVIRONMENT, render("ros.env", **environment), origin=f"hosts.{host.name}")
     yield File("setup.bash", render("setup.bash", **environment), origin=f"hosts.{host.name}")
-    yield File("env/python_logging.conf", _shipped("host/python_logging.conf"))
-    yield File("bin/ros-exec", _shipped("host/ros-exec"), 0o755)
+    yield File("env/python_logging.conf", shipped.text("host/python_logging.conf"))
+    yield File("bin/ros-exec", shipped.text("host/ros-exec"), 0o755)
     if host.name == island.hub:
         for program in _MASTER_HELPERS:
-            yield File(program, _shipped(program.replace("bin/", "host/")), 0o755)
+            yield File(program, shipped.text(program.replace("bin/", "host/")), 0o755)
     robots = swarm.robots_on(host.name)
     if robots:
-        yield from _driver_files()
+        yield from shipped.folder("drivers")
         yield File(
             "launch/swarm.launch",
             render("swarm.launch", home=_home(swarm), robots=[one.name for one in robots]),
@@ -127,7 +126,7 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
         runtime=names.runtime_folder(swarm.name, robot.name),
     )
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
-    drivers = tuple(one.path for one in _driver_files())
+    drivers = tuple(one.path for one in shipped.folder("drivers"))
     needs = (file.path, *RUNNING, _params_path(robot), *drivers)
     return file, Unit(name, needs, robot=robot.name)
 
@@ -161,23 +160,3 @@ def _home(swarm: Swarm) -> str:
 
 def _params_path(robot: Robot) -> str:
     return f"params/{robot.name}.yaml"
-
-
-@cache
-def _driver_files() -> tuple[File, ...]:
-    """The driver package as it is shipped; scripts stay executable."""
-    folder = resources.templates() / "drivers"
-    return tuple(
-        File(
-            f"drivers/{path.relative_to(folder)}",
-            path.read_bytes(),
-            0o755 if path.stat().st_mode & 0o100 else 0o644,
-        )
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and "__pycache__" not in path.parts and path.suffix != ".pyc"
-    )
-
-
-@cache
-def _shipped(path: str) -> bytes:
-    return (resources.templates() / path).read_bytes()

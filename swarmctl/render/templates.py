@@ -85,6 +85,14 @@ def xml(value: Any) -> str:
     return quoteattr(text)
 
 
+def word(value: Any) -> str:
+    """A name that needs no quoting in any format: of a package, of a file."""
+    text = _plain(value)
+    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} is no plain name")
+    return text
+
+
 def udev(value: Any) -> str:
     """A value between quotes in a udev rule; only what needs no escaping passes."""
     text = _plain(value)
@@ -141,6 +149,7 @@ def _environment(ending: str) -> jinja2.Environment:
     )
     environment.filters["sentence"] = lambda value: _Literal(sentence(value))
     environment.filters["name"] = lambda value: _Literal(variable(value))
+    environment.filters["word"] = lambda value: _Literal(word(value))
     return environment
 
 

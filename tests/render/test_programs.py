@@ -1,0 +1,155 @@
+"""Programs in a release: the exact bytes of one of each kind, and what their readers make of them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+import yaml
+
+from swarmctl.checks.check import read
+from swarmctl.render.bundle import Bundle, File, Unit
+from swarmctl.render.host import bundles
+
+SPEC = Path(__file__).with_name("programs.yaml")
+GOLDEN = Path(__file__).parent / "golden/programs"
+PROGRAMS = ("joystick", "keys", "wander", "map")
+
+
+def rendered_of(spec: Path) -> Mapping[str, Bundle]:
+    swarm, found = read(spec)
+    assert swarm is not None, found
+    return bundles(swarm)
+
+
+@pytest.fixture(scope="module")
+def rendered() -> Mapping[str, Bundle]:
+    return rendered_of(SPEC)
+
+
+def files_of(bundle: Bundle) -> dict[str, File]:
+    return {file.path: file for file in bundle.files}
+
+
+def unit_of(bundle: Bundle, program: str) -> Unit:
+    return next(unit for unit in bundle.units if unit.program == program)
+
+
+def parts(file: File) -> set[str]:
+    """The words of a file's name: `units/swarm-prog.map.service` is of `map`."""
+    return set(Path(file.path).name.split("."))
+
+
+def test_golden(
+    rendered: Mapping[str, Bundle], golden: Callable[[Path, str], None], regenerating: bool
+) -> None:
+    if regenerating:
+        shutil.rmtree(GOLDEN, ignore_errors=True)
+    expected = set()
+    for host, bundle in rendered.items():
+        for file in bundle.files:
+            if parts(file) & set(PROGRAMS) and not file.path.startswith("teleop/"):
+                golden(GOLDEN / host / file.path, file.content.decode())
+                expected.add(f"{host}/{file.path}")
+    assert {str(one.relative_to(GOLDEN)) for one in GOLDEN.rglob("*") if one.is_file()} == expected
+
+
+def test_a_host_gets_only_what_its_own_programs_need(rendered: Mapping[str, Bundle]) -> None:
+    laptop, pi = (set(files_of(rendered[host])) for host in ("laptop", "pi"))
+    assert {"bin/ros-client", "bin/has-packages", "bin/keys", "teleop/settings.yaml"} <= laptop
+    assert "bin/ros-client" in pi
+    assert not any(path.startswith("teleop/") or path == "bin/has-packages" for path in pi)
+
+
+def test_a_program_for_a_person_at_a_terminal_has_a_command_and_no_unit(
+    rendered: Mapping[str, Bundle],
+) -> None:
+    laptop = rendered["laptop"]
+    assert not [unit for unit in laptop.units if unit.program == "keys"]
+    command = files_of(laptop)["bin/keys"]
+    assert command.mode == 0o755
+    subprocess.run(["bash", "-n"], input=command.content, check=True)
+
+
+def test_a_shipped_program_is_told_its_node_and_where_its_robots_listen(
+    rendered: Mapping[str, Bundle],
+) -> None:
+    params = yaml.safe_load(files_of(rendered["laptop"])["params/joystick.yaml"].content)
+    assert params["node"] == "/joystick"
+    assert params["targets"] == [
+        {"robot": "koala", "topic": "/koala/cmd_vel"},
+        {"robot": "k-3", "topic": "/k_3/cmd_vel"},
+    ]
+    assert params["params"] == {"device": "/dev/input/js0"}
+
+
+def test_parameters_keep_type_and_text(rendered: Mapping[str, Bundle]) -> None:
+    params = yaml.safe_load(files_of(rendered["pi"])["params/wander.yaml"].content)
+    assert params == {
+        "speed": 0.1, "small": 1e-05, "on": True, "text": "deg(90) $(reboot)", "id": "007", "gain/p": 2
+    }  # fmt: skip
+    assert [type(value) for value in params.values()] == [float, float, bool, str, str, int]
+
+
+def test_launch_files_put_a_node_into_its_robots_namespace(rendered: Mapping[str, Bundle]) -> None:
+    (group,) = ET.fromstring(files_of(rendered["pi"])["launch/wander.launch"].content)
+    node = group.find("node")
+    assert group.get("ns") == "k_3"
+    assert node is not None
+    assert (node.get("pkg"), node.get("type"), node.get("name")) == ("wander", "wander.py", "wander")
+    assert {one.get("name"): one.get("value") for one in group.iter("env")} == {
+        "LANG": "C.UTF-8", "NOTE": 'a "b" & c'
+    }  # fmt: skip
+
+
+def test_a_launch_file_gets_arguments(rendered: Mapping[str, Bundle]) -> None:
+    (include,) = ET.fromstring(files_of(rendered["laptop"])["launch/map.launch"].content).iter("include")
+    assert include.get("file") == "$(find gmapping)/launch/map.launch"
+    assert {one.get("name"): one.get("value") for one in include} == {
+        "delta": "0.05", "frame": "map & more", "deep": "true"
+    }  # fmt: skip
+
+
+def test_what_is_optional_is_asked_for_and_not_required(rendered: Mapping[str, Bundle]) -> None:
+    laptop, pi = rendered["laptop"], rendered["pi"]
+    assert unit_of(laptop, "map").packages == ("gmapping", "tf")
+    assert not {"package:gmapping", "package:tf"} & set(laptop.requires)
+    assert {"package:gmapping", "package:tf"} <= set(laptop.asks)
+    assert "package:wander" in pi.requires
+
+
+def test_a_changed_parameter_restarts_its_program_alone(
+    rendered: Mapping[str, Bundle], tmp_path: Path
+) -> None:
+    spec = tmp_path / "swarm.yaml"
+    spec.write_text(SPEC.read_text("utf-8").replace("speed: 0.1", "speed: 0.2"), "utf-8")
+    before, after = (one["pi"].manifest["units"] for one in (rendered, rendered_of(spec)))
+    changed = [one["name"] for one, other in zip(before, after, strict=True) if one != other]
+    assert changed == ["swarm-prog.wander.service"]
+
+
+def test_every_need_is_a_file_of_the_bundle(rendered: Mapping[str, Bundle]) -> None:
+    for bundle in rendered.values():
+        assert len(files_of(bundle)) == len(bundle.files)
+        assert {path for unit in bundle.units for path in unit.needs} <= set(files_of(bundle))
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
+def test_what_swarmctl_ships_is_shut_in_and_what_it_does_not_is_held_back(
+    rendered: Mapping[str, Bundle], tmp_path: Path
+) -> None:
+    limits = {"joystick": 2.0, "map": 8.2}  # a user's program keeps the user's rights, and gains none
+    for program, limit in limits.items():
+        file = files_of(rendered["laptop"])[f"units/swarm-prog.{program}.service"]
+        path = tmp_path / Path(file.path).name
+        path.write_bytes(file.content)
+        ran = subprocess.run(
+            ["systemd-analyze", "security", "--offline=true", f"--threshold={limit * 10:.0f}", "--json=short",
+             "--no-pager", str(path)], capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert ran.returncode == 0, [one for one in json.loads(ran.stdout or "[]") if one.get("exposure")]
