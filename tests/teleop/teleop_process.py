@@ -46,6 +46,7 @@ class World:
     def __init__(self, folder: Path, node: str, **params: Any) -> None:
         self.folder = folder
         self.config = folder / "params.yaml"
+        self.log = folder / "log"
         targets = [{"robot": name, "topic": f"/{name}/cmd_vel"} for name in ROBOTS]
         self.config.write_text(yaml.safe_dump({"node": node, "targets": targets, "params": params}))
         os.mkfifo(folder / "joy")
@@ -86,11 +87,13 @@ class Joystick:
         self.path = path
         self._file = -1
 
-    def plug(self, axes: int = 2, buttons: int = 8) -> None:
-        os.mkfifo(self.path)
-        self._file = os.open(self.path, os.O_RDWR)
+    def plug(self, axes: int = 2, buttons: int = 8, held: tuple[int, ...] = ()) -> None:
+        hidden = self.path.with_suffix(".hidden")
+        os.mkfifo(hidden)
+        self._file = os.open(hidden, os.O_RDWR)
         self.send(*((0, 0x82, number) for number in range(axes)))
-        self.send(*((0, 0x81, number) for number in range(buttons)))
+        self.send(*((int(number in held), 0x81, number) for number in range(buttons)))
+        hidden.rename(self.path)  # there all at once, as a device is
 
     def unplug(self) -> None:
         self.path.unlink()
@@ -183,15 +186,14 @@ def a_world(folder: Path, node: str = "/joystick", **params: Any) -> Iterator[Wo
 
 
 @contextmanager
-def joystick_program(world: World) -> Iterator[subprocess.Popen[str]]:
-    process = subprocess.Popen(
-        world.command("teleop_joy.py"), stderr=subprocess.PIPE, text=True, env=world.environment
-    )
+def joystick_program(world: World) -> Iterator[subprocess.Popen[bytes]]:
+    with world.log.open("w") as log:
+        process = subprocess.Popen(world.command("teleop_joy.py"), stderr=log, env=world.environment)
     try:
         yield process
     finally:
         process.kill()
-        process.communicate()
+        process.wait()
 
 
 @contextmanager

@@ -15,8 +15,9 @@ from swarmctl.spec.shipped import shipped
 ROBOTS = ("koala", "k3", "epuck")
 DEFAULTS = {name: setting.default for name, setting in shipped()["teleop-joy"].items()}
 ARMED = Hand(armed=True)
-AXES = st.lists(st.floats(width=32) | st.sampled_from([0.0, 1.0, -1.0, math.nan, math.inf]), max_size=4)
-BUTTONS = st.lists(st.integers(-1, 2), max_size=8)
+AXIS = st.floats(-3, 3) | st.sampled_from([0.0, 1.0, -1.0, math.nan, math.inf, -math.inf, 1e30])
+AXES = st.lists(AXIS, min_size=2, max_size=2) | st.lists(AXIS, max_size=4)
+BUTTONS = st.lists(st.sampled_from([0, 1]), min_size=8, max_size=8) | st.lists(st.integers(-1, 2), max_size=8)
 
 
 def told(**changes) -> Settings:
@@ -33,21 +34,20 @@ CHANGES = st.fixed_dictionaries(
 )
 
 
-@given(axes=AXES, buttons=BUTTONS, changes=CHANGES, armed=st.booleans(), age=st.floats(0, 3))
-def test_any_joystick_drives_within_the_scales_and_only_while_the_button_is_held(
-    axes, buttons, changes, armed, age
-):
+@given(axes=st.tuples(AXIS, AXIS), held=st.sets(st.integers(0, 7)), changes=CHANGES)
+def test_any_axes_drive_within_the_scales(axes, held, changes):
     settings = told(**changes)
-    state = noticed(None, axes, buttons, 0.0)
-    hand, twist, _ = look(settings, ROBOTS, Hand(armed=armed), state, age)
-    if twist is None:
-        return
-    assert armed
-    assert age <= settings.joy_timeout
-    assert buttons[settings.deadman_button] != 0
-    assert abs(twist.linear) <= max(abs(settings.linear_scale), settings.turbo_linear_scale)
-    assert abs(twist.angular) <= settings.turbo_angular_scale
-    assert hand.armed
+    twist = look(settings, ROBOTS, ARMED, pad(axes, {*held, settings.deadman_button}), 0.5)[1]
+    assert (twist is not None) == all(map(math.isfinite, axes))
+    assert twist is None or abs(twist.linear) <= max(abs(settings.linear_scale), settings.turbo_linear_scale)
+    assert twist is None or abs(twist.angular) <= settings.turbo_angular_scale
+
+
+@given(axes=AXES, buttons=BUTTONS, changes=CHANGES, age=st.floats(0, 1))
+def test_nothing_drives_without_the_dead_mans_button(axes, buttons, changes, age):
+    settings = told(**changes)
+    free = [0 if number == settings.deadman_button else value for number, value in enumerate(buttons)]
+    assert look(settings, ROBOTS, ARMED, noticed(None, axes, free, 0.0), age)[1] is None
 
 
 @given(looks=st.lists(st.tuples(st.none() | st.tuples(AXES, BUTTONS), st.floats(0, 1)), max_size=40))

@@ -52,6 +52,11 @@ def drive_by_topic(world):
     driving(world)
 
 
+def said(world, word):
+    """How often the program has said so."""
+    return sum(line.startswith(word) for line in world.log.read_text().splitlines())
+
+
 def test_a_joystick_drives_all_robots_until_the_button_is_let_go(tmp_path):
     with a_world(tmp_path) as world, joystick_program(world):
         drive_by_topic(world)
@@ -62,11 +67,10 @@ def test_a_joystick_drives_all_robots_until_the_button_is_let_go(tmp_path):
 
 
 def test_a_joy_node_that_repeats_nothing_is_noticed(tmp_path):
-    with a_world(tmp_path) as world, joystick_program(world) as program:
+    with a_world(tmp_path) as world, joystick_program(world):
         drive_by_topic(world)
         stopped(world)
-        program.terminate()
-        assert "autorepeat_rate" in program.communicate(timeout=10)[1]
+        assert "autorepeat_rate" in world.log.read_text()
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
@@ -106,10 +110,10 @@ def stick():
 def test_a_joystick_of_the_kernel_that_vanishes_stops_and_must_be_let_go_once_when_it_is_back(
     stick, tmp_path
 ):
-    with a_world(tmp_path, device=str(stick.path)) as world, joystick_program(world) as program:
-        wait_for(world.said)
+    with a_world(tmp_path, device=str(stick.path)) as world, joystick_program(world):
+        wait_for(lambda: said(world, "waits"))
         stick.plug()
-        time.sleep(1.2)  # it looks once a second
+        wait_for(lambda: said(world, "ready"))
         stick.push(1, -32767)
         stick.press(DEADMAN)
         driving(world)
@@ -118,26 +122,15 @@ def test_a_joystick_of_the_kernel_that_vanishes_stops_and_must_be_let_go_once_wh
         stick.unplug()
         stopped(world)
         before = len(world.told())
-        stick.plug()
+        stick.plug(held=(DEADMAN,))
         stick.push(1, -32767)
-        stick.press(DEADMAN)
-        time.sleep(1.5)
+        wait_for(lambda: said(world, "let go"))
         assert len(world.told()) == before
         stick.press(DEADMAN, down=False)
-        time.sleep(0.15)
+        wait_for(lambda: said(world, "ready") == 2)
         stick.press(DEADMAN)
         wait_for(lambda: AHEAD in world.told()[before:])
-        program.terminate()
-        said = program.communicate(timeout=10)[1].splitlines()
-        assert said == [
-            f"waits for the joystick: {stick.path}: it is not plugged in",
-            "ready: hold the dead-man button to drive",
-            "drives koala, epuck",
-            f"waits for the joystick: {stick.path}: it is not plugged in",
-            "let go of the dead-man button once",
-            "ready: hold the dead-man button to drive",
-            "drives koala, epuck",
-        ]
+        assert f"waits for the joystick: {stick.path}: it is not plugged in\n" in world.log.read_text()
 
 
 def test_a_program_whose_master_is_away_can_be_ended(tmp_path):

@@ -11,6 +11,7 @@ from types import TracebackType
 
 _IFLAG, _LFLAG, _CC = 0, 3, 6
 _DISABLED = b"\x00"
+_WIDTH = 80  # where a terminal does not say
 
 
 class Terminal:
@@ -40,7 +41,7 @@ class Terminal:
 
     @property
     def width(self) -> int:
-        return shutil.get_terminal_size().columns
+        return shutil.get_terminal_size().columns or _WIDTH
 
     def read(self, seconds: float) -> bytes | None:
         """What was typed within that time; nothing at all once the terminal is gone."""
