@@ -1,0 +1,212 @@
+"""The node at work: one task a peer, one for the own master. A peer that fails costs only its own task."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import sys
+import time
+from dataclasses import replace
+from typing import Callable, Mapping, Sequence
+
+from swarm_sync import contact as contacts
+from swarm_sync import reconcile
+from swarm_sync.config import Config, Peer
+from swarm_sync.contact import Contact, Offer, Refusal, State
+from swarm_sync.diagnostics import TOPIC, TYPE, Status, status_of
+from swarm_sync.graph import RECORD, Entry, Graph, Record
+from swarm_sync.master import Master
+from swarm_sync.rpc import Call, NonsenseError, PeerError
+
+_PATIENCE = 10.0  # s until a peer that talked nonsense is asked again
+_SHORTEST_WAIT = 0.1  # s between two looks at a peer, however often it calls
+_ROUNDS = 8  # of looking and doing, until the own master has what it should have
+_FAREWELL = 3.0  # s
+
+
+class Bridge:
+    """Brings what the peers offer to the own master. ``uri`` is where this node's slave API is."""
+
+    def __init__(self, config: Config, uri: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self.config, self._uri, self._clock = config, uri, clock
+        self._types = reconcile.types_of(config)
+        self._own = Master(config.master, config.node)
+        self._masters = {peer.island: Master(peer.master, config.node, peer.hears) for peer in config.peers}
+        self._wakes = {peer.island: asyncio.Event() for peer in config.peers}
+        self._news = asyncio.Event()
+        self._brought: Mapping[Entry, str] | None = None  # not known before the own master was seen
+        self._former: dict[str, asyncio.Future[None]] = {}  # masters of an earlier configuration
+        self._problem = "not heard yet"
+        self._refusals: tuple[Refusal, ...] = ()
+        self._contacts = {peer.island: Contact(clock()) for peer in config.peers}
+
+    async def run(self) -> None:
+        """For ever."""
+        await asyncio.gather(self._tend_own(), *(self._tend(peer) for peer in self.config.peers))
+
+    def wake(self, topic: str) -> None:
+        """A master says that ``topic`` has other publishers now."""
+        for peer in self.config.peers:
+            if topic in peer.hears:
+                self._wakes[peer.island].set()
+
+    def status(self) -> Status:
+        offers = (refusal for one in self._contacts.values() for refusal in one.offer.refusals)
+        refusals = (*offers, *self._refusals)
+        return status_of(self.config, self._contacts, self._problem, refusals, self._clock())
+
+    async def _tend(self, peer: Peer) -> None:
+        while True:
+            patience = await self.visit(peer)
+            await asyncio.sleep(_SHORTEST_WAIT)
+            await _within(patience, self._wakes[peer.island])
+
+    async def visit(self, peer: Peer) -> float:
+        """Ask a peer once what it offers; s until it should be asked again."""
+        try:
+            offer = await self._look_at(peer)
+        except PeerError as error:
+            self._change(peer, contacts.missed(self._contacts[peer.island], str(error)))
+            return _PATIENCE if isinstance(error, NonsenseError) else self.config.period
+        one = self._contacts[peer.island]
+        self._change(peer, contacts.met(one, offer, self._clock(), self.config.silent_after))
+        return self.config.period
+
+    async def _look_at(self, peer: Peer) -> Offer:
+        """What the peer offers now; sees to it that its master tells us of changes."""
+        master, me = self._masters[peer.island], self.config.node
+        graph = await master.look(lambda seen: reconcile.names_wanted(peer, seen))
+        missing, extra = reconcile.subscriptions(peer, graph, me, self._uri)
+        calls: list[Call] = [("unregisterSubscriber", me, topic, uri) for topic, uri in extra]
+        calls += [("registerSubscriber", me, topic, peer.hears[topic], self._uri) for topic in missing]
+        await master.do(calls)
+        return reconcile.offer_of(peer, graph)
+
+    def _change(self, peer: Peer, now: Contact) -> None:
+        before, self._contacts[peer.island] = self._contacts[peer.island], now
+        if before.offer.entries != now.offer.entries or before.healed != now.healed:
+            self._news.set()
+        if before.offer.refusals != now.offer.refusals:
+            _say_refusals(peer.island, now.offer.refusals)
+        if (before.heard is None, before.problem) != (now.heard is None, now.problem):
+            _say(f"island {peer.island}: {now.problem or State.CONNECTED.value}")
+
+    async def _tend_own(self) -> None:
+        while True:
+            await self.settle()
+            await _within(self.config.period, self._news)
+
+    async def settle(self) -> None:
+        """Bring the own master to where it should be, if it lets us."""
+        problem = ""
+        try:
+            await self._settle()
+        except PeerError as error:
+            problem = str(error)
+        if problem != self._problem:
+            _say(f"own master: {problem or State.CONNECTED.value}")
+        self._problem = problem
+
+    async def _settle(self) -> None:
+        """Look at the own master and do what is missing, until nothing is."""
+        now = self._clock()
+        due = frozenset(name for name, one in self._contacts.items() if contacts.renewal_due(one, now))
+        for _ in range(_ROUNDS):
+            own = await self._own.look(lambda seen: self._names_at_home(seen.record))
+            if self._brought is None:
+                self._take_over(own.record)
+            calls = self._missing_at(own, due)
+            if not calls:
+                return
+            if any(code != 1 for code, _ in await self._own.do(calls)):
+                raise PeerError("it refused what it was told")
+            for name in due:
+                self._contacts[name] = contacts.renewed(self._contacts[name], now)
+            due = frozenset()
+
+    def _names_at_home(self, record: Record) -> frozenset[str]:
+        brought = record.entries if self._brought is None else self._brought
+        offered = (entry for one in self._contacts.values() for entry in one.offer.entries)
+        return frozenset(entry.node for entry in (*brought, *offered))
+
+    def _take_over(self, record: Record) -> None:
+        """What an earlier run left behind is ours: it stays until its peer is heard, or too long away."""
+        self._brought = dict(record.entries)
+        for peer in self.config.peers:
+            one = self._contacts[peer.island]
+            left = {entry for entry, island in record.entries.items() if island == peer.island}
+            if one.heard is None:
+                kept = frozenset(entry for entry in left if reconcile.may_come(peer, entry))
+                self._contacts[peer.island] = replace(one, offer=Offer(kept))
+        for uri in record.masters - {peer.master for peer in self.config.peers}:
+            self._former[uri] = asyncio.ensure_future(self._leave_former(uri))
+
+    def _missing_at(self, own: Graph, due: frozenset[str]) -> list[Call]:
+        """What to tell the own master, in this order."""
+        me, now, brought = self.config.node, self._clock(), self._brought or {}
+        offers = [(name, contacts.offered_by(one, now, self.config)) for name, one in self._contacts.items()]
+        wanted, clashes = reconcile.wanted_from(offers, brought)
+        renew = {entry for entry, island in wanted.items() if island in due}
+        plan = reconcile.plan_for(wanted, own, brought, renew)
+        self._brought = plan.brought
+        self._refuse((*clashes, *plan.refusals))
+        record = Record(
+            plan.brought, frozenset((*self._former, *(peer.master for peer in self.config.peers)))
+        )
+        calls: list[Call] = [] if own.record == record else [("setParam", me, RECORD, record.packed())]
+        calls += [("unregisterPublisher", one.node, one.topic, one.uri) for one in plan.drop]
+        calls += [
+            ("registerPublisher", one.node, one.topic, self._types[one.topic], one.uri) for one in plan.add
+        ]
+        if (TOPIC, me) not in own.publishers or own.nodes.get(me) != self._uri:
+            calls.append(("registerPublisher", me, TOPIC, TYPE, self._uri))
+        return calls
+
+    def _refuse(self, refusals: tuple[Refusal, ...]) -> None:
+        if refusals != self._refusals:
+            _say_refusals(self.config.island, refusals)
+        self._refusals = refusals
+
+    async def _leave_former(self, uri: str) -> None:
+        """Take leave of a master at which an earlier run listened, and this one has no business."""
+        end = self._clock() + self.config.remove_after
+        while self._clock() < end:
+            try:
+                await self._leave(Master(uri, self.config.node))
+                break
+            except PeerError:
+                await asyncio.sleep(_PATIENCE)
+        del self._former[uri]
+
+    async def _leave(self, master: Master) -> None:
+        me = self.config.node
+        graph = await master.look(lambda seen: frozenset())
+        uri = graph.nodes.get(me, self._uri)
+        await master.do([("unregisterSubscriber", me, topic, uri) for topic in sorted(graph.subscribed)])
+
+    async def farewell(self) -> None:
+        """Take back all that was registered anywhere; a master that does not answer is not waited for."""
+        me = self.config.node
+        calls: list[Call] = [
+            ("unregisterPublisher", one.node, one.topic, one.uri) for one in self._brought or ()
+        ]
+        calls += [("unregisterPublisher", me, TOPIC, self._uri)]
+        calls += [] if self._brought is None else [("deleteParam", me, RECORD)]
+        leaving = [self._own.do(calls), *(self._leave(master) for master in self._masters.values())]
+        await asyncio.wait_for(asyncio.gather(*leaving, return_exceptions=True), _FAREWELL)
+
+
+async def _within(seconds: float, event: asyncio.Event) -> None:
+    """Until ``event``, or for ``seconds``."""
+    with contextlib.suppress(asyncio.TimeoutError):
+        await asyncio.wait_for(event.wait(), seconds)
+    event.clear()
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _say_refusals(island: str, refusals: Sequence[Refusal]) -> None:
+    for one in refusals:
+        _say(f"island {island}: {one.topic} of {one.node} refused: {one.why}")
