@@ -1,4 +1,4 @@
-"""Real islands on one machine: a network namespace each, with a real rosmaster and the real static multimaster.
+"""Real islands on one machine, a network namespace each: real rosmasters, the real static multimaster.
 
 Runs in namespaces of its own (``sealed`` and ``unshare --net``): when it ends, everything is gone.
 """
@@ -51,7 +51,10 @@ def parameters(island: str, hears: Mapping[str, Sequence[str]], kind: str, **tim
         "node": sync_node(island),
         "master": master_uri(island),
         "address": address(island),
-        **{"poll_hz": 1.0, "silent_after": 1.5, "remove_after": 4.0, **times},
+        "poll_hz": 1.0,
+        "silent_after": 1.5,
+        "remove_after": 4.0,
+        **times,
         "peers": [
             {
                 "island": peer,

@@ -1,6 +1,6 @@
 """A rospy talker on one island, a rospy listener on another: how long after each fault messages flow again.
 
-    conversation.py IMAGE
+conversation.py IMAGE
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Conversation:
             if time.monotonic() - start > PATIENCE:
                 return float("inf")
             time.sleep(0.02)
-        return round([when for when in self._times() if when > start][0] - start, 2)
+        return round(next(when for when in self._times() if when > start) - start, 2)
 
     def quiet(self, seconds: float) -> bool:
         """Whether nothing comes for so long."""
@@ -80,7 +80,7 @@ class Conversation:
 
     def break_connections(self) -> None:
         """The listener's connections to the talker end, and it notices."""
-        self.islands.run_in("east", "ss", "-K", "dst", address("north"))
+        self.islands.run_in("east", "ss", "-4", "-t", "-K", "dst", address("north"))
 
 
 def main() -> None:
@@ -91,17 +91,18 @@ def main() -> None:
     talk.restart_master("east", LISTENER)
     figures["listener's master restarted"] = talk.seconds_until_heard()
     talk.islands.cut("north", "east")
-    figures["quiet while cut"] = talk.quiet(3.0)
+    quiet = talk.quiet(3.0)
     talk.islands.heal()
     figures["healed"] = talk.seconds_until_heard()
     talk.islands.cut("north", "east")
     talk.break_connections()
-    figures["quiet while cut"] = talk.quiet(3.0) and figures["quiet while cut"]
+    figures["quiet while cut"] = quiet and talk.quiet(3.0)
     talk.islands.heal()
     figures["healed after the connection broke"] = talk.seconds_until_heard()
     talk.islands.end_sync("east", signal.SIGKILL)
     talk.islands.start_sync("east")
     figures["sync killed"] = talk.seconds_until_heard()
+    time.sleep(2.0)
     figures["sync stopped"] = round(talk.islands.end_sync("east", signal.SIGTERM), 2)
     state = talk.islands.master("east").getSystemState("/checker")[2][0]
     figures["left behind"] = [topic for topic, _ in state if topic == TOPIC]

@@ -1,4 +1,4 @@
-"""Islands in memory: masters, nodes, and the real bridge of each, stepped by hand with a clock of their own."""
+"""Islands in memory: masters, and the real bridge of each, stepped by hand with a clock of their own."""
 
 from __future__ import annotations
 

@@ -29,7 +29,9 @@ class FakeNode:
         self.uri = f"http://{address}:{self._server.server_address[1]}/"
         self._server.register_function(lambda *_: [1, "", 0], "publisherUpdate")
         self._server.register_function(lambda *_: [1, "", 4711], "getPid")
-        self._server.register_function(lambda *_: ended.append(f"{name} {self.uri}") or [1, "", 0], "shutdown")
+        self._server.register_function(
+            lambda *_: ended.append(f"{name} {self.uri}") or [1, "", 0], "shutdown"
+        )
         threading.Thread(target=self._server.serve_forever, args=(0.02,), daemon=True).start()
 
     def end(self) -> None:

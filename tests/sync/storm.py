@@ -1,6 +1,6 @@
-"""A storm over three islands: random events, then the masters must be what the model says. Prints figures as JSON.
+"""A storm over three islands: random events, then the masters must be what the model says. Prints figures.
 
-    storm.py IMAGE SEED EVENTS
+storm.py IMAGE SEED EVENTS
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class Storm:
             time.sleep(0.05)
 
     def _mend_races(self) -> None:
-        """The Master API cannot register under a condition: a node that takes a foreign name in the milliseconds
+        """The Master API cannot register under a condition: a node that takes a foreign name in the few ms
         between look and registration is thrown out, told to end, and started again by its unit."""
         for island in ISLANDS:
             node = self.model.nodes[island].get("/shared")
@@ -141,14 +141,20 @@ class Storm:
         wrong += [f"{island} has a stale {entry}" for entry in brought - anything]
         for entry in anything - brought:
             rivals = {one[2] for one in anything if one[1] == entry[1]}
-            if len(rivals) == 1 or not any(one[1] == entry[1] and one[2] in rivals - {entry[2]} for one in brought):
+            if len(rivals) == 1 or not any(
+                one[1] == entry[1] and one[2] in rivals - {entry[2]} for one in brought
+            ):
                 wrong.append(f"{island} misses {entry}")
         expected = self.model.subscribers(island)
-        wrong += [f"{island}: subscribers {sorted(subscribers ^ expected)[:3]}"] if subscribers != expected else []
+        wrong += (
+            [f"{island}: subscribers {sorted(subscribers ^ expected)[:3]}"] if subscribers != expected else []
+        )
         wrong += [f"{island}: record {record ^ brought}"] if record != brought else []
         return wrong
 
-    def _seen(self, island: str) -> tuple[set[tuple[str, str, str]], set[tuple[str, str]], set[tuple[str, str, str]]]:
+    def _seen(
+        self, island: str
+    ) -> tuple[set[tuple[str, str, str]], set[tuple[str, str]], set[tuple[str, str, str]]]:
         """Publishers and subscribers of a master, and what the record there tells."""
         master = self.islands.master(island)
         publishers, subscribers, _ = master.getSystemState("/checker")[2]

@@ -127,10 +127,14 @@ def test_a_publisher_of_another_type_is_refused() -> None:
     world.publish("b", "/b/driver", "/b/odom", kind="std_msgs/Int8")
     world.step()
     assert world.brought("a") == set()
-    assert told(world, "refused /b/odom") == "/b/driver: its type is std_msgs/Int8, declared is std_msgs/String"
+    assert (
+        told(world, "refused /b/odom") == "/b/driver: its type is std_msgs/Int8, declared is std_msgs/String"
+    )
 
 
-@pytest.mark.parametrize("uri", ["http://127.0.0.1:4711/", "http://10.0.0.99:1/", "rosrpc://10.0.0.98:1/", "http://[::"])
+@pytest.mark.parametrize(
+    "uri", ["http://127.0.0.1:4711/", "http://10.0.0.99:1/", "rosrpc://10.0.0.98:1/", "http://[::"]
+)
 def test_a_publisher_at_a_host_that_is_not_the_peers_is_refused(uri: str) -> None:
     world = World(PAIR)
     world.publish("b", "/b/driver", "/b/odom", uri=uri)

@@ -1,4 +1,4 @@
-"""The static multimaster with real rosmasters and real rospy nodes, each island in a network namespace of its own."""
+"""The static multimaster with real rosmasters and real rospy nodes, a network namespace for each island."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.lab import image, places, processes
+from swarmctl.lab import image, processes
 from swarmctl.lab.errors import LabError
 
 HERE = Path(__file__).parent
@@ -48,3 +48,12 @@ def test_after_a_thousand_events_both_sides_of_every_bridge_are_as_declared(disk
     assert figures["leaks"] == []
     assert figures["shut_down"] == []
     assert (figures["events"], figures["topics"]) == (EVENTS, 30)
+
+
+@pytest.mark.lab
+def test_a_rospy_listener_hears_a_talker_of_another_island_again_after_every_fault(disk: Path) -> None:
+    figures = run("conversation.py", disk)
+    assert figures.pop("quiet while cut") is True
+    assert figures.pop("left behind") == []
+    assert figures.pop("sync stopped") < 3.0
+    assert {what: seconds for what, seconds in figures.items() if seconds > 10.0} == {}

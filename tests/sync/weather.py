@@ -1,4 +1,4 @@
-"""Random events on islands, drawn from a seed, and the model that says what each master must have in the end."""
+"""Random events on islands, drawn from a seed, and the model of what each master must have in the end."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from archipelago import ISLANDS, address, sync_node
+from archipelago import ISLANDS, sync_node
 
 #: Topics that every island has for the others, and those that all of them have.
 OWN = {island: tuple(f"/{island}/topic{number}" for number in range(9)) for island in ISLANDS}
@@ -37,12 +37,16 @@ class Model:
 
     def publishers(self, island: str) -> set[tuple[str, str, str]]:
         """Of the island's own nodes: topic, node, URI."""
-        return {(topic, name, node.uri) for name, node in self.nodes[island].items() for topic in node.publishes}
+        return {
+            (topic, name, node.uri) for name, node in self.nodes[island].items() for topic in node.publishes
+        }
 
     def subscribers(self, island: str) -> set[tuple[str, str]]:
         """All that the island's master must have: topic, node."""
         own = {(topic, name) for name, node in self.nodes[island].items() for topic in node.hears}
-        return own | {(topic, sync_node(there)) for there, hears in HEARS.items() for topic in hears.get(island, ())}
+        return own | {
+            (topic, sync_node(there)) for there, hears in HEARS.items() for topic in hears.get(island, ())
+        }
 
     def offered(self, island: str) -> list[set[tuple[str, str, str]]]:
         """What each peer has for ``island``, without the names that are taken there."""

@@ -193,7 +193,8 @@ class Bridge:
         calls += [("unregisterPublisher", me, TOPIC, self._uri)]
         calls += [] if self._brought is None else [("deleteParam", me, RECORD)]
         leaving = [self._own.do(calls), *(self._leave(master) for master in self._masters.values())]
-        await asyncio.wait_for(asyncio.gather(*leaving, return_exceptions=True), _FAREWELL)
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(asyncio.gather(*leaving, return_exceptions=True), _FAREWELL)
 
 
 async def _within(seconds: float, event: asyncio.Event) -> None:

@@ -17,7 +17,7 @@ class Master:
 
     def __init__(self, uri: str, me: str, topics: Collection[str] | None = None) -> None:
         self._uri, self._me, self._topics = uri, me, topics
-        self._names: tuple[str, ...] = ()
+        self._names: tuple[str, ...] = (me,)
         self._reply = b""
         self._graph: Graph | None = None
 

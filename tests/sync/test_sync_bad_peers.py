@@ -1,0 +1,225 @@
+"""A peer that hangs, lies, floods or talks nonsense costs itself its topics, and nobody else anything."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+import time
+import xmlrpc.client
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from typing import Any
+
+import pytest
+from masters import Rosmaster, served
+from swarm_sync import config, rpc
+from swarm_sync.bridge import Bridge
+from swarm_sync.slave import SlaveApi, methods
+
+KIND = "std_msgs/String"
+Behaviour = Callable[[socket.socket], None]
+OK = b"HTTP/1.0 200 OK\r\nContent-Length: %d\r\n\r\n"
+
+
+def sized(body: bytes) -> bytes:
+    return OK % len(body) + body
+
+
+def says(what: bytes) -> Behaviour:
+    """Read the request, answer ``what``."""
+
+    def behave(connection: socket.socket) -> None:
+        connection.recv(1 << 16)
+        connection.sendall(what)
+
+    return behave
+
+
+def hang(connection: socket.socket) -> None:
+    connection.recv(1 << 16)
+    time.sleep(30)
+
+
+def drip(connection: socket.socket) -> None:
+    connection.recv(1 << 16)
+    while True:
+        connection.sendall(b"x")
+        time.sleep(0.05)
+
+
+def flood(connection: socket.socket) -> None:
+    connection.recv(1 << 16)
+    connection.sendall(OK % (1 << 40))
+    while True:
+        connection.sendall(b"x" * 65536)
+
+
+def value(of: Any) -> bytes:
+    return sized(xmlrpc.client.dumps((of,), methodresponse=True, allow_none=True).encode())
+
+
+def state(publishers: Any) -> bytes:
+    """The answers of a master with these publishers."""
+    return value([[[1, "", [publishers, [], []]]], [[1, "", []]], [[-1, "", 0]], [[-1, "", ""]]])
+
+
+BOMB = b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "bbbbbbbb">]><methodResponse>&b;</methodResponse>'
+BAD: dict[str, Behaviour] = {
+    "hangs": hang,
+    "drips": drip,
+    "floods": flood,
+    "closes at once": lambda connection: None,
+    "speaks something else": says(b"SSH-2.0-OpenSSH_9.2\r\n\r\n"),
+    "is no ROS master": says(b"HTTP/1.0 404 Not Found\r\n\r\n"),
+    "endless header": says(b"HTTP/1.0 200 OK\r\n" + b"x: y\r\n" * 50_000),
+    "negative size": says(b"HTTP/1.0 200 OK\r\nContent-Length: -1\r\n\r\n"),
+    "cut short": says(OK % 1000 + b"<methodResponse>"),
+    "no XML": says(sized(b"\x00\xff\xfe garbage")),
+    "entities": says(sized(BOMB)),
+    "entities in UTF-16": says(sized(BOMB.decode().encode("utf-16"))),
+    "a fault": says(sized(xmlrpc.client.dumps(xmlrpc.client.Fault(1, "no")).encode())),
+    "a number": says(value(7)),
+    "too few answers": says(value([])),
+    "answers of another form": says(value([[[1, "", 7]]] * 4)),
+    "lists in lists": says(sized(b"<methodResponse><params><param>" + b"<value><array><data>" * 20_000)),
+    "a state of numbers": says(state([[1, [2]]])),
+    "names that are none": says(state([["/b/odom", ["no name", "", "/ü", "//"]]])),
+}  # fmt: skip
+
+
+@contextmanager
+def misbehaving(behave: Behaviour, host: str) -> Iterator[str]:
+    """A TCP server that does ``behave`` with every connection; its URI."""
+    listener = socket.create_server((host, 0))
+
+    def attend(connection: socket.socket) -> None:
+        with connection, suppress(OSError):
+            behave(connection)
+
+    def accept() -> None:
+        with suppress(OSError):
+            while True:
+                threading.Thread(target=attend, args=(listener.accept()[0],), daemon=True).start()
+
+    threading.Thread(target=accept, daemon=True).start()
+    try:
+        yield f"http://{host}:{listener.getsockname()[1]}"
+    finally:
+        listener.shutdown(socket.SHUT_RDWR)
+        listener.close()
+
+
+def told(own: str, good: str, bad: str) -> config.Config:
+    peers = [
+        {"island": name, "master": uri, "hosts": [host], "hears": [{"topic": f"/{name}/odom", "type": KIND}]}
+        for name, uri, host in (("b", bad, "127.0.0.3"), ("c", good, "127.0.0.2"))
+    ]
+    times = {"poll_hz": 5.0, "silent_after": 3.0, "remove_after": 30.0}
+    me = {"island": "a", "node": "/multimaster_a", "master": own, "address": "127.0.0.1"}
+    return config.parse({**me, **times, "peers": peers})
+
+
+@pytest.mark.parametrize("behaviour", BAD.values(), ids=BAD.keys())
+def test_a_bad_peer_costs_only_itself(behaviour: Behaviour) -> None:
+    own, good = Rosmaster(), Rosmaster()
+    good.registerPublisher("/c/driver", "/c/odom", KIND, "http://127.0.0.2:4711/")
+    with ExitStack() as stack:
+        uris = stack.enter_context(served(own)), stack.enter_context(served(good, "127.0.0.2"))
+        bad = stack.enter_context(misbehaving(behaviour, "127.0.0.3"))
+        asyncio.run(_watched(told(*uris, bad), own, good))
+
+
+async def _watched(what: config.Config, own: Rosmaster, good: Rosmaster) -> None:
+    bridge = Bridge(what, "http://127.0.0.1:1/")
+    work = asyncio.ensure_future(bridge.run())
+    await _until(lambda: ("/c/odom", "/c/driver", "http://127.0.0.2:4711/") in own.publishers(), 2.0)
+    await _until(lambda: dict(bridge.status().values)["b"] != "not heard yet", 4.0)
+    good.registerPublisher("/c/other", "/c/odom", KIND, "http://127.0.0.2:4712/")
+    await _until(lambda: ("/c/odom", "/c/other", "http://127.0.0.2:4712/") in own.publishers(), 2.0)
+    assert not any(topic == "/b/odom" for topic, _, _ in own.publishers())
+    assert not work.done()
+    work.cancel()
+    start = time.monotonic()
+    await bridge.farewell()
+    assert time.monotonic() - start < 3.5
+    assert own.publishers() == set()
+    assert good.subscribers() == set()
+
+
+async def _until(condition: Callable[[], bool], seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.01)
+
+
+def test_a_name_that_nobody_resolves_is_told_and_a_new_address_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found: dict[str, str] = {}
+
+    def look(host: str, *_: Any, **__: Any) -> list[Any]:
+        if host not in found:
+            raise socket.gaierror
+        return [(0, 0, 0, "", (found[host], 0))]
+
+    with served(Rosmaster(), "127.0.0.2") as one:
+        port = one.rsplit(":", 1)[1]
+        with served(Rosmaster(), "127.0.0.3", int(port)):
+            monkeypatch.setattr(rpc.socket, "getaddrinfo", look)
+
+            async def ask() -> bytes:
+                return await rpc.exchange(f"http://k3-pi:{port}", [("getPid", "/me")], 2.0)
+
+            with pytest.raises(rpc.PeerError, match="the name `k3-pi` has no address"):
+                asyncio.run(ask())
+            for address in ("127.0.0.2", "127.0.0.3"):
+                found["k3-pi"] = address
+                assert b"4711" in asyncio.run(ask())
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [b"", b"GET / HTTP/1.0\r\n\r\n", b"POST / HTTP/1.0\r\nContent-Length: 99999999\r\n\r\n", b"\0" * 100_000,
+     b"POST / HTTP/1.0\r\nContent-Length: 3\r\n\r\n<a>", b"POST /RPC2 HTTP/1.0\r\nContent-Length: 5\r\n\r\n"],
+)  # fmt: skip
+def test_the_slave_api_outlives_garbage(sent: bytes) -> None:
+    woken: list[str] = []
+
+    async def scenario() -> None:
+        api = SlaveApi()
+        api.methods = methods("http://here:11311", {"/diagnostics": "x/Y"}, lambda _: [], woken.append)
+        port = await api.start()
+        hanging = [await asyncio.open_connection("127.0.0.1", port) for _ in range(6)]
+        for _, writer in hanging:
+            writer.write(sent)
+        loop = asyncio.get_running_loop()
+        for order in (
+            ("publisherUpdate", "/master", "/odom", ["http://x:1/"]),
+            ("getPid", "/x"),
+            ("getPid",),
+        ):
+            answer = await loop.run_in_executor(None, _called, port, *order)
+            assert answer[0] == (-1 if order == ("getPid",) else 1)
+        for _, writer in hanging:
+            writer.close()
+
+    asyncio.run(scenario())
+    assert woken == ["/odom"]
+
+
+def test_who_floods_the_slave_api_gets_no_more_than_its_share() -> None:
+    async def scenario() -> None:
+        api = SlaveApi()
+        port = await api.start()
+        for _ in range(40):  # all hang
+            await asyncio.open_connection("127.0.0.1", port, local_addr=("127.0.0.9", 0))
+        answer = await asyncio.get_running_loop().run_in_executor(None, _called, port, "getPid", "/x")
+        assert answer[0] == -1  # it has no methods, but it answers
+
+    asyncio.run(scenario())
+
+
+def _called(port: int, method: str, *arguments: Any) -> Any:
+    return getattr(xmlrpc.client.ServerProxy(f"http://127.0.0.1:{port}"), method)(*arguments)
