@@ -33,6 +33,7 @@ def report(found: Mapping[str, Result]) -> None:
     """One line a host, the way to mend what failed, and a sum."""
     from rich.text import Text
 
+    from swarmctl.deploy.rollout import Outcome
     from swarmctl.remote.transport import HostError
     from swarmctl.views import progress
     from swarmctl.views.text import printable
@@ -41,6 +42,8 @@ def report(found: Mapping[str, Result]) -> None:
         console.out().print(Text.assemble((name, "bold"), "  ", progress.verdict(result)))
         if isinstance(result, HostError) and result.hint:
             console.out().print(Text.assemble(("  help", "bold green"), f": {printable(result.hint)}"))
+        for note in result.plan.notes if isinstance(result, Outcome) else ():
+            console.out().print(Text(f"  note: {printable(note)}", "dim"))
     failed = {name: result for name, result in found.items() if isinstance(result, HostError)}
     changed = sum(not isinstance(result, HostError) and result.changed for result in found.values())
     said = f"{changed} of {len(found)} hosts changed"

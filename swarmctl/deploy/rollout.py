@@ -112,6 +112,8 @@ def look(host: agent.Conversation, bundle: Bundle, *, contents: bool = False) ->
     request = {"verb": "observe", "swarm": bundle.swarm, "know": bundle.digest, "contents": contents}
     if bundle.asks:
         request["requires"] = bundle.asks
+    if bundle.wants:
+        request["wants"] = bundle.wants
     return from_answer(host.ask(request), bundle)
 
 

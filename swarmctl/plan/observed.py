@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -49,6 +49,11 @@ class Observed:
     @property
     def unit_digests(self) -> Mapping[str, str]:
         return {unit["name"]: unit["digest"] for unit in self.manifest.get("units", ())}
+
+    def takes(self, path: str) -> bool:
+        """Whether the host has the program, if any, to which the place of ``path`` belongs."""
+        absent: Sequence[str] = self.facts.get("absent", ())
+        return not any(path == place or path.startswith(f"{place}/") for place in absent)
 
 
 NOTHING = Observed()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Sequence
 
+from swarmctl.plan import preflight
 from swarmctl.plan.observed import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.render.bundle import Bundle, File, required
@@ -26,7 +27,12 @@ _MENDS = {
     "pyserial": "`apt install python3-serial`",
 }
 _OLDEST_PYTHON = (3, 8)
-_DIRECTORIES = {"/etc/systemd/": "systemd", "/etc/udev/": "udev"}
+_READERS = {
+    "/etc/systemd/": "systemd",
+    "/etc/udev/": "udev",
+    "/etc/chrony/": "chrony",
+    "/etc/NetworkManager/": "NetworkManager",
+}
 
 
 def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> HostPlan:
@@ -38,7 +44,7 @@ def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> Host
     never_part = observed.digest is None and not bundle.files
     if files or (observed.digest != bundle.digest and not never_part) or observed.unfinished:
         steps.append(_activation(bundle, observed))
-    steps += [*system, *_reload_steps(files, system)]
+    steps += [*system, *_reload_steps(bundle, observed, files, system)]
     steps += [step for step in units if step.kind is not Kind.STOP]
     return HostPlan(
         host=bundle.host,
@@ -93,6 +99,8 @@ def _activation(bundle: Bundle, observed: Observed) -> Step:
 def _link_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     known = observed.manifest.get("links", {})
     for path, inside in bundle.links.items():
+        if not observed.takes(path):
+            continue
         if known.get(path) != inside:
             yield Step(Kind.LINK, path, "new" if path not in known else f"points to {inside} now")
         elif path in observed.links:
@@ -107,6 +115,8 @@ def _block_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     known = observed.manifest.get("blocks", {})
     digests = {file.path: file.digest for file in bundle.files}
     for path, inside in bundle.blocks.items():
+        if not observed.takes(path):
+            continue
         before = observed.files.get(known.get(path, ""), {}).get("sha256")
         if before is None:
             yield Step(Kind.BLOCK, path, "new")
@@ -115,22 +125,19 @@ def _block_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         elif path in observed.blocks:
             yield Step(Kind.BLOCK, path, f"its block {_DRIFT[observed.blocks[path]]}")
     for path in {**known, **observed.blocks}:
-        if path not in bundle.blocks:
+        if path not in bundle.blocks and observed.takes(path):
             yield Step(Kind.BLOCK, path, "no longer part of the spec")
 
 
-def _reload_steps(files: list[Step], system: list[Step]) -> Iterator[Step]:
-    """systemd and udev read their files again when one of theirs changed, and only then."""
-    touched = {"systemd": "", "udev": ""}
-    for step in system:
-        for folder, manager in _DIRECTORIES.items():
-            if step.target.startswith(folder):
-                touched[manager] = touched[manager] or step.target
-    for step in files:
-        reader = {"units": "systemd", "udev": "udev"}.get(step.target.split("/")[0])
-        if reader:
-            touched[reader] = touched[reader] or step.target
-    for reader, because in touched.items():
+def _reload_steps(
+    bundle: Bundle, observed: Observed, files: list[Step], system: list[Step]
+) -> Iterator[Step]:
+    """A daemon reads its files again when one of them changed, and only then."""
+    shown = {inside: path for path, inside in bundle.links.items() if observed.takes(path)}
+    changed = {step.target: step.target for step in system}
+    changed |= {shown[step.target]: step.target for step in files if step.target in shown}
+    for folder, reader in _READERS.items():
+        because = next((cause for path, cause in changed.items() if path.startswith(folder)), "")
         if because:
             yield Step(Kind.RELOAD, reader, f"{because} changes")
 
@@ -185,7 +192,8 @@ def _diffs(bundle: Bundle, observed: Observed) -> dict[str, str]:
 
 def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
     skipped = [name for name, state in observed.units.items() if state.skipped]
-    return tuple(f"{name} waits for hardware that the host does not have" for name in skipped)
+    waiting = (f"{name} waits for hardware that the host does not have" for name in skipped)
+    return (*waiting, *preflight.notes(bundle, observed))
 
 
 def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:

@@ -71,6 +71,8 @@ class Bundle:
 
     ``links`` maps an absolute path on the host to a path in the release (a symlink through ``current``);
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
+    ``wants`` names programs without which a part of its preparation does nothing (``chronyd``, ``iw``),
+    ``follows`` the host whose clock it follows;
     ``requires`` names what the host must have for its units to run: ``rospy``, ``roscore``, ``pyserial``, and
     what ``package`` and ``workspace`` make of the names of ROS packages and the places of built workspaces.
     """
@@ -82,6 +84,8 @@ class Bundle:
     links: Mapping[str, str] = field(default_factory=dict)
     blocks: Mapping[str, str] = field(default_factory=dict)
     requires: tuple[str, ...] = ()
+    wants: tuple[str, ...] = ()
+    follows: str = ""
 
     @property
     def asks(self) -> tuple[str, ...]:

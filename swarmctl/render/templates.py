@@ -109,6 +109,22 @@ def hosts(value: Any) -> str:
     return text
 
 
+def chrony(value: Any) -> str:
+    """A name, an address or a subnet in chrony.conf."""
+    text = _plain(value)
+    if not re.fullmatch(r"[A-Za-z0-9:./-]+", text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} cannot stand in chrony.conf")
+    return text
+
+
+def section(value: Any) -> str:
+    """The name of a section of a key file, such as NetworkManager reads."""
+    text = _plain(value)
+    if not re.fullmatch(r"[A-Za-z0-9.-]+", text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} cannot be the name of a section")
+    return text
+
+
 def scalar(value: Any) -> str:
     """A scalar that YAML 1.1 and 1.2 read alike: names, addresses and numbers bare, others in quotes."""
     text = _plain(value)
@@ -125,6 +141,8 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".launch": xml,
     ".rules": udev,
     ".hosts": hosts,
+    ".chrony": chrony,
+    ".conf": section,
     ".yaml": scalar,
 }
 

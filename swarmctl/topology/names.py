@@ -66,9 +66,14 @@ def rfcomm_device(index: int) -> str:
 
 MASTER = "master"
 MULTIMASTER = "multimaster"
+WLAN = "wlan"
 
 # The parts of a swarm that have a fixed name; no robot and no program may be called so.
-FIXED_PARTS = {MASTER: "the ROS master", MULTIMASTER: "what joins the masters"}
+FIXED_PARTS = {
+    MASTER: "the ROS master",
+    MULTIMASTER: "what joins the masters",
+    WLAN: "what keeps the wlan awake",
+}
 
 
 def unit(swarm: str, *part: str) -> str:

@@ -11,6 +11,7 @@ from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
 
+FIT = {"systemd": True, "python": "3.8.10", "has": {"roscore": None, "rospy": "/x", "pyserial": "/y"}}
 RUNS = UnitState("active", "running", 42)
 
 
@@ -85,6 +86,49 @@ def test_the_hosts_block_changes_without_any_restart() -> None:
     plan = reconcile(bundle(hosts="other"), running(bundle()))
     assert plan.targets(Kind.BLOCK) == ("/etc/hosts",)
     assert plan.targets(Kind.RESTART, Kind.START, Kind.STOP, Kind.RELOAD) == ()
+
+
+PREPARED = replace(
+    bundle(),
+    files=(*bundle().files, File("chrony/block", b"x"), File("network/wlan.conf", b"x")),
+    links={**bundle().links, "/etc/NetworkManager/conf.d/s.conf": "network/wlan.conf"},
+    blocks={**bundle().blocks, "/etc/chrony/chrony.conf": "chrony/block"},
+    wants=("chronyd", "iw"),
+    follows="hub",
+)
+WITHOUT = ["/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf"]
+
+
+def test_files_of_programs_are_planned_where_the_program_is_and_it_reads_them_again() -> None:
+    plan = reconcile(PREPARED, running(bundle()))
+    assert plan.targets(Kind.BLOCK) == ("/etc/chrony/chrony.conf",)
+    assert plan.targets(Kind.RELOAD) == ("chrony", "NetworkManager")
+    bare = reconcile(PREPARED, running(bundle(), facts=FIT | {"absent": WITHOUT}))
+    assert bare.targets(Kind.BLOCK, Kind.LINK, Kind.RELOAD) == ()
+
+
+@pytest.mark.parametrize(
+    ("facts", "notes"),
+    [
+        ({"has": {"chronyd": "/x", "iw": "/x"}, "clock": "follows", "power_save": {"wlan0": "off"}}, []),
+        ({"has": {"chronyd": "/x"}, "clock": "borrowed", "power_save": {}}, []),
+        ({"has": {}, "power_save": {"wlan0": ""}}, ["it lacks chrony", "it lacks iw"]),
+        ({"has": {"chronyd": "/x"}, "clock": "alone", "power_save": {}}, ["does not follow that of hub"]),
+        (
+            {"has": {"chronyd": "/x", "iw": "/x"}, "clock": "follows", "power_save": {"wlan0": "on"}},
+            ["wlan0 saves power again"],
+        ),
+    ],
+)
+def test_what_preparation_lacks_is_a_note_with_its_mend_and_no_problem(
+    facts: dict[str, object], notes: list[str]
+) -> None:
+    plan = reconcile(PREPARED, running(PREPARED, facts=FIT | facts))
+    assert plan.problem is None
+    assert len(plan.notes) == len(notes)
+    for note, words in zip(plan.notes, notes, strict=True):
+        assert words in note
+        assert "`" in note
 
 
 def test_what_left_the_spec_is_stopped_unlinked_and_deleted() -> None:
@@ -172,9 +216,6 @@ def test_the_json_form_says_the_same() -> None:
     document = reconcile(bundle(a="a2"), running(bundle())).to_json()
     assert [step["kind"] for step in document["steps"]] == ["update", "activate", "restart"]
     assert document["problem"] is None
-
-
-FIT = {"systemd": True, "python": "3.8.10", "has": {"roscore": None, "rospy": "/x", "pyserial": "/y"}}
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from swarmctl.checks.check import read
-from swarmctl.render import host as rendering
+from swarmctl.render import prepare
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.host import bundles
 from swarmctl.render.templates import render
@@ -230,7 +230,7 @@ def test_what_all_hosts_share_is_made_once(monkeypatch: pytest.MonkeyPatch) -> N
         made.append(template)
         return render(template, **values)
 
-    monkeypatch.setattr(rendering, "render", counted)
+    monkeypatch.setattr(prepare, "render", counted)
     made_for = bundles(swarm)
     assert len(made_for) == 3
     assert made.count("block.hosts") == 1

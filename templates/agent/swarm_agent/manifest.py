@@ -14,8 +14,10 @@ from .files import digest_of
 
 NAME = "manifest.json"
 FORMAT = 1
-LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d")
-BLOCK_FILES = ("/etc/hosts",)
+LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d", "/etc/NetworkManager/conf.d")
+BLOCK_FILES = ("/etc/hosts", "/etc/chrony/chrony.conf")
+# Programs that a host may lack: where their place is missing, nothing is put there, and nothing is amiss.
+OF_PROGRAMS = ("/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf")
 
 _SWARM = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
 _DIGEST = re.compile(r"[0-9a-f]{16}")
@@ -24,6 +26,7 @@ _UNIT = re.compile(r"[A-Za-z0-9:_.@\\-]{1,200}\.(?:service|target|timer|socket|p
 _LEAF = r"[A-Za-z0-9][A-Za-z0-9:_.@\\-]{0,200}"
 _LINK = re.compile(
     rf"/etc/systemd/system/(?:{_LEAF}\.(?:wants|requires|d)/)?{_LEAF}|/etc/udev/rules\.d/{_LEAF}"
+    rf"|/etc/NetworkManager/conf\.d/{_LEAF}"
 )
 
 

@@ -13,9 +13,14 @@ from typing import Iterator
 from . import blocks, files
 from .errors import FailedError, RefusedError
 from .home import Home
-from .manifest import BLOCK_FILES, LINK_FOLDERS, Manifest
+from .manifest import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS, Manifest
 
 _WITH_LINKS = (".wants", ".requires", ".d")
+
+
+def absent(home: Home) -> list[str]:
+    """The places of programs that this host does not have."""
+    return [place for place in OF_PROGRAMS if not os.path.exists(home.outside(place))]
 
 
 def _our_links(home: Home) -> Iterator[str]:
@@ -52,7 +57,12 @@ def _link_state(home: Home, path: str, source: str) -> str:
 
 def link_deviations(home: Home, wanted: dict[str, str]) -> dict[str, str]:
     """``missing``, ``changed``, ``foreign`` (in the way, not ours) or ``extra``, by path."""
-    states = {path: _link_state(home, path, source) for path, source in wanted.items()}
+    nowhere = absent(home)
+    states = {
+        path: _link_state(home, path, source)
+        for path, source in wanted.items()
+        if os.path.dirname(path) not in nowhere
+    }
     extra = {path: "extra" for path in _our_links(home) if path not in wanted}
     return {path: state for path, state in {**states, **extra}.items() if state}
 
@@ -78,8 +88,9 @@ def block_deviations(home: Home, digest: str | None, manifest: Manifest) -> dict
 
 
 def _wanted_blocks(home: Home, digest: str | None, manifest: Manifest) -> Iterator[tuple[str, bytes | None]]:
+    nowhere = absent(home)
     for path in BLOCK_FILES:
-        if path in manifest.blocks and digest is not None:
+        if path in manifest.blocks and digest is not None and path not in nowhere:
             text = files.read(f"{home.release(digest)}/{manifest.blocks[path]}") or b""
             yield path, text if not text or text.endswith(b"\n") else text + b"\n"
         else:
@@ -108,7 +119,7 @@ def put_links(home: Home, manifest: Manifest) -> list[str]:
         if state == "extra":
             files.remove(place)
             files.sync(folder)
-            if folder.endswith(_WITH_LINKS):
+            if folder.endswith(_WITH_LINKS) and os.path.dirname(path) not in LINK_FOLDERS:
                 with suppress(OSError):
                     os.rmdir(folder)
         else:

@@ -1,4 +1,4 @@
-"""systemd and udev, by their commands, each with a timeout."""
+"""systemd, udev and other services, by their commands, each with a timeout."""
 
 from __future__ import annotations
 
@@ -20,6 +20,19 @@ _FIELDS = {
 _NUMBERS = {"MainPID": "pid", "NRestarts": "restarts"}
 _CONDITION = ("ConditionResult", "ConditionTimestampMonotonic")
 
+
+# How a service reads its file again. chronyd only does when it starts.
+_SERVICES = {
+    "chrony": ("chrony.service", "restart"),
+    "NetworkManager": ("NetworkManager.service", "reload-or-restart"),
+}
+# Who reads what lies in a folder.
+READERS = {
+    "systemd": "/etc/systemd/",
+    "udev": "/etc/udev/",
+    "chrony": "/etc/chrony/",
+    "NetworkManager": "/etc/NetworkManager/",
+}
 
 _WORDS, _LONGEST_WORDS = 5, 600  # lines, characters
 
@@ -121,10 +134,16 @@ def forget(units: Sequence[str]) -> None:
 
 
 def reload(home: Home, daemons: Sequence[str]) -> None:
-    """Let ``systemd`` and ``udev`` read their files again; udev applies its rules to the devices present."""
+    """Let them read their files again; udev applies its rules to the devices present."""
     if "systemd" in daemons:
         _call(["systemctl", "daemon-reload"], 90)
     if "udev" in daemons and os.path.exists(home.outside("/run/udev/control")):
         _call(["udevadm", "control", "--reload"], 20)
-        _call(["udevadm", "trigger", "--action=change", "--subsystem-match=tty"], 20)
+        kinds = ("--subsystem-match=tty", "--subsystem-match=usb-serial")
+        _call(["udevadm", "trigger", "--action=change", *kinds], 20)
         _call(["udevadm", "settle", "--timeout=10"], 20)
+    for name, (unit, verb) in _SERVICES.items():
+        # One that is stopped reads its file when it starts; one that failed may have died of what is undone.
+        if name in daemons and states([unit])[unit]["active"] != "inactive":
+            _call(["systemctl", "reset-failed", "--", unit], 20)
+            _call(["systemctl", verb, "--", unit], 90)

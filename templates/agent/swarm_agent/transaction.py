@@ -65,7 +65,12 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> dict[str,
     prev = pending["prev"] if pending else current
     before = home.known_manifest(prev)
     inherited = pending.get("touched", [])
-    astray = _daemons_of(list(outside.link_deviations(home, manifest.links)))
+    astray = _daemons_of(
+        [
+            *outside.link_deviations(home, manifest.links),
+            *outside.block_deviations(home, change.next, manifest),
+        ]
+    )
     touched = _unique(inherited + change.stop + change.restart + change.start)
     business = _Business(
         prev,
@@ -223,8 +228,9 @@ def _stale_daemons(before: Manifest | None, after: Manifest) -> list[str]:
 
 
 def _daemons_of(paths: Sequence[str]) -> list[str]:
-    folders = {"systemd": "/etc/systemd/", "udev": "/etc/udev/"}
-    return [name for name, folder in folders.items() if any(path.startswith(folder) for path in paths)]
+    return [
+        name for name, folder in systemd.READERS.items() if any(path.startswith(folder) for path in paths)
+    ]
 
 
 def _collect(home: Home, kept: Sequence[str]) -> None:

@@ -1,8 +1,8 @@
 """``apply``: bring the host to another release.
 
 Request: ``swarm``, ``base`` (digest or null), ``next`` (digest), ``stop``, ``start``, ``restart`` (units),
-``reload`` (of ``systemd``, ``udev``), ``who``, ``txid``, ``wait`` (s for the lock). Payload: a tar.gz, the
-manifest first; none if the host has the release already. Answer: ``release``, ``previous``, ``units``.
+``reload`` (keys of ``systemd.READERS``), ``who``, ``txid``, ``wait`` (s for the lock). Payload: a tar.gz,
+the manifest first; none if the host has the release already. Answer: ``release``, ``previous``, ``units``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
         stop=unit_names(request.get("stop", [])),
         start=unit_names(request.get("start", [])),
         restart=unit_names(request.get("restart", [])),
-        reload=[name for name in request.get("reload", []) if name in ("systemd", "udev")],
+        reload=[name for name in request.get("reload", []) if name in systemd.READERS],
     )
     if not systemd.present(home):
         raise RefusedError("this host does not run systemd", "swarmctl needs a host that boots with systemd")

@@ -1,7 +1,8 @@
 """``observe``: what the host has, without changing anything.
 
 Request: ``swarm``, ``know`` (a release whose manifest need not be sent), ``contents`` (send the texts, too),
-``requires`` (ROS packages and workspaces whose place is asked for: ``package:NAME``, ``workspace:PATH``).
+``requires`` (ROS packages and workspaces whose place is asked for: ``package:NAME``, ``workspace:PATH``),
+``wants`` (other programs whose place is asked for, with how it stands with what they look after).
 Answer: ``facts``, ``release``, ``manifest``, ``releases``, ``drift`` (deviations from the current manifest),
 ``units``, ``transaction``, ``staging``, ``lock``, and with ``contents`` ``files`` and ``blocks``.
 """
@@ -16,7 +17,7 @@ import sys
 import time
 from typing import Any, Iterable
 
-from swarm_agent import files, lock, outside, packages, systemd
+from swarm_agent import files, lock, outside, packages, preflight, systemd
 from swarm_agent.errors import RefusedError
 from swarm_agent.home import Home
 from swarm_agent.manifest import NAME, swarm_name
@@ -35,7 +36,7 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
     home = Home(swarm_name(request["swarm"]), os.environ.get("SWARM_PREFIX", ""))
     digest = home.current()
     answer: dict[str, Any] = {
-        "facts": facts(home, request.get("requires", ())),
+        "facts": facts(home, request.get("requires", ()), request.get("wants", ())),
         "release": digest,
         "releases": home.releases(),
         "transaction": _transaction(home),
@@ -68,8 +69,9 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
     return answer
 
 
-def facts(home: Home, requires: Iterable[str] = ()) -> dict[str, Any]:
-    """The host itself: what it runs, how much room it has, which ROS it has, and which of ``requires``."""
+def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -> dict[str, Any]:
+    """The host itself: what it runs, how much room it has, which ROS it has, what else of what is asked."""
+    programs = preflight.found(wants, home.outside)
     machine = os.uname()
     space = os.statvfs(_existing(home.path))
     with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
@@ -89,7 +91,10 @@ def facts(home: Home, requires: Iterable[str] = ()) -> dict[str, Any]:
             "rospy": _module("rospy"),
             "pyserial": _module("serial"),
             **packages.found(requires, home.outside),
+            **programs,
         },
+        "absent": outside.absent(home),
+        **preflight.standing(programs, home.outside),
     }
 
 
