@@ -69,7 +69,7 @@ def clock(ahead: float) -> Verdict:
         return ok("agrees with its hub's")
     side = "ahead of" if ahead > 0 else "behind"
     text = f"is {abs(ahead):.1f} s {side} its hub's: transforms and stamps go wrong"
-    return Verdict(State.WARNING, text, "let every host take its time from one of them (chrony)")
+    return Verdict(State.WARNING, text, "does chrony run on both? `chronyc sources` tells what a host hears")
 
 
 def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:

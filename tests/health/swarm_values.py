@@ -19,6 +19,7 @@ HOSTS = ("koala-laptop", "k3-pi", "epuck-pi")
 LAPTOP, K3_PI, EPUCK_PI = HOSTS
 MASTER = "swarm-newswarm.master.service"
 TARGET = "swarm-newswarm.target"
+WLAN = "swarm-newswarm.wlan.service"
 UNIT = {robot: f"swarm-newswarm.{robot}.service" for robot in ("koala", "k3", "epuck")}
 RFCOMM = "swarm-newswarm.epuck.rfcomm.service"
 DIGESTS = {"koala-laptop": "a" * 16, "k3-pi": "b" * 16, "epuck-pi": "c" * 16}

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_values import K3_PI, LAPTOP, UNIT, all_well, graph
+from swarm_values import K3_PI, LAPTOP, UNIT, WLAN, all_well, graph
 
 from swarmctl.health.diagnose import diagnose
 from swarmctl.health.probe import answer_of, listening, request
@@ -65,7 +65,7 @@ def test_a_host_is_asked_about_its_own_part() -> None:
     assert asked == {
         "verb": "probe",
         "swarm": "newswarm",
-        "units": [UNIT["k3"], "swarm-newswarm.target"],
+        "units": [WLAN, UNIT["k3"], "swarm-newswarm.target"],
         "master": "http://192.168.77.10:11311",
         "nodes": [
             {"name": "/k3/driver", "topics": {"/k3/odom": 2.0, "/k3/proximity": 2.0, "/diagnostics": 2.5}}

@@ -18,6 +18,7 @@ from swarm_values import (
     MASTER,
     RFCOMM,
     UNIT,
+    WLAN,
     Spoil,
     all_well,
     both,
@@ -76,6 +77,7 @@ class Fault:
 
 K3_TOPICS = ["topic /k3/odom of k3", "topic /k3/proximity of k3"]
 UNIT_K3 = f"unit {UNIT['k3']} on {K3_PI}"
+UNIT_WLAN = f"unit {WLAN} on {K3_PI}"
 DEAD = {"active": "inactive", "sub": "dead", "pid": 0}
 
 FAULTS = {
@@ -85,7 +87,7 @@ FAULTS = {
         {
             f"release {K3_PI}": (
                 "bad",
-                [f"unit swarm-newswarm.target on {K3_PI}", "device k3", UNIT_K3, "driver k3"],
+                [UNIT_WLAN, f"unit swarm-newswarm.target on {K3_PI}", "device k3", UNIT_K3, "driver k3"],
             )
         },
         says="nothing is deployed",
@@ -266,7 +268,7 @@ FAULTS = {
     "systemd that does not answer": Fault(
         K3_PI,
         changed(units={}, troubles={"units": "systemctl did not end within 20 s"}),
-        {f"probe {K3_PI} units": ("unknown", [f"unit swarm-newswarm.target on {K3_PI}", UNIT_K3])},
+        {f"probe {K3_PI} units": ("unknown", [UNIT_WLAN, f"unit swarm-newswarm.target on {K3_PI}", UNIT_K3])},
     ),
     "graph that took too long": Fault(
         K3_PI,
@@ -277,6 +279,7 @@ FAULTS = {
         K3_PI,
         changed(release="b" * 16, units={}, nodes={}, devices={}, master=None),
         {
+            UNIT_WLAN: ("unknown", []),
             f"unit swarm-newswarm.target on {K3_PI}": ("unknown", []),
             f"master {K3_PI}": ("unknown", ["driver k3"]),
             "device k3": ("unknown", []),
