@@ -66,7 +66,7 @@ def test_nothing_is_marked_in_a_first_spec(editor: LanguageServer, swarm: Path) 
 
 
 def test_nothing_is_marked_in_the_examples(editor: LanguageServer, root: Path) -> None:
-    for example in sorted(root.glob("examples/*/*.yaml")):
+    for example in sorted(root.glob("examples/*/swarm.yaml")):
         _, _, below = example.read_text("utf-8").partition("\n")
         assert editor.diagnostics(SPEC + below) == [], example
 

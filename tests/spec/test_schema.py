@@ -18,7 +18,7 @@ from swarmctl.spec.source import parse
 
 ROOT = Path(__file__).parents[2]
 BROKEN = Path(__file__).parent / "broken"
-EXAMPLES = sorted(ROOT.glob("examples/*/*.yaml"))
+EXAMPLES = sorted(ROOT.glob("examples/*/swarm.yaml"))
 TYPES = sorted(ROOT.glob("templates/robots/*.yaml"))
 NEW_WORDS = {
     "$defs",

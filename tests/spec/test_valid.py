@@ -12,7 +12,7 @@ from swarmctl.spec.diagnostics import Severity, has_errors
 from swarmctl.spec.load import load_text
 from swarmctl.topology.swarm import RfcommLine, UsbLine
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.yaml"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/swarm.yaml"))
 
 
 @pytest.fixture(scope="module")
