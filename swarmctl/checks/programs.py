@@ -95,7 +95,7 @@ def shipped_programs(case: Case) -> Iterator[Diagnostic]:
 def where_they_run(case: Case) -> Iterator[Diagnostic]:
     """PROG006, PROG007: a program has a host, and the one it shares a master with is its robot's."""
     for name, program in case.spec.programs.items():
-        if program.host is None and program.robot is None:
+        if program.host is None and program.robot is None and not program.needs:
             yield Diagnostic(
                 "PROG006",
                 f"program `{name}` runs nowhere",
@@ -104,6 +104,7 @@ def where_they_run(case: Case) -> Iterator[Diagnostic]:
                 help=(
                     "add `host: ...`, the computer that it runs on",
                     "or `robot: ...`: on that robot's host, in its namespace",
+                    "or `needs: [...]`: on the first host that `has` it",
                 ),
             )
         elif program.host is not None and program.robot is not None:
@@ -175,10 +176,30 @@ def parameters(case: Case) -> Iterator[Diagnostic]:
                 )
 
 
+def substitutions(case: Case) -> Iterator[Diagnostic]:
+    """PROG016: roslaunch would work out `$(...)` in what a launch file is told; nothing escapes it there."""
+    for name, program in case.spec.programs.items():
+        if program.package is None:
+            continue
+        told = [("environment", key, value) for key, value in program.environment.items()]
+        if program.launch is not None:
+            told += [("params", key, str(value)) for key, value in program.params.items()]
+        for kind, key, value in told:
+            if "$(" in value:
+                yield Diagnostic(
+                    "PROG016",
+                    f"roslaunch would work out the `$(` in `{key}` of program `{name}`",
+                    case.span("programs", name, kind, key),
+                    label="cannot be written as it is",
+                    help=("write what it comes to", "or set it in the launch file of your package"),
+                )
+
+
 RULES: tuple[Rule, ...] = (
     what_they_are,
     shipped_programs,
     where_they_run,
     identities,
     parameters,
+    substitutions,
 )

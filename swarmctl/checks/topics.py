@@ -83,7 +83,8 @@ def dangling_subscribers(case: Case) -> Iterator[Diagnostic]:
         for one in case.endpoints
         if not one.publishes and not _may_be_published(one) and not case.publishers.of(one.topic)
     ]
-    silent = {name for name, program in case.spec.programs.items() if not program.publishes}
+    programs = case.spec.programs.items()
+    silent = {name for name, one in programs if not one.publishes and one.use is None}
     dangling: dict[str, list[tuple[Endpoint, str | None]]] = {}
     for one in lost:
         near = _nearest(case, one.topic) if len(lost) <= _FEW else None

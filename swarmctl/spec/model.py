@@ -92,6 +92,11 @@ class Host(Model):
     port: Port = Field(22, description="TCP port of its SSH server.")
     computer: ComputerName | None = Field(None, description="What kind of computer it is (see `computers`).")
     bluetooth: tuple[Adapter, ...] = Field((), description="Its Bluetooth adapters.")
+    has: tuple[Name, ...] = Field(
+        (),
+        examples=[["kinect", "joystick"]],
+        description="What programs may need of it, in words of your own: a camera, a joystick, a GPU.",
+    )
     via: HostName | None = Field(None, description="Host to jump through when it cannot be reached directly.")
     master_port: Port | None = Field(
         None,
@@ -217,14 +222,22 @@ class Program(Model):
         None,
         description="The robot in whose namespace it runs, on that robot's host unless `host` is given.",
     )
+    needs: tuple[Name, ...] = Field(
+        (),
+        examples=[["kinect"]],
+        description="What its host must have (`has` of hosts). Without `host` and `robot` it runs on the "
+        "first host that has all of it.",
+    )
     use: Name | None = Field(None, description="A program that swarmctl ships.", examples=["teleop-joy"])
     package: PackageName | None = Field(None, description="ROS package.")
     executable: FileName | None = Field(None, description="Executable of the package.")
     launch: FileName | None = Field(
-        None, description="Launch file of the package.", examples=["joystick.launch"]
+        None, description="Launch file in the package's folder `launch`.", examples=["joystick.launch"]
     )
     params: dict[str, Value] = Field(
-        default_factory=dict, description="Private parameters.", examples=[{"device": "/dev/input/js0"}]
+        default_factory=dict,
+        description="Private parameters; the arguments of a launch file.",
+        examples=[{"device": "/dev/input/js0"}],
     )
     remap: dict[GraphName, GraphName] = Field(
         default_factory=dict, description="Names to change.", examples=[{"cmd_vel": "/k3/cmd_vel"}]

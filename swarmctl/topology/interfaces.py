@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from swarmctl.spec.model import Program, Spec
 from swarmctl.spec.robot_type import RobotSettings, RobotType, rates_of
+from swarmctl.spec.shipped import shipped
 from swarmctl.topology import modes, names
+from swarmctl.topology.programs import SHIPPED
 
 COMMAND = "cmd_vel"
 COMMAND_TYPE = "geometry_msgs/Twist"
@@ -60,14 +62,25 @@ def driver_topics(robot_type: RobotType, settings: RobotSettings) -> tuple[Drive
 
 
 def program_host(spec: Spec, program: Program) -> str | None:
-    """The host a program runs on: its own, or that of the robot it belongs to."""
+    """The host a program runs on: its own, its robot's, or the first that has what it needs."""
     if program.host is not None:
         return program.host
-    return modes.driving_host(spec, program.robot) if program.robot in spec.robots else None
+    if program.robot is not None:
+        return modes.driving_host(spec, program.robot) if program.robot in spec.robots else None
+    return next(able_hosts(spec, program.needs), None) if program.needs else None
+
+
+def able_hosts(spec: Spec, needs: Collection[str]) -> Iterator[str]:
+    """The hosts that run ROS and have all of ``needs``, in the order of the spec."""
+    able = [name for name, host in spec.hosts.items() if host.has and set(needs) <= set(host.has)]
+    if able:
+        within = {name for island in modes.islands_of(spec) for name in island.hosts}
+        yield from (name for name in able if name in within)
 
 
 def program_endpoints(spec: Spec) -> Iterator[Endpoint]:
-    """Every topic that a program is said to publish or to hear, under its full name."""
+    """Every topic that programs publish or hear, under its full name: what is said, and our own's orders."""
+    commanded = _commanded(spec)
     for name, program in spec.programs.items():
         host = program_host(spec, program) or ""
         node = names.program_node(name, program.robot)
@@ -77,3 +90,24 @@ def program_endpoints(spec: Spec) -> Iterator[Endpoint]:
                 loc = ("programs", name, key, index)
                 publishes = key == "publishes"
                 yield Endpoint(full, topic.type, publishes, node, host, name, topic.rate, topic.size, loc)
+        for robot in commanded.get(name, ()):
+            orders, rate = f"{names.namespace(robot)}/{COMMAND}", _orders_rate(program)
+            yield Endpoint(orders, COMMAND_TYPE, True, node, host, name, rate, None, ("programs", name))
+
+
+def _commanded(spec: Spec) -> dict[str, dict[str, None]]:
+    """The robots that shipped programs command: these publish to each, and nobody needs to say so."""
+    found: dict[str, dict[str, None]] = {
+        name: {} for name, one in spec.programs.items() if one.use in SHIPPED
+    }
+    for control in spec.control if found else ():
+        if control.by in found:
+            found[control.by].update(dict.fromkeys(robot for robot in control.of if robot in spec.robots))
+    return found
+
+
+def _orders_rate(program: Program) -> float | None:
+    """Orders a second, Hz."""
+    setting = shipped()[program.use or ""]["rate"]
+    rate = program.params.get("rate", setting.default)
+    return float(rate) if setting.takes(rate) else None

@@ -62,10 +62,14 @@ def islands_of(spec: Spec) -> tuple[Island, ...]:
 
 
 def passages(spec: Spec) -> frozenset[str]:
-    """The hosts just to jump through: nothing else names them, but for networks without a master on them."""
+    """The hosts just to jump through: nothing else names them, but for networks that no master is on.
+
+    One that has something for programs is more than that.
+    """
     ways = {host.via for host in spec.hosts.values() if host.via is not None}
     if not ways:
         return frozenset()
+    ways = {name for name in ways if name not in spec.hosts or not spec.hosts[name].has}
     ways -= {hub_of(spec), spec.time.root, *(robot.host for robot in spec.robots.values())}
     ways -= {*(program.host for program in spec.programs.values()), *(one.by for one in spec.control)}
     ways = ways.difference(*(island.hosts for island in spec.islands.values()))

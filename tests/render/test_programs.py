@@ -153,3 +153,13 @@ def test_what_swarmctl_ships_is_shut_in_and_what_it_does_not_is_held_back(
              "--no-pager", str(path)], capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert ran.returncode == 0, [one for one in json.loads(ran.stdout or "[]") if one.get("exposure")]
+
+
+def test_a_program_runs_on_the_first_host_that_has_what_it_needs(tmp_path: Path) -> None:
+    spec = tmp_path / "swarm.yaml"
+    text = SPEC.read_text("utf-8").replace("map:\n    host: laptop", "map:\n    needs: [kinect, gpu]")
+    text = text.replace("user: root}", "user: root, has: [gpu, kinect]}")
+    spec.write_text(text.replace("user: robot}", "user: robot, has: [kinect]}"), "utf-8")
+    on = {host: [unit.program for unit in bundle.units] for host, bundle in rendered_of(spec).items()}
+    assert "map" in on["pi"]
+    assert "map" not in on["laptop"]
