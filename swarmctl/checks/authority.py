@@ -93,20 +93,15 @@ def _once(case: Case, index: int, place: int) -> Fix | None:
 def unannounced(case: Case) -> Iterator[Diagnostic]:
     """AUTH004: a program sends a robot orders, and neither `control` nor the mode lets it."""
     spec = case.spec
-    allowed: dict[str, set[str]] = {}
-    for control in spec.control if case.endpoints else ():
-        for robot in control.of:
-            allowed.setdefault(robot, set()).add(control.by)
-    leaders = _leaders(case)
     for one in case.endpoints:
         space, _, name = one.topic.rpartition("/")
         if not one.publishes or name != COMMAND or space not in case.publishers.robots:
             continue
         robot = case.publishers.robots[space]
-        listed = allowed.get(robot, set())
-        own = one.host == case.driving[robot] or leaders.get(_island_of(case, robot) or "") == one.host
-        if (not listed and own) or listed & {one.owner, spec.programs[one.owner].robot, one.host}:
+        address = spec.hosts[one.host].address if one.host in spec.hosts else ""
+        if any(commander.includes(one.node, address) for commander in case.authority.over(robot)):
             continue
+        listed = sorted(control.by for control in spec.control if robot in control.of)
         entry = {"by": one.owner, "of": [robot]}
         made = (
             append_item(case.source, ("control",), entry)
@@ -122,7 +117,7 @@ def unannounced(case: Case) -> Iterator[Diagnostic]:
             notes=(Note(case.span("control", key=True), "who may command whom"),) if spec.control else (),
             help=(
                 f"add to `control`: {listing}, priority: ...}}; "
-                f"`{'`, `'.join(sorted(listed))}` may command `{robot}` already"
+                f"`{'`, `'.join(listed)}` may command `{robot}` already"
                 if listed
                 else f"add to `control`: {listing}}}",
             ),

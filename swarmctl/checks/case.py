@@ -12,6 +12,7 @@ from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import Source
 from swarmctl.topology import modes
 from swarmctl.topology.address import Ip, Subnet
+from swarmctl.topology.authority import Authority
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.capacity import HostBudget, host_budgets
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
@@ -125,6 +126,11 @@ class Case:
     def home(self) -> Mapping[str, Island]:
         """The island of every host that runs ROS."""
         return {host: island for island in self.islands for host in island.hosts}
+
+    @cached_property
+    def authority(self) -> Authority:
+        """Who may command each robot, as its driver will have it."""
+        return Authority(self.spec, self.home)
 
     @cached_property
     def endpoints(self) -> tuple[Endpoint, ...]:

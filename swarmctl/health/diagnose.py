@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from swarmctl.health import bridges, verdicts
+from swarmctl.health import authority, bridges, verdicts
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.findings import HOST, Diagnosis, Findings
 from swarmctl.health.probe import Answer
@@ -29,6 +29,7 @@ def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -
     for host in graph.hosts:
         for robot in host.robots:
             if host.name in answers:
+                _orders(found, robot, answers.get(host.hub))
                 _robot(found, host, robot, answers[host.name])
             else:
                 not_asked = verdicts.unknown("its host could not be asked")
@@ -100,6 +101,13 @@ def _master(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
         found.add("master", host.name, verdict, host=host, after=[gate, f"master {host.hub}", probe])
 
 
+def _orders(found: Findings, robot: ExpectedRobot, hub: Answer | None) -> None:
+    """Who sends a robot its orders, as the master of its island has it."""
+    if hub is not None and robot.command in hub.commanders:
+        found.add("authority", robot.name, authority.strangers(robot, hub), robot=robot)
+        found.add("orders", robot.name, authority.types(robot, hub), robot=robot)
+
+
 def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer) -> None:
     """A robot, from its line to its topics."""
     probe_devices, probe_ros = (f"probe {host.name} {part}" for part in ("devices", "ros"))
@@ -124,7 +132,11 @@ def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: An
     report = ""
     if node.report is not None:
         report = found.add(
-            "report", robot.name, verdicts.report(node.report), robot=robot, after=[device, unit]
+            "report",
+            robot.name,
+            verdicts.report(node.report),
+            robot=robot,
+            after=[device, unit, f"authority {robot.name}"],
         )
     for topic in robot.topics:
         found.add(

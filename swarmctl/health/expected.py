@@ -15,7 +15,7 @@ from swarmctl.health.crossings import (
 )
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, DriverTopic, driver_topics
-from swarmctl.topology.swarm import Host, Island, RfcommLine, Robot, Swarm, UsbLine
+from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, Swarm, UsbLine
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ class ExpectedRobot:
     adapter: str  # what makes the device appear, for people
     topics: tuple[DriverTopic, ...]
     command: str
+    commanders: tuple[Commander, ...]
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ def _robot(swarm: Swarm, robot: Robot, host: Host) -> ExpectedRobot:
         adapter=_adapter(robot),
         topics=_topics(robot),
         command=f"{robot.namespace}/{COMMAND}",
+        commanders=robot.commanders,
     )
 
 

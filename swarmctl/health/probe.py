@@ -64,10 +64,14 @@ class TopicSeen:
 
 @dataclass(frozen=True)
 class Report:
-    """A driver's own word in /diagnostics; ``level`` as in diagnostic_msgs/DiagnosticStatus."""
+    """A driver's own word in /diagnostics; ``level`` as in diagnostic_msgs/DiagnosticStatus.
+
+    ``commander`` is whom it obeys just now: nobody else knows that.
+    """
 
     level: int
     message: str
+    commander: str = ""
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,14 @@ class GraphSeen:
 
 
 @dataclass(frozen=True)
+class SenderSeen:
+    """A node that is registered for orders: the host in its URI, and what it publishes (name to type)."""
+
+    host: str
+    publishes: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class DeviceSeen:
     """A serial device. ``usable``: drivers may open it (mode and group)."""
 
@@ -126,6 +138,7 @@ class Answer:
     master: MasterSeen | None = None
     nodes: Mapping[str, NodeSeen] = field(default_factory=dict)
     commanders: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    senders: Mapping[str, SenderSeen] = field(default_factory=dict)
     graph: GraphSeen | None = None
     devices: Mapping[str, DeviceSeen] = field(default_factory=dict)
     clock_ahead: float | None = None  # s, against the operator's clock
@@ -186,6 +199,7 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
         nodes=_each(data.get("nodes"), _node),
         commanders={_text(name): _texts(found) for name, found in _items(data.get("commanders"))},
         graph=_graph(data["graph"]) if isinstance(data.get("graph"), Mapping) else None,
+        senders=_each(data.get("senders"), _sender),
         devices=_each(data.get("devices"), _device),
         clock_ahead=None if time is None or received is None else time - received,
         boot_id=_text(data.get("boot_id")),
@@ -246,7 +260,13 @@ def _report(data: Any) -> Report | None:
     if not statuses:
         return None
     worst = max(statuses, key=lambda one: _count(one.get("level")))
-    return Report(_count(worst.get("level")), _text(worst.get("message")))
+    values = dict(_items(worst.get("values")))
+    return Report(_count(worst.get("level")), _text(worst.get("message")), _text(values.get("commander")))
+
+
+def _sender(data: Mapping[str, Any]) -> SenderSeen:
+    publishes = {_text(name): _text(kind) for name, kind in _items(data.get("publishes"))}
+    return SenderSeen(host=_text(data.get("host")).lower(), publishes=publishes)
 
 
 def _graph(data: Mapping[str, Any]) -> GraphSeen:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from swarmctl.health import authority
 from swarmctl.health.bridges import CHECK
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.findings import Diagnosis
@@ -29,7 +30,10 @@ class TopicRow:
 
 @dataclass(frozen=True)
 class RobotRow:
-    """A robot. ``driver`` is its unit, ``report`` the driver's own word, ``commanders`` who may order it."""
+    """A robot. ``driver`` is its unit, ``report`` the driver's own word, ``commander`` whom it obeys now.
+
+    ``commanders`` are the nodes that publish its orders and may do so.
+    """
 
     name: str
     state: State
@@ -41,6 +45,7 @@ class RobotRow:
     device: str
     device_exists: bool | None
     topics: tuple[TopicRow, ...]
+    commander: str
     commanders: tuple[str, ...] | None
 
 
@@ -103,11 +108,11 @@ def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], dia
             owner = ("robot", finding.robot) if finding.robot else ("host", finding.host)
             worst[owner] = max(worst.get(owner, State.OK), finding.state, key=_SEVERITY.index)
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
-    commanders = _commanders(answers.values())
     bridges = _bridges(graph, diagnosis)
     hosts = (
         replace(
-            _host(host, answers.get(host.name), worst, commanders), bridges=tuple(bridges.get(host.name, ()))
+            _host(host, answers.get(host.name), worst, answers.get(host.hub)),
+            bridges=tuple(bridges.get(host.name, ())),
         )
         for host in graph.hosts
     )
@@ -125,16 +130,11 @@ def _bridges(graph: ExpectedGraph, diagnosis: Diagnosis) -> dict[str, list[Bridg
     return rows
 
 
-def _commanders(answers: Iterable[Answer]) -> dict[str, tuple[str, ...]]:
-    """Who publishes on each command topic, as the hubs have it."""
-    return {topic: publishers for answer in answers for topic, publishers in answer.commanders.items()}
-
-
 def _host(
     host: ExpectedHost,
     answer: Answer | None,
     worst: Mapping[tuple[str, str], State],
-    commanders: Mapping[str, tuple[str, ...]],
+    hub: Answer | None,
 ) -> HostRow:
     seen = answer or _NONE
     return HostRow(
@@ -149,15 +149,12 @@ def _host(
         units_expected=len(host.release.units),
         master=seen.master,
         robots=tuple(
-            _robot(robot, seen, worst.get(("robot", robot.name), State.OK), commanders.get(robot.command))
-            for robot in host.robots
+            _robot(robot, seen, worst.get(("robot", robot.name), State.OK), hub) for robot in host.robots
         ),
     )
 
 
-def _robot(
-    robot: ExpectedRobot, answer: Answer, state: State, commanders: tuple[str, ...] | None
-) -> RobotRow:
+def _robot(robot: ExpectedRobot, answer: Answer, state: State, hub: Answer | None) -> RobotRow:
     node = answer.nodes.get(robot.node)
     device = answer.devices.get(robot.device)
     return RobotRow(
@@ -171,8 +168,16 @@ def _robot(
         device=robot.device,
         device_exists=device.exists if device else None,
         topics=tuple(_topics(robot, node)),
-        commanders=commanders,
+        commander=node.report.commander if node and node.report else "",
+        commanders=_commanders(robot, hub),
     )
+
+
+def _commanders(robot: ExpectedRobot, hub: Answer | None) -> tuple[str, ...] | None:
+    if hub is None or robot.command not in hub.commanders:
+        return None
+    found = authority.senders(robot, hub)
+    return tuple(node for node, seen in found if authority.may_command(robot, node, seen))
 
 
 def _topics(robot: ExpectedRobot, node: NodeSeen | None) -> Iterable[TopicRow]:

@@ -79,6 +79,14 @@ class Commander:
     namespace: str | None = None
     addresses: tuple[str, ...] = ()
 
+    def includes(self, node: str, address: str) -> bool:
+        """Whether ``node``, which is reached at ``address``, speaks for it: as its robot's driver decides."""
+        return (
+            node in self.nodes
+            or address.lower() in (one.lower() for one in self.addresses)
+            or (self.namespace is not None and node.startswith(self.namespace + "/"))
+        )
+
 
 @dataclass(frozen=True)
 class Program:

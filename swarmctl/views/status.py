@@ -23,6 +23,7 @@ _STYLE = {
     State.BAD: "bold red",
 }
 _GLYPH = {State.OK: "✓", State.SKIPPED: "-", State.WARNING: "!", State.UNKNOWN: "?", State.BAD: "✗"}
+NOBODY = "nobody"  # as a driver says it
 _WIDEST = 40  # columns of a cell that others stand behind
 _LONGEST = 200  # of a sentence that came from a host
 
@@ -144,7 +145,10 @@ def _topics(topics: Iterable[TopicRow]) -> Iterable[str]:
 
 
 def _commanded(robot: RobotRow) -> str:
-    return f"commanded by {_clean(', '.join(robot.commanders), _LONGEST)}" if robot.commanders else ""
+    """Whom the robot obeys; where that is nobody, who might order it."""
+    if robot.commander not in ("", NOBODY):
+        return f"obeys {_clean(robot.commander, _LONGEST)}"
+    return f"awaits orders of {_clean(', '.join(robot.commanders), _LONGEST)}" if robot.commanders else ""
 
 
 def _sentence(finding: Finding) -> str:

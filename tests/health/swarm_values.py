@@ -10,7 +10,16 @@ from typing import Any
 
 from swarmctl.checks.check import read
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot, Release, expected_graph
-from swarmctl.health.probe import Answer, DeviceSeen, MasterSeen, NodeSeen, Report, TopicSeen, UnitSeen
+from swarmctl.health.probe import (
+    Answer,
+    DeviceSeen,
+    MasterSeen,
+    NodeSeen,
+    Report,
+    SenderSeen,
+    TopicSeen,
+    UnitSeen,
+)
 from swarmctl.render.host import bundles
 from swarmctl.topology.swarm import Swarm
 
@@ -122,6 +131,23 @@ def with_topic(robot: str, topic: str, **changes: Any) -> Spoil:
         found = answer.nodes[f"/{robot}/driver"]
         topics = {**found.topics, topic: replace(found.topics[topic], **changes)}
         return with_node(robot, topics=topics)(answer)
+
+    return spoil
+
+
+def with_senders(robot: str, **hosts: str) -> Spoil:
+    """Nodes that publish orders of ``robot``, each with its host; told by the hub."""
+    command = f"/{robot}/cmd_vel"
+
+    def spoil(answer: Answer) -> Answer:
+        seen = {
+            f"/{node}": SenderSeen(host, {command: "geometry_msgs/Twist"}) for node, host in hosts.items()
+        }
+        return replace(
+            answer,
+            commanders={**answer.commanders, command: tuple(seen)},
+            senders={**answer.senders, **seen},
+        )
 
     return spoil
 

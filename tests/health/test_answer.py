@@ -21,7 +21,8 @@ _LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_
 _KEYS = st.sampled_from(
     "units nodes topics master devices release commanders reports level message rate count seconds "
     "registered alive restarts latency time troubles publishes hears nearby exists run_id reachable "
-    f"/k3/driver {UNIT['k3']} /dev/swarm/k3 /k3/odom".split()
+    "senders host values commander "
+    f"/k3/driver {UNIT['k3']} /dev/swarm/k3 /k3/odom /k3/cmd_vel".split()
 )
 _ANYTHING = st.recursive(
     _LEAVES,
@@ -30,10 +31,10 @@ _ANYTHING = st.recursive(
 )
 
 
-@given(st.dictionaries(_KEYS, _ANYTHING, max_size=12))
-def test_whatever_a_host_answers_it_can_be_diagnosed_and_shown(data: dict[str, Any]) -> None:
+@given(st.dictionaries(_KEYS, _ANYTHING, max_size=12), st.sampled_from([K3_PI, LAPTOP]))
+def test_whatever_a_host_answers_it_can_be_diagnosed_and_shown(data: dict[str, Any], host: str) -> None:
     answer = answer_of(json.loads(json.dumps(data)), received=0.0)
-    outcomes = {**all_well(), K3_PI: answer}
+    outcomes = {**all_well(), host: answer}
     shown = status(graph(), outcomes, diagnose(graph(), outcomes))
     json.dumps(shown.to_json(), allow_nan=False)
     assert "\x1b" not in view.status(shown).plain
@@ -52,12 +53,12 @@ def test_a_number_that_is_none_is_unknown(value: Any) -> None:
 def test_the_worst_status_is_the_drivers_word() -> None:
     reports = [
         {"level": 0, "message": "fine"},
-        {"level": 2, "message": "bad"},
+        {"level": 2, "message": "bad", "values": {"commander": "laptop (/teleop)"}},
         {"level": 1, "message": "so so"},
     ]
     report = answer_of({"nodes": {"/k3/driver": {"reports": reports}}}).nodes["/k3/driver"].report
     assert report is not None
-    assert (report.level, report.message) == (2, "bad")
+    assert (report.level, report.message, report.commander) == (2, "bad", "laptop (/teleop)")
 
 
 def test_a_host_is_asked_about_its_own_part() -> None:

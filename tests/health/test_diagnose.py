@@ -30,13 +30,14 @@ from swarm_values import (
     with_master,
     with_node,
     with_optional,
+    with_senders,
     with_topic,
     with_unit,
 )
 
 from swarmctl.health.diagnose import diagnose
 from swarmctl.health.findings import Diagnosis
-from swarmctl.health.probe import Report
+from swarmctl.health.probe import Report, SenderSeen
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError, Kind
 
@@ -258,6 +259,40 @@ FAULTS = {
     "another master at the hub's address": Fault(
         K3_PI, with_master(run_id="run-2"), {f"master {K3_PI}": ("bad", [])}, says="sits another master than"
     ),
+    "orders of the leader": Fault(LAPTOP, with_senders("k3", rostopic_1="192.168.77.10"), {}, healthy=True),
+    "orders of somebody who may not": Fault(
+        LAPTOP,
+        with_senders("k3", rostopic_77="192.168.77.12"),
+        {"authority k3": ("warning", [])},
+        healthy=True,
+        says="somebody who may not: /rostopic_77 on 192.168.77.12 publishes on /k3/cmd_vel;"
+        " its driver refuses it",
+    ),
+    "orders of many who may not": Fault(
+        LAPTOP,
+        with_senders("k3", **{f"rostopic_{number}": "192.168.77.12" for number in range(5)}),
+        {"authority k3": ("warning", [])},
+        healthy=True,
+        says="/rostopic_2 on 192.168.77.12, 2 more publish on /k3/cmd_vel; its driver refuses them",
+    ),
+    "orders of somebody who may not and is gone": Fault(
+        LAPTOP,
+        both(
+            with_senders("k3", rostopic_77="192.168.77.12"),
+            changed(senders={"/rostopic_77": SenderSeen("192.168.77.12", {})}),
+        ),
+        {},
+        healthy=True,
+    ),
+    "orders of another type": Fault(
+        LAPTOP,
+        both(
+            with_senders("k3", teleop="192.168.77.10"),
+            changed(senders={"/teleop": SenderSeen("192.168.77.10", {"/k3/cmd_vel": "a_msgs/TwistStamped"})}),
+        ),
+        {"orders k3": ("bad", [])},
+        says="/teleop on 192.168.77.10 publishes /k3/cmd_vel as a_msgs/TwistStamped, not as",
+    ),
     "clock astray": Fault(
         K3_PI,
         changed(clock_ahead=-61.0),
@@ -295,6 +330,13 @@ def test_a_fault_gives_its_cause_with_its_symptoms_under_it(fault: Fault) -> Non
     assert shape(found) == fault.causes
     assert found.healthy is fault.healthy
     assert any(fault.says in cause.message for cause, _ in found.explained()) or not fault.causes
+
+
+def test_what_a_driver_refuses_explains_its_warning() -> None:
+    answers = spoilt(LAPTOP, with_senders("k3", rostopic_77="192.168.77.12"))
+    warned = with_node("k3", report=Report(1, "standing still; refuses /rostopic_77"))
+    found = diagnose(graph(), {**answers, K3_PI: warned(answers[K3_PI])})
+    assert shape(found) == {"authority k3": ("warning", ["report k3"])}
 
 
 def test_a_dead_master_explains_every_host() -> None:

@@ -14,8 +14,9 @@ import pytest
 from ros_fakes import FakeRos, diagnostics, peer, publishing, served, slave
 from swarm_agent.verbs import probe
 
-from swarmctl.health.probe import answer_of
+from swarmctl.health.probe import SenderSeen, answer_of
 
+TWIST = "geometry_msgs/Twist"
 ODOM = "nav_msgs/Odometry"
 TOPICS = {"/k3/odom": 0.5, "/diagnostics": 0.5}
 KINDS = {"/k3/odom": ODOM, "/diagnostics": "diagnostic_msgs/DiagnosticArray"}
@@ -68,8 +69,11 @@ def graph() -> Iterator[tuple[FakeRos, str]]:
                 peer(publishing(KINDS["/diagnostics"], 10.0, diagnostics(2, "no serial port")))
             ),
         }
-        node = stack.enter_context(served(slave(ports, KINDS, {"/k3/cmd_vel": "geometry_msgs/Twist"})))
-        fake = FakeRos({"/k3/driver": node}, {"/k3/cmd_vel": ["/joystick"]})
+        node = stack.enter_context(served(slave(ports, KINDS, {"/k3/cmd_vel": TWIST})))
+        joystick = stack.enter_context(
+            served(slave({}, {"/k3/cmd_vel": TWIST, "/rosout": "rosgraph_msgs/Log"}))
+        )
+        fake = FakeRos({"/k3/driver": node, "/joystick": joystick}, {"/k3/cmd_vel": ["/joystick"]})
         yield fake, stack.enter_context(served(fake.functions()))
 
 
@@ -90,7 +94,7 @@ def test_a_healthy_host_tells_all(prefix: Path, graph: tuple[FakeRos, str]) -> N
     assert answer.master.run_id == "run-1"
     node = answer.nodes["/k3/driver"]
     assert (node.registered, node.alive, node.pid) == (True, True, 42)
-    assert node.hears == {"/k3/cmd_vel": "geometry_msgs/Twist"}
+    assert node.hears == {"/k3/cmd_vel": TWIST}
     assert node.publishes == KINDS
     rate = node.topics["/k3/odom"].rate
     assert rate is not None
@@ -98,6 +102,7 @@ def test_a_healthy_host_tells_all(prefix: Path, graph: tuple[FakeRos, str]) -> N
     assert node.report is not None
     assert (node.report.level, node.report.message) == (2, "no serial port")
     assert answer.commanders == {"/k3/cmd_vel": ("/joystick",)}
+    assert answer.senders == {"/joystick": SenderSeen("127.0.0.1", {"/k3/cmd_vel": TWIST})}
     assert answer.clock_ahead == pytest.approx(0.0, abs=0.5)
     assert answer.boot_id
 
@@ -132,6 +137,21 @@ def test_a_node_that_is_gone_keeps_its_registration(prefix: Path, graph: tuple[F
 def test_an_unknown_node_is_not_registered(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     graph[0].nodes.clear()
     assert asked(graph[1])["nodes"]["/k3/driver"]["registered"] is False
+
+
+@pytest.mark.parametrize("uri", ["http://127.0.0.1:9/", "nonsense", None])
+def test_a_sender_that_is_gone_publishes_nothing(
+    prefix: Path, graph: tuple[FakeRos, str], uri: str | None
+) -> None:
+    """It is still registered, as after a SIGKILL."""
+    fake, master = graph
+    del fake.nodes["/joystick"]
+    if uri is not None:
+        fake.nodes["/joystick"] = uri
+    answer = asked(master)
+    assert answer["commanders"] == {"/k3/cmd_vel": ["/joystick"]}
+    assert answer["senders"]["/joystick"]["publishes"] == {}
+    assert answer["troubles"] == {}
 
 
 @pytest.mark.parametrize("state", [7, [], ["x"], [[["/k3/cmd_vel"]]], [[[1, 2]]], [{"a": 1}]])

@@ -23,12 +23,13 @@ from swarm_values import (
     no_serial_port,
     with_master,
     with_node,
+    with_senders,
     with_topic,
     with_unit,
 )
 
 from swarmctl.health.diagnose import diagnose
-from swarmctl.health.probe import Answer
+from swarmctl.health.probe import Answer, Report
 from swarmctl.health.status import Status, status
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views import status as view
@@ -42,10 +43,25 @@ def shown(outcomes: Mapping[str, Any]) -> Status:
 
 
 def healthy() -> dict[str, Any]:
-    """As in the lab: no Bluetooth adapter, but a device all the same; and a joystick."""
+    """As in the lab: no Bluetooth adapter, but a device all the same; a joystick, and a teleop in use."""
     answers = all_well()
     answers[EPUCK_PI] = with_unit(RFCOMM, active="inactive", sub="dead", skipped=True)(answers[EPUCK_PI])
-    answers[LAPTOP] = changed(commanders={"/koala/cmd_vel": ("/joystick",)})(answers[LAPTOP])
+    answers[LAPTOP] = both(
+        with_senders("koala", joystick="192.168.77.10"), with_senders("k3", teleop="192.168.77.10")
+    )(answers[LAPTOP])
+    obeys = Report(0, "driving", "koala-laptop (/teleop)")
+    answers[K3_PI] = with_node("k3", report=obeys)(answers[K3_PI])
+    return answers
+
+
+def intruded() -> dict[str, Any]:
+    """Somebody on a host that does not command tries to drive."""
+    answers = all_well()
+    answers[LAPTOP] = with_senders("k3", rostopic_77="192.168.77.12")(answers[LAPTOP])
+    refuses = "refuses /rostopic_77 on 192.168.77.12: not among its commanders koala-laptop"
+    answers[K3_PI] = with_node("k3", report=Report(1, f"standing still: no order yet; {refuses}", "nobody"))(
+        answers[K3_PI]
+    )
     return answers
 
 
@@ -63,7 +79,8 @@ def sick() -> dict[str, Any]:
         with_node("epuck", registered=False, alive=None, report=None, topics={}),
     )(answers[EPUCK_PI])
     answers[LAPTOP] = both(
-        changed(release="0" * 16, commanders={"/koala/cmd_vel": (f"/evil{ESCAPES}",)}),
+        changed(release="0" * 16),
+        with_senders("koala", **{f"evil{ESCAPES}": "192.168.77.10"}),
         with_topic("koala", "/koala/odom", rate=3.14),
     )(answers[LAPTOP])
     return answers
@@ -80,7 +97,7 @@ def half_dead() -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("make", [healthy, outdated, sick, half_dead])
+@pytest.mark.parametrize("make", [healthy, outdated, intruded, sick, half_dead])
 def test_the_picture_is_the_golden_one(make: Any, golden: Callable[[Path, str], None]) -> None:
     golden(GOLDEN / f"{make.__name__}.txt", f"{view.status(shown(make())).plain}\n")
 

@@ -1,10 +1,11 @@
 """``probe``: how the host's part of the swarm is doing, without changing or joining anything.
 
 Request: ``swarm``, ``units``, ``master`` (a URI), ``nodes`` (each with ``name`` and ``topics``: name to
-seconds of listening), ``commands`` (topics whose publishers are asked of the master), ``graph`` (see
-``probe_graph``; none where there is one island), ``devices``.
-Answer: ``release``, ``units``, ``master``, ``nodes``, ``commanders``, ``graph``, ``devices``, ``time``,
-``boot_id`` and ``troubles``: what could not be found out, and why. One part that fails costs only itself.
+seconds of listening), ``commands`` (topics whose publishers are looked up), ``graph`` (see ``probe_graph``;
+none where there is one island), ``devices``.
+Answer: ``release``, ``units``, ``master``, ``nodes``, ``commanders`` (names), ``senders`` (where they run and
+what they publish), ``graph``, ``devices``, ``time``, ``boot_id`` and ``troubles``: what could not be found
+out, and why. One part that fails costs only itself.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ _CALLS = 4 * ros.CALL_SECONDS  # the calls that come one after the other before 
 _MOST_NODES = 200
 _MOST_TOPICS = 20  # of one node
 _MOST_NAMES = 20  # publishers of one topic, adapters on one host
+_MOST_SENDERS = 400  # nodes that publish on the topics that command robots
 _DIAGNOSTICS = "/diagnostics"
 _SERIAL_GROUP = "dialout"
 
@@ -108,7 +110,7 @@ async def _ask_ros(request: Mapping[str, Any], answer: dict[str, Any]) -> None:
     longest = max(
         (_seconds(one) for node in request["nodes"] for one in node["topics"].values()), default=0.0
     )
-    answer["nodes"], answer["commanders"] = {}, {}
+    answer["nodes"], answer["commanders"], answer["senders"] = {}, {}, {}
     try:
         await asyncio.wait_for(_master_and_nodes(request, answer), longest + 2 * _CALLS)
     except asyncio.TimeoutError:
@@ -162,6 +164,23 @@ async def _commanders(uri: str, topics: Sequence[str], answer: dict[str, Any]) -
         answer["troubles"]["commanders"] = "the master's system state makes no sense"
     else:
         answer["commanders"] = {topic: found.get(topic, []) for topic in topics}
+        senders = {name for names in answer["commanders"].values() for name in names}
+        works = (_sender(uri, name, topics, answer["senders"]) for name in sorted(senders)[:_MOST_SENDERS])
+        await asyncio.gather(*works)
+
+
+async def _sender(master_uri: str, name: str, topics: Sequence[str], answers: dict[str, Any]) -> None:
+    """Where a node that commands runs, and which of ``topics`` it publishes as what: none if it is gone."""
+    found: dict[str, Any] = {"host": "", "publishes": {}}
+    try:
+        uri = str(await ros.call(master_uri, "lookupNode", name))
+        found["host"] = clipped(ros.place_of(uri)[0])
+        publishes = _types(await ros.call(uri, "getPublications"))
+    except PeerError as error:
+        found["error"] = str(error)
+    else:
+        found["publishes"] = {topic: kind for topic, kind in publishes.items() if topic in topics}
+    answers[name] = found
 
 
 async def _graph(uri: str, asked: Mapping[str, Any], answer: dict[str, Any]) -> None:

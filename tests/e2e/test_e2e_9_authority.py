@@ -1,0 +1,78 @@
+"""Authority: a robot obeys who is declared to command it, one at a time; the status tells who else tries."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from conftest import Note
+from labswarm import LEADER, LabSwarm, within
+
+STRANGER = "epuck-pi"
+LEADING, CENTRAL = "mode: leader\nleader: koala-laptop", "mode: central\nhub: koala-laptop"
+CONTROL = "  - {by: koala-laptop, of: [koala, k3, epuck]}"
+TWO = """\
+  - {by: koala-laptop, of: [koala, epuck]}
+  - {by: epuck-pi, of: [k3]}
+  - {by: k3-pi, of: [k3], priority: 10}"""
+LOW, HIGH = 0.05, 0.1  # m/s
+
+
+def test_orders_of_a_host_that_does_not_lead_move_nothing_and_are_told(swarm: LabSwarm, note: Note) -> None:
+    place = swarm.robot("k3")["distance"]
+    with swarm.publishing(STRANGER, "k3", 0.1):
+        said = within(10, lambda: "refuses /rostopic" in swarm.diagnosis(LEADER, "k3"), "nobody is refused")
+        note("k3 names a stranger in /diagnostics after", f"{said:.1f} s", "")
+        status = swarm.swarmctl("status")
+        assert status.status == 0, status.out
+        address = swarm.hosts[STRANGER]
+        assert f"on {address} publishes on /k3/cmd_vel; its driver refuses it" in status.out
+        assert f"on {address}: not among its commanders {LEADER}" in status.out
+        with swarm.driving(LEADER, "epuck", 0.05):
+            assert "obeys koala-laptop (/rostopic" in swarm.swarmctl("status").out
+    assert swarm.robot("k3")["distance"] == place
+
+
+def test_the_leader_is_obeyed_while_a_stranger_shouts(swarm: LabSwarm) -> None:
+    with swarm.publishing(STRANGER, "k3", 0.3), swarm.driving(LEADER, "k3", 0.1):
+        speeds = set()
+        for _ in range(50):
+            speeds.add(round(swarm.robot("k3")["v"], 2))
+            time.sleep(0.02)
+        assert speeds == {0.1}
+    swarm.seconds_to_standstill("k3")
+
+
+@pytest.fixture
+def two_commanders(swarm: LabSwarm) -> LabSwarm:
+    """The example as mode central, where k3 has two commanders of different priority."""
+    spec = swarm.variant(
+        "two-commanders",
+        ("mode: leader\nleader: koala-laptop", "mode: central\nhub: koala-laptop"),
+        (CONTROL, TWO),
+    )
+    run = swarm.deploy(spec)
+    assert run.status == 0, run.out + run.err
+    return swarm
+
+
+def test_the_higher_commander_takes_the_robot_at_once_and_gives_it_back_by_its_silence(
+    two_commanders: LabSwarm, note: Note
+) -> None:
+    swarm = two_commanders
+
+    def goes(speed: float) -> bool:
+        return bool(swarm.robot("k3")["v"] == pytest.approx(speed, rel=0.05))
+
+    with swarm.driving(STRANGER, "k3", LOW):
+        within(5, lambda: goes(LOW), "k3 does not obey the lower one")
+        with swarm.publishing("k3-pi", "k3", HIGH) as higher:
+            within(10, lambda: goes(HIGH), "k3 does not obey the higher one")
+            began = time.monotonic()
+            while time.monotonic() < began + 1:
+                assert goes(HIGH)
+            higher.kill()
+            back = within(5, lambda: goes(LOW), "k3 is not given back")
+        note("k3 goes back to its lower commander after SIGKILL of the higher", f"{back:.2f} s", "<= 1 s")
+        assert back <= 1
+    swarm.seconds_to_standstill("k3")
