@@ -141,6 +141,16 @@ def test_the_standing_names_who_is_obeyed_until_the_silence_is_long_enough():
     assert authority.standing(1.9).commander == "nobody"
 
 
+def test_a_second_node_of_a_commander_holds_lower_ones_back_although_it_waits():
+    """Otherwise a lower one would slip in between the two."""
+    authority = Authority(ALL, TIMEOUT)
+    assert authority.admits(Sender("/rostopic_1", LAPTOP), 1.0)
+    assert not authority.admits(Sender("/rostopic_2", LAPTOP), 1.25)
+    assert not authority.admits(Sender("/k3/wander", PI), 1.5)
+    assert authority.standing(1.5).commander == "nobody"
+    assert authority.admits(Sender("/rostopic_2", LAPTOP), 1.51)
+
+
 def test_who_waits_its_turn_is_named_and_no_reason_to_warn():
     authority = Authority(ALL, TIMEOUT)
     authority.admits(Sender("/joystick", LAPTOP), 1.0)

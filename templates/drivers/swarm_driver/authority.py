@@ -59,11 +59,15 @@ class Standing:
 
 @dataclass
 class _Hold:
-    """The sender that a priority belongs to, until it has been silent for long enough."""
+    """The sender that a priority belongs to until it has been silent for long enough.
+
+    ``spoken`` is when anybody of this priority was heard: lower ones wait for all of them.
+    """
 
     commander: str
     node: str
     heard: float
+    spoken: float
 
     def __str__(self) -> str:
         return f"{self.commander} ({self.node})"
@@ -93,12 +97,13 @@ class Authority:
         commander = next((one for one in self._commanders if one.includes(sender)), None)
         if commander is None:
             return self._refuse(sender, now)
-        hold = self._live(commander.priority, now)
-        if hold is not None and hold.node != sender.node:
+        hold = self._holds.get(commander.priority)
+        if hold is not None and hold.node != sender.node and self._recent(hold.heard, now):
+            hold.spoken = now
             return self._refuse(sender, now, behind=str(hold))
-        self._holds[commander.priority] = _Hold(commander.name, sender.node, now)
+        self._holds[commander.priority] = own = _Hold(commander.name, sender.node, now, now)
         above = self._highest(now)
-        if above is not None and above.node != sender.node:
+        if above is not None and above is not own:
             return self._refuse(sender, now, behind=str(above))
         self._refused.pop(sender.node, None)
         return True
@@ -108,8 +113,9 @@ class Authority:
             self._refused.popitem(last=False)
         lately = list(reversed(self._refused.values()))
         strangers = [one for one in lately if not one.behind and one.heard >= now - _RECENT]
+        hold = self._highest(now)
         return Standing(
-            commander=str(self._highest(now) or NOBODY),
+            commander=str(hold) if hold is not None and self._recent(hold.heard, now) else NOBODY,
             refused=_listed([self._told(one) for one in lately], "; ") or "none",
             complaint=self._complaint([one.sender for one in strangers]) if strangers else "",
         )
@@ -122,14 +128,13 @@ class Authority:
         who = _listed([str(one) for one in strangers], ", ")
         return f"refuses {who}: {self._strangeness(strangers[0])}"
 
-    def _live(self, priority: int, now: float) -> _Hold | None:
-        hold = self._holds.get(priority)
-        return hold if hold is not None and now < hold.heard + self._timeout else None
+    def _recent(self, moment: float, now: float) -> bool:
+        return now < moment + self._timeout
 
     def _highest(self, now: float) -> _Hold | None:
-        """Who holds the robot."""
-        live = (self._live(priority, now) for priority in sorted(self._holds, reverse=True))
-        return next((hold for hold in live if hold is not None), None)
+        """The highest priority of which anybody was heard."""
+        holds = (self._holds[priority] for priority in sorted(self._holds, reverse=True))
+        return next((hold for hold in holds if self._recent(hold.spoken, now)), None)
 
     def _refuse(self, sender: Sender, now: float, *, behind: str = "") -> bool:
         known = self._refused.pop(sender.node, None)
