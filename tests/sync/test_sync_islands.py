@@ -227,6 +227,13 @@ def test_after_a_new_configuration_what_is_no_longer_declared_is_taken_out(pair:
     assert {topic for topic, _, _ in pair.masters["b"].subscribers()} == {"/b/scan"}
 
 
+def test_after_a_new_configuration_it_listens_nowhere_in_vain(pair: World) -> None:
+    pair.bridges["a"] = None
+    pair.start_bridge("a", {**PAIR, "a": {"b": []}})
+    pair.step()
+    assert pair.masters["b"].subscribers() == set()
+
+
 def test_who_stops_leaves_nothing_behind(pair: World) -> None:
     pair.stop_bridge("a")
     assert pair.masters["a"].publishers() == set()

@@ -185,7 +185,7 @@ class Bridge:
         await master.do([("unregisterSubscriber", me, topic, uri) for topic in sorted(graph.subscribed)])
 
     async def farewell(self) -> None:
-        """Take back all that was registered anywhere; a master that does not answer is not waited for."""
+        """Take back all that was registered anywhere; who hangs is waited for as long as two calls take."""
         me = self.config.node
         calls: list[Call] = [
             ("unregisterPublisher", one.node, one.topic, one.uri) for one in self._brought or ()
@@ -193,8 +193,7 @@ class Bridge:
         calls += [("unregisterPublisher", me, TOPIC, self._uri)]
         calls += [] if self._brought is None else [("deleteParam", me, RECORD)]
         leaving = [self._own.do(calls), *(self._leave(master) for master in self._masters.values())]
-        with contextlib.suppress(asyncio.TimeoutError):
-            await asyncio.wait_for(asyncio.gather(*leaving, return_exceptions=True), _FAREWELL)
+        await asyncio.gather(*leaving, return_exceptions=True)
 
 
 async def _within(seconds: float, event: asyncio.Event) -> None:

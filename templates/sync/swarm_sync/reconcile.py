@@ -36,7 +36,7 @@ def offer_of(peer: Peer, graph: Graph) -> Offer:
     entries, refusals = [], []
     for topic, declared in peer.hears.items():
         nodes = _publishers(graph, topic)
-        for node in nodes[:MOST_PUBLISHERS]:
+        for node in nodes:
             entry = Entry(topic, node, graph.nodes.get(node, ""))
             if not entry.uri or entry in graph.record.entries:
                 continue
