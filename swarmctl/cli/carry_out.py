@@ -11,6 +11,7 @@ from swarmctl.cli import console, exits
 if TYPE_CHECKING:
     from swarmctl.deploy.rollout import Outcome, Removed, Result
     from swarmctl.remote.fleet import Event
+    from swarmctl.topology.swarm import Host
 
     Events = Iterator[Event[Outcome]] | Iterator[Event[Removed]]
 
@@ -29,8 +30,8 @@ def say(text: str) -> None:
     console.err().print(text)
 
 
-def report(found: Mapping[str, Result]) -> None:
-    """One line a host, the way to mend what failed, and a sum."""
+def report(found: Mapping[str, Result], absent: Sequence[str] = ()) -> None:
+    """One line a host, the way to mend what failed, and a sum. ``absent``: optional hosts that are away."""
     from rich.text import Text
 
     from swarmctl.deploy.rollout import Outcome
@@ -44,9 +45,12 @@ def report(found: Mapping[str, Result]) -> None:
             console.out().print(Text.assemble(("  help", "bold green"), f": {printable(result.hint)}"))
         for note in result.plan.notes if isinstance(result, Outcome) else ():
             console.out().print(Text(f"  note: {printable(note)}", "dim"))
-    failed = {name: result for name, result in found.items() if isinstance(result, HostError)}
+    errors = {name: result for name, result in found.items() if isinstance(result, HostError)}
+    failed = {name: error for name, error in errors.items() if name not in absent}
     changed = sum(not isinstance(result, HostError) and result.changed for result in found.values())
     said = f"{changed} of {len(found)} hosts changed"
+    if absent:
+        said += f"; away, and optional: {', '.join(absent)}"
     if failed:
         said += f"; not done: {', '.join(failed)}"
     if any(error.retryable for error in failed.values()):
@@ -82,10 +86,23 @@ def document(swarm: str, found: Mapping[str, Result]) -> dict[str, Any]:
     }
 
 
-def exit_code(found: Mapping[str, Result], *, interrupted: bool) -> int:
+def absent(found: Mapping[str, Result], hosts: Mapping[str, Host]) -> tuple[str, ...]:
+    """The optional hosts that could not be reached: the swarm is complete without them."""
     from swarmctl.remote.transport import HostError
 
-    errors = [result for result in found.values() if isinstance(result, HostError)]
+    return tuple(
+        name
+        for name, result in found.items()
+        if hosts[name].optional and isinstance(result, HostError) and not result.reached
+    )
+
+
+def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequence[str] = ()) -> int:
+    from swarmctl.remote.transport import HostError
+
+    errors = [
+        result for name, result in found.items() if isinstance(result, HostError) and name not in absent
+    ]
     if interrupted:
         return exits.INTERRUPTED
     if any(error.reached for error in errors):

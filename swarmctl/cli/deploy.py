@@ -30,14 +30,15 @@ def deploy(
     with interruptible(carry_out.say) as stop:
         events = rollout.deploy(wanted, targets, SshTransport(), parallel=parallel, stop=stop)
         found = carry_out.results(events, list(wanted), quiet=json)
+    absent = carry_out.absent(found, swarm.hosts)
     if json:
         console.print_json(carry_out.document(swarm.name, found))
     else:
-        carry_out.report(found)
+        carry_out.report(found, absent)
     if not access.in_lab(lab, lab_name):
         done = [name for name, result in found.items() if isinstance(result, rollout.Outcome)]
         with carry_out.journal_warnings():
             for name in done:
                 journal.remember(place, name, wanted[name].digest, wanted[name].manifest)
             carry_out.tell_of_left(journal.left(place, swarm.hosts))
-    raise typer.Exit(carry_out.exit_code(found, interrupted=stop.requested))
+    raise typer.Exit(carry_out.exit_code(found, interrupted=stop.requested, absent=absent))

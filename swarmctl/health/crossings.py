@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from swarmctl.topology import names
+from swarmctl.topology.fkie import FAMILIES
 from swarmctl.topology.interfaces import DIAGNOSTICS, driver_topics
 from swarmctl.topology.swarm import Island, Robot, Swarm
 
@@ -58,16 +59,6 @@ def _publishes(robot: Robot, topic: str) -> bool:
     return any(one.name == topic for one in driver_topics(robot.type, robot.settings))
 
 
-def addresses_of(swarm: Swarm) -> Mapping[str, tuple[str, ...]]:
-    """By island, each text that its nodes' URIs may have: addresses and names of hosts, in lower case."""
-    return {
-        island.name: tuple(
-            dict.fromkeys(text.lower() for host in island.hosts for text in (swarm.hosts[host].address, host))
-        )
-        for island in swarm.islands
-    }
-
-
 @dataclass(frozen=True)
 class ExpectedMultimaster:
     """What joins a hub's master to others: its unit and its nodes. ``speaker``: the node that reports."""
@@ -85,4 +76,7 @@ def multimaster_of(swarm: Swarm, hub: str, units: tuple[str, ...]) -> ExpectedMu
     if swarm.multimaster.provider == "static":
         node = names.multimaster_node(swarm.island_of(hub).name)
         return ExpectedMultimaster(unit, (node,), node)
-    return ExpectedMultimaster(unit, ("/master_discovery",), None)
+    family = FAMILIES[swarm.multimaster.packages]
+    hears = swarm.island_of(hub).name in swarm.heard
+    nodes = (family.discovery, family.sync) if hears else (family.discovery,)
+    return ExpectedMultimaster(unit, tuple(f"/{node.name}" for node in nodes), None)

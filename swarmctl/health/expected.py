@@ -9,7 +9,6 @@ from functools import cached_property
 from swarmctl.health.crossings import (
     ExpectedBridge,
     ExpectedMultimaster,
-    addresses_of,
     bridges_of,
     multimaster_of,
 )
@@ -86,7 +85,8 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
     """What the hosts in ``releases`` should show. A topic that crosses is looked at from both its ends."""
     hosts = (_host(swarm, swarm.hosts[name], release) for name, release in releases.items())
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
-    return ExpectedGraph(swarm.name, tuple(hosts), tuple(bridges), addresses_of(swarm))
+    places = {island.name: swarm.places_of(island) for island in swarm.islands}
+    return ExpectedGraph(swarm.name, tuple(hosts), tuple(bridges), places)
 
 
 def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:

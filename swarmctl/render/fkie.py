@@ -98,10 +98,5 @@ def sync(swarm: Swarm, heard: Mapping[str, list[str]]) -> Mapping[str, Any]:
 def _heard(swarm: Swarm, island: Island) -> dict[str, list[str]]:
     """By hub of origin, the topics that cross to ``island``."""
     hubs = {other.name: other.hub for other in swarm.islands}
-    heard: dict[str, list[str]] = {}
-    for bridge in swarm.bridges:
-        if island.name in bridge.to:
-            topics = heard.setdefault(hubs[bridge.origin], [])
-            if bridge.topic not in topics:
-                topics.append(bridge.topic)
-    return heard
+    heard = swarm.heard.get(island.name, {})
+    return {hubs[origin]: list(topics) for origin, topics in heard.items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.render import fkie, ros1
+from swarmctl.render import fkie, ros1, static
 from swarmctl.render.bundle import File, Unit
 from swarmctl.render.templates import render
 from swarmctl.topology import names
@@ -13,19 +13,31 @@ from swarmctl.topology.swarm import Host, Island, Swarm
 
 def joins(swarm: Swarm, host: Host, island: Island) -> bool:
     """Whether this host joins its island's master to others."""
-    return len(swarm.islands) > 1 and host.name == island.hub and swarm.multimaster.provider == "fkie"
+    return len(swarm.islands) > 1 and host.name == island.hub
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     """Every file that meeting the others needs, the unit aside."""
-    if joins(swarm, host, island):
+    if not joins(swarm, host, island):
+        return
+    if swarm.multimaster.provider == "static":
+        yield from static.files(swarm, host, island)
+    else:
         yield from fkie.files(swarm, island)
 
 
 def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit]]:
-    """The unit beside this hub's master: it starts after it and restarts with it."""
+    """The unit beside this hub's master, if there is anything to do for one."""
     if not joins(swarm, host, island):
         return
+    if swarm.multimaster.provider == "fkie":
+        yield _fkie_unit(swarm, host, island)
+    elif (found := static.unit(swarm, host, island)) is not None:
+        yield found
+
+
+def _fkie_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
+    """It starts after the master and restarts with it."""
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render(
         "multimaster.service",
@@ -36,9 +48,11 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
     )
     file = File(f"units/{name}", text, origin="multimaster")
     own = tuple(one.path for one in files(swarm, host, island))
-    yield file, Unit(name, (file.path, *ros1.RUNNING, *own))
+    return file, Unit(name, (file.path, *ros1.RUNNING, *own))
 
 
 def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
-    """What must be installed on this host already."""
-    return fkie.requires(swarm, island) if joins(swarm, host, island) else ()
+    """What must be installed on this host already; our own node needs what a master needs."""
+    if swarm.multimaster.provider == "static" or not joins(swarm, host, island):
+        return ()
+    return fkie.requires(swarm, island)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Usb
@@ -160,6 +161,15 @@ class Swarm:
     multimaster: model.Multimaster = field(default_factory=model.Multimaster)
     time: model.Time = field(default_factory=model.Time)
 
+    @cached_property
+    def heard(self) -> Mapping[str, Mapping[str, Mapping[str, str]]]:
+        """By island that hears, by island of origin: the topics that cross, with their types."""
+        found: dict[str, dict[str, dict[str, str]]] = {}
+        for bridge in self.bridges:
+            for to in bridge.to:
+                found.setdefault(to, {}).setdefault(bridge.origin, {}).setdefault(bridge.topic, bridge.type)
+        return found
+
     def island_of(self, host: str) -> Island:
         """The island of ``host``; in mode single-minded a host without ROS has none: KeyError."""
         for island in self.islands:
@@ -172,6 +182,11 @@ class Swarm:
 
     def programs_on(self, host: str) -> tuple[Program, ...]:
         return tuple(program for program in self.programs.values() if program.host == host)
+
+    def places_of(self, island: Island) -> tuple[str, ...]:
+        """What may stand for a host in the URIs of the island's nodes: addresses and names, in lower case."""
+        texts = (text.lower() for name in island.hosts for text in (self.hosts[name].address, name))
+        return tuple(dict.fromkeys(texts))
 
     def master_uri(self, island: Island) -> str:
         """The same text for every host of the island, the hub included."""

@@ -128,6 +128,10 @@ class LabSwarm:
         """One run of the console script to its end."""
         return self._run(self.argv(verb, spec, *options), timeout=120)
 
+    def run(self, *arguments: str) -> Run:
+        """One run of the console script that has to do with no lab."""
+        return self._run([str(SWARMCTL), *arguments], timeout=60)
+
     def _run(self, argv: Sequence[str], timeout: float) -> Run:
         began = time.monotonic()
         done = subprocess.run(

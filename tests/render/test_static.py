@@ -1,0 +1,126 @@
+"""Provider `static`: each hub that hears something gets the node, told of its peers and of nothing else."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from swarm_sync import config
+
+from swarmctl.checks.check import read
+from swarmctl.render.bundle import Bundle
+from swarmctl.render.host import bundles
+
+GOLDEN = Path(__file__).parent / "golden/static"
+MODES = Path(__file__).parents[1] / "topology/modes"
+PARAMS = "params/multimaster.yaml"
+UNIT = "swarm-newswarm.multimaster.service"
+CROSSING = """
+multimaster:
+  provider: static
+  topics:
+    - {topic: /k3/odom, to: [koala-laptop, epuck-pi]}
+    - {topic: /koala/odom, to: [epuck-pi]}
+    - {topic: /epuck/odom, to: [koala-laptop]}
+"""
+
+
+def rendered(tmp_path: Path, mode: str, more: str = CROSSING) -> Mapping[str, Bundle]:
+    text = (MODES / f"{mode}.yaml").read_text("utf-8").replace("multimaster: {provider: fkie}\n", "")
+    spec = tmp_path / "swarm.yaml"
+    spec.write_text(text + more, "utf-8")
+    swarm, found = read(spec)
+    assert swarm is not None, found
+    return bundles(swarm)
+
+
+def text_of(bundle: Bundle, path: str) -> str:
+    return next(file.content.decode() for file in bundle.files if file.path == path)
+
+
+def params(bundle: Bundle) -> dict[str, Any]:
+    data: dict[str, Any] = yaml.safe_load(text_of(bundle, PARAMS))
+    return data
+
+
+@pytest.mark.parametrize("mode", ["standalone", "combined"])
+def test_golden(mode: str, tmp_path: Path, golden: Callable[[Path, str], None]) -> None:
+    crossing = "multimaster: {provider: static}\n" if mode == "combined" else CROSSING
+    for host, bundle in rendered(tmp_path, mode, crossing).items():
+        for file in bundle.files:
+            if "multimaster" in file.path:
+                golden(GOLDEN / mode / host / file.path, file.content.decode())
+
+
+def test_who_hears_nothing_joins_nothing(tmp_path: Path) -> None:
+    made = rendered(tmp_path, "standalone")
+    for host, joins in {"koala-laptop": True, "k3-pi": False, "epuck-pi": True}.items():
+        assert (UNIT in [unit.name for unit in made[host].units]) == joins
+        assert any(file.path.startswith("sync/") for file in made[host].files) == joins
+        assert (PARAMS in [file.path for file in made[host].files]) == joins
+
+
+def test_the_node_understands_its_parameters(tmp_path: Path) -> None:
+    for bundle in rendered(tmp_path, "standalone").values():
+        if any(file.path == PARAMS for file in bundle.files):
+            parsed = config.parse(params(bundle))
+            assert {peer.island: dict(peer.hears) for peer in parsed.peers} == {
+                peer["island"]: {one["topic"]: one["type"] for one in peer["hears"]}
+                for peer in params(bundle)["peers"]
+            }
+
+
+def test_a_hub_is_told_what_comes_here_and_what_leaves(tmp_path: Path) -> None:
+    [k3, epuck] = params(rendered(tmp_path, "standalone")["koala-laptop"])["peers"]
+    assert [one["topic"] for one in k3["hears"]] == ["/k3/odom"]
+    assert k3["tells"] == []
+    assert {"topic": "/koala/odom", "type": "nav_msgs/Odometry"} in epuck["tells"]
+
+
+def test_nodes_of_an_islands_other_hosts_cross_too(tmp_path: Path) -> None:
+    made = rendered(tmp_path, "combined", "multimaster: {provider: static}\n")
+    [peer] = params(made["epuck-pi"])["peers"]
+    assert peer["hosts"] == ["192.168.77.10", "koala-laptop", "192.168.77.11", "k3-pi"]
+    assert UNIT not in [unit.name for unit in made["k3-pi"].units]
+
+
+def test_the_unit_restarts_when_its_node_or_its_parameters_change_and_not_with_the_drivers(
+    tmp_path: Path,
+) -> None:
+    bundle = rendered(tmp_path, "standalone")["koala-laptop"]
+    unit = next(one for one in bundle.units if one.name == UNIT)
+    paths = {file.path for file in bundle.files}
+    assert {PARAMS, "sync/static_sync.py", "sync/swarm_sync/bridge.py"} <= set(unit.needs) <= paths
+    assert "drivers/swarm_driver/driver.py" not in unit.needs
+
+
+def test_the_node_comes_with_all_that_it_imports(tmp_path: Path) -> None:
+    """Also to a hub that drives no robot, and so has no drivers."""
+    spec = (MODES / "standalone.yaml").read_text("utf-8").replace("multimaster: {provider: fkie}\n", "")
+    desk = "hosts:\n  desk: {address: 192.168.77.20, computer: laptop}\n"
+    (tmp_path / "swarm.yaml").write_text(
+        spec.replace("hosts:\n", desk, 1).replace("hosts: [", "hosts: [desk, ", 1)
+        + "multimaster: {provider: static, topics: [{topic: /k3/odom, to: [desk]}]}\n",
+        "utf-8",
+    )
+    swarm, found = read(tmp_path / "swarm.yaml")
+    assert swarm is not None, found
+    paths = {file.path for file in bundles(swarm)["desk"].files}
+    assert {"drivers/swarm_driver/__init__.py", "drivers/swarm_driver/systemd.py"} <= paths
+    assert "drivers/serial_driver.py" not in paths
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
+def test_the_unit_is_shut_in(tmp_path: Path) -> None:
+    unit = tmp_path / UNIT
+    unit.write_text(text_of(rendered(tmp_path, "standalone")["epuck-pi"], f"units/{UNIT}"), "utf-8")
+    ran = subprocess.run(
+        ["systemd-analyze", "security", "--offline=true", "--threshold=20", "--no-pager", str(unit)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout[-500:]
