@@ -18,6 +18,7 @@ _DEFAULT_GROUP = "226.0.0.0"
 _QUALITY_HZ = 0.1  # below it there is no link quality
 _STEADY_HZ = 0.3  # below it masters were seen to flap, fkie/multimaster_fkie#46
 _MANY = 5
+_FOR_PYTHON_2 = "multimaster_fkie"  # 0.8.12, the last of them, has print statements
 _OF_FKIE = (
     "packages", "group", "port", "heartbeat_hz", "active_request_after", "remove_after",
     "robot_hosts", "sync_hosts", "ignore_hosts",
@@ -282,6 +283,23 @@ def idle_settings(case: Case) -> Iterator[Diagnostic]:
             )
 
 
+def outdated_packages(case: Case) -> Iterator[Diagnostic]:
+    """MM016: packages for Python 2, which the hosts' ROS has left behind."""
+    settings = _settings(case)
+    if settings is None or settings.provider != "fkie" or settings.packages != _FOR_PYTHON_2:
+        return
+    loc = ("multimaster", "packages")
+    yield Diagnostic(
+        "MM016",
+        f"`{_FOR_PYTHON_2}` is Python 2, and ROS {case.spec.ros.distro} runs Python 3",
+        case.span(*loc),
+        severity=Severity.WARNING,
+        label="as published it does not start",
+        help=("leave it out: `fkie_multimaster` (1.x) is part of Noetic",),
+        fix=mend("remove `packages`", remove(case.source, loc)),
+    )
+
+
 RULES: tuple[Rule, ...] = (
     strangers,
     one_sided_greetings,
@@ -292,4 +310,5 @@ RULES: tuple[Rule, ...] = (
     parted_islands,
     shut_out,
     idle_settings,
+    outdated_packages,
 )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -42,14 +44,29 @@ def _name(spec: Layers | None, name: str) -> str:
 
 
 @lab.command(epilog=exits.told())
-def up(spec: access.Spec, overlays: access.Overlays = None, name: Name = "") -> None:
+def up(
+    spec: access.Spec,
+    overlays: access.Overlays = None,
+    name: Name = "",
+    workspace: Annotated[
+        Path | None,
+        typer.Option(
+            "--workspace", metavar="DIR", help="A built catkin workspace, to be found by ROS on every host."
+        ),
+    ] = None,
+) -> None:
     """Boot the hosts of a spec, at its own addresses, with its robots on their lines. Needs root."""
     from swarmctl.lab import lab as labs
     from swarmctl.lab.plan import plan_of
+    from swarmctl.lab.workspace import workspace_of
 
     swarm = console.read_spec(spec)
     with _told():
-        labs.up(plan_of(swarm, name or None), lambda line: console.err().print(line))
+        plan = plan_of(swarm, name or None)
+        if workspace is not None:
+            place = swarm.workspace or f"/opt/ros/{swarm.distro}"
+            plan = replace(plan, workspace=workspace_of(workspace, place))
+        labs.up(plan, lambda line: console.err().print(line))
 
 
 @lab.command(epilog=exits.told())

@@ -11,12 +11,14 @@ from pathlib import Path
 
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.places import HostHome
-from swarmctl.lab.plan import LabHost
+from swarmctl.lab.plan import LabHost, Workspace
 from swarmctl.lab.processes import run
 
 UID = 1000
 GROUPS = ("sudo", "dialout")
 ROOT = "root"
+# systemd lays this over every unit whose name starts so (systemd.unit(5))
+UNITS_OF_SWARMS = "etc/systemd/system/swarm-.service.d/workspace.conf"
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,15 @@ class Entry:
     path: str
     content: str
     mode: int = 0o644
+    owner: int = 0
+
+
+@dataclass(frozen=True)
+class Link:
+    """A symbolic link on a host."""
+
+    path: str
+    target: str
     owner: int = 0
 
 
@@ -82,11 +93,22 @@ def _with_member(line: str, user: str) -> str:
     return f"{name}:{password}:{gid}:{','.join(filter(None, [members, user]))}\n"
 
 
-def write(upper: Path, image: Path, files: Iterable[Entry]) -> None:
+def workspace_entries(workspace: Workspace) -> Iterator[Entry | Link]:
+    """What lets a host find a workspace as if it were its own, and the swarm's hardened units see it."""
+    if not any(f"{workspace.place}/".startswith(f"{folder}/") for folder in workspace.folders):
+        yield Link(workspace.place.lstrip("/"), workspace.space)
+    seen = " ".join(workspace.folders)
+    yield Entry(UNITS_OF_SWARMS, f"[Service]\nProtectHome=tmpfs\nBindReadOnlyPaths={seen}\n")
+
+
+def write(upper: Path, image: Path, files: Iterable[Entry | Link]) -> None:
     """Lay ``files`` over the image. A folder that the image has too keeps its mode and owner."""
     for entry in files:
         path = upper / entry.path
         _folders(upper, image, path.parent.relative_to(upper), entry.owner)
+        if isinstance(entry, Link):
+            path.symlink_to(entry.target)
+            continue
         path.write_text(entry.content)
         path.chmod(entry.mode)
         os.chown(path, entry.owner, entry.owner)
@@ -106,7 +128,9 @@ def _folders(upper: Path, image: Path, folder: Path, owner: int) -> None:
             os.chown(here, owner, owner)
 
 
-def prepare(host: LabHost, place: HostHome, image: Path, authorized: str) -> bool:
+def prepare(
+    host: LabHost, place: HostHome, image: Path, authorized: str, workspace: Workspace | None = None
+) -> bool:
     """Make the disk of a new host; whether there was none. A host's folder appears whole or not at all."""
     if place.directory.exists():
         return False
@@ -117,11 +141,8 @@ def prepare(host: LabHost, place: HostHome, image: Path, authorized: str) -> boo
     shutil.copystat(image, fresh.upper)
     key = fresh.directory / "host_key"
     generate_key(key, host.name)
-    write(
-        fresh.upper,
-        image,
-        entries(host, Accounts.of(image), key.read_text(), authorized, secrets.token_hex(16)),
-    )
+    own = entries(host, Accounts.of(image), key.read_text(), authorized, secrets.token_hex(16))
+    write(fresh.upper, image, (*own, *(workspace_entries(workspace) if workspace else ())))
     key.unlink()
     fresh.directory.rename(place.directory)
     return True

@@ -41,6 +41,8 @@ PACKAGES = (
         "python3-std-msgs",
     ),
     *("python3-diagnostic-msgs", "python3-tf2-msgs", "rospack-tools"),
+    *("python3-std-srvs", "ros-std-srvs"),
+    "ros-environment",  # what the setup files of a workspace run
 )
 MASKED = (
     *("apt-daily.timer", "apt-daily-upgrade.timer", "e2scrub_all.timer", "dpkg-db-backup.timer"),

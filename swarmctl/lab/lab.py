@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from ipaddress import ip_address, ip_interface
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,8 @@ def up(plan: LabPlan, say: Say) -> None:
                 note(", ".join(f"{one.name} {one.subnet}" for one in plan.networks))
             with _step(say, "supervisor"):
                 launch.launch(place)
+            if workspace := state.plan.workspace:
+                say(f"workspace: {workspace.space} is {workspace.place} on every host")
         _await_hosts(place, plan, say, since=time.monotonic())
     for robot in plan.robots:
         say(_line_of(robot.name, robot.type, robot.device, robot.bluetooth))
@@ -247,9 +249,9 @@ def _settle(place: Home, plan: LabPlan) -> State:
     """The state that the lab has or, from now on, will have. Refuses to turn one lab into another."""
     if place.state.exists():
         state = read_state(place)
-        if state.plan != plan:
+        if state.plan != replace(plan, workspace=plan.workspace or state.plan.workspace):
             raise LabError(
-                f"lab {plan.name} is up with other hosts, links or robots",
+                f"lab {plan.name} is up with other hosts, links or robots, or another workspace",
                 "take it down first (`swarmctl lab down`), or give this one a name of its own (--name)",
             )
         if not state.image.is_dir():
@@ -272,7 +274,7 @@ def _prepared(place: Home, state: State) -> int:
     authorized = public.read_text()
 
     def prepare(host: LabHost) -> bool:
-        return disks.prepare(host, place.host(host.name), state.image, authorized)
+        return disks.prepare(host, place.host(host.name), state.image, authorized, state.plan.workspace)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         fresh = sum(pool.map(prepare, state.plan.hosts))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.lab.places import HostHome
-from swarmctl.lab.plan import LabHost
+from swarmctl.lab.plan import LabHost, Workspace
 
 PTS_INSIDE = "/run/lab-pts"  # where a host sees the terminals that its robots hang on
 DIALOUT = 20  # gid of group dialout, fixed in Debian
@@ -65,7 +65,9 @@ def mount_argvs(image: Path, place: HostHome) -> tuple[tuple[str, ...], ...]:
     )
 
 
-def nspawn_argv(host: LabHost, place: HostHome, namespace: Path) -> tuple[str, ...]:
+def nspawn_argv(
+    host: LabHost, place: HostHome, namespace: Path, workspace: Workspace | None = None
+) -> tuple[str, ...]:
     """Boot systemd in ``place``, with the network of ``namespace``."""
     return (
         *("systemd-nspawn", "--quiet", "--register=no", "--keep-unit", "--boot", "--notify-ready=yes"),
@@ -73,6 +75,7 @@ def nspawn_argv(host: LabHost, place: HostHome, namespace: Path) -> tuple[str, .
         *("--capability=CAP_NET_ADMIN", f"--network-namespace-path={namespace}"),
         *("--console=passive", "--resolv-conf=off", "--timezone=off", "--link-journal=no"),
         f"--bind={place.pts}:{PTS_INSIDE}",
+        *(f"--bind-ro={folder}" for folder in (workspace.folders if workspace else ())),
     )
 
 

@@ -60,6 +60,16 @@ class LabRobot:
 
 
 @dataclass(frozen=True)
+class Workspace:
+    """A built catkin workspace of this machine. Hosts see its ``folders`` where they are here, since builds
+    know their own path; at ``place``, where ROS or the spec's workspace is looked for, lies its ``space``."""
+
+    space: str
+    place: str
+    folders: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class LabPlan:
     """Everything that ``lab up`` builds. Equal plans are the same lab."""
 
@@ -68,6 +78,7 @@ class LabPlan:
     hosts: tuple[LabHost, ...]
     networks: tuple[LabNetwork, ...]
     robots: tuple[LabRobot, ...]
+    workspace: Workspace | None = None
 
     def host(self, name: str) -> LabHost:
         return _named(self.hosts, name, f"lab {self.name} has no host")
@@ -92,6 +103,9 @@ class LabPlan:
             ),
             networks=tuple(LabNetwork(**network) for network in data["networks"]),
             robots=tuple(LabRobot(**robot) for robot in data["robots"]),
+            workspace=None
+            if data["workspace"] is None
+            else Workspace(**{**data["workspace"], "folders": tuple(data["workspace"]["folders"])}),
         )
 
 

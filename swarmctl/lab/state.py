@@ -10,7 +10,7 @@ from swarmctl.lab.errors import LabError
 from swarmctl.lab.places import Home
 from swarmctl.lab.plan import LabPlan
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from swarmctl.lab.emulators import TYPES, emulator
 from swarmctl.lab.emulators.port import Port
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.places import Home
-from swarmctl.lab.plan import LabHost, LabRobot
+from swarmctl.lab.plan import LabHost, LabRobot, Workspace
 from swarmctl.lab.processes import environment, run
 from swarmctl.lab.state import State, read_state
 
@@ -59,13 +59,16 @@ class Keeper(threading.Thread):
     The host dies with this thread, which is why the thread never ends.
     """
 
-    def __init__(self, host: LabHost, home: Home, groups: machines.Cgroups) -> None:
+    def __init__(
+        self, host: LabHost, home: Home, groups: machines.Cgroups, workspace: Workspace | None
+    ) -> None:
         super().__init__(name=host.name, daemon=True)
         self.host = host
         self.lines: list[Line] = []
         self._place = home.host(host.name)
         self._namespace = network.namespace_path(home, host.name)
         self._groups = groups
+        self._workspace = workspace
         self._change = threading.Condition()
         self._wanted = True
         self._state = STOPPED
@@ -136,8 +139,9 @@ class Keeper(threading.Thread):
             folder_of_ready = os.open(self._place.directory, os.O_PATH | os.O_DIRECTORY)
             address = f"/proc/{os.getpid()}/fd/{folder_of_ready}/{ready.name}"
             messages.bind(address)
+            argv = machines.nspawn_argv(self.host, self._place, self._namespace, self._workspace)
             process = subprocess.Popen(
-                machines.joining(machines.nspawn_argv(self.host, self._place, self._namespace), folders),
+                machines.joining(argv, folders),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -192,7 +196,7 @@ class Supervisor:
         for host in plan.hosts:
             for argv in machines.mount_argvs(state.image, home.host(host.name)):
                 run(argv)
-        self.keepers = {host.name: Keeper(host, home, groups) for host in plan.hosts}
+        self.keepers = {host.name: Keeper(host, home, groups, plan.workspace) for host in plan.hosts}
         self.lines: dict[str, Line] = {}
         for robot in plan.robots:
             if robot.type in TYPES:

@@ -111,8 +111,8 @@ class LabSwarm:
         assert found is not None
         self.hosts: Mapping[str, str] = {host.name: host.address for host in found.hosts.values()}
 
-    def up(self) -> None:
-        done = self._run([str(SWARMCTL), "lab", "up", str(self.spec), "--name", self.name], IMAGE)
+    def up(self, *options: str) -> None:
+        done = self._run([str(SWARMCTL), "lab", "up", str(self.spec), "--name", self.name, *options], IMAGE)
         assert done.status == 0, done.out + done.err
         self._namespace = lab.operator(self.name).namespace
 
@@ -344,12 +344,12 @@ class LabSwarm:
 
 
 @contextmanager
-def lab_of(name: str, spec: Path, folder: Path) -> Iterator[LabSwarm]:
+def lab_of(name: str, spec: Path, folder: Path, *options: str) -> Iterator[LabSwarm]:
     """A lab of the spec's hosts, gone again on leaving, however it is left."""
     swarm = LabSwarm(name, spec, folder)
     with ExitStack() as stack:
         stack.callback(swarm.down)
-        swarm.up()
+        swarm.up(*options)
         yield swarm
         for host in swarm.hosts:
             swarm.hang_up(host)
