@@ -38,7 +38,7 @@ def files(swarm: Swarm, island: Island) -> tuple[File, ...]:
 
 
 def command(swarm: Swarm) -> tuple[str, ...]:
-    """Both nodes, under the master that is there: without `--wait` roslaunch would start one of its own."""
+    """Both nodes, under the master that is there: without `--wait` roslaunch may start one of its own."""
     return ("roslaunch", "--wait", "--skip-log-check", f"{ROOT}/{swarm.name}/current/{LAUNCH}")
 
 

@@ -51,7 +51,7 @@ def _bundle(swarm: Swarm, host: Host, parts: tuple[Part, ...]) -> Bundle:
     return Bundle(
         swarm=swarm.name,
         host=host.name,
-        files=tuple(sorted(files, key=lambda file: file.path)),
+        files=tuple(sorted(dict.fromkeys(files), key=lambda file: file.path)),
         units=(*(unit for _, unit in unit_files), Unit(target, ())),
         links=links,
         blocks={path: inside for part in parts for path, inside in part.blocks.items()},

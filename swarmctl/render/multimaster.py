@@ -23,6 +23,7 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     if swarm.multimaster.provider == "static":
         yield from static.files(swarm, host, island)
     else:
+        yield ros1.ros_client()
         yield from fkie.files(swarm, island)
 
 
@@ -37,12 +38,11 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
 
 
 def _fkie_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
-    """It starts after the master and restarts with it."""
+    """It waits for the master and starts anew with it."""
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render(
         "multimaster.service",
         **ros1.service_values(swarm),
-        master=names.unit(swarm.name, names.MASTER),
         command=fkie.command(swarm),
         runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
     )

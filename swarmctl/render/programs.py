@@ -8,14 +8,13 @@ from typing import Any
 from swarmctl.render import shipped
 from swarmctl.render.bundle import ROOT, File, Unit, package
 from swarmctl.render.params import params_file
-from swarmctl.render.ros1 import RUNNING, service_values
+from swarmctl.render.ros1 import ROS_CLIENT, RUNNING, ros_client, service_values
 from swarmctl.render.templates import render
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND
 from swarmctl.topology.programs import INTERACTIVE, SCRIPTS
 from swarmctl.topology.swarm import Host, Program, Swarm
 
-_ROS_CLIENT = "bin/ros-client"
 _HAS_PACKAGES = "bin/has-packages"
 _TELEOP = "teleop"
 
@@ -24,7 +23,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     """What the programs of ``host`` need, their units aside."""
     programs = swarm.programs_on(host.name)
     if programs:
-        yield File(_ROS_CLIENT, shipped.text("host/ros-client"), 0o755)
+        yield ros_client()
     if any(_packages(one) for one in programs if one.said.optional):
         yield File(_HAS_PACKAGES, shipped.text("host/has-packages"), 0o755)
     if any(one.said.use for one in programs):
@@ -100,7 +99,7 @@ def _unit(swarm: Swarm, host: Host, program: Program) -> tuple[File, Unit]:
         user=host.user,
     )
     file = File(f"units/{name}", text, origin=f"programs.{program.name}")
-    needs = [file.path, *RUNNING, _ROS_CLIENT, *_reads(program)]
+    needs = [file.path, *RUNNING, ROS_CLIENT, *_reads(program)]
     if packages:
         needs.append(_HAS_PACKAGES)
     return file, Unit(name, tuple(needs), program=program.name, packages=packages)

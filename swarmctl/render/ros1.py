@@ -18,6 +18,7 @@ _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
 _MASTER_HELPERS = ("bin/wait-for-address", "bin/wait-for-master")
 RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec")  # what every ROS program runs in
+ROS_CLIENT = "bin/ros-client"
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
@@ -73,6 +74,11 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
             line = unit.name
             yield binder, unit
         yield _driver(swarm, robot, line, common)
+
+
+def ros_client() -> File:
+    """What runs programs that cannot tell by themselves that their master has started anew."""
+    return File(ROS_CLIENT, shipped.text("host/ros-client"), 0o755)
 
 
 def service_values(swarm: Swarm) -> dict[str, Any]:

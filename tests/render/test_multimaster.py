@@ -121,9 +121,9 @@ def test_one_island_needs_no_multimaster(tmp_path: Path) -> None:
     assert not any(texts(bundle) for bundle in rendered(tmp_path, "leader", "\n").values())
 
 
-def test_the_unit_restarts_with_its_master_and_when_its_files_change(tmp_path: Path) -> None:
+def test_the_unit_waits_for_its_master_and_restarts_when_its_files_change(tmp_path: Path) -> None:
     bundle = rendered(tmp_path, "standalone")["k3-pi"]
     unit = next(one for one in bundle.units if one.name == UNIT)
 
     assert {PARAMS, "launch/multimaster.launch", "env/ros.env"} <= set(unit.needs)
-    assert "PartOf=swarm-newswarm.target swarm-newswarm.master.service\n" in texts(bundle)[f"units/{UNIT}"]
+    assert "bin/ros-client --forever roslaunch --wait " in texts(bundle)[f"units/{UNIT}"]
