@@ -78,7 +78,7 @@ def test_what_it_reads_lies_inside_the_wheel(installed: Path, tmp_path: Path) ->
 
 
 def test_it_validates_and_renders_from_another_folder(
-    installed: Path, leader_spec: Path, tmp_path: Path
+    installed: Path, leader_spec: Path, root: Path, tmp_path: Path
 ) -> None:
     shutil.copy(leader_spec, tmp_path)
     validated = ran(installed / "swarmctl", "validate", "swarm.yaml", cwd=tmp_path)
@@ -86,17 +86,16 @@ def test_it_validates_and_renders_from_another_folder(
     assert "is valid" in validated.stdout
     rendered = ran(installed / "swarmctl", "render", "swarm.yaml", "--out", "made", "--json", cwd=tmp_path)
     assert (rendered.returncode, rendered.stderr) == (0, "")
-    here = ran(
-        Path(sys.executable),
+    render = (
         "-m",
         "swarmctl",
         "render",
-        "swarm.yaml",
+        str(tmp_path / "swarm.yaml"),
         "--out",
-        "here",
+        str(tmp_path / "here"),
         "--json",
-        cwd=tmp_path,
     )
+    here = ran(Path(sys.executable), *render, cwd=root)  # this checkout, whatever is installed
     digests = [
         {host: one["digest"] for host, one in json.loads(told.stdout)["hosts"].items()}
         for told in (rendered, here)
