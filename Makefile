@@ -12,7 +12,7 @@ TEST_TOOLS := sshd:openssh-server sudo:sudo
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test experiments fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -24,6 +24,9 @@ demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; the lab's one after the other
 	$(BIN)/pytest -n auto -m "not lab" $(PYTEST_ARGS)
 	$(BIN)/pytest -m lab $(PYTEST_ARGS)
+
+experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
+	$(BIN)/pytest -m lab tests/e2e/test_e2e_paper.py $(PYTEST_ARGS)
 
 lint: $(VENV)/.dev ## style, types, and who may import whom
 	$(BIN)/ruff check .

@@ -82,6 +82,7 @@ def _write(out: Path, bundles: Mapping[str, Bundle]) -> None:
     with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=out) as aside:
         for name, bundle in bundles.items():
             fresh, place = Path(aside) / name, out / name
+            fresh.mkdir()  # also of a host on which nothing of the swarm runs
             for file in bundle.files:
                 path = fresh / file.path
                 path.parent.mkdir(parents=True, exist_ok=True)

@@ -314,9 +314,11 @@ class LabSwarm:
             yield publisher
 
     @contextmanager
-    def publishing(self, host: str, robot: str, linear: float, angular: float = 0.0) -> Iterator[Publisher]:
+    def publishing(
+        self, host: str, robot: str, linear: float, angular: float = 0.0, *, source: str = SOURCE
+    ) -> Iterator[Publisher]:
         twist = f"{{linear: {{x: {linear}}}, angular: {{z: {angular}}}}}"
-        command = f"{SOURCE}; echo $$; exec rostopic pub -r 10 /{robot}/cmd_vel geometry_msgs/Twist '{twist}'"
+        command = f"{source}; echo $$; exec rostopic pub -r 10 /{robot}/cmd_vel geometry_msgs/Twist '{twist}'"
         argv = self.shell_argv(host, command)
         with subprocess.Popen(
             argv, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True

@@ -77,8 +77,7 @@ def states(units: Sequence[str]) -> dict[str, dict[str, Any]]:
         state: dict[str, Any] = {short: values.get(name, "") for name, short in _FIELDS.items()}
         state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
         met, looked = (values.get(name, "") for name in _CONDITION)
-        unmet = met == "no" and looked not in ("", "0")
-        state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
+        state["skipped"] = state["active"] == "inactive" and met == "no" and looked not in ("", "0")
         found[asked] = state
     return found
 

@@ -1,0 +1,160 @@
+"""One of the paper's experiments in a lab of its own: deployed, driven with a gamepad, looked at."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import wholegraph
+from labswarm import LEADER, SOURCE, LabSwarm, lab_of, moves, quoted, within
+
+from swarmctl.checks.check import read
+from swarmctl.cli import exits
+from swarmctl.topology import names
+from swarmctl.topology.interfaces import COMMAND
+from swarmctl.topology.swarm import Swarm
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PAD = (EXAMPLES / "gamepad.py").read_text("utf-8")
+LACKING = ("gamepad", "kinect", "rtabmap", "gmapping")  # programs whose ROS packages the lab's image lacks
+HEALTHY = 20.0  # s within which a swarm must be healthy after its deploy
+STILL = 1.5  # s within which all robots must stand after the button is let go
+PATIENCE = 15.0  # s
+TRYING = 1.0  # s for which an order that must not be heard is looked at
+
+
+@dataclass(frozen=True)
+class Gamepad:
+    """The gamepad of the experiment, in a person's hands."""
+
+    process: subprocess.Popen[str]
+
+    def hold(self, forward: float, left: float = 0.0) -> None:
+        self._type(f"{forward} {left}")
+
+    def let_go(self) -> None:
+        self._type("")
+
+    def _type(self, line: str) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A deployed swarm. ``seconds``: what the lab, the deploy and the way to health took."""
+
+    lab: LabSwarm
+    spec: Swarm
+    seconds: Mapping[str, float]
+
+    @contextmanager
+    def gamepad(self) -> Iterator[Gamepad]:
+        """A gamepad at the leader's host. Entered once the joystick program hears it."""
+        argv = self.lab.shell_argv(LEADER, f"{SOURCE}; exec python3 -uc {quoted(PAD)}")
+        pipe = subprocess.PIPE
+        with subprocess.Popen(argv, stdin=pipe, stdout=subprocess.DEVNULL, text=True) as process:
+            try:
+                island = self.spec.islands[0].name
+                within(PATIENCE, lambda: self.orders("/joy", island), "no gamepad is announced")
+                yield Gamepad(process)
+            finally:
+                assert process.stdin is not None
+                process.stdin.close()
+                process.wait(10)
+
+    def orders(self, topic: str, island: str) -> list[str]:
+        """The nodes other than the joystick that an island's master lists as publishers of ``topic``."""
+        ends = wholegraph.real(self.lab, self.spec)[island]
+        found = (end.node for end in ends if (end.topic, end.way) == (topic, "publishes"))
+        return [node for node in found if node != "/joystick"]
+
+    def settles(self) -> None:
+        """Wait until every master lists what the spec says, and nothing else."""
+        wanted = wholegraph.expected(self.spec, LACKING)
+        wrong: list[str] = []
+
+        def right() -> bool:
+            wrong[:] = wholegraph.difference(wholegraph.real(self.lab, self.spec), wanted)
+            return not wrong
+
+        with suppress(AssertionError):
+            within(PATIENCE, right, "")
+        assert wrong == [], "\n".join(wrong)
+
+    def drives(self, pad: Gamepad, *robots: str) -> float:
+        """Hold the button and push the stick until just ``robots`` move. Gives the seconds that took."""
+        before = self.ways()
+        time.sleep(0.2)  # the joystick wants to see the button free first
+        pad.hold(1.0)
+        took = within(PATIENCE, lambda: self.moving() >= set(robots), f"not all of {robots} move")
+        self.only_these(before, *robots)
+        return took
+
+    def only_these(self, before: Mapping[str, float], *robots: str) -> None:
+        moved = {name for name, way in self.ways().items() if way != before[name]}
+        assert moved == set(robots)
+
+    def moving(self) -> set[str]:
+        return {name for name, state in self.lab.robots().items() if moves(state)}
+
+    def ways(self) -> dict[str, float]:
+        """How far each robot has come, m."""
+        return {name: state["distance"] for name, state in self.lab.robots().items()}
+
+    def stands(self, robot: str, seconds: float = TRYING) -> None:
+        """Look for a while: ``robot`` does not move."""
+        before, end = self.ways()[robot], time.monotonic() + seconds
+        while time.monotonic() < end:
+            assert self.ways()[robot] == before, f"{robot} moves"
+            time.sleep(0.05)
+
+    def refuses(self, robot: str, heard_on: str) -> None:
+        """Wait until the driver of ``robot`` says that it refuses `rostopic`; it stands all the while."""
+        before = self.ways()[robot]
+        heard = "refuses /rostopic"
+        within(PATIENCE, lambda: heard in self.lab.diagnosis(heard_on, robot), "nothing is refused")
+        assert self.ways()[robot] == before, f"{robot} has moved"
+
+    def is_not_told(self, robot: str, *, ordered_on: str, home: str) -> None:
+        """An order that one island's master knows of never comes to the robot's own."""
+        topic = f"{names.namespace(robot)}/{COMMAND}"
+        within(PATIENCE, lambda: self.orders(topic, ordered_on), "the order is not announced")
+        self.stands(robot)
+        assert self.orders(topic, home) == []
+
+    def seconds_to_rest(self) -> float:
+        """How long it takes, from now on, until all robots stand."""
+        return max(self.lab.seconds_to_standstill(*self.spec.robots).values())
+
+
+@contextmanager
+def conducted(
+    name: str, workplace: Path, prepare: Callable[[LabSwarm], None] = lambda _: None
+) -> Iterator[Experiment]:
+    """The experiment ``examples/NAME`` in a lab of its own, deployed and healthy; gone on leaving."""
+    folder, short = workplace / name, name[: len("paper-1")]
+    folder.mkdir()
+    began = time.monotonic()
+    with lab_of(f"{short}-{os.getpid()}", EXAMPLES / name / "swarm.yaml", folder) as swarm:
+        spec, _ = read(swarm.spec)
+        assert spec is not None
+        up = time.monotonic() - began
+        prepare(swarm)
+        deploy = swarm.deploy()
+        assert deploy.status == 0, deploy.out + deploy.err
+        healthy = seconds_to_health(swarm)
+        yield Experiment(swarm, spec, {"lab up": up, "deployed": deploy.seconds, "then healthy": healthy})
+
+
+def seconds_to_health(swarm: LabSwarm) -> float:
+    began = time.monotonic()
+    while (status := swarm.swarmctl("status")).status != exits.OK:
+        assert time.monotonic() - began < HEALTHY, status.out + status.err
+    return time.monotonic() - began
