@@ -7,6 +7,8 @@ from functools import cache
 from swarmctl import resources
 from swarmctl.render.bundle import File
 
+_SHARING = ("drivers", "sync")  # packages whose programs import `templates/shared`
+
 
 @cache
 def text(path: str) -> bytes:
@@ -16,11 +18,15 @@ def text(path: str) -> bytes:
 
 @cache
 def folder(name: str) -> tuple[File, ...]:
-    """The files of a package; scripts stay executable."""
-    root = resources.templates() / name
+    """The files of a package, with what it shares with others beside it; scripts stay executable."""
+    return (*_files(name, name), *(_files("shared", name) if name in _SHARING else ()))
+
+
+def _files(source: str, target: str) -> tuple[File, ...]:
+    root = resources.templates() / source
     return tuple(
         File(
-            f"{name}/{path.relative_to(root)}",
+            f"{target}/{path.relative_to(root)}",
             path.read_bytes(),
             0o755 if path.stat().st_mode & 0o100 else 0o644,
         )

@@ -25,7 +25,7 @@ from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.port import Port
 from swarm_driver.report import Level, Report
-from swarm_driver.systemd import Notifier
+from swarm_shared.systemd import Notifier
 
 if TYPE_CHECKING:
     from swarm_driver.ros import RosSink

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from swarm_driver.systemd import Notifier
+from swarm_shared.systemd import Notifier
 from swarm_sync import diagnostics, slave
 from swarm_sync.bridge import Bridge
 from swarm_sync.config import Config, ConfigError, load

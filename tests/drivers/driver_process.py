@@ -23,6 +23,7 @@ from swarmctl.lab.emulators.port import Port as Pty
 from swarmctl.resources import templates
 
 DRIVERS = templates() / "drivers"
+SHARED = templates() / "shared"
 FAKE_ROS = Path(__file__).parent / "fake_ros"
 NO_MASTER = "http://127.0.0.1:9/"  # where none answers
 
@@ -74,7 +75,12 @@ class Node:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONPATH": str(FAKE_ROS), "ROS_MASTER_URI": NO_MASTER, **environment},
+            env={
+                **os.environ,
+                "PYTHONPATH": f"{FAKE_ROS}:{SHARED}",
+                "ROS_MASTER_URI": NO_MASTER,
+                **environment,
+            },
         )
         self.heard: list[dict[str, Any]] = []
         self._reader = threading.Thread(target=self._read, daemon=True)

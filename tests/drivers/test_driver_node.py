@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import subprocess
@@ -11,7 +12,7 @@ import time
 
 import pytest
 from driver_fakes import TESTER, TYPES, config_for
-from driver_process import DRIVERS, master, running, wait_for, wired
+from driver_process import DRIVERS, SHARED, master, running, wait_for, wired
 from swarm_driver.port import Port
 
 from swarmctl.lab.emulators.faults import Faults
@@ -200,7 +201,8 @@ def test_a_useless_parameter_file_is_one_plain_line(program, text, complaint, tm
     if text is not None:
         config.write_text(text)
     command = [sys.executable, str(DRIVERS / program), "--config", str(config)]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    environment = {**os.environ, "PYTHONPATH": str(SHARED)}
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False, env=environment)
     assert ended.returncode == 1
     assert complaint in ended.stderr
     assert "Traceback" not in ended.stderr

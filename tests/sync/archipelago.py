@@ -164,7 +164,7 @@ def _disk(image: Path, root: Path) -> None:
     _run("mount", "-t", "proc", "proc", str(root / "proc"))
     _run("mount", "--rbind", "/dev", str(root / "dev"))
     (root / "sync").mkdir()
-    for folder in ("sync", "drivers"):
+    for folder in ("sync", "shared"):
         _run("cp", "-rT", str(ROOT / "templates" / folder), str(root / "sync"))
     Path("/run/netns").mkdir(exist_ok=True)
     _run("mount", "-t", "tmpfs", "archipelago", "/run/netns")

@@ -47,6 +47,7 @@ def test_after_a_thousand_events_both_sides_of_every_bridge_are_as_declared(disk
     assert figures["stale"] == ""
     assert figures["leaks"] == []
     assert figures["shut_down"] == []
+    assert figures["races_for_a_name"] <= 3
     assert (figures["events"], figures["topics"]) == (EVENTS, 30)
 
 

@@ -44,7 +44,7 @@ class Running:
         me = {"island": "a", "node": "/multimaster_a", "master": own, "address": "127.0.0.1"}
         self.config = folder / "multimaster.yaml"
         self.config.write_text(yaml.safe_dump({**me, **times, "peers": peers, **more}))
-        environment = {**os.environ, "PYTHONPATH": str(ROOT / "templates/drivers"), "WATCHDOG_USEC": "600000",
+        environment = {**os.environ, "PYTHONPATH": str(ROOT / "templates/shared"), "WATCHDOG_USEC": "600000",
                        "NOTIFY_SOCKET": str(folder / "notify"), "PYTHONDONTWRITEBYTECODE": "1"}  # fmt: skip
         argv = (sys.executable, str(SCRIPT), "--config", str(self.config))
         self.process = subprocess.Popen(argv, env=environment, stderr=subprocess.PIPE, text=True)

@@ -45,5 +45,5 @@ class Notifier:
             return
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as channel:
             channel.setblocking(False)
-            with contextlib.suppress(OSError):  # a deaf systemd must not stop the robot's driver
+            with contextlib.suppress(OSError):  # a deaf systemd must not stop a node
                 channel.sendto(message.encode(), self._address)
