@@ -16,7 +16,6 @@ from swarmctl.topology import names
 from swarmctl.topology.swarm import Host, Island, Swarm
 
 PARAMS = "params/multimaster.yaml"
-_BORROWED = ("drivers/swarm_driver/__init__.py", "drivers/swarm_driver/systemd.py")
 
 _POLL_HZ = 1.0  # a node that comes is pushed to it at once; this is for what gets lost
 _SILENT_AFTER = 3.0  # s
@@ -28,8 +27,6 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     if island.name in swarm.heard:
         yield File(PARAMS, params_file(parameters(swarm, host, island)), origin="multimaster")
         yield from shipped.folder("sync")
-        if not swarm.robots_on(host.name):
-            yield from (one for one in shipped.folder("drivers") if one.path in _BORROWED)
 
 
 def unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit] | None:
@@ -39,7 +36,7 @@ def unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit] | None:
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render("static.service", **ros1.service_values(swarm), params=PARAMS)
     file = File(f"units/{name}", text, origin="multimaster")
-    return file, Unit(name, (file.path, *dict.fromkeys((*_BORROWED, *needs))))
+    return file, Unit(name, (file.path, *needs))
 
 
 def parameters(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:

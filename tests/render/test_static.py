@@ -111,7 +111,7 @@ def test_the_node_comes_with_all_that_it_imports(tmp_path: Path) -> None:
     swarm, found = read(tmp_path / "swarm.yaml")
     assert swarm is not None, found
     paths = {file.path for file in bundles(swarm)["desk"].files}
-    assert {"drivers/swarm_driver/__init__.py", "drivers/swarm_driver/systemd.py"} <= paths
+    assert {"sync/swarm_shared/__init__.py", "sync/swarm_shared/systemd.py"} <= paths
     assert "drivers/serial_driver.py" not in paths
 
 
