@@ -106,3 +106,13 @@ def test_a_wrong_spec_writes_nothing(capsys: pytest.CaptureFixture[str]) -> None
     assert run(["render", "swarm.yaml", "--out", "made"]) == exits.ERROR
     assert "error[SPEC002]" in capsys.readouterr().err
     assert not Path("made").exists()
+
+
+def test_a_host_without_ros_has_a_folder_that_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    spec = Path("swarm.yaml")
+    gate = "hosts:\n  gate: {address: gate.uni.example, user: jdoe}\n"
+    spec.write_text(
+        spec.read_text().replace("hosts:\n", gate, 1).replace("k3-pi: {", "k3-pi: {via: gate, ", 1)
+    )
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    assert json.loads(Path("made/gate/manifest.json").read_text())["files"] == {}
