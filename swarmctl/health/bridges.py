@@ -136,7 +136,8 @@ def leaks(
                 verdicts.bad(
                     f"runs on island {island} ({stranger.uri}) and {did} here: nothing says that it may",
                     "if that is to cross, name it under `multimaster.topics` or `control`; "
-                    "else look for a program with another island's ROS_MASTER_URI, or a second multimaster",
+                    "else look for a program with another island's ROS_MASTER_URI or a second multimaster; "
+                    f"what does not run any more, `rosnode cleanup` on {hub.name} takes away",
                 ),
             )
 
