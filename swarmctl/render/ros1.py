@@ -60,6 +60,7 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
         text = render(
             "master.service",
             **common,
+            island=island.name,
             port=island.master_port,
             address=host.address,
             uri=uri,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import pytest
 
@@ -110,3 +111,19 @@ def test_only_what_leaves_an_island_crosses_from_whichever_of_its_hosts(swarm: S
         ("/k4/odom", "train", ("table", "loner")),
     ]
     assert swarm.places_of(swarm.islands[1]) == ("192.168.77.11", "head", "192.168.77.12", "tail")
+
+
+def test_a_master_starts_afresh_for_another_island_and_not_for_another_member(tmp_path: Path) -> None:
+    """A ROS master never drops a node that died without leave: a new island would inherit it."""
+
+    def digest(text: str) -> str:
+        (tmp_path / "swarm.yaml").write_text(text, "utf-8")
+        swarm, diagnostics = read(tmp_path / "swarm.yaml")
+        assert swarm is not None, diagnostics
+        units = bundles(swarm)["head"].manifest["units"]
+        return next(str(unit["digest"]) for unit in units if unit["name"] == UNIT.format("master"))
+
+    assert digest(SPEC) == digest(
+        SPEC.replace("[desk, spare]", "[desk]").replace("[head, tail]", "[head, tail, spare]")
+    )
+    assert digest(SPEC) != digest(SPEC.replace("  train:", "  tram:"))
