@@ -1,7 +1,8 @@
 """Recovery: whatever ends, is cut off or comes late, the swarm is whole again without a person.
 
 Seconds count from when the cause is over: a master is killed, a host answers SSH again, a link is joined. A
-swarm is whole when `status` calls it healthy and new orders move a robot of another host; until then nobody moves.
+swarm is whole when `status` calls it healthy and new orders move a robot of another host;
+until then nobody moves.
 """
 
 from __future__ import annotations
