@@ -13,6 +13,7 @@ from swarmctl.cli.layers import Layers
 
 if TYPE_CHECKING:
     from swarmctl.remote.transport import Target
+    from swarmctl.render.bundle import Bundle
     from swarmctl.topology.swarm import Swarm
 
 _SPEC: Any = {
@@ -79,6 +80,17 @@ def targets(spec: Layers, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[
         if in_lab(lab, lab_name)
         else _real_targets(spec, swarm)
     )
+
+
+def secrets(spec: Layers, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
+    """The operator's part of the secrets that the hosts need; what cannot be one ends the program."""
+    from swarmctl.deploy.secrets import SecretError, found
+
+    names = dict.fromkeys(name for bundle in wanted.values() for name in bundle.secrets)
+    try:
+        return found(names, spec.first.parent)
+    except SecretError as error:
+        console.fail(str(error), error.mend)
 
 
 def _lab_targets(name: str, spec: Layers, swarm: Swarm) -> Mapping[str, Target]:

@@ -26,9 +26,12 @@ def deploy(
     wanted = bundles(swarm)
     wanted = {name: wanted[name] for name in access.chosen(wanted, limit)}
     place = journal.folder(swarm.name)
+    secrets = access.secrets(spec, wanted)
     targets = access.targets(spec, swarm, lab=lab, lab_name=lab_name)
     with interruptible(carry_out.say) as stop:
-        events = rollout.deploy(wanted, targets, SshTransport(), parallel=parallel, stop=stop)
+        events = rollout.deploy(
+            wanted, targets, SshTransport(), parallel=parallel, stop=stop, secrets=secrets
+        )
         found = carry_out.results(events, list(wanted), quiet=json)
     absent = carry_out.absent(found, swarm.hosts)
     if json:

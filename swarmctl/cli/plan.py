@@ -50,8 +50,9 @@ def plan(
         from swarmctl.deploy.rollout import observe
         from swarmctl.remote.ssh import SshTransport
 
+        secrets = access.secrets(spec, wanted)
         targets = access.targets(spec, swarm, lab=lab, lab_name=lab_name)
-        made = observe(wanted, targets, SshTransport(), diff=diff, parallel=parallel)
+        made = observe(wanted, targets, SshTransport(), diff=diff, parallel=parallel, secrets=secrets)
     made = replace(made, single_points=single_points(impacts(document.spec))[:WEAKEST])
     if json:
         console.print_json(made.to_json())

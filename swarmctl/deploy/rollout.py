@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import getpass
+import json
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 from swarmctl.plan.observed import Observed, from_answer
@@ -17,6 +19,7 @@ from swarmctl.remote.transport import HostError, Session, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
+_NO_SECRETS: Mapping[str, str] = MappingProxyType({})
 APPLY_TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above their sum
 
 
@@ -49,13 +52,14 @@ def observe(
     *,
     diff: bool = False,
     parallel: int = fleet.PARALLEL,
+    secrets: Mapping[str, str] = _NO_SECRETS,
 ) -> Plan:
     """Look at every host and plan it; a host that does not answer keeps its place, with the reason."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
         bundle = bundles[target.host]
         with agent.talk(session) as host:
-            return reconcile(bundle, look(host, bundle, contents=diff), diff=diff)
+            return reconcile(bundle, look(host, bundle, contents=diff, secrets=secrets), diff=diff)
 
     plans = {
         event.host: _planned(bundles[event.host], fleet.result_of(event))
@@ -73,17 +77,21 @@ def deploy(
     *,
     parallel: int = fleet.PARALLEL,
     stop: fleet.Stop | None = None,
+    secrets: Mapping[str, str] = _NO_SECRETS,
 ) -> Iterator[fleet.Event[Outcome]]:
     """Bring every host to its bundle. One connection a host; a host that dies costs that host only."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Outcome:
         bundle = bundles[target.host]
         with agent.talk(session) as host:
-            plan = reconcile(bundle, look(host, bundle))
+            plan = reconcile(bundle, look(host, bundle, secrets=secrets))
             if plan.problem:
                 raise HostError(ErrorKind.REFUSED, plan.problem.message, plan.problem.hint)
             if not plan.steps:
                 return Outcome(plan)
+            if due := plan.targets(Kind.SECRET):
+                request = {"verb": "keep", "swarm": bundle.swarm, "who": _who()}
+                host.ask(request, _offer(due, secrets))
             return Outcome(plan, apply(host, plan, bundle, note)["units"])
 
     return fleet.run(_chosen(targets, bundles), work, transport=transport, parallel=parallel, stop=stop)
@@ -107,14 +115,28 @@ def remove(
     return fleet.run(targets, work, transport=transport, parallel=parallel, stop=stop)
 
 
-def look(host: agent.Conversation, bundle: Bundle, *, contents: bool = False) -> Observed:
-    """Ask the host what it runs."""
+def look(
+    host: agent.Conversation,
+    bundle: Bundle,
+    *,
+    contents: bool = False,
+    secrets: Mapping[str, str] = _NO_SECRETS,
+) -> Observed:
+    """Ask the host what it runs. It compares ``secrets`` itself: a digest of four digits hides nothing."""
     request = {"verb": "observe", "swarm": bundle.swarm, "know": bundle.digest, "contents": contents}
     if bundle.asks:
         request["requires"] = bundle.asks
     if bundle.wants:
         request["wants"] = bundle.wants
-    return from_answer(host.ask(request), bundle)
+    offered = b""
+    if bundle.secrets:
+        request["secrets"] = bundle.secrets
+        offered = _offer(bundle.secrets, secrets)
+    return from_answer(host.ask(request, offered), bundle)
+
+
+def _offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:
+    return json.dumps({name: secrets[name] for name in names if name in secrets}).encode()
 
 
 def apply(

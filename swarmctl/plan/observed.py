@@ -30,6 +30,8 @@ class Observed:
 
     ``drift``, ``links`` and ``blocks`` say how the host differs from that manifest:
     by path ``changed``, ``missing``, ``extra`` or ``damaged``.
+    ``secrets`` says by name how what it keeps compares with the operator's: ``same``, ``other`` or ``new``;
+    where he has none ``kept`` or ``missing``.
     """
 
     digest: str | None = None
@@ -40,6 +42,7 @@ class Observed:
     units: Mapping[str, UnitState] = field(default_factory=dict)
     contents: Mapping[str, str] = field(default_factory=dict)
     unfinished: str = ""
+    secrets: Mapping[str, str] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -72,6 +75,7 @@ def from_answer(answer: Mapping[str, Any], bundle: Bundle) -> Observed:
         units={name: _unit(state) for name, state in answer["units"].items()},
         contents=answer.get("files", {}),
         unfinished=_unfinished(answer.get("transaction", {})),
+        secrets=answer.get("secrets", {}),
         facts=answer["facts"],
     )
 

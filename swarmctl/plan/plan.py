@@ -14,6 +14,7 @@ from swarmctl.topology.impact import Impact
 class Kind(str, Enum):
     """What one step does, in the order in which the steps of a host are carried out."""
 
+    SECRET = "secret"
     CREATE = "create"
     UPDATE = "update"
     DELETE = "delete"

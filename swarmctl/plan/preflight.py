@@ -9,6 +9,8 @@ from swarmctl.render.bundle import Bundle
 
 _LACKS = {
     "chronyd": "chrony: it keeps a time of its own; `apt install chrony`, then deploy again",
+    "bluetoothctl": "bluetoothctl: nothing pairs its robots; `apt install bluez`, then deploy again",
+    "rfcomm": "rfcomm: its Bluetooth robots have no line; `apt install bluez`, then deploy again",
     "iw": "iw: power saving of its wlan stays as it is; `apt install iw`, and reboot it",
 }
 
@@ -23,6 +25,12 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
         # A host that is on the wlan by a cable to its access point has no radio to keep awake.
         if not facts["has"].get(name) and not (name == "iw" and not saving):
             yield f"it lacks {_LACKS[name]}"
+    for name, state in observed.secrets.items():
+        if state == "missing":
+            yield (
+                f"the secret {name} is neither there nor on your side; "
+                f"put it into `secrets/{name}` beside the spec (docs/secrets.md)"
+            )
     if observed.digest != bundle.digest:  # what follows is for this deploy to mend
         return
     if bundle.follows and facts.get("clock") == "alone":

@@ -27,6 +27,7 @@ _MENDS = {
     "pyserial": "`apt install python3-serial`",
 }
 _OLDEST_PYTHON = (3, 8)
+_SECRETS = {"new": "not on the host yet", "other": "is another one now"}
 _READERS = {
     "/etc/systemd/": "systemd",
     "/etc/udev/": "udev",
@@ -37,10 +38,15 @@ _READERS = {
 
 def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> HostPlan:
     """The steps that lead ``observed`` to ``bundle``, in order; none when it is there already."""
+    secrets = [
+        Step(Kind.SECRET, name, _SECRETS[state])
+        for name, state in observed.secrets.items()
+        if state in _SECRETS
+    ]
     files = list(_file_steps(bundle, observed))
     system = list(_link_steps(bundle, observed)) + list(_block_steps(bundle, observed))
     units = list(_unit_steps(bundle, observed))
-    steps = [*files, *(step for step in units if step.kind is Kind.STOP)]
+    steps = [*secrets, *files, *(step for step in units if step.kind is Kind.STOP)]
     never_part = observed.digest is None and not bundle.files
     if files or (observed.digest != bundle.digest and not never_part) or observed.unfinished:
         steps.append(_activation(bundle, observed))
@@ -144,6 +150,7 @@ def _reload_steps(
 
 def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
+    secrets = {unit.name: unit.secret for unit in bundle.units}
     for name in reversed(tuple(before)):
         if name not in wanted:
             yield Step(Kind.STOP, name, "no longer part of the spec")
@@ -152,6 +159,8 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         damaged = [path for path in unit["needs"] if path in observed.drift]
         if name not in before:
             yield Step(Kind.START, name, "new")
+        elif observed.secrets.get(secrets.get(name, "")) in _SECRETS:
+            yield Step(Kind.RESTART, name, f"the secret {secrets[name]} changes")
         elif before[name] != unit["digest"]:
             yield Step(Kind.RESTART, name, _changed_needs(unit["needs"], bundle, observed))
         elif damaged:

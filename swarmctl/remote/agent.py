@@ -23,7 +23,7 @@ from typing import Any
 from swarmctl.remote.transport import Channel, HostError, Kind, Output, Session
 from swarmctl.resources import templates
 
-DEPLOY_VERBS = ("observe", "apply", "remove")
+DEPLOY_VERBS = ("observe", "keep", "apply", "remove")
 MANIFEST = "manifest.json"
 _PACKAGE = "swarm_agent"
 _PACKED = b"z:"

@@ -63,6 +63,7 @@ class Unit:
     robot: str = ""
     program: str = ""
     packages: tuple[str, ...] = ()
+    secret: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Bundle:
     ``links`` maps an absolute path on the host to a path in the release (a symlink through ``current``);
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
     ``wants`` names programs without which a part of its preparation does nothing (``chronyd``, ``iw``),
-    ``follows`` the host whose clock it follows;
+    ``follows`` the host whose clock it follows, ``secrets`` those that its units read, by name;
     ``requires`` names what the host must have for its units to run: ``rospy``, ``roscore``, ``pyserial``, and
     what ``package`` and ``workspace`` make of the names of ROS packages and the places of built workspaces.
     """
@@ -86,6 +87,7 @@ class Bundle:
     requires: tuple[str, ...] = ()
     wants: tuple[str, ...] = ()
     follows: str = ""
+    secrets: tuple[str, ...] = ()
 
     @property
     def asks(self) -> tuple[str, ...]:
@@ -121,6 +123,7 @@ class Bundle:
             ],
             "links": dict(sorted(self.links.items())),
             "blocks": dict(sorted(self.blocks.items())),
+            "secrets": sorted(self.secrets),
         }
 
     @cached_property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.render import multimaster, programs, ros1
+from swarmctl.render import bluetooth, multimaster, programs, ros1
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.prepare import Part, Preparation
 from swarmctl.render.templates import render
@@ -31,12 +31,14 @@ def _bundle(swarm: Swarm, host: Host, parts: tuple[Part, ...]) -> Bundle:
     island = swarm.island_of(host.name)
     unit_files = [
         *(part.unit for part in parts if part.unit),
+        *bluetooth.units(swarm, host),
         *ros1.units(swarm, host, island),
         *multimaster.units(swarm, host, island),
         *programs.units(swarm, host),
     ]
     target = names.target(swarm.name)
     files = [
+        *bluetooth.files(swarm, host),
         *ros1.files(swarm, host, island),
         *multimaster.files(swarm, host, island),
         *programs.files(swarm, host),
@@ -56,8 +58,9 @@ def _bundle(swarm: Swarm, host: Host, parts: tuple[Part, ...]) -> Bundle:
         links=links,
         blocks={path: inside for part in parts for path, inside in part.blocks.items()},
         requires=_requires(swarm, host, island),
-        wants=tuple(name for part in parts for name in part.wants),
+        wants=(*(name for part in parts for name in part.wants), *bluetooth.wants(swarm, host)),
         follows=next((part.follows for part in parts if part.follows), ""),
+        secrets=bluetooth.secrets(swarm, host),
     )
 
 

@@ -69,11 +69,8 @@ def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit
         file = File(f"units/{master}", text, origin="ros")
         yield file, Unit(master, (file.path, ENVIRONMENT, "bin/ros-exec", *_MASTER_HELPERS))
     for robot in swarm.robots_on(host.name):
-        line = ""
-        if isinstance(robot.line, RfcommLine):
-            binder, unit = _rfcomm(swarm, robot, robot.line, common)
-            line = unit.name
-            yield binder, unit
+        bound = isinstance(robot.line, RfcommLine)
+        line = names.unit(swarm.name, robot.name, "rfcomm") if bound else ""
         yield _driver(swarm, robot, line, common)
 
 
@@ -136,16 +133,6 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
     drivers = tuple(one.path for one in shipped.folder("drivers"))
     needs = (file.path, *RUNNING, _params_path(robot), *drivers)
     return file, Unit(name, needs, robot=robot.name)
-
-
-def _rfcomm(swarm: Swarm, robot: Robot, line: RfcommLine, common: dict[str, Any]) -> tuple[File, Unit]:
-    name = names.unit(swarm.name, robot.name, "rfcomm")
-    text = render(
-        "rfcomm.service", **common, robot=robot.name, adapter=line.adapter,
-        index=line.index, mac=line.mac, channel=line.channel,
-    )  # fmt: skip
-    file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
-    return file, Unit(name, (file.path,))
 
 
 def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:

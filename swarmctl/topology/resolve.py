@@ -116,7 +116,8 @@ def _line(
     match link:
         case model.Bluetooth():
             channel = link.channel or robot_type.link.rfcomm_channel
-            return RfcommLine(link.mac, channel, index, link.adapter or adapters[0])
+            pin = link.pin.secret if link.pin else None
+            return RfcommLine(link.mac, channel, index, link.adapter or adapters[0], pin)
         case model.Serial(usb=model.Usb() as usb):
             return UsbLine(usb, names.usb_device(link.robot))
         case model.Serial(device=str() as device):

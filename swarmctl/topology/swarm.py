@@ -52,12 +52,16 @@ class FixedLine:
 
 @dataclass(frozen=True)
 class RfcommLine:
-    """A Bluetooth serial line: which robot, over which adapter and channel, bound to which device."""
+    """A Bluetooth serial line: which robot, over which adapter and channel, bound to which device.
+
+    ``pin`` is the name of the secret that pairs them.
+    """
 
     mac: str
     channel: int
     index: int
     adapter: str
+    pin: str | None = None
 
     @property
     def path(self) -> str:

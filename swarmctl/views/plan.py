@@ -9,6 +9,7 @@ from swarmctl.views.graph.impact import losses
 from swarmctl.views.text import printable
 
 _GLYPH = {
+    Kind.SECRET: ("*", "cyan"),
     Kind.CREATE: ("+", "green"),
     Kind.UPDATE: ("~", "yellow"),
     Kind.DELETE: ("-", "red"),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Note
-from labswarm import LabSwarm, SshError, lab_of, within
+from labswarm import HOME, LabSwarm, SshError, lab_of, quoted, within
 
 SPEC = """\
 version: 1
@@ -34,6 +34,31 @@ UNSETTABLE = (
     "echo 'DAEMON_OPTS=\"-F 0 -x\"' | sudo tee /etc/default/chrony && "
     "sudo systemctl daemon-reload && sudo systemctl start chrony"
 )
+PIN = "49713"
+PAIR = "swarm-newswarm.epuck.pair.service"
+VAULT = "/etc/swarm/newswarm/secrets"
+DROP_IN = f"/etc/systemd/system/{PAIR}.d"
+HERE_AND_NOW = (
+    "[Unit]\\nConditionPathExists=\\nConditionPathExists=/etc/swarm/newswarm/secrets/epuck-pin\\n"
+    "[Service]\\nEnvironment=SWARM_RADIOS=/run/radios PATH=/usr/local/bin:/usr/bin:/bin\\n"
+)
+BUSCTL = r"""#!/bin/sh
+case "$*" in
+*Adapter1\ Address) echo 's "00:11:22:33:44:55"' ;;
+*Device1\ Paired) exit 1 ;;
+esac
+"""
+BLUETOOTHCTL = r"""#!/bin/sh
+echo "Agent registered"
+while read -r verb rest; do
+  case $verb in
+  scan) echo "[NEW] Device 10:00:E8:C5:64:37 e-puck" ;;
+  pair) echo "[agent] Enter PIN code: "; read -r pin
+    [ "$pin" = 49713 ] && echo "Pairing successful" || echo "Failed to pair: x" ;;
+  *) echo "$verb succeeded" ;;
+  esac
+done
+"""
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +142,37 @@ def test_a_host_that_lacks_chrony_is_deployed_to_and_told_of(deployed: LabSwarm)
         assert "it lacks chrony" in deployed.deploy().out
     finally:
         deployed.shell("pi", f"sudo mv /usr/sbin/away /usr/sbin/chronyd; sudo mv {CHRONY}.away {CHRONY}")
+
+
+def test_a_pin_reaches_the_unit_that_pairs_and_nobody_else(deployed: LabSwarm, note: Note) -> None:
+    """No adapter is at hand: bluetoothctl and busctl are stand-ins, all around them is as on a robot."""
+    said = deployed.plan().out
+    assert "the secret epuck-pin is neither there nor on your side" in said
+    for name, text in (("busctl", BUSCTL), ("bluetoothctl", BLUETOOTHCTL)):
+        deployed.shell(
+            "pi",
+            f"printf %s {quoted(text)} | sudo tee /usr/local/bin/{name}; sudo chmod +x /usr/local/bin/{name}",
+        )
+    deployed.shell("pi", f"sudo mkdir -p /run/radios {DROP_IN}")
+    deployed.shell(
+        "pi", f"printf {quoted(HERE_AND_NOW)} | sudo tee {DROP_IN}/lab.conf; sudo systemctl daemon-reload"
+    )
+    folder = deployed.spec.parent / "secrets"
+    folder.mkdir()
+    (folder / "epuck-pin").write_text(f"{PIN}\n")
+    (folder / "epuck-pin").chmod(0o600)
+    steps = [(kind, target) for kind, target, _ in deployed.steps()["pi"]]
+    assert steps == [("secret", "epuck-pin"), ("restart", PAIR)]
+    run = deployed.deploy()
+    assert run.status == 0, run.out + run.err
+    journal = f"sudo journalctl --boot --output=cat --unit {PAIR}"
+    seconds = within(20, lambda: "is paired" in deployed.shell("pi", journal), "the robot is not paired")
+    note("Bluetooth: paired by the PIN (stand-ins)", f"{seconds:.1f} s after the deploy", "")
+    assert "root 600" in deployed.shell("pi", f"sudo stat -c '%U %a' {VAULT}/epuck-pin")
+    assert PIN not in run.out + run.err + deployed.shell("pi", "sudo journalctl --boot --output=cat")
+    assert "no" in deployed.shell("pi", f"sudo grep -rqs {PIN} {HOME}/ || echo no")
+    assert deployed.steps() == {}
+    deployed.shell("pi", f"sudo rm -r {DROP_IN} /usr/local/bin/busctl /usr/local/bin/bluetoothctl")
 
 
 def test_removed_nothing_is_left(deployed: LabSwarm, before: dict[str, str]) -> None:

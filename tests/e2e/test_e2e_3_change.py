@@ -113,7 +113,11 @@ def test_a_robot_taken_out_of_the_spec_is_gone_from_its_host(swarm: LabSwarm) ->
         run = swarm.deploy(without)
         assert run.status == 0, run.out + run.err
         assert not moves(swarm.robot("epuck"))
-    assert changed(before, swarm.pids()) == {"epuck-pi:epuck", "epuck-pi:epuck.rfcomm"}
+    assert changed(before, swarm.pids()) == {
+        "epuck-pi:epuck",
+        "epuck-pi:epuck.pair",
+        "epuck-pi:epuck.rfcomm",
+    }
     left = swarm.shell("epuck-pi", f"ls {UNITS} {UNITS}/multi-user.target.wants")
     assert "epuck" not in left
     assert "swarm-newswarm.target" in left

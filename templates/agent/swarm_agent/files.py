@@ -38,11 +38,11 @@ def write_new(path: str, content: bytes, mode: int) -> None:
         file.write(content)
 
 
-def replace(path: str, content: bytes, like: os.stat_result | None = None) -> None:
-    """Put ``content`` at ``path``, all at once; owner and mode as in ``like``, else root's and 0644."""
+def replace(path: str, content: bytes, like: os.stat_result | None = None, mode: int = 0o644) -> None:
+    """Put ``content`` at ``path``, all at once; owner and mode as in ``like``, else root's and ``mode``."""
     draft = "{}/.{}.swarm-new".format(*os.path.split(path))
     remove(draft)
-    write_new(draft, content, like.st_mode & 0o7777 if like else 0o644)
+    write_new(draft, content, like.st_mode & 0o7777 if like else mode)
     if like and (like.st_uid, like.st_gid) != (os.geteuid(), os.getegid()):
         os.chown(draft, like.st_uid, like.st_gid)
     sync(draft)

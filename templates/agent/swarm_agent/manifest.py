@@ -22,6 +22,7 @@ OF_PROGRAMS = ("/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf")
 _SWARM = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
 _DIGEST = re.compile(r"[0-9a-f]{16}")
 _SHA256 = re.compile(r"[0-9a-f]{64}")
+_SECRET = re.compile(r"[a-z][a-z0-9-]{0,62}")
 _UNIT = re.compile(r"[A-Za-z0-9:_.@\\-]{1,200}\.(?:service|target|timer|socket|path)")
 _LEAF = r"[A-Za-z0-9][A-Za-z0-9:_.@\\-]{0,200}"
 _LINK = re.compile(
@@ -45,13 +46,14 @@ class Manifest(NamedTuple):
     units: list[str]
     links: dict[str, str]
     blocks: dict[str, str]
+    secrets: list[str]
 
     @property
     def size(self) -> int:
         return sum(entry.size for entry in self.files.values())
 
 
-EMPTY = Manifest({}, [], {}, {})
+EMPTY = Manifest({}, [], {}, {}, [])
 
 
 def _require(condition: bool, what: str) -> None:
@@ -73,6 +75,13 @@ def unit_names(values: Any) -> list[str]:
     _require(isinstance(values, list), f"units {values!r}")
     for value in values:
         _require(isinstance(value, str) and _UNIT.fullmatch(value) is not None, f"unit {value!r}")
+    return list(values)
+
+
+def secret_names(values: Any) -> list[str]:
+    _require(isinstance(values, list), f"secrets {values!r}")
+    for value in values:
+        _require(isinstance(value, str) and _SECRET.fullmatch(value) is not None, f"secret {value!r}")
     return list(values)
 
 
@@ -122,4 +131,5 @@ def parse(content: bytes, digest: str) -> Manifest:
         unit_names([unit["name"] for unit in raw["units"]]),
         _places(raw["links"], files, _LINK, "link"),
         _places(raw["blocks"], files, blocks, "block"),
+        secret_names(raw.get("secrets", [])),
     )

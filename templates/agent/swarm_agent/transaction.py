@@ -10,7 +10,7 @@ import os
 import shutil
 from typing import Any, NamedTuple, Sequence
 
-from . import files, outside, staging, systemd
+from . import files, outside, staging, systemd, vault
 from .errors import FailedError, RefusedError
 from .failpoint import passed
 from .home import Home, unwritable
@@ -98,6 +98,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> dict[str,
         ) from error
     passed("done")
     _collect(home, history[:KEPT_RELEASES])
+    vault.forget(home, but=manifest.secrets)
     passed("collect")
     return {"release": change.next, "previous": prev, "units": systemd.states(manifest.units)}
 
@@ -193,6 +194,7 @@ def _back(home: Home, business: _Business) -> None:
         files.point(home.current_link, "releases/" + business.prev)
     passed("undo-flip")
     changed = outside.put_links(home, manifest) + outside.put_blocks(home, business.prev, manifest)
+    vault.forget(home, but=manifest.secrets)
     passed("undo-outside")
     systemd.reload(home, _unique(business.reload + _daemons_of(changed)))
     again = set(business.touched) & set(business.active)
@@ -259,6 +261,7 @@ def withdraw(home: Home, report: Report) -> None:
         systemd.stop(units)
     nothing = home.manifest(None)
     changed = outside.put_links(home, nothing) + outside.put_blocks(home, None, nothing)
+    vault.forget(home)
     passed("withdraw")
     systemd.reload(home, _daemons_of(changed))
     systemd.forget(units)

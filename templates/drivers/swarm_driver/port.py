@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
 import select
 import termios
+from typing import Iterator
 
 import serial
 
@@ -14,6 +16,7 @@ from swarm_driver.config import Serial
 
 _PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
 _WRITE_TIMEOUT = 0.2
+_BLUETOOTH, _RADIOS = "/dev/rfcomm", "/sys/class/bluetooth"
 # pyserial lets termios.error through, which is no OSError.
 _FAULTS = (OSError, serial.SerialException, termios.error)
 
@@ -33,16 +36,17 @@ class Port:
     def __init__(self, path: str, line: Serial) -> None:
         self._path = path
         try:
-            self._serial = serial.Serial(
-                port=path,
-                baudrate=line.baud,
-                bytesize=line.bytesize,
-                parity=_PARITIES[line.parity],
-                stopbits=line.stopbits,
-                timeout=0,
-                write_timeout=_WRITE_TIMEOUT,
-                exclusive=True,
-            )
+            with _turn(path):
+                self._serial = serial.Serial(
+                    port=path,
+                    baudrate=line.baud,
+                    bytesize=line.bytesize,
+                    parity=_PARITIES[line.parity],
+                    stopbits=line.stopbits,
+                    timeout=0,
+                    write_timeout=_WRITE_TIMEOUT,
+                    exclusive=True,
+                )
         except (*_FAULTS, ValueError) as error:
             raise _open_error(path, error) from error
 
@@ -75,6 +79,26 @@ class Port:
 
     def _gone(self, error: Exception) -> PortError:
         return PortError(f"{self._path} is gone ({_short(error)})", absent=True)
+
+
+@contextlib.contextmanager
+def _turn(path: str) -> Iterator[None]:
+    """One Bluetooth line is opened at a time on a host: who connects disturbs the others that do."""
+    if not path.startswith(_BLUETOOTH):
+        yield
+        return
+    descriptor = os.open(_RADIOS if os.access(_RADIOS, os.R_OK) else os.devnull, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise PortError(
+            f"{path} waits for its turn: another Bluetooth line is being opened", absent=True
+        ) from None
+    try:
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def _open_error(path: str, error: Exception) -> PortError:

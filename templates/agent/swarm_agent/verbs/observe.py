@@ -2,7 +2,8 @@
 
 Request: ``swarm``, ``know`` (a release whose manifest need not be sent), ``contents`` (send the texts, too),
 ``requires`` (ROS packages and workspaces whose place is asked for: ``package:NAME``, ``workspace:PATH``),
-``wants`` (other programs whose place is asked for, with how it stands with what they look after).
+``wants`` (other programs whose place is asked for, with how it stands with what they look after),
+``secrets`` (names; the payload offers values of some, as JSON, to be compared).
 Answer: ``facts``, ``release``, ``manifest``, ``releases``, ``drift`` (deviations from the current manifest),
 ``units``, ``transaction``, ``staging``, ``lock``, and with ``contents`` ``files`` and ``blocks``.
 """
@@ -17,10 +18,10 @@ import sys
 import time
 from typing import Any, Iterable
 
-from swarm_agent import files, lock, outside, packages, preflight, systemd
+from swarm_agent import files, lock, outside, packages, preflight, systemd, vault
 from swarm_agent.errors import RefusedError
 from swarm_agent.home import Home
-from swarm_agent.manifest import NAME, swarm_name
+from swarm_agent.manifest import NAME, secret_names, swarm_name
 from swarm_agent.wire import Report
 
 LONGEST_TEXT = 64 << 10
@@ -43,6 +44,8 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
         "staging": os.listdir(home.staging) if os.path.isdir(home.staging) else [],
         "lock": lock.holder(home),
     }
+    if names := secret_names(request.get("secrets", [])):
+        answer["secrets"] = vault.states(home, names, vault.offered(payload))
     manifest = home.known_manifest(digest)
     if digest is None or manifest is None:
         damaged = {NAME: "damaged"} if manifest is None else {}

@@ -1,0 +1,61 @@
+"""The operator's secrets: a variable of the environment, else a file in `secrets/` beside the spec."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+FOLDER = "secrets"
+LONGEST_PIN = 16  # characters of a Bluetooth PIN (Core Specification, vol. 3 part C, 3.2.3)
+
+
+class SecretError(Exception):
+    """A secret that cannot be used as it is; the second argument tells the mend. Never holds the secret."""
+
+    def __init__(self, message: str, mend: str) -> None:
+        super().__init__(message)
+        self.mend = mend
+
+
+def variable(name: str) -> str:
+    """The variable that may hold the secret ``name``."""
+    return f"SWARMCTL_SECRET_{name.upper().replace('-', '_')}"
+
+
+def found(names: Iterable[str], beside: Path, environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """The secrets among ``names`` that the operator has, by name. ``beside``: the folder of the spec."""
+    values = {}
+    for name in names:
+        value, place = environment.get(variable(name)), variable(name)
+        if value is None:
+            file = beside / FOLDER / name
+            value, place = _read(file), str(file)
+        if value is not None:
+            values[name] = _checked(value, name, place)
+    return values
+
+
+def _read(file: Path) -> str | None:
+    """What a file holds, without its last line's end; a file that others can read is no secret."""
+    try:
+        mode = file.stat().st_mode
+        if stat.S_IMODE(mode) & 0o077:
+            raise SecretError(f"{file} can be read by others than you", f"chmod 600 {file}")
+        return file.read_text("utf-8").removesuffix("\n")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise SecretError(
+            f"{file} cannot be read", f"is it a text file of yours? ({type(error).__name__})"
+        ) from None
+
+
+def _checked(value: str, name: str, place: str) -> str:
+    if not (1 <= len(value) <= LONGEST_PIN and value.isprintable() and value.isascii() and " " not in value):
+        raise SecretError(
+            f"the secret {name} in {place} is no PIN",
+            f"a PIN has 1 to {LONGEST_PIN} letters or digits, and stands alone",
+        )
+    return value

@@ -1,0 +1,119 @@
+"""The operator's secrets: where they are looked for, what is refused, and that only who needs one gets it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from fakehost import FakeHost
+from local_session import LocalSession
+
+from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.deploy.secrets import SecretError, found, variable
+from swarmctl.plan.plan import Kind
+from swarmctl.remote import fleet
+from swarmctl.remote.transport import Session, Target
+from swarmctl.render.bundle import Bundle, File, Unit
+
+PIN = "4971"
+
+
+def write(folder: Path, text: str, mode: int = 0o600) -> Path:
+    (folder / "secrets").mkdir()
+    file = folder / "secrets/epuck-pin"
+    file.write_text(text)
+    file.chmod(mode)
+    return file
+
+
+def test_a_variable_comes_before_a_file(tmp_path: Path) -> None:
+    write(tmp_path, "1111\n")
+    assert found(["epuck-pin"], tmp_path, {}) == {"epuck-pin": "1111"}
+    assert found(["epuck-pin"], tmp_path, {variable("epuck-pin"): PIN}) == {"epuck-pin": PIN}
+    assert variable("epuck-pin") == "SWARMCTL_SECRET_EPUCK_PIN"
+
+
+def test_one_that_is_nowhere_is_left_out(tmp_path: Path) -> None:
+    assert found(["epuck-pin"], tmp_path, {}) == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "mode", "complaint"),
+    [
+        (PIN, 0o644, "can be read by others"),
+        (f"{PIN}\n\n", 0o600, "is no PIN"),
+        ("", 0o600, "is no PIN"),
+        ("12 34", 0o600, "is no PIN"),
+        ("1" * 17, 0o600, "is no PIN"),
+    ],
+)
+def test_what_cannot_be_one_is_refused_without_being_shown(
+    tmp_path: Path, text: str, mode: int, complaint: str
+) -> None:
+    write(tmp_path, text, mode)
+    with pytest.raises(SecretError) as caught:
+        found(["epuck-pin"], tmp_path, {})
+    assert complaint in str(caught.value)
+    assert caught.value.mend
+    assert not text.strip() or text.strip() not in f"{caught.value}{caught.value.mend}"
+
+
+@pytest.fixture
+def host(tmp_path: Path) -> FakeHost:
+    made = FakeHost(tmp_path / "pi")
+    (made.prefix / "bin/sudo").write_text('#!/bin/sh\nshift\nexec "$@"\n')
+    (made.prefix / "bin/sudo").chmod(0o755)
+    return made
+
+
+class Way:
+    def __init__(self, host: FakeHost) -> None:
+        self.host = host
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[Session]:
+        yield LocalSession(self.host.environment())
+
+
+def wanted() -> dict[str, Bundle]:
+    pair = File("units/new.epuck.pair.service", b"[Service]\n")
+    unit = Unit("new.epuck.pair.service", (pair.path,), secret="epuck-pin")
+    plain = Bundle("new", "pi", (pair,), (unit,), {f"/etc/systemd/system/{unit.name}": pair.path})
+    return {"pi": replace(plain, secrets=("epuck-pin",))}
+
+
+TARGETS = {"pi": Target("pi", "192.0.2.1", "robot")}
+
+
+def rolled(host: FakeHost, **secrets: str) -> Outcome:
+    given = {name.replace("_", "-"): value for name, value in secrets.items()}
+    events = deploy(wanted(), TARGETS, Way(host), secrets=given)
+    (outcome,) = (fleet.result_of(event) for event in events if isinstance(event, fleet.Finished))
+    assert isinstance(outcome, Outcome), outcome
+    assert not any(value in json.dumps(outcome.plan.to_json()) for value in secrets.values())
+    return outcome
+
+
+def test_it_is_brought_once_and_again_when_it_changes_with_a_restart_of_who_reads_it(host: FakeHost) -> None:
+    kept = host.prefix / "etc/swarm/new/secrets/epuck-pin"
+    assert rolled(host, epuck_pin=PIN).plan.targets(Kind.SECRET) == ("epuck-pin",)
+    assert kept.read_text() == PIN
+    assert not rolled(host, epuck_pin=PIN).changed
+    changed = rolled(host, epuck_pin="0042").plan
+    assert [(step.kind, step.target) for step in changed.steps] == [
+        (Kind.SECRET, "epuck-pin"),
+        (Kind.RESTART, "new.epuck.pair.service"),
+    ]
+    assert kept.read_text() == "0042"
+    assert not rolled(host).changed
+
+
+def test_a_plan_says_where_it_is_missing(host: FakeHost) -> None:
+    (plan,) = observe(wanted(), TARGETS, Way(host)).hosts
+    assert "epuck-pin is neither there nor on your side" in plan.notes[0]
+    (plan,) = observe(wanted(), TARGETS, Way(host), secrets={"epuck-pin": PIN}).hosts
+    assert [step.cause for step in plan.steps if step.kind is Kind.SECRET] == ["not on the host yet"]
