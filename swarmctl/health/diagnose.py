@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from swarmctl.health import authority, bridges, verdicts
+from swarmctl.health import authority, bridges, running, verdicts
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.findings import HOST, Diagnosis, Findings
 from swarmctl.health.probe import Answer
@@ -34,6 +34,7 @@ def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -
             else:
                 not_asked = verdicts.unknown("its host could not be asked")
                 found.add("robot", robot.name, not_asked, robot=robot, after=[gates[host.name]])
+        running.compare(found, host, answers.get(host.name), gates[host.name])
     bridges.compare(found, graph, answers, gates)
     return Diagnosis(tuple(found.by_key.values()))
 
@@ -50,16 +51,17 @@ def _reached(found: Findings, host: ExpectedHost, outcome: Answer | HostError) -
 
 
 def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None) -> None:
-    """What the operating system knows: release, clock, units without a robot; and where the probe failed."""
+    """What the system knows: release, clock, units of no robot and no program; where the probe failed."""
     for part, why in answer.troubles.items():
         found.add("probe", f"{host.name} {part}", verdicts.unknown(why), host=host)
     if answer.release is not None or "release" not in answer.troubles:
         found.add("release", host.name, verdicts.release(host, answer.release), host=host)
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
         found.add("clock", host.name, verdicts.clock(answer.clock_ahead - hub.clock_ahead), host=host)
-    of_robots = {name for robot in host.robots for name in (robot.unit, robot.line_unit)}
+    of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit)}
+    of_others |= {program.unit for program in host.programs}
     for name in host.release.units:
-        if name not in of_robots:
+        if name not in of_others:
             _unit(found, host, name, answer)
 
 

@@ -12,6 +12,7 @@ from swarmctl.health.crossings import (
     bridges_of,
     multimaster_of,
 )
+from swarmctl.health.programs import ExpectedProgram, programs_of
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, DriverTopic, driver_topics
 from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, Swarm, UsbLine
@@ -56,6 +57,7 @@ class ExpectedHost:
     master_unit: str | None
     robots: tuple[ExpectedRobot, ...]
     multimaster: ExpectedMultimaster | None = None
+    programs: tuple[ExpectedProgram, ...] = ()
 
     @property
     def is_hub(self) -> bool:
@@ -102,6 +104,7 @@ def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
         master_unit=names.unit(swarm.name, names.MASTER) if host.name == island.hub else None,
         robots=tuple(_robot(swarm, robot, host) for robot in swarm.robots_on(host.name)),
         multimaster=multimaster_of(swarm, island.hub, release.units) if host.name == island.hub else None,
+        programs=programs_of(swarm, host),
     )
 
 

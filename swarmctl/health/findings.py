@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from swarmctl.health.expected import ExpectedHost, ExpectedRobot
+from swarmctl.health.programs import ExpectedProgram
 from swarmctl.health.verdicts import State, Verdict
 
 HOST = "host"
@@ -15,7 +16,8 @@ HOST = "host"
 class Finding:
     """What was found about one subject (a host, a unit, a robot, a topic).
 
-    ``cause`` is the key of the finding that explains this one; ``host`` and ``robot`` are what it belongs to.
+    ``cause`` is the key of the finding that explains this one; ``host``, ``robot`` and ``program`` tell what
+    it belongs to.
     """
 
     check: str
@@ -25,6 +27,7 @@ class Finding:
     hint: str = ""
     host: str = ""
     robot: str = ""
+    program: str = ""
     cause: str | None = None
 
     @property
@@ -83,10 +86,12 @@ class Findings:
         *,
         host: ExpectedHost | None = None,
         robot: ExpectedRobot | None = None,
+        program: ExpectedProgram | None = None,
         after: Iterable[str] = (),
     ) -> str:
         """File a verdict; return its key. If it is not ok, the first in ``after`` that is not explains it."""
-        owner = robot or host
+        owner = robot or program or host
+        part = robot or program
         judged = verdict.bearable() if owner is not None and owner.optional else verdict
         finding = Finding(
             check,
@@ -94,8 +99,9 @@ class Findings:
             judged.state,
             judged.message,
             judged.hint,
-            host=robot.host if robot else host.name if host else "",
+            host=part.host if part else host.name if host else "",
             robot=robot.name if robot else "",
+            program=program.name if program else "",
             cause=None if judged.fine else self._root_of(after),
         )
         self.by_key[finding.key] = finding

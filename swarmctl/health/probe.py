@@ -159,6 +159,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> dict[str
             {"name": robot.node, "topics": {topic.name: listening(topic, window) for topic in robot.topics}}
             for robot in host.robots
         ]
+        + [{"name": program.node, "topics": {}} for program in host.programs if program.node]
         + _multimaster_nodes(host, window),
         "graph": _graph_asked(graph, host),
         "commands": [robot.command for one in island for robot in one.robots],

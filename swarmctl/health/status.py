@@ -9,8 +9,9 @@ from typing import Any
 from swarmctl.health import authority
 from swarmctl.health.bridges import CHECK
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
-from swarmctl.health.findings import Diagnosis
+from swarmctl.health.findings import Diagnosis, Finding
 from swarmctl.health.probe import Answer, MasterSeen, NodeSeen, UnitSeen
+from swarmctl.health.programs import ExpectedProgram
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError
 
@@ -50,6 +51,17 @@ class RobotRow:
 
 
 @dataclass(frozen=True)
+class ProgramRow:
+    """A program: its unit and its node, which is unknown for a launch file."""
+
+    name: str
+    state: State
+    unit: UnitSeen | None
+    node: str
+    alive: bool | None
+
+
+@dataclass(frozen=True)
 class BridgeRow:
     """A topic that a hub hears from another island."""
 
@@ -76,6 +88,7 @@ class HostRow:
     master: MasterSeen | None
     robots: tuple[RobotRow, ...]
     bridges: tuple[BridgeRow, ...] = ()
+    programs: tuple[ProgramRow, ...] = ()
 
     @property
     def units_running(self) -> int:
@@ -105,7 +118,7 @@ def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], dia
     worst: dict[tuple[str, str], State] = {}
     for finding in diagnosis.findings:
         if finding.state is not State.SKIPPED:  # what is rightly not there makes nobody worse
-            owner = ("robot", finding.robot) if finding.robot else ("host", finding.host)
+            owner = _owner(finding)
             worst[owner] = max(worst.get(owner, State.OK), finding.state, key=_SEVERITY.index)
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
     bridges = _bridges(graph, diagnosis)
@@ -117,6 +130,13 @@ def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], dia
         for host in graph.hosts
     )
     return Status(graph.swarm, tuple(hosts), diagnosis)
+
+
+def _owner(finding: Finding) -> tuple[str, str]:
+    """The row that a finding belongs to."""
+    if finding.robot:
+        return "robot", finding.robot
+    return ("program", finding.program) if finding.program else ("host", finding.host)
 
 
 def _bridges(graph: ExpectedGraph, diagnosis: Diagnosis) -> dict[str, list[BridgeRow]]:
@@ -151,6 +171,19 @@ def _host(
         robots=tuple(
             _robot(robot, seen, worst.get(("robot", robot.name), State.OK), hub) for robot in host.robots
         ),
+        programs=tuple(_program(one, seen, worst.get(("program", one.name))) for one in host.programs),
+    )
+
+
+def _program(program: ExpectedProgram, answer: Answer, state: State | None) -> ProgramRow:
+    unit, node = answer.units.get(program.unit), answer.nodes.get(program.node)
+    skipped = unit is not None and unit.skipped
+    return ProgramRow(
+        name=program.name,
+        state=state or (State.SKIPPED if skipped else State.OK),
+        unit=unit,
+        node=program.node,
+        alive=node.alive if node else None,
     )
 
 

@@ -6,12 +6,12 @@ The host's agent makes files, links and blocks those of the manifest; the steps 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from swarmctl.plan import preflight
 from swarmctl.plan.observed import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
-from swarmctl.render.bundle import Bundle, File, required
+from swarmctl.render.bundle import Bundle, File, package, required
 
 _DRIFT = {
     "changed": "was changed on the host",
@@ -149,6 +149,8 @@ def _reload_steps(
 
 
 def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
+    wishes = {unit.name: [package(one) for one in unit.packages] for unit in bundle.units if unit.packages}
+    complete = {name for name, packages in wishes.items() if not _absent(packages, observed)}
     before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
     secrets = {unit.name: unit.secret for unit in bundle.units}
     for name in reversed(tuple(before)):
@@ -167,6 +169,8 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
             yield Step(Kind.RESTART, name, f"{damaged[0]} {_DRIFT[observed.drift[damaged[0]]]}")
         elif state is not None and not state.runs and not state.skipped:
             yield Step(Kind.START, name, f"is {state.active}")
+        elif name in complete and state is not None and state.skipped:
+            yield Step(Kind.START, name, "the host has its ROS packages now")
 
 
 def _changed_needs(needs: list[str], bundle: Bundle, observed: Observed) -> str:
@@ -200,9 +204,26 @@ def _diffs(bundle: Bundle, observed: Observed) -> dict[str, str]:
 
 
 def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
-    skipped = [name for name, state in observed.units.items() if state.skipped]
-    waiting = (f"{name} waits for hardware that the host does not have" for name in skipped)
-    return (*waiting, *preflight.notes(bundle, observed))
+    optional = {unit.name: unit for unit in bundle.units if unit.packages}
+    skipped = [name for name, state in observed.units.items() if state.skipped and name not in optional]
+    return (
+        *(f"{name} waits for hardware that the host does not have" for name in skipped),
+        *(
+            f"program `{unit.program}` is skipped: the host lacks {_list(absent)}; {_mend(absent)}"
+            for unit in optional.values()
+            if (absent := _absent(map(package, unit.packages), observed))
+        ),
+        *preflight.notes(bundle, observed),
+    )
+
+
+def _absent(requirements: Iterable[str], observed: Observed) -> list[str]:
+    """What of this the host does not have; nothing is known of one that was not asked."""
+    return [one for one in requirements if not observed.facts["has"].get(one)] if observed.facts else []
+
+
+def _list(requirements: Iterable[str]) -> str:
+    return ", ".join(_called(*required(one)) for one in requirements)
 
 
 def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
@@ -216,15 +237,17 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
         return Problem(
             "unfit", f"its Python is {facts['python']}", "swarmctl needs Python 3.8 or newer on a host"
         )
-    missing = [name for name in bundle.requires if not facts["has"].get(name)]
-    if missing:
-        lacks = ", ".join(_called(*required(one)) for one in missing)
-        return Problem("unfit", f"it lacks {lacks}", "; ".join(_mends(missing)))
+    if missing := _absent(bundle.requires, observed):
+        return Problem("unfit", f"it lacks {_list(missing)}", _mend(missing))
     return None
 
 
 def _called(kind: str, name: str) -> str:
     return {"": "", "package": "the ROS package ", "workspace": "a built ROS workspace in "}[kind] + name
+
+
+def _mend(missing: Sequence[str]) -> str:
+    return "; ".join(_mends(missing))
 
 
 def _mends(missing: Sequence[str]) -> Iterator[str]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from rich.text import Text
 
 from swarmctl.health.findings import Finding
 from swarmctl.health.probe import UnitSeen
-from swarmctl.health.status import BridgeRow, HostRow, RobotRow, Status, TopicRow
+from swarmctl.health.status import BridgeRow, HostRow, ProgramRow, RobotRow, Status, TopicRow
 from swarmctl.health.verdicts import LOWEST_SHARE, State
 from swarmctl.topology.interfaces import DIAGNOSTICS
 from swarmctl.views.text import printable
@@ -34,7 +34,7 @@ def status(shown: Status) -> Text:
 
 
 def table(hosts: Sequence[HostRow]) -> Text:
-    rows = [row for host in hosts for row in (_host(host), *(_robot(robot) for robot in host.robots))]
+    rows = [row for host in hosts for row in _rows(host)]
     plain = [_HEADINGS, *(cells for _, cells in rows)]
     widths = [max(len(cells[column]) for cells in plain) for column in range(len(_HEADINGS) - 1)]
     text = Text(f"{_line(_HEADINGS, widths)}\n", "bold")
@@ -44,6 +44,12 @@ def table(hosts: Sequence[HostRow]) -> Text:
         line.stylize(_STYLE[state], start, start + len(cells[1]))
         text.append_text(line).append("\n")
     return text
+
+
+def _rows(host: HostRow) -> Iterator[tuple[State, tuple[str, ...]]]:
+    yield _host(host)
+    yield from (_robot(robot) for robot in host.robots)
+    yield from (_program(program) for program in host.programs)
 
 
 def findings(shown: Status) -> Text:
@@ -127,6 +133,11 @@ def _robot(robot: RobotRow) -> tuple[State, tuple[str, ...]]:
     told = "  ".join(part for part in (topics, f'"{report}"' if report else "", _commanded(robot)) if part)
     device = "" if robot.device_exists is None else f"{_clean(robot.device, _WIDEST)}{missing}"
     return robot.state, (f"  {robot.name}", robot.state.value, _driver(robot.driver), "", device, told)
+
+
+def _program(program: ProgramRow) -> tuple[State, tuple[str, ...]]:
+    state = program.state.value
+    return program.state, (f"  {program.name}", state, _driver(program.unit), "", program.node, "program")
 
 
 def _driver(unit: UnitSeen | None) -> str:

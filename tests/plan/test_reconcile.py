@@ -254,6 +254,33 @@ def test_a_host_without_a_ros_package_is_told_which_and_how_to_get_it() -> None:
     assert "catkin_make" in problem.hint
 
 
+def with_optional_program() -> Bundle:
+    plain = bundle()
+    maps = Unit("map.service", ("params/a.yaml",), program="map", packages=("gmapping", "tf"))
+    return replace(plain, units=(*plain.units, maps))
+
+
+def test_an_optional_program_without_its_package_is_no_problem_and_said_so() -> None:
+    wanted, has = with_optional_program(), {package("tf"): "/usr/share/tf", package("gmapping"): None}
+    skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
+    plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT | {"has": has}))
+    assert plan.problem is None
+    assert plan.steps == ()
+    (note,) = plan.notes
+    assert note.startswith("program `map` is skipped: the host lacks the ROS package gmapping; ")
+    assert "`apt install ros-noetic-gmapping`" in note
+    assert "tf" not in note
+
+
+def test_an_optional_program_is_started_once_its_packages_are_there() -> None:
+    wanted = with_optional_program()
+    has = dict.fromkeys((package("tf"), package("gmapping")), "/usr/share")
+    skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
+    plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT | {"has": has}))
+    assert lines(plan) == ["start map.service: the host has its ROS packages now"]
+    assert plan.notes == ()
+
+
 def test_a_host_that_leaves_the_graph_loses_everything_and_a_host_that_was_never_in_it_is_left_alone() -> (
     None
 ):

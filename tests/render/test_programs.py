@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from swarm_teleop import config as teleop_config
 
 from swarmctl.checks.check import read
 from swarmctl.render.bundle import Bundle, File, Unit
@@ -86,6 +87,17 @@ def test_a_shipped_program_is_told_its_node_and_where_its_robots_listen(
         {"robot": "k-3", "topic": "/k_3/cmd_vel"},
     ]
     assert params["params"] == {"device": "/dev/input/js0"}
+
+
+def test_the_shipped_programs_read_their_own_parameters(
+    rendered: Mapping[str, Bundle], tmp_path: Path
+) -> None:
+    for program, kind in (("joystick", "teleop-joy"), ("keys", "teleop-key")):
+        path = tmp_path / f"{program}.yaml"
+        path.write_bytes(files_of(rendered["laptop"])[f"params/{program}.yaml"].content)
+        config = teleop_config.load(path, kind)
+        assert config.node == f"/{program}"
+        assert config.robots == ("koala", "k-3")
 
 
 def test_parameters_keep_type_and_text(rendered: Mapping[str, Bundle]) -> None:

@@ -21,6 +21,7 @@ from swarmctl.render import templates
 from swarmctl.render.host import bundles
 from swarmctl.render.templates import LITERALS, UnsafeValueError
 from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.diagnostics import has_errors
 from swarmctl.spec.load import load_text
 from swarmctl.spec.source import parse
 from swarmctl.topology.resolve import resolve
@@ -253,11 +254,11 @@ def test_no_value_of_a_spec_brings_a_line_of_its_own(values: dict[str, str]) -> 
     subprocess.run(["bash", "-n"], input=files["setup.bash"], check=True)
 
 
-def files_of(values: dict[str, str]) -> dict[str, bytes]:
+def files_of(values: dict[str, str], more: str = "") -> dict[str, bytes]:
     text = SPEC.format(**{**values, "title": json.dumps(values["title"], ensure_ascii=False)})
-    document, found = load_text(text, "swarm.yaml", CATALOG)
+    document, found = load_text(text + more, "swarm.yaml", CATALOG)
     assert document is not None, found
-    assume(not check(document))
+    assume(not has_errors(check(document)))
     (bundle,) = bundles(resolve(document)).values()
     return {file.path: file.content for file in bundle.files}
 
@@ -278,3 +279,36 @@ def shape(files: dict[str, bytes]) -> list[tuple[str, ...]]:
         elif ending == "bash":
             shapes.append((ending, str(len(lines))))
     return sorted(shapes)
+
+
+PROGRAM = """\
+programs:
+  wander:
+    host: only
+    package: wander
+    executable: wander.py
+    params: {{text: {text}, number: 1.0e-07}}
+    environment: {{NOTE: {note}}}
+  teleop: {{host: only, use: teleop-joy, environment: {{NOTE: {note}}}}}
+  deep: {{host: only, package: wander, launch: deep.launch, params: {{text: {note}}}, optional: true}}
+"""
+
+
+@settings(max_examples=60, deadline=None)
+@given(text=one_line, note=one_line)
+@example("deg(90)", 'a "b" & <c> %n $HOME')
+@example("$(eval 1)", "")
+@example("1e3", "rad(pi)")
+def test_no_value_of_a_program_is_read_as_anything_else(text: str, note: str) -> None:
+    assume("$(" not in note)  # PROG016 refuses it: roslaunch knows no escape
+    written = {key: json.dumps(value, ensure_ascii=False) for key, value in (("text", text), ("note", note))}
+    files = files_of(PLAIN, PROGRAM.format(**written))
+    plain = files_of(PLAIN, PROGRAM.format(text='"x"', note='"x"'))
+    assert shape(files) == shape(plain)
+    assert yaml.safe_load(files["params/wander.yaml"]) == {"text": text, "number": 1e-7}
+    assert not re.search(rb": (deg|rad)\(", files["params/wander.yaml"])
+    assert [one.get("value") for one in ET.fromstring(files["launch/wander.launch"]).iter("env")] == [note]
+    assert [one.get("value") for one in ET.fromstring(files["launch/deep.launch"]).iter("arg")] == [note]
+    unit = files["units/swarm-plain.teleop.service"].decode()
+    (command,) = (line.partition("=")[2] for line in unit.splitlines() if line.startswith("ExecStart="))
+    assert f"NOTE={note}" in command_words(command)

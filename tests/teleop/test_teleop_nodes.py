@@ -216,6 +216,7 @@ def test_ctrl_z_and_ctrl_s_are_keys_that_stop(tmp_path):
             keyboard.type("i")
             wait_for(lambda: world.told()[-1:] == [AHEAD])
             keyboard.type(key)
+            wait_for(lambda: world.told()[-1:] == STOPPED[:1], seconds=1.0)  # long before the hold is over
             stopped(world)
 
 

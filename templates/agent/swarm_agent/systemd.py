@@ -77,7 +77,8 @@ def states(units: Sequence[str]) -> dict[str, dict[str, Any]]:
         state: dict[str, Any] = {short: values.get(name, "") for name, short in _FIELDS.items()}
         state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
         met, looked = (values.get(name, "") for name in _CONDITION)
-        state["skipped"] = state["active"] == "inactive" and met == "no" and looked not in ("", "0")
+        unmet = met == "no" and looked not in ("", "0")
+        state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
         found[asked] = state
     return found
 
