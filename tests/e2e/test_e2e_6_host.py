@@ -10,7 +10,6 @@ from conftest import Note
 from labswarm import HOME, LEADER, SOURCE, LabSwarm, within
 
 EXPOSED_AT_MOST = 2.0
-RFCOMM_AT_MOST = 6.0  # it binds a radio: root, and a few capabilities
 
 
 def test_a_rebooted_host_takes_up_its_part_by_itself(swarm: LabSwarm, note: Note) -> None:
@@ -46,9 +45,8 @@ def test_units_expose_little(swarm: LabSwarm, note: Note) -> None:
                 host, f"systemd-analyze security --no-pager swarm-newswarm.{unit}.service | tail -n 1"
             )
             exposure = float(re.findall(r": ([0-9.]+) ", said)[0])
-            bar = RFCOMM_AT_MOST if unit.endswith(".rfcomm") else EXPOSED_AT_MOST
-            note(f"exposure of {host} {unit}", f"{exposure}", f"<= {bar}")
-            assert exposure <= bar
+            note(f"exposure of {host} {unit}", f"{exposure}", f"<= {EXPOSED_AT_MOST}")
+            assert exposure <= EXPOSED_AT_MOST
 
 
 def test_the_launch_files_work_by_hand(swarm: LabSwarm) -> None:
