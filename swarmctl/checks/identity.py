@@ -140,11 +140,11 @@ def reserved_names(case: Case) -> Iterator[Diagnostic]:
             fix=_renamed(case, "hosts", _LOCALHOST, f"{case.spec.name}-host"),
         )
     for kind in ("robots", "programs"):
-        for part, what in names.FIXED_PARTS.items():
+        for part, what in names.TAKEN.items():
             if part in getattr(case.spec, kind):
                 yield Diagnostic(
                     "ID006",
-                    f"`{part}` is the name of the unit of {what}",
+                    f"`{part}` is the name of {what}",
                     case.span(kind, part, key=True),
                     help=("choose another name",),
                     fix=_renamed(case, kind, part, f"{case.spec.name}-{part}"),

@@ -10,7 +10,7 @@ import typer
 from swarmctl.cli import access, console, exits
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Set
 
     from swarmctl.plan.plan import Plan
     from swarmctl.render.bundle import Bundle
@@ -58,7 +58,8 @@ def plan(
         console.print_json(made.to_json())
     else:
         console.out().print(view.plan(made, diff=diff))
-    raise typer.Exit(_exit(made, detailed_exitcode))
+    optional = {host.name for host in swarm.hosts.values() if host.optional}
+    raise typer.Exit(exit_code(made, optional, detailed_exitcode))
 
 
 def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:
@@ -72,8 +73,11 @@ def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:
     return Plan(swarm, tuple(hosts))
 
 
-def _exit(made: Plan, detailed: bool) -> int:
-    if made.problems:
-        unreachable = all(host.problem and host.problem.kind == "unreachable" for host in made.problems)
+def exit_code(made: Plan, optional: Set[str], detailed: bool) -> int:
+    """An optional host that is away is no problem: the swarm is complete without it."""
+    kinds = {host.host: host.problem.kind for host in made.problems if host.problem}
+    kinds = {host: kind for host, kind in kinds.items() if kind != "unreachable" or host not in optional}
+    if kinds:
+        unreachable = set(kinds.values()) == {"unreachable"}
         return exits.HOSTS_UNREACHABLE if unreachable else exits.HOSTS_FAILED
     return exits.CHANGES if detailed and made.changes else exits.OK

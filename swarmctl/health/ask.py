@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
+from swarmctl.health.answer import answer_of
 from swarmctl.health.expected import ExpectedGraph
-from swarmctl.health.probe import AGENT_VERBS, LONGEST_LISTENING, Answer, answer_of, request
+from swarmctl.health.probe import AGENT_VERBS, LONGEST_LISTENING, request
+from swarmctl.health.seen import Answer
 from swarmctl.remote import agent, fleet
 from swarmctl.remote.transport import HostError, Session, Target, Transport
 

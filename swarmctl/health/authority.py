@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.health.expected import ExpectedRobot
-from swarmctl.health.probe import Answer, SenderSeen
+from swarmctl.health.seen import Answer, SenderSeen
 from swarmctl.health.verdicts import State, Verdict, bad, ok
 from swarmctl.topology.interfaces import COMMAND_TYPE
 

@@ -12,7 +12,7 @@ from swarmctl.health import verdicts
 from swarmctl.health.crossings import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost
 from swarmctl.health.findings import Findings
-from swarmctl.health.probe import Answer, GraphSeen, NodeSeen, Stranger
+from swarmctl.health.seen import Answer, GraphSeen, NodeSeen, Stranger
 from swarmctl.health.verdicts import State, Verdict
 
 CHECK = "bridge"

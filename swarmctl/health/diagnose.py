@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from swarmctl.health import authority, bridges, running, verdicts
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.findings import HOST, Diagnosis, Findings
-from swarmctl.health.probe import Answer
+from swarmctl.health.seen import Answer
 from swarmctl.remote.transport import HostError, Kind
 
 _AWAY = (Kind.UNREACHABLE, Kind.LOST)

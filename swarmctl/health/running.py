@@ -5,8 +5,8 @@ from __future__ import annotations
 from swarmctl.health import verdicts
 from swarmctl.health.expected import ExpectedHost
 from swarmctl.health.findings import Findings
-from swarmctl.health.probe import Answer, NodeSeen, UnitSeen
 from swarmctl.health.programs import ExpectedProgram
+from swarmctl.health.seen import Answer, NodeSeen, UnitSeen
 from swarmctl.health.verdicts import State, Verdict
 
 CHECK = "program"

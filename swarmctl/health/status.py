@@ -10,8 +10,8 @@ from swarmctl.health import authority
 from swarmctl.health.bridges import CHECK
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.findings import Diagnosis, Finding
-from swarmctl.health.probe import Answer, MasterSeen, NodeSeen, UnitSeen
 from swarmctl.health.programs import ExpectedProgram
+from swarmctl.health.seen import Answer, MasterSeen, NodeSeen, UnitSeen
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError
 

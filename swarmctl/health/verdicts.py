@@ -7,7 +7,7 @@ from enum import Enum
 from urllib.parse import urlsplit
 
 from swarmctl.health.expected import ExpectedHost, ExpectedRobot
-from swarmctl.health.probe import DeviceSeen, MasterSeen, NodeSeen, Report, TopicSeen, UnitSeen
+from swarmctl.health.seen import DeviceSeen, MasterSeen, NodeSeen, Report, TopicSeen, UnitSeen
 from swarmctl.topology.interfaces import COMMAND_TYPE, DriverTopic
 
 LOWEST_SHARE = 0.7  # of the expected rate

@@ -68,11 +68,23 @@ MASTER = "master"
 MULTIMASTER = "multimaster"
 WLAN = "wlan"
 
-# The parts of a swarm that have a fixed name; no robot and no program may be called so.
-FIXED_PARTS = {
-    MASTER: "the ROS master",
-    MULTIMASTER: "what joins the masters",
-    WLAN: "what keeps the wlan awake",
+TOOLS = (
+    "bluetooth-pair",
+    "has-packages",
+    "ros-client",
+    "ros-exec",
+    "wait-for-address",
+    "wait-for-master",
+    "wlan-awake",
+)
+
+# What has a fixed name in a release; no robot and no program may be called so.
+TAKEN = {
+    MASTER: "the unit of the ROS master",
+    MULTIMASTER: "the unit of what joins the masters",
+    WLAN: "the unit of what keeps the wlan awake",
+    "swarm": "the launch file of all robots",
+    **dict.fromkeys(TOOLS, "one of the tools in a release"),
 }
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from rich.text import Text
 
 from swarmctl.health.findings import Finding
-from swarmctl.health.probe import UnitSeen
+from swarmctl.health.seen import UnitSeen
 from swarmctl.health.status import BridgeRow, HostRow, ProgramRow, RobotRow, Status, TopicRow
 from swarmctl.health.verdicts import LOWEST_SHARE, State
 from swarmctl.topology.interfaces import DIAGNOSTICS

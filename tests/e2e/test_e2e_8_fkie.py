@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 from conftest import Note
+from labmasters import allowed, crossed, due, registered
 from labswarm import SOURCE, LabSwarm, SshError, lab_of, within
-from masters import allowed, crossed, due, registered
 
 from swarmctl.checks.check import read
 from swarmctl.lab.errors import LabError

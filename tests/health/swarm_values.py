@@ -10,7 +10,7 @@ from typing import Any
 
 from swarmctl.checks.check import read
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot, Release, expected_graph
-from swarmctl.health.probe import (
+from swarmctl.health.seen import (
     Answer,
     DeviceSeen,
     MasterSeen,

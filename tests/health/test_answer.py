@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from swarm_values import K3_PI, LAPTOP, UNIT, WLAN, all_well, graph
 
+from swarmctl.health.answer import answer_of
 from swarmctl.health.diagnose import diagnose
-from swarmctl.health.probe import answer_of, listening, request
+from swarmctl.health.probe import listening, request
 from swarmctl.health.status import status
 from swarmctl.topology.interfaces import DriverTopic
 from swarmctl.views import status as view

@@ -13,7 +13,8 @@ from swarm_values import well
 from swarmctl.health.diagnose import diagnose
 from swarmctl.health.expected import ExpectedGraph, Release, expected_graph
 from swarmctl.health.findings import Diagnosis
-from swarmctl.health.probe import Answer, GraphSeen, NodeSeen, Report, Stranger, request
+from swarmctl.health.probe import request
+from swarmctl.health.seen import Answer, GraphSeen, NodeSeen, Report, Stranger
 from swarmctl.health.status import status
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError, Kind

@@ -37,7 +37,7 @@ from swarm_values import (
 
 from swarmctl.health.diagnose import diagnose
 from swarmctl.health.findings import Diagnosis
-from swarmctl.health.probe import Report, SenderSeen
+from swarmctl.health.seen import Report, SenderSeen
 from swarmctl.health.verdicts import State
 from swarmctl.remote.transport import HostError, Kind
 

@@ -14,7 +14,8 @@ import pytest
 from ros_fakes import FakeRos, diagnostics, peer, publishing, served, slave
 from swarm_agent.verbs import probe
 
-from swarmctl.health.probe import SenderSeen, answer_of
+from swarmctl.health.answer import answer_of
+from swarmctl.health.seen import SenderSeen
 
 TWIST = "geometry_msgs/Twist"
 ODOM = "nav_msgs/Odometry"

@@ -14,7 +14,7 @@ from swarmctl.cli import access, exits
 from swarmctl.cli.app import run
 from swarmctl.health import ask as asking
 from swarmctl.health.expected import ExpectedGraph, ExpectedHost
-from swarmctl.health.probe import Answer
+from swarmctl.health.seen import Answer
 from swarmctl.remote.transport import HostError, Kind, Target
 
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")

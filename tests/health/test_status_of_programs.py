@@ -13,7 +13,8 @@ from swarmctl.checks.check import read
 from swarmctl.health.diagnose import diagnose
 from swarmctl.health.expected import ExpectedGraph, Release, expected_graph
 from swarmctl.health.findings import Finding
-from swarmctl.health.probe import Answer, MasterSeen, NodeSeen, request
+from swarmctl.health.probe import request
+from swarmctl.health.seen import Answer, MasterSeen, NodeSeen
 from swarmctl.health.status import status
 from swarmctl.health.verdicts import State
 from swarmctl.render.host import bundles

@@ -29,7 +29,7 @@ from swarm_values import (
 )
 
 from swarmctl.health.diagnose import diagnose
-from swarmctl.health.probe import Answer, Report
+from swarmctl.health.seen import Answer, Report
 from swarmctl.health.status import Status, status
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views import status as view

@@ -1,0 +1,29 @@
+"""The exit code of ``swarmctl plan``: whose absence counts."""
+
+from __future__ import annotations
+
+import pytest
+
+from swarmctl.cli import exits
+from swarmctl.cli.plan import exit_code
+from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+
+AWAY = HostPlan("pi", None, "b", problem=Problem("unreachable", "connect timed out"))
+UNFIT = HostPlan("pi", None, "b", problem=Problem("unfit", "it lacks rospy"))
+SAME = HostPlan("laptop", "a", "a")
+OTHER = HostPlan("laptop", "a", "b", steps=(Step(Kind.CREATE, "env/ros.env", "new"),))
+
+
+@pytest.mark.parametrize(
+    ("hosts", "optional", "code"),
+    [
+        ((SAME, AWAY), {"pi"}, exits.OK),
+        ((SAME, AWAY), set(), exits.HOSTS_UNREACHABLE),
+        ((SAME, UNFIT), {"pi"}, exits.HOSTS_FAILED),
+        ((OTHER, AWAY), {"pi"}, exits.CHANGES),
+    ],
+)
+def test_an_optional_host_may_be_away_but_not_unfit(
+    hosts: tuple[HostPlan, ...], optional: set[str], code: int
+) -> None:
+    assert exit_code(Plan("s", hosts), optional, True) == code

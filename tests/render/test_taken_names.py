@@ -1,0 +1,26 @@
+"""What has a fixed name in a release is refused as the name of a robot or a program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from swarmctl.checks.check import read
+from swarmctl.render.host import bundles
+from swarmctl.topology import names
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("paper-*/swarm.yaml"))
+
+
+@pytest.mark.parametrize("spec", EXAMPLES, ids=lambda path: path.parent.name)
+def test_every_tool_of_a_release_is_a_taken_name(spec: Path) -> None:
+    swarm, found = read(spec)
+    assert swarm is not None, found
+    tools = {
+        file.path.removeprefix("bin/")
+        for bundle in bundles(swarm).values()
+        for file in bundle.files
+        if file.path.startswith("bin/")
+    }
+    assert tools - set(swarm.programs) <= set(names.TOOLS)
