@@ -93,6 +93,26 @@ def borrowed_names(case: Case) -> Iterator[Diagnostic]:
             )
 
 
+def unlisted_hosts(case: Case) -> Iterator[Diagnostic]:
+    """NET017: nodes are to go by the host's name, and /etc/hosts cannot say where that is."""
+    if case.spec.ros.naming != "hosts":
+        return
+    for name, ip in case.addresses.items():
+        given = case.spec.hosts[name].address
+        if ip is None and name not in case.passages and normal(given) != name.lower():
+            yield Diagnostic(
+                "NET017",
+                f"the nodes of host `{name}` are to call it `{name}`, and no other host learns where that is",
+                case.span("hosts", name, "address"),
+                label="a name, which /etc/hosts cannot list",
+                notes=(Note(case.span("ros", "naming"), "hosts go by their names here"),),
+                help=(
+                    "give its IPv4 address; swarmctl then writes the name into every /etc/hosts",
+                    f"or, if the hosts resolve `{given}`, leave `naming: address`",
+                ),
+            )
+
+
 def addresses_in_subnets(case: Case) -> Iterator[Diagnostic]:
     """NET005, NET010: an address belongs to a host of a network that the host is on."""
     for name, networks in case.networks_of.items():
@@ -164,6 +184,7 @@ RULES: tuple[Rule, ...] = (
     unfit_addresses,
     naming_schemes,
     borrowed_names,
+    unlisted_hosts,
     addresses_in_subnets,
     split_networks,
 )

@@ -11,6 +11,7 @@ from swarmctl.spec.model import Mode
 from swarmctl.topology import names
 from swarmctl.topology.bridges import commanders_host
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE
+from swarmctl.topology.networks import advertised
 
 
 def led_by_others(case: Case) -> Iterator[Diagnostic]:
@@ -98,7 +99,7 @@ def unannounced(case: Case) -> Iterator[Diagnostic]:
         if not one.publishes or name != COMMAND or space not in case.publishers.robots:
             continue
         robot = case.publishers.robots[space]
-        address = spec.hosts[one.host].address if one.host in spec.hosts else ""
+        address = advertised(spec, one.host) if one.host in spec.hosts else ""
         if any(commander.includes(one.node, address) for commander in case.authority.over(robot)):
             continue
         listed = sorted(control.by for control in spec.control if robot in control.of)

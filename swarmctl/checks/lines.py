@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity, Span
@@ -10,7 +11,7 @@ from swarmctl.spec.edits import mend, replace_value, set_key
 from swarmctl.spec.model import Serial
 from swarmctl.spec.robot_type import command_timeout_of
 from swarmctl.topology.interfaces import COMMAND
-from swarmctl.topology.lines import CAREFUL, COMMAND_RATE, LineBudget, Load, command_rates, layers
+from swarmctl.topology.lines import CAREFUL, COMMAND_RATE, FTDI, LineBudget, Load, command_rates, layers
 from swarmctl.topology.names import namespace
 
 # What terminals know (termios(3)), from 300 on.
@@ -69,8 +70,8 @@ def _mends(load: Load) -> Iterator[str]:
         yield "the orders alone are too much for it; a faster line is needed"
     if load.baud < 115200 and load.kind != "bluetooth":
         yield "or raise `baud`, here and on the robot"
-    if load.kind == "usb" and load.least_share <= CAREFUL:
-        yield "or set the adapter's latency timer to 1 ms, measure, and silence this with the figure"
+    if load.kind == "usb" and replace(load, kind="usb-ftdi").share <= CAREFUL:
+        yield f'or, if its adapter is of FTDI, say `vendor: "{FTDI}"`: a deploy sets its timer to 1 ms'
 
 
 def _written(rates: dict[str, float]) -> str:

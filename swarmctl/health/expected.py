@@ -49,6 +49,7 @@ class ExpectedHost:
 
     name: str
     address: str
+    advertised: str
     optional: bool
     release: Release
     island: str
@@ -96,6 +97,7 @@ def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
     return ExpectedHost(
         name=host.name,
         address=host.address,
+        advertised=host.advertised,
         optional=host.optional,
         release=release,
         island=island.name,

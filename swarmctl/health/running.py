@@ -47,8 +47,8 @@ def verdict(
         return verdicts.bad(f"runs, but its node {program.node} is not registered at the master", journal)
     if not node.alive:
         return verdicts.bad(f"{program.node} is registered and does not answer ({node.error})", restart)
-    if (advertised := verdicts.host_of(node.uri)) != host.address.lower():
-        text = f"{program.node} tells others to reach it at {advertised}, not at {host.address}"
+    if (advertised := verdicts.host_of(node.uri)) != host.advertised.lower():
+        text = f"{program.node} tells others to reach it at {advertised}, not at {host.advertised}"
         return verdicts.bad(text, f"a second node of this name? else {restart}")
     wrong = _wrong(program, node)
     return wrong if wrong is not None else by_unit

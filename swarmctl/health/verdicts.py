@@ -124,8 +124,8 @@ def device(robot: ExpectedRobot, seen: DeviceSeen | None) -> Verdict:
     return ok(robot.device if seen.resolves in ("", robot.device) else f"{robot.device} ({seen.resolves})")
 
 
-def driver(robot: ExpectedRobot, address: str, process: UnitSeen | None, seen: NodeSeen | None) -> Verdict:
-    """``process``: the driver's unit; ``address``: what its host is reached by."""
+def driver(robot: ExpectedRobot, place: str, process: UnitSeen | None, seen: NodeSeen | None) -> Verdict:
+    """``process``: the driver's unit; ``place``: what its host calls itself."""
     restart = f"on {robot.host}: systemctl restart {robot.unit}"
     if seen is None or seen.registered is None:
         return unknown(f"{robot.node} was not asked about")
@@ -136,9 +136,11 @@ def driver(robot: ExpectedRobot, address: str, process: UnitSeen | None, seen: N
     if not seen.alive:
         text = "is registered and its unit runs, but it" if runs else "is a stale registration: it"
         return bad(f"{robot.node} {text} does not answer ({seen.error})", restart)
-    if (advertised := host_of(seen.uri)) != address.lower():
-        text = f"{robot.node} tells others to reach it at {advertised}, not at {address}"
-        return bad(text, "something overrides ROS_IP; run swarmctl deploy, then restart the unit")
+    if (advertised := host_of(seen.uri)) != place.lower():
+        text = f"{robot.node} tells others to reach it at {advertised}, not at {place}"
+        return bad(
+            text, "something overrides ROS_IP or ROS_HOSTNAME; run swarmctl deploy, then restart the unit"
+        )
     if robot.command not in seen.hears:
         return bad(f"{robot.node} does not hear {robot.command}: orders are lost", restart)
     if seen.hears[robot.command] not in (COMMAND_TYPE, "*"):

@@ -14,7 +14,7 @@ from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
 from swarmctl.topology.fkie import FAMILIES, Node
 from swarmctl.topology.ports import discovery_port
-from swarmctl.topology.swarm import Island, Swarm
+from swarmctl.topology.swarm import Host, Island, Swarm
 
 PARAMS = "params/multimaster.yaml"
 LAUNCH = "launch/multimaster.launch"
@@ -69,6 +69,7 @@ def discovery(swarm: Swarm, island: Island) -> Mapping[str, Any]:
         "send_mcast": multicast,
         "listen_mcast": multicast,
         "robot_hosts": [swarm.hosts[hub].address for hub in settings.robot_hosts.get(island.hub, others)],
+        **_interface(swarm.hosts[island.hub]),
         "rpc_port": discovery_port(island),
         "rosmaster_hz": 1.0,
         "heartbeat_hz": settings.heartbeat_hz,
@@ -76,6 +77,11 @@ def discovery(swarm: Swarm, island: Island) -> Mapping[str, Any]:
         "active_request_after": settings.active_request_after,
         "remove_after": settings.remove_after,
     }
+
+
+def _interface(hub: Host) -> Mapping[str, Any]:
+    """Where to send and listen: fkie asks ROS_IP, and at home a host's own name may mean 127.0.1.1."""
+    return {"interface": hub.address} if hub.advertised != hub.address else {}
 
 
 def sync(swarm: Swarm, heard: Mapping[str, list[str]]) -> Mapping[str, Any]:

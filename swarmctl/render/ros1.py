@@ -142,8 +142,8 @@ def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
         "home": _home(swarm),
         "workspace": swarm.workspace,
         "master_uri": swarm.master_uri(island),
-        "self_key": "ROS_IP" if ip_of(host.address) else "ROS_HOSTNAME",
-        "address": host.address,
+        "self_key": "ROS_IP" if ip_of(host.advertised) else "ROS_HOSTNAME",
+        "advertised": host.advertised,
         "package_path": ":".join((f"{_home(swarm)}/current/drivers", *_DEBIAN_PACKAGES)),
     }
 

@@ -46,7 +46,7 @@ def parameters(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
         "island": island.name,
         "node": names.multimaster_node(island.name),
         "master": swarm.master_uri(island),
-        "address": host.address,
+        "address": host.advertised,
         "poll_hz": _POLL_HZ,
         "silent_after": _SILENT_AFTER,
         "remove_after": _REMOVE_AFTER,

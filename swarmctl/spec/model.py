@@ -63,6 +63,11 @@ class Ros(Model):
         description="A catkin workspace that lies on every host, built; its packages come before those "
         "of the distribution.",
     )
+    naming: Literal["address", "hosts"] = Field(
+        "address",
+        description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "
+        "which /etc/hosts then resolves on every host.",
+    )
 
 
 class Secret(Model):
@@ -87,7 +92,7 @@ class Computers(RootModel[dict[Name, Computer]]):
 class Host(Model):
     """A computer that swarmctl logs into."""
 
-    address: Address = Field(description="Where the others reach it; also its ROS_IP.")
+    address: Address = Field(description="Where the others reach it; also its ROS_IP (see `ros.naming`).")
     user: Account = Field("robot", description="Account to log in as; root, or one with password-free sudo.")
     port: Port = Field(22, description="TCP port of its SSH server.")
     computer: ComputerName | None = Field(None, description="What kind of computer it is (see `computers`).")

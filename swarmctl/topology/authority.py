@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.topology import modes, names
 from swarmctl.topology.interfaces import program_host
+from swarmctl.topology.networks import advertised
 from swarmctl.topology.swarm import Commander, Island
 
 OWN = -1  # the priority of a robot's own programs: below all that can be written in `control`
@@ -61,7 +62,7 @@ class Authority:
         return island.hub if mode in (Mode.SINGLE_MINDED, Mode.LEADER) else None
 
     def _addresses(self, host: str | None) -> tuple[str, ...]:
-        return (self._spec.hosts[host].address,) if host in self._spec.hosts else ()
+        return (advertised(self._spec, host),) if host in self._spec.hosts else ()
 
 
 def commanded_by(spec: Spec, program: str) -> tuple[str, ...]:

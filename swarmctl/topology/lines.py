@@ -15,17 +15,19 @@ from swarmctl.spec.robot_type import Query, RobotSettings, RobotType, rates_of
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, Endpoint
 
+FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 COMMAND_RATE = 10.0  # Hz of orders where no program says how often it sends them
 MOST_COMMANDS = 50.0  # Hz; a driver says a new speed every 20 ms at most
 LEAST_COMMANDS = 5.0  # Hz; it says an unchanged one again after 200 ms
 CAREFUL = 0.7  # share of its time above which a line has no room for a reply that comes late
 
 # Seconds between the end of a request and its reply. An FTDI adapter hands over what it has when its latency
-# timer runs out, 16 ms unless somebody set it to less (AN232B-04); no adapter is faster than a USB frame. By
-# Bluetooth, an e-puck brings all its sensors but the camera in one exchange at about 30 Hz (epuck_driver's
-# launch file), 20 ms of which are no bytes; request and reply take four slots of 625 us at least.
-USUAL_DELAY = {"usb": 0.016, "uart": 0.002, "bluetooth": 0.020}
-LEAST_DELAY = {"usb": 0.001, "uart": 0.0, "bluetooth": 0.0025}
+# timer runs out (AN232B-04): 16 ms, or the 1 ms that our udev rule sets and a USB frame of 1 ms to fetch it.
+# An unknown adapter counts as one left as it came; none is faster than such a frame. By Bluetooth, an e-puck
+# brings all its sensors but the camera in one exchange at about 30 Hz (epuck_driver's launch file), 20 ms of
+# which are no bytes; request and reply take four slots of 625 us at least.
+USUAL_DELAY = {"usb": 0.016, "usb-ftdi": 0.002, "uart": 0.002, "bluetooth": 0.020}
+LEAST_DELAY = {"usb": 0.001, "usb-ftdi": 0.001, "uart": 0.0, "bluetooth": 0.0025}
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Exchange:
 class Load:
     """What is asked of a line: the same for all robots of a type whose rates and lines are alike."""
 
-    kind: str  # usb, uart or bluetooth
+    kind: str  # usb, usb-ftdi, uart or bluetooth
     baud: int
     bits: int  # a byte takes on the line, with its start, parity and stop bits
     exchanges: tuple[Exchange, ...]
@@ -154,7 +156,9 @@ def layers(spec: Spec, robot_type: RobotType, own: RobotSettings) -> tuple[Robot
 def line_kind(link: Serial | Bluetooth) -> str:
     if isinstance(link, Bluetooth):
         return "bluetooth"
-    return "usb" if link.usb is not None else "uart"
+    if link.usb is None:
+        return "uart"
+    return "usb-ftdi" if link.usb.vendor == FTDI else "usb"
 
 
 def command_rates(spec: Spec, endpoints: Sequence[Endpoint]) -> dict[str, float]:

@@ -14,6 +14,14 @@ def addresses_of(spec: Spec) -> Mapping[str, Ip | None]:
     return {name: ip_of(host.address) for name, host in spec.hosts.items()}
 
 
+def advertised(spec: Spec, host: str) -> str:
+    """What stands for ``host`` in the URIs of its nodes and its master.
+
+    fkie and drivers compare it letter by letter, so all that is generated takes it from here.
+    """
+    return host if spec.ros.naming == "hosts" else spec.hosts[host].address
+
+
 def witnesses_of(spec: Spec, addresses: Mapping[str, Ip | None]) -> Mapping[int, tuple[str, ...]]:
     """By index in ``links``: the hosts whose address must be the network's, since they are on no other.
 

@@ -12,7 +12,7 @@ from swarmctl.topology.authority import Authority, commanded_by
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.clocks import time_root
 from swarmctl.topology.interfaces import program_endpoints, program_host
-from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
+from swarmctl.topology.networks import addresses_of, advertised, subnets_of, witnesses_of
 from swarmctl.topology.ports import ssh_port
 from swarmctl.topology.swarm import (
     FixedLine,
@@ -54,6 +54,7 @@ def _host(name: str, document: Document) -> Host:
     return Host(
         name=name,
         address=given.address,
+        advertised=advertised(document.spec, name),
         user=given.user if "user" in said or defaults.user is None else defaults.user,
         port=ssh_port(document.spec, name),
         via=given.via,

@@ -14,10 +14,11 @@ from swarmctl.topology import names
 
 @dataclass(frozen=True)
 class Host:
-    """A computer of the swarm. ``address`` is where the others reach it, and its ROS nodes too."""
+    """A computer of the swarm. ``address``: where the others reach it; ``advertised``: what its nodes say."""
 
     name: str
     address: str
+    advertised: str
     user: str
     port: int
     via: str | None
@@ -73,7 +74,7 @@ Line = UsbLine | FixedLine | RfcommLine
 
 @dataclass(frozen=True)
 class Commander:
-    """Who may command a robot: nodes by name, all in a namespace, all on some hosts (by address).
+    """Who may command a robot: nodes by name, all in a namespace, all on some hosts (as they advertise).
 
     Of several who command at once the one with the highest ``priority`` is obeyed.
     """
@@ -194,4 +195,4 @@ class Swarm:
 
     def master_uri(self, island: Island) -> str:
         """The same text for every host of the island, the hub included."""
-        return f"http://{self.hosts[island.hub].address}:{island.master_port}"
+        return f"http://{self.hosts[island.hub].advertised}:{island.master_port}"

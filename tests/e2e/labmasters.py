@@ -27,7 +27,7 @@ Registrations = Mapping[str, frozenset[Registration]]  # by the island whose mas
 
 def registered(lab: LabSwarm, swarm: Swarm) -> Registrations:
     """Everything registered at every master; nothing where a master is away."""
-    homes = {swarm.hosts[host].address: island.name for island in swarm.islands for host in island.hosts}
+    homes = {swarm.hosts[host].advertised: island.name for island in swarm.islands for host in island.hosts}
     return {island.name: _at(lab, swarm, island, homes) for island in swarm.islands}
 
 

@@ -20,7 +20,9 @@ from swarmctl.topology.swarm import Host, Network, Swarm
 
 
 def swarm_of(addresses: dict[str, str], *networks: Network) -> Swarm:
-    hosts = {name: Host(name, address, "robot", 22, None, False) for name, address in addresses.items()}
+    hosts = {
+        name: Host(name, address, address, "robot", 22, None, False) for name, address in addresses.items()
+    }
     return Swarm("s", Mode.LEADER, "noetic", None, hosts, {}, networks, ())
 
 

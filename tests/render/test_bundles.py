@@ -213,6 +213,14 @@ def test_drivers_and_master_are_shut_in(rendered: Mapping[str, Bundle], tmp_path
     assert ran.returncode == 0, ran.stdout[-500:]
 
 
+def test_the_timer_of_no_other_chip_than_ftdis_is_set(rendered: Mapping[str, Bundle]) -> None:
+    rules = [file.content.decode() for file in rendered["k3-pi"].files if file.path.startswith("udev/60-")]
+    lines = [line for text in rules for line in text.splitlines() if "ATTR{latency_timer}" in line]
+    assert [('DRIVER=="ftdi_sio"' in line, 'ATTRS{serial}=="FTDI1234"' in line) for line in lines] == [
+        (True, True)
+    ]
+
+
 def test_the_manifest_is_json_with_the_digest_of_every_file(rendered: Mapping[str, Bundle]) -> None:
     for bundle in rendered.values():
         manifest = json.loads(bundle.manifest_bytes)

@@ -16,9 +16,10 @@ from swarmctl.spec.load import load_text
 from swarmctl.spec.messages import known_types, size_of
 from swarmctl.spec.model import Program
 from swarmctl.topology.boards import board_budget
+from swarmctl.topology.budgets import budgets_of
 from swarmctl.topology.capacity import host_budgets, network_budgets, on_the_wire
 from swarmctl.topology.interfaces import program_endpoints
-from swarmctl.topology.lines import Load, load_of
+from swarmctl.topology.lines import Exchange, Load, load_of
 from swarmctl.topology.modes import islands_of
 from swarmctl.topology.radios import MOST, STABLE, RadioBudget, spread
 
@@ -215,6 +216,20 @@ def test_the_mend_that_is_offered_mends(spec: Path, code: str) -> None:
     [finding] = [one for one in found_in(text) if one.code == code]
     assert finding.fix is not None
     assert code not in {one.code for one in found_in(apply(text, finding.fix.edits))}
+
+
+@pytest.mark.parametrize(("vendor", "kind", "warned"), [("0403", "usb-ftdi", False), ("10c4", "usb", True)])
+def test_an_adapter_of_ftdi_has_the_timer_that_a_deploy_sets(vendor: str, kind: str, warned: bool) -> None:
+    text = (DOUBTFUL / "line-almost-full.yaml").read_text("utf-8")
+    said = text.replace("serial: A600dXyz", f'serial: A600dXyz, vendor: "{vendor}"')
+    assert ("LINE002" in {one.code for one in found_in(said)}) is warned
+    document, _ = load_text(said, "swarm.yaml", load_catalog())
+    assert document is not None
+    [budget] = budgets_of(document).lines
+    assert (budget.load.kind, budget.load.seconds(Exchange("odom", 1.0, 0, 0))) == (
+        kind,
+        0.016 if warned else 0.002,
+    )
 
 
 def found_in(text: str) -> tuple:
