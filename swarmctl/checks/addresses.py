@@ -99,7 +99,7 @@ def unlisted_hosts(case: Case) -> Iterator[Diagnostic]:
         return
     for name, ip in case.addresses.items():
         given = case.spec.hosts[name].address
-        if ip is None and name not in case.passages and normal(given) != name.lower():
+        if ip is None and name not in case.passages and normal(given) != name:
             yield Diagnostic(
                 "NET017",
                 f"the nodes of host `{name}` are to call it `{name}`, and no other host learns where that is",
