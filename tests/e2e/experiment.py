@@ -153,8 +153,8 @@ def conducted(
         yield Experiment(swarm, spec, {"lab up": up, "deployed": deploy.seconds, "then healthy": healthy})
 
 
-def seconds_to_health(swarm: LabSwarm) -> float:
+def seconds_to_health(swarm: LabSwarm, spec: Path | None = None) -> float:
     began = time.monotonic()
-    while (status := swarm.swarmctl("status")).status != exits.OK:
+    while (status := swarm.swarmctl("status", spec=spec)).status != exits.OK:
         assert time.monotonic() - began < HEALTHY, status.out + status.err
     return time.monotonic() - began
