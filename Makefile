@@ -21,9 +21,9 @@ help: ## show the targets
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; the lab's one after the other
+test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; two labs at a time
 	$(BIN)/pytest -n auto -m "not lab" $(PYTEST_ARGS)
-	$(BIN)/pytest -m lab $(PYTEST_ARGS)
+	$(BIN)/pytest -n 2 --dist loadfile -m lab $(PYTEST_ARGS)
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_e2e_paper.py $(PYTEST_ARGS)

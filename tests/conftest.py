@@ -1,4 +1,4 @@
-"""Fixtures for every folder of tests: golden files, and the folders of the repository.
+"""Fixtures for every folder of tests: golden files, figures, and the folders of the repository.
 
 Golden files are written anew by ``pytest --regenerate``; read the difference before committing it.
 """
@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+MEASURED = "measured"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -22,6 +23,26 @@ def no_ci(monkeypatch: pytest.MonkeyPatch) -> None:
     """What swarmctl prints follows the CI that it runs in; the tests' own CI is not meant."""
     for name in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE", "CI_PROJECT_DIR"):
         monkeypatch.delenv(name, raising=False)
+
+
+@pytest.fixture
+def note(request: pytest.FixtureRequest) -> Callable[[str, str, str], None]:
+    """Keep a figure for the table at the end: what, value, bar."""
+    figures = request.node.user_properties
+    return lambda what, value, bar: figures.append((MEASURED, (what, value, bar)))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """The figures that tests kept; reports carry them here also from other processes."""
+    reports = [*terminalreporter.getreports("passed"), *terminalreporter.getreports("failed")]
+    kept = (value for report in reports for name, value in report.user_properties if name == MEASURED)
+    figures = list(dict.fromkeys(tuple(value) for value in kept))
+    if figures:
+        terminalreporter.section("measured")
+        width = max(len(what) for what, _, _ in figures)
+        wide = max(len(value) for _, value, _ in figures)
+        for what, value, bar in figures:
+            terminalreporter.write_line(f"{what:<{width}}  {value:>{wide}}  {bar}".rstrip())
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import os
 import shutil
 import signal
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -17,9 +17,6 @@ from labswarm import LabSwarm, Run, lab_of, missing_for_a_lab
 
 from swarmctl.lab import places
 
-Note = Callable[[str, str, str], None]
-
-FIGURES = pytest.StashKey[list[tuple[str, str, str]]]()
 FAILED = pytest.StashKey[bool]()
 HERE = Path(__file__).parent
 
@@ -48,22 +45,6 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     if report.failed:
         item.stash[FAILED] = True
     return report
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    if figures := config.stash.get(FIGURES, []):
-        terminalreporter.section("measured in the lab")
-        width = max(len(what) for what, _, _ in figures)
-        wide = max(len(value) for _, value, _ in figures)
-        for what, value, bar in figures:
-            terminalreporter.write_line(f"{what:<{width}}  {value:>{wide}}  {bar}")
-
-
-@pytest.fixture
-def note(pytestconfig: pytest.Config) -> Note:
-    """Keep a figure for the table at the end: what, value, bar."""
-    figures = pytestconfig.stash.setdefault(FIGURES, [])
-    return lambda what, value, bar: figures.append((what, value, bar))
 
 
 @pytest.fixture(scope="session")

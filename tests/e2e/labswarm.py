@@ -28,6 +28,8 @@ IMAGE = 600.0  # s within which the image must have been built and the lab be up
 BOOT = 30.0  # s within which a host must have booted
 LOOK_EVERY = 0.005  # s
 
+Note = Callable[[str, str, str], None]  # keeps a figure for the table at the end: what, value, bar
+
 
 class SshError(AssertionError):
     """A command on a host failed; the message is what it said."""

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import Note
-from labswarm import HOME, LabSwarm, SshError, lab_of, quoted, within
+from labswarm import HOME, LabSwarm, Note, SshError, lab_of, quoted, within
 
 SPEC = """\
 version: 1

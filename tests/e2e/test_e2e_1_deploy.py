@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from conftest import FirstTime, Note
-from labswarm import LabSwarm, namespace_of
+from conftest import FirstTime
+from labswarm import LabSwarm, Note, namespace_of
 from sniffer import Talk, listening
 
 

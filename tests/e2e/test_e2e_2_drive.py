@@ -7,8 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import pytest
-from conftest import Note
-from labswarm import LEADER, LabSwarm, Pose, at_once, moves, within, wrapped
+from labswarm import LEADER, LabSwarm, Note, Pose, at_once, moves, within, wrapped
 
 STRETCH = 10.0  # s of driving that speeds and loads are measured over
 

@@ -7,8 +7,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from conftest import Note
-from labswarm import HOME, LabSwarm, Run, at_once
+from labswarm import HOME, LabSwarm, Note, Run, at_once
 
 CONNECT_TIMEOUT = 10.0  # s, of swarmctl
 HOST_KEY = "/etc/ssh/ssh_host_ed25519_key"

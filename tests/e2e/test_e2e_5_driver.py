@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 
 import pytest
-from conftest import Note
-from labswarm import LEADER, LabSwarm, Unit, at_once, moves, within
+from labswarm import LEADER, LabSwarm, Note, Unit, at_once, moves, within
 
 from swarmctl.lab import lab
 

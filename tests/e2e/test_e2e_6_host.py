@@ -6,8 +6,7 @@ import re
 import subprocess
 
 import pytest
-from conftest import Note
-from labswarm import HOME, LEADER, SOURCE, LabSwarm, within
+from labswarm import HOME, LEADER, SOURCE, LabSwarm, Note, within
 
 EXPOSED_AT_MOST = 2.0
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from conftest import Note
 from labmasters import allowed, crossed, due, registered
-from labswarm import SOURCE, LabSwarm, SshError, lab_of, within
+from labswarm import SOURCE, LabSwarm, Note, SshError, lab_of, within
 
 from swarmctl.checks.check import read
 from swarmctl.lab.errors import LabError

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import Note
-from labswarm import LEADER, SOURCE, LabSwarm, quoted, within
+from labswarm import LEADER, SOURCE, LabSwarm, Note, quoted, within
 
 TEXT = 'it\'s 100 % "so" $(so)'
 PROGRAMS = """

@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
-from conftest import Note
-from labswarm import LEADER, LabSwarm, within
+from labswarm import LEADER, LabSwarm, Note, within
 
 STRANGER = "epuck-pi"
 LEADING, CENTRAL = "mode: leader\nleader: koala-laptop", "mode: central\nhub: koala-laptop"

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 import wholegraph
-from conftest import Note
 from experiment import EXAMPLES, PATIENCE, STILL, Experiment, conducted
-from labswarm import LEADER, LabSwarm, moves, within
+from labswarm import LEADER, LabSwarm, Note, moves, within
 
 from swarmctl.cli import exits
 

@@ -15,8 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from conftest import Note
-from labswarm import LabSwarm, lab_of, moves, quoted
+from labswarm import LabSwarm, Note, lab_of, moves, quoted
 
 LONGEST = 40.0  # s until a swarm must be whole again
 DOWN = 30.0  # s for which a link is cut

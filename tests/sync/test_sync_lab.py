@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from swarmctl.lab.errors import LabError
 HERE = Path(__file__).parent
 SEED = 20151113
 EVENTS = 1000
+
+Note = Callable[[str, str, str], None]
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +40,16 @@ def run(script: str, *arguments: object) -> dict[str, Any]:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr[-4000:]
     figures: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    print(json.dumps(figures))
     return figures
 
 
 @pytest.mark.lab
-def test_after_a_thousand_events_both_sides_of_every_bridge_are_as_declared(disk: Path) -> None:
+def test_after_a_thousand_events_both_sides_of_every_bridge_are_as_declared(disk: Path, note: Note) -> None:
     figures = run("storm.py", disk, SEED, EVENTS)
+    title = f"static multimaster: {figures['events']} events on {figures['topics']} topics, seed {SEED}"
+    found = f"{len(figures['leaks'])} leaks, stale: {figures['stale'] or 'nothing'}"
+    note(title, f"{figures['seconds']} s, {found}", "no leak, nothing stale")
+    note("static multimaster: longest to converge after them", f"{figures['longest_to_converge']} s", "")
     assert figures["stale"] == ""
     assert figures["leaks"] == []
     assert figures["shut_down"] == []
@@ -52,9 +58,13 @@ def test_after_a_thousand_events_both_sides_of_every_bridge_are_as_declared(disk
 
 
 @pytest.mark.lab
-def test_a_rospy_listener_hears_a_talker_of_another_island_again_after_every_fault(disk: Path) -> None:
+def test_a_rospy_listener_hears_a_talker_of_another_island_again_after_every_fault(
+    disk: Path, note: Note
+) -> None:
     figures = run("conversation.py", disk)
     assert figures.pop("quiet while cut") is True
     assert figures.pop("left behind") == []
     assert figures.pop("sync stopped") < 3.0
+    for what, seconds in figures.items():
+        note(f"static multimaster, a listener hears again: {what}", f"{seconds} s", "<= 10 s")
     assert {what: seconds for what, seconds in figures.items() if seconds > 10.0} == {}
