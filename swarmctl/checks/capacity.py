@@ -65,7 +65,7 @@ def _larger(case: Case, hub: str) -> str:
 def networks(case: Case) -> Iterator[Diagnostic]:
     """CAP004, CAP005: what the spec says crosses a network fits into it."""
     links = {link.name: index for index, link in case.networks}
-    for budget in network_budgets(case.spec, case.types, case.endpoints):
+    for budget in network_budgets(case.spec, case.types, case.endpoints, case.islands):
         if budget.share > CAREFUL_NETWORK:
             never = budget.share > 1
             flows = budget.largest(3)

@@ -153,7 +153,7 @@ class Case:
     @cached_property
     def host_budgets(self) -> tuple[HostBudget, ...]:
         """What runs on each host whose kind of computer is known."""
-        return tuple(host_budgets(self.spec, self.computers, self.islands))
+        return tuple(host_budgets(self.spec, self.computers, self.islands, self.bridges))
 
 
 Rule = Callable[[Case], Iterator[Diagnostic]]

@@ -36,7 +36,8 @@ def init(
         typer.Option(
             "--robot",
             metavar="NAME=TYPE",
-            help=f"A robot and its type (repeatable); by default {' and '.join(_ROBOTS)}.",
+            help="A robot, or several like epuck-[1-5], and the type (repeatable); by default "
+            f"{' and '.join(_ROBOTS)}.",
         ),
     ] = None,
 ) -> None:
@@ -69,10 +70,21 @@ def _robots(given: Sequence[str], catalog: Catalog) -> dict[str, str]:
         name, _, type_name = one.partition("=")
         if not name or not type_name:
             raise typer.BadParameter(f"`{one}` is no robot; write NAME=TYPE, like k3=khepera3")
-        if name in robots:
-            raise typer.BadParameter(f"two robots are called `{name}`")
-        robots[name] = _known("robot type", type_name, catalog.types)
+        for robot in _names(name):
+            if robot in robots:
+                raise typer.BadParameter(f"two robots are called `{robot}`")
+            robots[robot] = _known("robot type", type_name, catalog.types)
     return robots
+
+
+def _names(given: str) -> tuple[str, ...]:
+    """The name, or those of a range."""
+    from swarmctl.spec.hostlist import NoRange, read
+
+    found = read(given)
+    if isinstance(found, NoRange):
+        raise typer.BadParameter(f"`{given}`: {found.message}")
+    return found.names if found else (given,)
 
 
 def _known(what: str, word: str, known: Iterable[str]) -> str:

@@ -8,6 +8,7 @@ from swarmctl.spec.boards import boards
 from swarmctl.spec.load import Document
 from swarmctl.topology import modes
 from swarmctl.topology.boards import BoardBudget, board_budget
+from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.capacity import HostBudget, NetworkBudget, host_budgets, network_budgets
 from swarmctl.topology.interfaces import program_endpoints
 from swarmctl.topology.lines import LineBudget, line_budgets
@@ -38,6 +39,8 @@ def budgets_of(document: Document) -> Budgets:
     """The budgets of a document without errors."""
     spec, types = document.spec, document.types
     endpoints = tuple(program_endpoints(spec))
+    islands = modes.islands_of(spec)
+    bridges = bridges_of(spec, islands, endpoints)
     lines = dict(line_budgets(spec, types, endpoints))
     return Budgets(
         lines=tuple(lines.values()),
@@ -47,6 +50,6 @@ def budgets_of(document: Document) -> Budgets:
             for name, program in spec.programs.items()
             if program.board in boards()
         ),
-        hosts=tuple(host_budgets(spec, document.computers, modes.islands_of(spec))),
-        networks=tuple(network_budgets(spec, types, endpoints)),
+        hosts=tuple(host_budgets(spec, document.computers, islands, bridges)),
+        networks=tuple(network_budgets(spec, types, endpoints, islands)),
     )

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
-from swarmctl.spec.model import Computer, Control, NetworkLink, Spec
+from swarmctl.spec.model import Computer, Control, Multimaster, NetworkLink, Spec
 from swarmctl.spec.robot_type import RobotType, rates_of
 from swarmctl.topology import modes, names
 from swarmctl.topology.boards import message_bytes
 from swarmctl.topology.bridges import commanders_host
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, SENSORS, Endpoint, program_host
 from swarmctl.topology.lines import COMMAND_RATE, command_rates, layers
-from swarmctl.topology.swarm import Island
+from swarmctl.topology.swarm import Bridge, Island
 
-# MB. A driver may take 60 (its bar); rosmaster and each of the two nodes of a multimaster are Python programs
-# like it, rosout is smaller. A Linux without a desktop takes 100 to 200, as Raspberry Pi OS Lite does.
+# MB. A driver may take 60 (its bar); rosmaster, our own multimaster and each of fkie's two nodes are Python
+# programs like it, rosout is smaller. A Linux without a desktop takes 100 to 200, as Raspberry Pi OS Lite
+# does.
 DRIVER_MB = 60
 MASTER_MB = 100
-BRIDGE_MB = 120
+BRIDGE_MB = {"fkie": 120, "static": 60}
 SYSTEM_MB = 200
 SMALL_MB = 1024  # computers with no more memory than this are slow as well: Raspberry Pi 1 to 3, Zero
 SMALL_NODES = 20  # that such a computer's master should serve at most; a rule of thumb
@@ -111,7 +112,7 @@ class NetworkBudget:
 
 
 def host_budgets(
-    spec: Spec, computers: Mapping[str, Computer], islands: Sequence[Island]
+    spec: Spec, computers: Mapping[str, Computer], islands: Sequence[Island], bridges: Iterable[Bridge]
 ) -> Iterator[HostBudget]:
     """Every host whose kind of computer is known, in the order of the spec."""
     drivers: Counter[str | None] = Counter(modes.driving_host(spec, robot) for robot in spec.robots)
@@ -123,6 +124,8 @@ def host_budgets(
             nodes[host] += 1
             programs.setdefault(host, []).append((name, program.memory_mb or 0))
     served = {island.hub: sum(nodes[host] for host in island.hosts) for island in islands}
+    provider = (spec.multimaster or Multimaster()).provider
+    joining = _joining(provider, islands, bridges)
     for name, given in spec.hosts.items():
         kind = given.computer or spec.defaults.host.computer
         if kind is None:
@@ -130,7 +133,7 @@ def host_budgets(
         parts = [
             ("system", SYSTEM_MB),
             ("master", MASTER_MB if name in served else 0),
-            ("multimaster", BRIDGE_MB if name in served and len(islands) > 1 else 0),
+            ("multimaster", BRIDGE_MB[provider] if name in joining else 0),
             (f"{drivers[name]} driver{'s' if drivers[name] > 1 else ''}", drivers[name] * DRIVER_MB),
             *programs.get(name, ()),
         ]
@@ -138,13 +141,21 @@ def host_budgets(
         yield HostBudget(name, kind, computers[kind].memory_mb, taken, served.get(name, 0))
 
 
+def _joining(provider: str, islands: Sequence[Island], bridges: Iterable[Bridge]) -> Set[str]:
+    """The hubs that run a multimaster: with `static` those that hear something, with fkie's packages all."""
+    if provider == "static":
+        hearing = {to for bridge in bridges for to in bridge.to}
+        return {island.hub for island in islands if island.name in hearing}
+    return {island.hub for island in islands} if len(islands) > 1 else frozenset()
+
+
 def network_budgets(
-    spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpoint]
+    spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpoint], islands: Sequence[Island]
 ) -> Iterator[NetworkBudget]:
     """Every network, in the order of the spec. Two hosts talk over the first network that they share."""
     carried: dict[str, list[Flow]] = {}
     over = _Ways(spec)
-    for flow in _flows(spec, types, endpoints):
+    for flow in _flows(spec, types, endpoints, islands):
         network = over.way(flow.origin, flow.to)
         if network is not None:
             carried.setdefault(network, []).append(flow)
@@ -169,12 +180,16 @@ class _Ways:
         return next((name for name in self._networks.get(one, ()) if name in beside), None)
 
 
-def _flows(spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpoint]) -> Iterator[Flow]:
+def _flows(
+    spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpoint], islands: Sequence[Island]
+) -> Iterator[Flow]:
     """What is published on one host and heard on another, with a known rate and size."""
     heard: dict[str, set[str]] = {}
     for one in endpoints:
         if not one.publishes and one.host:
             heard.setdefault(one.topic, set()).add(one.host)
+    if spec.multimaster is not None:
+        _heard_by_people(spec.multimaster, islands, heard)
     orders = command_rates(spec, endpoints)
     for control in spec.control:
         yield from _orders(spec, control, orders)
@@ -184,6 +199,16 @@ def _flows(spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpo
             yield from _to_each(one.topic, one.host, heard, one.rate, size)
     if heard:
         yield from _sensors(spec, types, heard)
+
+
+def _heard_by_people(multimaster: Multimaster, islands: Sequence[Island], heard: dict[str, set[str]]) -> None:
+    """Add the topics that cross by name: where no program hears one, somebody on the hub does."""
+    called = {island.name: island for island in islands}
+    for crossing in multimaster.topics:
+        hosts = heard.setdefault(crossing.topic, set())
+        for island in (called[to] for to in crossing.to if to in called):
+            if hosts.isdisjoint(island.hosts):
+                hosts.add(island.hub)
 
 
 def _orders(spec: Spec, control: Control, rates: Mapping[str, float]) -> Iterator[Flow]:

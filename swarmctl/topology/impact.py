@@ -25,6 +25,7 @@ class Impact:
     programs: tuple[str, ...] = ()
     data: tuple[tuple[str, str], ...] = ()  # topics, each with a program that lives and hears it no more
     optional: frozenset[str] = field(default=frozenset())  # those of the robots the swarm is complete without
+    shared: bool = False  # whether several hosts had one of the masters in common
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -50,7 +51,7 @@ class Impact:
     @property
     def single_point(self) -> bool:
         """Whether more dies with the part than the robot that it belongs to."""
-        return len(self.robots) > 1 or bool(self.masters) or (self.kind == "program" and bool(self.robots))
+        return len(self.robots) > 1 or self.shared or (self.kind == "program" and bool(self.robots))
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -73,6 +74,7 @@ def impacts(spec: Spec) -> tuple[Impact, ...]:
     masters = _by_part(wiring.masters.items())
     programs = _by_part((name, needs - {("program", name)}) for name, needs in wiring.programs.items())
     data = _by_part(((one.topic, one.program), one.needs - one.own) for one in wiring.hearings)
+    shared = {island.name for island in wiring.islands if len(island.hosts) > 1}
     optional = frozenset(name for name in spec.robots if _is_optional(spec, name))
     found = [
         Impact(
@@ -83,6 +85,7 @@ def impacts(spec: Spec) -> tuple[Impact, ...]:
             programs=programs.get(part, ()),
             data=data.get(part, ()),
             optional=optional,
+            shared=not shared.isdisjoint(masters.get(part, ())),
         )
         for part in wiring.parts
     ]

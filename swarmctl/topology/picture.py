@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict, dataclass
 
-from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.spec.model import Bluetooth, Multimaster, NetworkLink, Serial, Spec
 from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import bridges_of
-from swarmctl.topology.interfaces import COMMAND, program_endpoints, program_host
+from swarmctl.topology.interfaces import COMMAND, Endpoint, program_endpoints, program_host
+from swarmctl.topology.swarm import Bridge
 from swarmctl.topology.wiring import Wiring
 
 
@@ -37,6 +38,19 @@ class Edge:
 
 
 @dataclass(frozen=True)
+class Crossing:
+    """A topic of one island that others hear."""
+
+    topic: str
+    type: str
+    origin: str
+    to: tuple[str, ...]
+
+    def to_json(self) -> dict[str, object]:
+        return {"topic": self.topic, "type": self.type, "from": self.origin, "to": list(self.to)}
+
+
+@dataclass(frozen=True)
 class Picture:
     """A whole swarm to draw. ``islands`` are names with the host that runs the master."""
 
@@ -45,6 +59,8 @@ class Picture:
     islands: tuple[tuple[str, str], ...]
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
+    provider: str = ""  # what brings topics from one island to another; empty where there is one island
+    crossings: tuple[Crossing, ...] = ()
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -53,19 +69,32 @@ class Picture:
             "islands": [{"name": name, "hub": hub} for name, hub in self.islands],
             "nodes": [{"id": node.id, **asdict(node)} for node in self.nodes],
             "edges": [asdict(edge) for edge in self.edges],
+            "crossings": [crossing.to_json() for crossing in self.crossings],
         }
 
 
 def picture(spec: Spec) -> Picture:
     """What there is to draw of a spec without errors, in its order."""
     wiring = Wiring(spec)
+    endpoints = tuple(program_endpoints(spec))
+    crossings = tuple(_crossings(bridges_of(spec, wiring.islands, endpoints)))
     return Picture(
         swarm=spec.name,
         mode=spec.mode.value,
         islands=tuple((island.name, island.hub) for island in wiring.islands),
         nodes=tuple(_nodes(wiring)),
-        edges=tuple(dict.fromkeys(_edges(wiring))),
+        edges=tuple(dict.fromkeys(_edges(wiring, endpoints, {one.topic for one in crossings}))),
+        provider=(spec.multimaster or Multimaster()).provider if len(wiring.islands) > 1 else "",
+        crossings=crossings,
     )
+
+
+def _crossings(bridges: Iterable[Bridge]) -> Iterator[Crossing]:
+    """Each topic once, with all who hear it, whatever asks for it."""
+    found: dict[tuple[str, str, str], dict[str, None]] = {}
+    for one in bridges:
+        found.setdefault((one.topic, one.type, one.origin), {}).update(dict.fromkeys(one.to))
+    return (Crossing(*key, tuple(to)) for key, to in found.items())
 
 
 def _nodes(wiring: Wiring) -> Iterator[Node]:
@@ -85,7 +114,7 @@ def _nodes(wiring: Wiring) -> Iterator[Node]:
             yield Node("network", link.name, link.kind)
 
 
-def _edges(wiring: Wiring) -> Iterator[Edge]:
+def _edges(wiring: Wiring, endpoints: Iterable[Endpoint], bridged: Collection[str]) -> Iterator[Edge]:
     spec = wiring.spec
     for link in spec.links:
         if isinstance(link, NetworkLink):
@@ -101,14 +130,12 @@ def _edges(wiring: Wiring) -> Iterator[Edge]:
             yield Edge("runs", f"host:{host}", f"program:{name}")
     for order in wiring.orders:
         yield Edge("orders", _commander(spec, order.by), f"robot:{order.robot}", COMMAND)
-    yield from _data(wiring)
+    yield from _data(wiring, endpoints, bridged)
 
 
-def _data(wiring: Wiring) -> Iterator[Edge]:
+def _data(wiring: Wiring, endpoints: Iterable[Endpoint], bridged: Collection[str]) -> Iterator[Edge]:
     """What programs hear of robots and of each other, and which of it crosses between islands."""
     spec = wiring.spec
-    endpoints = tuple(program_endpoints(spec))
-    bridged = {bridge.topic for bridge in bridges_of(spec, wiring.islands, endpoints)}
     robots = {names.namespace(robot): robot for robot in spec.robots}
     publishers = {one.topic: f"program:{one.owner}" for one in endpoints if one.publishes}
     for one in wiring.hearings:

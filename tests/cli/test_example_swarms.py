@@ -34,16 +34,6 @@ def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return capsys.readouterr().out
 
 
-def crossings(spec: Path) -> str:
-    """Each topic that leaves its island, and where it goes."""
-    swarm, _ = read(spec)
-    assert swarm is not None
-    return "".join(
-        f"{bridge.topic} ({bridge.type}) from {bridge.origin} to {', '.join(bridge.to)}\n"
-        for bridge in swarm.bridges
-    )
-
-
 @pytest.mark.parametrize(("spec", "overlay"), OVERLAID, ids=lambda path: path.parent.name)
 def test_an_example_is_free_of_findings_with_its_overlay_too(
     spec: Path, overlay: Path, capsys: pytest.CaptureFixture[str]
@@ -63,7 +53,6 @@ def test_word_for_word(
     parts = {
         "": printed(capsys, "graph", str(spec)),
         "\nhow orders travel\n": printed(capsys, "graph", str(spec), "--paths"),
-        "\nwhat crosses\n": crossings(spec),
     }
     text = "".join(title + part for title, part in parts.items() if part.strip())
     golden(GOLDEN / f"{name_of(spec)}.txt", text)

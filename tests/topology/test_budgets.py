@@ -180,7 +180,7 @@ programs:
     document, found = load_text(text, "two.yaml", load_catalog())
     assert document is not None, found
     islands = islands_of(document.spec)
-    [budget] = host_budgets(document.spec, document.computers, islands)  # nothing is known of b
+    [budget] = host_budgets(document.spec, document.computers, islands, ())  # nothing is known of b
     assert dict(budget.parts) == {"system": 200, "master": 100, "multimaster": 120, "1 driver": 60, "map": 30}
     assert (budget.needed_mb, budget.served, budget.small) == (510, 3, True)
 
@@ -192,7 +192,7 @@ def test_what_is_heard_where_it_is_made_crosses_no_network() -> None:
         document, found = load_text(written, "watch.yaml", load_catalog())
         assert document is not None, found
         endpoints = tuple(program_endpoints(document.spec))
-        [budget] = network_budgets(document.spec, document.types, endpoints)
+        [budget] = network_budgets(document.spec, document.types, endpoints, islands_of(document.spec))
         assert sum(flow.bytes_per_second for flow in budget.flows) == crossing
 
 

@@ -31,7 +31,7 @@ def overview(picture: Picture) -> Text:
             text.append(f"\n\n{title}", "bold").append(rest)
         for host in hosts:
             text.append_text(_host(host, from_each[host.id], nodes, orders_to))
-    return text
+    return text.append_text(_crossings(picture))
 
 
 def _host(host: Node, edges: Sequence[Edge], nodes: Mapping[str, Node], orders: Edges) -> Text:
@@ -41,6 +41,19 @@ def _host(host: Node, edges: Sequence[Edge], nodes: Mapping[str, Node], orders: 
     for edge in edges:
         if edge.kind in _BELOW:
             text.append(f"\n    {_below(edge, nodes[edge.end])}{_ordered(orders[edge.end], nodes)}")
+    return text
+
+
+def _crossings(picture: Picture) -> Text:
+    """What one island hears of another, and how; with one island there is nothing to say."""
+    if not picture.provider:
+        return Text()
+    if not picture.crossings:
+        return Text("\n\nnothing crosses between the islands")
+    text = Text.assemble("\n\n", ("between the islands", "bold"), f", by {picture.provider}")
+    for one in picture.crossings:
+        text.append(f"\n  {printable(one.topic)}", "cyan")
+        text.append(f"  {printable(one.type)} from {one.origin} to {', '.join(one.to)}")
     return text
 
 
