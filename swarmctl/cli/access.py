@@ -39,11 +39,13 @@ Overlays = Annotated[
 Lab = Annotated[
     bool, typer.Option("--lab", help="Reach the hosts of the running lab instead of the real ones.")
 ]
-LabName = Annotated[str, typer.Option("--lab-name", help="The lab, when it is not called as the swarm is.")]
+LabName = Annotated[
+    str, typer.Option("--lab-name", metavar="NAME", help="The lab, when it is not called as the swarm is.")
+]
 Limit = Annotated[
     list[str] | None, typer.Option("--limit", metavar="HOST", help="Only this host (repeatable).")
 ]
-Parallel = Annotated[int, typer.Option("--parallel", min=1, max=512, help="Hosts at a time.")]
+Parallel = Annotated[int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Hosts at a time.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 
 Color = Annotated[

@@ -30,16 +30,19 @@ def emulate(
     type_name: Annotated[str | None, typer.Argument(metavar="TYPE", help="The robot: see --list.")] = None,
     *,
     link: Annotated[
-        Path | None, typer.Option(help="Make this a symbolic link to the port while it runs.")
+        Path | None, typer.Option(metavar="FILE", help="Make this a symbolic link to the port while it runs.")
     ] = None,
-    firmware: Annotated[int | None, typer.Option(help="Firmware generation of a khepera3: 2 or 3.")] = None,
+    firmware: Annotated[
+        int | None, typer.Option(metavar="2|3", help="Firmware generation of a khepera3: 2 or 3.")
+    ] = None,
     fault: Annotated[
         list[str] | None,
-        typer.Option(help="NAME=VALUE, may repeat: delay=0.2, drop=0.1, truncate=0.1, split=3 ..."),
+        typer.Option(metavar="NAME=VALUE", help="Repeatable: delay=0.2, drop=0.1, truncate=0.1, split=3 ..."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON document a line.")] = False,
     seconds: Annotated[
-        float | None, typer.Option(min=0.0, help="End after this time; else run until Ctrl-C.")
+        float | None,
+        typer.Option(min=0.0, metavar="SECONDS", help="End after this time; else run until Ctrl-C."),
     ] = None,
     list_types: Annotated[bool, typer.Option("--list", help="List the robot types.")] = False,
 ) -> None:

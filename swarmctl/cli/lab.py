@@ -21,9 +21,13 @@ lab = typer.Typer(
     epilog=exits.told(),
 )
 
-Name = Annotated[str, typer.Option("--name", help="The lab's name; the swarm's own by default.")]
+Name = Annotated[
+    str, typer.Option("--name", metavar="NAME", help="The lab's name; the swarm's own by default.")
+]
 Host = Annotated[str, typer.Argument(help="A host of the spec.")]
-Network = Annotated[str, typer.Option("--network", help="Only this network; all of the host's by default.")]
+Network = Annotated[
+    str, typer.Option("--network", metavar="NAME", help="Only this network; all of the host's by default.")
+]
 Robot = Annotated[str, typer.Argument(help="A robot of the spec.")]
 
 

@@ -59,7 +59,7 @@ def trust(
     spec: access.Spec,
     overlays: access.Overlays = None,
     host: Annotated[
-        list[str] | None, typer.Option("--host", help="Only this host; may be given again.")
+        list[str] | None, typer.Option("--host", metavar="HOST", help="Only this host (repeatable).")
     ] = None,
     replace: Annotated[
         bool, typer.Option("--replace", help="Also pin keys that changed, of hosts you re-flashed.")
