@@ -19,7 +19,7 @@ _QUALITY_HZ = 0.1  # below it there is no link quality
 _STEADY_HZ = 0.3  # below it masters were seen to flap, fkie/multimaster_fkie#46
 _MANY = 5
 _FOR_PYTHON_2 = "multimaster_fkie"  # 0.8.12, the last of them, has print statements
-_OF_FKIE = (
+_FKIES_OWN = (
     "packages", "group", "port", "heartbeat_hz", "active_request_after", "remove_after",
     "robot_hosts", "sync_hosts", "ignore_hosts",
 )  # fmt: skip
@@ -32,9 +32,15 @@ def _settings(case: Case) -> Multimaster | None:
     return case.spec.multimaster if case.spec.mode in MULTIMASTER else None
 
 
+def _of_fkie(case: Case) -> Multimaster | None:
+    """The same where fkie's packages join them; with another provider most of it has no effect (MM015)."""
+    settings = _settings(case)
+    return settings if settings is not None and settings.provider == "fkie" else None
+
+
 def strangers(case: Case) -> Iterator[Diagnostic]:
     """MM001: lists of masters name a host that runs none."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     if settings is None:
         return
     hubs = {island.hub: None for island in case.islands}
@@ -70,7 +76,7 @@ def _masters_named(settings: Multimaster) -> Iterator[tuple[Loc, str, bool]]:
 
 def one_sided_greetings(case: Case) -> Iterator[Diagnostic]:
     """MM002: one master greets another that does not greet it back; a hub without a list greets all."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     if settings is None:
         return
     for hub, greeted in settings.robot_hosts.items():
@@ -98,7 +104,7 @@ def _multicast(case: Case, one: str, other: str) -> bool | None:
 
 def both_filters(case: Case) -> Iterator[Diagnostic]:
     """MM003: with both filters set, a master that is in neither is still listened to."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     if settings is not None and settings.sync_hosts and settings.ignore_hosts:
         yield Diagnostic(
             "MM003",
@@ -113,7 +119,7 @@ def both_filters(case: Case) -> Iterator[Diagnostic]:
 
 def groups(case: Case) -> Iterator[Diagnostic]:
     """MM004: a multicast group that belongs to something else."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     if settings is None or settings.group == _DEFAULT_GROUP:
         return
     group = ipaddress.IPv4Address(settings.group)
@@ -133,8 +139,8 @@ def groups(case: Case) -> Iterator[Diagnostic]:
 
 def heartbeats(case: Case) -> Iterator[Diagnostic]:
     """MM005, MM009: so few heartbeats that a lost robot is noticed late, or that many masters flap."""
-    settings = _settings(case)
-    if settings is None or settings.provider != "fkie":
+    settings = _of_fkie(case)
+    if settings is None:
         return
     rate, loc = settings.heartbeat_hz, ("multimaster", "heartbeat_hz")
     fix = mend("write 1.0", replace_value(case.source, loc, 1.0))
@@ -162,7 +168,7 @@ def heartbeats(case: Case) -> Iterator[Diagnostic]:
 
 def memories(case: Case) -> Iterator[Diagnostic]:
     """MM006: a master is forgotten before it is asked whether it is still there."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     if settings is None or settings.remove_after > settings.active_request_after:
         return
     said = settings.model_fields_set
@@ -188,7 +194,7 @@ def memories(case: Case) -> Iterator[Diagnostic]:
 
 def parted_islands(case: Case) -> Iterator[Diagnostic]:
     """MM007, MM008: a topic crosses between masters that share no network, or that never meet."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     hubs = {island.name: island.hub for island in case.islands}
     seen: set[frozenset[str]] = set()
     for bridge in case.bridges:
@@ -228,8 +234,7 @@ def parted_islands(case: Case) -> Iterator[Diagnostic]:
 def _never_meet(case: Case, settings: Multimaster, one: str, other: str) -> bool:
     lists = settings.robot_hosts
     return (
-        settings.provider == "fkie"
-        and other not in lists.get(one, (other,))
+        other not in lists.get(one, (other,))
         and one not in lists.get(other, (one,))
         and _multicast(case, one, other) is False
     )
@@ -237,7 +242,7 @@ def _never_meet(case: Case, settings: Multimaster, one: str, other: str) -> bool
 
 def shut_out(case: Case) -> Iterator[Diagnostic]:
     """MM014: a topic is to cross from a master that the filters leave out."""
-    settings = _settings(case)
+    settings = _of_fkie(case)
     if settings is None or not (settings.sync_hosts or settings.ignore_hosts):
         return
     hubs = {island.name: island.hub for island in case.islands}
@@ -269,7 +274,7 @@ def idle_settings(case: Case) -> Iterator[Diagnostic]:
     settings = _settings(case)
     if settings is None or settings.provider == "fkie":
         return
-    for key in _OF_FKIE:
+    for key in _FKIES_OWN:
         if key in settings.model_fields_set:
             yield Diagnostic(
                 "MM015",
@@ -285,8 +290,8 @@ def idle_settings(case: Case) -> Iterator[Diagnostic]:
 
 def outdated_packages(case: Case) -> Iterator[Diagnostic]:
     """MM016: packages for Python 2, which the hosts' ROS has left behind."""
-    settings = _settings(case)
-    if settings is None or settings.provider != "fkie" or settings.packages != _FOR_PYTHON_2:
+    settings = _of_fkie(case)
+    if settings is None or settings.packages != _FOR_PYTHON_2:
         return
     loc = ("multimaster", "packages")
     yield Diagnostic(

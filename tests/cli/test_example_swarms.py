@@ -16,7 +16,6 @@ ROOT = Path(__file__).parents[2]
 GOLDEN = Path(__file__).parent / "golden/examples"
 SPECS = sorted((ROOT / "examples").glob("*/swarm.yaml"))
 OVERLAID = [(path.parent / "swarm.yaml", path) for path in sorted((ROOT / "examples").glob("*/fkie.yaml"))]
-READMES = sorted((ROOT / "examples").glob("*/README.md"))
 
 
 def name_of(path: Path) -> str:
@@ -66,9 +65,3 @@ def test_the_papers_five_experiments_are_its_five_modes() -> None:
             modes.append((name_of(spec), swarm.mode.value))
     assert [name.split("-", 2)[2] for name, _ in modes] == [mode for _, mode in modes]
     assert len(set(modes)) == 5
-
-
-@pytest.mark.parametrize("readme", READMES, ids=name_of)
-def test_a_readme_names_files_that_are_there(readme: Path) -> None:
-    for target in re.findall(r"\]\(([^)#:]+)\)", readme.read_text("utf-8")):
-        assert (readme.parent / target).exists(), target

@@ -28,8 +28,3 @@ def test_its_commands_run_one_after_the_other(tmp_path: Path) -> None:
     )
     assert ran.returncode == 0, ran.stderr
     assert {"swarm.yaml", ".swarmctl"} == {file.name for file in tmp_path.iterdir()}
-
-
-def test_its_links_lead_somewhere() -> None:
-    for link in re.findall(r"\]\(([^)#]+)", PAGE):
-        assert (ROOT / "docs" / link).exists(), link
