@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from socketserver import ThreadingMixIn
 from typing import Any
@@ -137,6 +138,29 @@ def master(nodes: Mapping[str, str], *, takes: float = 0.0) -> Iterator[str]:
 
     with _Server(("127.0.0.1", 0), logRequests=False) as server:
         server.register_function(lookup, "lookupNode")
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{server.server_address[1]}/"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+class _WebPage(BaseHTTPRequestHandler):
+    def do_POST(self) -> None:
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b"<html>It works!")
+
+    def log_message(self, *_: Any) -> None:
+        pass
+
+
+@contextmanager
+def no_master() -> Iterator[str]:
+    """A web server at the place of a master; its URI."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), _WebPage) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

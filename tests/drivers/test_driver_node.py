@@ -12,7 +12,7 @@ import time
 
 import pytest
 from driver_fakes import TESTER, TYPES, config_for
-from driver_process import DRIVERS, SHARED, master, running, wait_for, wired
+from driver_process import DRIVERS, SHARED, master, no_master, running, wait_for, wired
 from swarm_driver.port import Port
 
 from swarmctl.lab.emulators.faults import Faults
@@ -78,6 +78,19 @@ def test_a_node_that_a_restarted_master_does_not_know_stops_its_robot_and_ends_t
         wait_for(wiring.moving)
         assert node.process.wait(10) != 0
         assert not wiring.moving()
+
+
+def test_a_node_goes_on_when_something_else_answers_where_its_master_was(tmp_path):
+    with (
+        wired("koala", tmp_path) as wiring,
+        no_master() as uri,
+        running(wiring.config, ROS_MASTER_URI=uri) as node,
+    ):
+        node.wait_until_ready()
+        with pytest.raises(subprocess.TimeoutExpired):
+            node.process.wait(3)
+        node.drive(0.3, 0.1)
+        assert wiring.moving()
 
 
 @pytest.mark.parametrize("type_name", TYPES)

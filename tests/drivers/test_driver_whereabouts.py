@@ -105,6 +105,15 @@ def test_ten_thousand_names_are_not_remembered():
     assert places._wanted.qsize() <= 64
 
 
+def test_names_that_come_once_do_not_push_out_who_goes_on_sending():
+    master = Master(a=URI)
+    places = Whereabouts(master)
+    for number in range(300):
+        assert places.of("a") == "192.168.77.10"
+        places.of(f"/rostopic_{number}")
+    assert master.asked.count("a") == 1
+
+
 def test_a_flood_of_refused_orders_costs_microseconds_each():
     gate = Gate(Authority((Commander("laptop", 0, addresses=("192.168.77.10",)),), 0.5), Orders())
     began = time.perf_counter()

@@ -87,7 +87,7 @@ class World:
         """What stands for the network while the bridge of ``island`` acts."""
         places = {master_uri(name): name for name in self.wiring}
 
-        async def exchange(uri: str, calls: Sequence[Any], seconds: float) -> bytes:
+        async def exchange(uri: str, calls: Sequence[Any], seconds: float, _names: rpc.Names) -> bytes:
             there = places[uri]
             if frozenset({island, there}) in self.cut:
                 raise PeerError(f"no answer within {seconds:g} s")

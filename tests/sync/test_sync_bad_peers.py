@@ -170,13 +170,62 @@ def test_a_name_that_nobody_resolves_is_told_and_a_new_address_is_found(
             monkeypatch.setattr(rpc.socket, "getaddrinfo", look)
 
             async def ask() -> bytes:
-                return await rpc.exchange(f"http://k3-pi:{port}", [("getPid", "/me")], 2.0)
+                return await rpc.exchange(f"http://k3-pi:{port}", [("getPid", "/me")], 2.0, rpc.Names())
 
             with pytest.raises(rpc.PeerError, match="the name `k3-pi` has no address"):
                 asyncio.run(ask())
             for address in ("127.0.0.2", "127.0.0.3"):
                 found["k3-pi"] = address
                 assert b"4711" in asyncio.run(ask())
+
+
+def test_a_dead_name_server_is_asked_for_a_name_once_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its answer takes longer than anybody waits; questions that pile up would use up the node's threads."""
+    asked: list[str] = []
+    found = threading.Event()
+
+    def look(host: str, *_: Any, **__: Any) -> list[Any]:
+        asked.append(host)
+        found.wait(10)
+        return [(0, 0, 0, "", ("127.0.0.2", 0))]
+
+    monkeypatch.setattr(rpc.socket, "getaddrinfo", look)
+
+    async def scenario(uri: str) -> bytes:
+        names, order = rpc.Names(), [("getPid", "/me")]
+        for _ in range(5):
+            with pytest.raises(rpc.PeerError, match="no answer within"):
+                await rpc.exchange(uri, order, 0.02, names)
+        assert asked == ["k3-pi"]
+        found.set()
+        return await rpc.exchange(uri, order, 2.0, names)
+
+    with served(Rosmaster(), "127.0.0.2") as one:
+        assert b"4711" in asyncio.run(scenario(one.replace("127.0.0.2", "k3-pi")))
+
+
+DEEP = (
+    b"<methodCall><methodName>publisherUpdate</methodName><params><param><value>/m</value></param><param>"
+    + b"<value><array><data>" * 4000 + b"</data></array></value>" * 4000
+    + b"</param><param><value>/t</value></param></params></methodCall>"
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("sent", [xmlrpc.client.dumps(xmlrpc.client.Fault(1, "x")).encode(), DEEP])
+def test_no_document_raises_in_the_slave_api(sent: bytes) -> None:
+    raised: list[Any] = []
+
+    async def scenario() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: raised.append(context))
+        api = SlaveApi()
+        api.methods = methods("http://here:11311", {}, lambda _: [], lambda _: None)
+        reader, writer = await asyncio.open_connection("127.0.0.1", await api.start())
+        writer.write(b"POST / HTTP/1.0\r\nContent-Length: %d\r\n\r\n" % len(sent) + sent)
+        await reader.read()
+        writer.close()
+
+    asyncio.run(scenario())
+    assert raised == []
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ class Whereabouts:
     def __init__(self, ask: Callable[[str], str], clock: Callable[[], float] = time.monotonic) -> None:
         self._ask = ask
         self._clock = clock
-        self._places: OrderedDict[str, _Place] = OrderedDict()  # the one that was added last at the end
+        self._places: OrderedDict[str, _Place] = OrderedDict()  # who was asked for last at the end
         self._wanted: queue.Queue[str] = queue.Queue(_MOST)
         self._news = threading.Condition()
         threading.Thread(target=self._answer, name="whereabouts", daemon=True).start()
@@ -40,8 +40,10 @@ class Whereabouts:
         """The host in the URI of ``node``; none while that is not known."""
         with self._news:
             place = self._places.get(node)
-            if place is not None and self._clock() < place.due:
-                return place.host
+            if place is not None:
+                self._places.move_to_end(node)  # names that come once do not push out who goes on sending
+                if self._clock() < place.due:
+                    return place.host
             self._want(node, place.host if place is not None else None)
             if place is None:
                 self._news.wait_for(lambda: self._settled(node), _PATIENCE)

@@ -169,10 +169,10 @@ class Bridge:
 
     async def _leave_former(self, uri: str) -> None:
         """Take leave of a master at which an earlier run listened, and this one has no business."""
-        end = self._clock() + self.config.remove_after
+        end, master = self._clock() + self.config.remove_after, Master(uri, self.config.node)
         while self._clock() < end:
             try:
-                await self._leave(Master(uri, self.config.node))
+                await self._leave(master)
                 break
             except PeerError:
                 await asyncio.sleep(_PATIENCE)

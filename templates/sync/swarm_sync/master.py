@@ -18,6 +18,7 @@ class Master:
     def __init__(self, uri: str, me: str, topics: Collection[str] | None = None) -> None:
         self._uri, self._me, self._topics = uri, me, topics
         self._names: tuple[str, ...] = (me,)
+        self._hosts = rpc.Names()
         self._reply = b""
         self._graph: Graph | None = None
 
@@ -33,7 +34,7 @@ class Master:
 
     async def _look(self, names: tuple[str, ...]) -> Graph:
         questions = graph.questions(self._me, names)
-        reply = await rpc.exchange(self._uri, questions, CALL_SECONDS)
+        reply = await rpc.exchange(self._uri, questions, CALL_SECONDS, self._hosts)
         if self._graph is None or names != self._names or reply != self._reply:
             answers = await rpc.answers(reply, len(questions))
             self._graph = graph.read(answers, self._me, names, self._topics)
@@ -44,4 +45,5 @@ class Master:
         """Have the master do all ``calls``, in their order."""
         if not calls:
             return []
-        return await rpc.answers(await rpc.exchange(self._uri, calls, CALL_SECONDS), len(calls))
+        reply = await rpc.exchange(self._uri, calls, CALL_SECONDS, self._hosts)
+        return await rpc.answers(reply, len(calls))

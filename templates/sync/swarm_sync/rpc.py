@@ -6,12 +6,13 @@ Masters may hang, lie or flood: every wait has an end, every answer a size, each
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import ipaddress
 import os
 import socket
 import threading
 import xmlrpc.client
-from typing import Any, Callable, Sequence, Tuple
+from typing import Any, Sequence, Tuple
 from urllib.parse import urlsplit
 
 #: Method, name of the caller, further arguments.
@@ -32,10 +33,10 @@ class NonsenseError(PeerError):
     """It answers, but not as a ROS master does: no use to ask again at once."""
 
 
-async def exchange(uri: str, calls: Sequence[Call], seconds: float) -> bytes:
+async def exchange(uri: str, calls: Sequence[Call], seconds: float, names: Names) -> bytes:
     """The reply to all ``calls`` as it came, within ``seconds``. Equal replies need to be read once only."""
     try:
-        return await asyncio.wait_for(_exchange(uri, calls), seconds)
+        return await asyncio.wait_for(_exchange(uri, calls, names), seconds)
     except asyncio.TimeoutError:
         raise PeerError(f"no answer within {seconds:g} s") from None
     except (asyncio.IncompleteReadError, ConnectionResetError):
@@ -46,12 +47,12 @@ async def exchange(uri: str, calls: Sequence[Call], seconds: float) -> bytes:
         raise PeerError(os.strerror(error.errno).lower() if error.errno else str(error)) from None
 
 
-async def _exchange(uri: str, calls: Sequence[Call]) -> bytes:
+async def _exchange(uri: str, calls: Sequence[Call], names: Names) -> bytes:
     host, port = place_of(uri)
     many = [{"methodName": method, "params": list(arguments)} for method, *arguments in calls]
     body = xmlrpc.client.dumps((many,), "system.multicall").encode("utf-8")
     head = ("POST /RPC2 HTTP/1.0", f"Host: {host}", "Content-Type: text/xml", f"Content-Length: {len(body)}")
-    reader, writer = await asyncio.open_connection(await _address_of(host), port, limit=_PIECE)
+    reader, writer = await asyncio.open_connection(await names.address_of(host), port, limit=_PIECE)
     try:
         writer.write("\r\n".join((*head, "", "")).encode("ascii") + body)
         return await _reply(reader)
@@ -71,30 +72,43 @@ def place_of(uri: str) -> tuple[str, int]:
     return host, port
 
 
-async def _address_of(host: str) -> str:
-    """The address of ``host`` now. A daemon thread asks: a dead name server keeps no process from ending."""
-    try:
-        return str(ipaddress.ip_address(host))
-    except ValueError:
-        pass
-    loop = asyncio.get_running_loop()
-    answer: asyncio.Future[str] = loop.create_future()
+class Names:
+    """Looks up host names, each once at a time: under a dead name server a question outlives who asked it."""
 
-    def settle(act: Callable[[Any], None], value: Any) -> None:
-        if not answer.done():
-            act(value)
+    def __init__(self) -> None:
+        self._asked: dict[str, asyncio.Future[str]] = {}
 
-    def look() -> None:
+    async def address_of(self, host: str) -> str:
+        """The address of ``host`` now."""
         try:
-            found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][4][0]
-            result: tuple[Callable[[Any], None], Any] = (answer.set_result, found)
-        except (OSError, UnicodeError):
-            result = (answer.set_exception, PeerError(f"the name `{host}` has no address"))
-        if not loop.is_closed():
-            loop.call_soon_threadsafe(settle, *result)
+            return str(ipaddress.ip_address(host))
+        except ValueError:
+            pass
+        found = await asyncio.shield(self._asked.get(host) or self._ask(host))
+        if not found:
+            raise PeerError(f"the name `{host}` has no address")
+        return found
 
-    threading.Thread(target=look, daemon=True).start()
-    return await answer
+    def _ask(self, host: str) -> asyncio.Future[str]:
+        """The address to be, empty if there is none. A daemon thread keeps no process from ending."""
+        loop = asyncio.get_running_loop()
+        answer: asyncio.Future[str] = loop.create_future()
+
+        def settle(found: str) -> None:
+            del self._asked[host]
+            answer.set_result(found)
+
+        def look() -> None:
+            try:
+                found = str(socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)[0][4][0])
+            except (OSError, UnicodeError):
+                found = ""
+            with contextlib.suppress(RuntimeError):  # the loop has ended, and nobody waits any more
+                loop.call_soon_threadsafe(settle, found)
+
+        threading.Thread(target=look, daemon=True).start()
+        self._asked[host] = answer
+        return answer
 
 
 async def _reply(reader: asyncio.StreamReader) -> bytes:

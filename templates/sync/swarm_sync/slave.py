@@ -11,6 +11,7 @@ import sys
 import xmlrpc.client
 from collections import Counter
 from typing import Any, Callable, Mapping
+from xmlrpc.client import Fault
 
 from swarm_sync.rpc import PeerError, length_in, loads
 
@@ -41,7 +42,7 @@ class SlaveApi:
         try:
             if not crowded:
                 await asyncio.wait_for(self._serve(reader, writer), _SECONDS)
-        except (OSError, EOFError, asyncio.TimeoutError, asyncio.LimitOverrunError, PeerError):
+        except (OSError, EOFError, asyncio.TimeoutError, asyncio.LimitOverrunError, PeerError, Fault):
             pass  # its own loss
         finally:
             self._open[caller] -= 1
@@ -65,7 +66,7 @@ class SlaveApi:
             return [-1, "this node has no such method", 0]
         try:
             return [1, "", self.methods[method](*arguments)]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, RecursionError):  # the last: lists in lists in lists
             return [-1, "these are not the arguments of the method", 0]
 
 
