@@ -179,6 +179,30 @@ def test_a_name_that_nobody_resolves_is_told_and_a_new_address_is_found(
                 assert b"4711" in asyncio.run(ask())
 
 
+@pytest.mark.parametrize("ticks", range(5))
+def test_who_is_cancelled_ends_even_as_what_it_waits_for_comes(ticks: int) -> None:
+    """A bridge that went on would register again what its farewell has just taken out."""
+
+    async def scenario() -> None:
+        event = asyncio.Event()
+
+        async def wait() -> None:
+            while True:
+                await rpc.within(10.0, event.wait())
+
+        task = asyncio.ensure_future(wait())
+        await asyncio.sleep(0.01)
+        event.set()
+        for _ in range(ticks):
+            await asyncio.sleep(0)
+        event.clear()
+        task.cancel()
+        await asyncio.wait([task], timeout=0.5)
+        assert task.cancelled()
+
+    asyncio.run(scenario())
+
+
 def test_a_dead_name_server_is_asked_for_a_name_once_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its answer takes longer than anybody waits; questions that pile up would use up the node's threads."""
     asked: list[str] = []

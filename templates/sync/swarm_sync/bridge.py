@@ -16,7 +16,7 @@ from swarm_sync.contact import Contact, Offer, Refusal, State
 from swarm_sync.diagnostics import TOPIC, TYPE, Status, status_of
 from swarm_sync.graph import RECORD, Entry, Graph, Record
 from swarm_sync.master import Master
-from swarm_sync.rpc import Call, NonsenseError, PeerError
+from swarm_sync.rpc import Call, NonsenseError, PeerError, within
 
 _PATIENCE = 10.0  # s until a peer that talked nonsense is asked again
 _SHORTEST_WAIT = 0.1  # s between two looks at a peer, however often it calls
@@ -199,7 +199,7 @@ class Bridge:
 async def _within(seconds: float, event: asyncio.Event) -> None:
     """Until ``event``, or for ``seconds``."""
     with contextlib.suppress(asyncio.TimeoutError):
-        await asyncio.wait_for(event.wait(), seconds)
+        await within(seconds, event.wait())
     event.clear()
 
 
