@@ -184,6 +184,31 @@ def ambiguous_commanders(case: Case) -> Iterator[Diagnostic]:
         )
 
 
+def unguarded(case: Case) -> Iterator[Diagnostic]:
+    """AUTH008: several may command a robot whose driver cannot tell them apart; one finding a robot."""
+    spec = case.spec
+    sketches = {name for name, kind in case.types.items() if kind.sketch is not None}
+    first: dict[str, tuple[str, int, int]] = {}
+    told: set[str] = set()
+    for index, control in enumerate(spec.control if sketches else ()):
+        for place, robot in enumerate(control.of):
+            if robot not in spec.robots or spec.robots[robot].type not in sketches or robot in told:
+                continue
+            by, other, there = first.setdefault(robot, (control.by, index, place))
+            if by == control.by:
+                continue
+            told.add(robot)
+            yield Diagnostic(
+                "AUTH008",
+                f"robot `{robot}` obeys `{by}` and `{control.by}` alike, whatever their priority",
+                case.span("control", index, "of", place),
+                severity=Severity.WARNING,
+                label="rosserial_python takes orders from everybody",
+                notes=(Note(case.span("control", other, "of", there), "first here"),),
+                help=("let one command it: of several, a program that chooses (twist_mux), named here",),
+            )
+
+
 RULES: tuple[Rule, ...] = (
     led_by_others,
     rivals,
@@ -191,4 +216,5 @@ RULES: tuple[Rule, ...] = (
     mute_commanders,
     silent_commanders,
     ambiguous_commanders,
+    unguarded,
 )

@@ -10,27 +10,44 @@ from swarmctl.spec.boards import boards
 from swarmctl.spec.diagnostics import Diagnostic, Severity
 from swarmctl.spec.edits import mend, replace_value
 from swarmctl.spec.messages import known_types, size_of
+from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import did_you_mean
-from swarmctl.topology.boards import CAREFUL, PATIENCE, BoardBudget, Carried, board_budget
+from swarmctl.topology.boards import CAREFUL, PATIENCE, BoardBudget, Carried, board_budgets
 
 
 def known_boards(case: Case) -> Iterator[Diagnostic]:
     """BOARD001: a board whose limits are known."""
-    for name, program in case.spec.programs.items():
-        if program.board is not None and program.board not in boards():
+    for loc, board in _named(case):
+        if board not in boards():
             yield Diagnostic(
                 "BOARD001",
-                f"there is no board called `{program.board}`",
-                case.span("programs", name, "board"),
+                f"there is no board called `{board}`",
+                case.span(*loc, "board"),
                 label="not known",
-                help=did_you_mean(program.board, boards(), "known boards"),
+                help=did_you_mean(board, boards(), "known boards"),
             )
 
 
-def _budgets(case: Case) -> Iterator[BoardBudget]:
+def _named(case: Case) -> Iterator[tuple[Loc, str]]:
+    """The boards of programs and of the spec's own robot types, by where they are named."""
     for name, program in case.spec.programs.items():
-        if program.board in boards():
-            yield board_budget(name, program, boards()[program.board or ""])
+        if program.board is not None:
+            yield ("programs", name), program.board
+    for name, kind in case.spec.types.items():
+        if kind.sketch is not None:
+            yield ("types", name, "protocol"), kind.sketch.board
+
+
+def _budgets(case: Case) -> Iterator[BoardBudget]:
+    """One for each sketch: robots of a type whose lines are equally fast have the same."""
+    alike: set[tuple[str, int]] = set()
+    for budget in board_budgets(case.spec, case.types):
+        if budget.kind == "robot":
+            sketch = (case.spec.robots[budget.owner].type, budget.baud)
+            if sketch in alike:
+                continue
+            alike.add(sketch)
+        yield budget
 
 
 def places(case: Case) -> Iterator[Diagnostic]:
@@ -44,8 +61,9 @@ def places(case: Case) -> Iterator[Diagnostic]:
             if count > most:
                 yield Diagnostic(
                     "BOARD002",
-                    f"program `{budget.program}` {key} {count} topics; its {budget.name} has {most} places",
-                    case.span("programs", budget.program, key, most),
+                    f"{budget.kind} `{budget.owner}` {key} {count} topics; "
+                    f"its {budget.name} has {most} places",
+                    case.span(*budget.loc, key, most),
                     label="the first without a place",
                     help=("put several values into one topic, or use a larger board",),
                 )
@@ -63,8 +81,8 @@ def buffers(case: Case) -> Iterator[Diagnostic]:
                 yield Diagnostic(
                     "BOARD003",
                     f"a {one.topic.type} of {one.bytes} bytes cannot pass: the {budget.name} of "
-                    f"`{budget.program}` {verb} {room} bytes at most",
-                    case.span("programs", budget.program, one.key, one.index),
+                    f"`{budget.owner}` {verb} {room} bytes at most",
+                    case.span(*budget.loc, one.key, one.index),
                     label=f"{one.bytes - room} bytes too many",
                     help=(_smaller(one),),
                 )
@@ -89,8 +107,8 @@ def _unknown(case: Case, budget: BoardBudget, one: Carried) -> Diagnostic:
     near = did_you_mean(one.topic.type, beside, f"types of {package[:-1]}") if known is None else ()
     return Diagnostic(
         "BOARD004",
-        f"{what}; the {budget.name} of `{budget.program}` lets {room} bytes pass",
-        case.span("programs", budget.program, one.key, one.index, "type"),
+        f"{what}; the {budget.name} of `{budget.owner}` lets {room} bytes pass",
+        case.span(*budget.loc, one.key, one.index, "type"),
         severity=Severity.WARNING,
         label="will it fit?",
         help=(*near, "say how large it gets: `size:` in bytes, beside its type"),
@@ -104,13 +122,20 @@ def board_lines(case: Case) -> Iterator[Diagnostic]:
             never = budget.share > 1
             yield Diagnostic(
                 "BOARD005" if never else "BOARD006",
-                f"the topics of `{budget.program}` need {budget.needed:.0f} B/s one way, its line carries "
+                f"the topics of `{budget.owner}` need {budget.needed:.0f} B/s one way, its line carries "
                 f"{budget.available:.0f} B/s: {budget.share:.0%}",
-                case.span("programs", budget.program, "board"),
+                case.span(*budget.loc, "board"),
                 severity=Severity.ERROR if never else Severity.WARNING,
                 label=f"at {budget.baud} baud",
-                help=("lower the rates, send smaller messages, or raise `params: {baud: ...}` at both ends",),
+                help=(
+                    f"lower the rates, send smaller messages, or raise {_baud(budget, '...')} at both ends",
+                ),
             )
+
+
+def _baud(budget: BoardBudget, value: object) -> str:
+    """The setting of the line's speed, as people write it."""
+    return f"`params: {{baud: {value}}}`" if budget.kind == "program" else f"`baud: {value}` of its link"
 
 
 def slow_frames(case: Case) -> Iterator[Diagnostic]:
@@ -124,11 +149,11 @@ def slow_frames(case: Case) -> Iterator[Diagnostic]:
                 faster = next((baud for baud in BAUDS if seconds * budget.baud / baud < PATIENCE), BAUDS[-1])
                 yield Diagnostic(
                     "BOARD007",
-                    f"a {one.topic.type} takes {seconds * 1000:.0f} ms to `{budget.program}`'s board, which "
+                    f"a {one.topic.type} takes {seconds * 1000:.0f} ms to `{budget.owner}`'s board, which "
                     f"drops a frame that is not there after {PATIENCE * 1000:.0f} ms",
-                    case.span("programs", budget.program, one.key, one.index),
+                    case.span(*budget.loc, one.key, one.index),
                     label=f"{one.bytes} bytes at {budget.baud} baud",
-                    help=(f"`params: {{baud: {faster}}}` here and in the sketch, or a smaller type",),
+                    help=(f"{_baud(budget, faster)} here and in the sketch, or a smaller type",),
                 )
 
 
@@ -139,11 +164,14 @@ def announcements(case: Case) -> Iterator[Diagnostic]:
             if one.announcement > budget.board.sends:
                 yield Diagnostic(
                     "BOARD008",
-                    f"the {budget.name} of `{budget.program}` cannot announce `{one.topic.topic}`: "
+                    f"the {budget.name} of `{budget.owner}` cannot announce `{one.topic.topic}`: "
                     f"that takes {one.announcement} of {budget.board.sends} bytes",
-                    case.span("programs", budget.program, one.key, one.index, "topic"),
+                    case.span(*budget.loc, one.key, one.index, "topic"),
                     label="name and type are too long",
-                    help=("give it a shorter name, and `remap` it here",),
+                    help=(
+                        "give it a shorter name"
+                        + (", and `remap` it here" if budget.kind == "program" else ""),
+                    ),
                 )
 
 

@@ -139,11 +139,11 @@ class Case:
 
     @cached_property
     def publishers(self) -> Publishers:
-        return Publishers(self.spec, self.islands, self.endpoints)
+        return Publishers(self.spec, self.types, self.islands, self.endpoints)
 
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
-        return bridges_of(self.spec, self.islands, self.endpoints)
+        return bridges_of(self.spec, self.types, self.islands, self.endpoints)
 
     @cached_property
     def line_budgets(self) -> Mapping[int, LineBudget]:

@@ -98,7 +98,9 @@ def hasty_dead_men(case: Case) -> Iterator[Diagnostic]:
         key = (robot.type, robot.settings.command_timeout)
         timeout = timeouts.get(key)
         if timeout is None:
-            timeout = command_timeout_of(*layers(spec, case.types[robot.type], robot.settings))
+            timeout = command_timeout_of(
+                case.types[robot.type], *layers(spec, case.types[robot.type], robot.settings)
+            )
             timeouts[key] = timeout
         period = 1 / ordered.get(budget.robot, COMMAND_RATE)
         least = max(_PERIODS * period, budget.load.cycle)

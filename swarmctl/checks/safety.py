@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
@@ -26,8 +26,9 @@ def blind_drives(case: Case) -> Iterator[Diagnostic]:
     base = case.spec.defaults.robot
     for name, robot in case.spec.robots.items():
         kind = case.types[robot.type]
-        layers = (robot.settings, kind.settings, base)
-        timeout = _first(layers, "command_timeout") or _TIMEOUT
+        sketch = kind.sketch  # which reads none of our settings
+        layers = () if sketch else (robot.settings, kind.settings, base)
+        timeout = sketch.firmware_timeout if sketch else _first(layers, "command_timeout") or _TIMEOUT
         top = kind.kinematics.wheel_speed_max
         speed = min(_limit(layers) or top, top)
         if timeout * speed <= _BLIND and timeout <= _SLOW:
@@ -44,7 +45,9 @@ def blind_drives(case: Case) -> Iterator[Diagnostic]:
             notes=(Note(case.span("robots", name, key=True), "this robot"),)
             if loc[:1] != ("robots",) and loc
             else (),
-            help=(f"let it stop sooner: command_timeout: {_sooner(speed):g}",)
+            help=("let its sketch stop it sooner, and say so in its type: `firmware_timeout`",)
+            if sketch
+            else (f"let it stop sooner: command_timeout: {_sooner(speed):g}",)
             if timeout > _TIMEOUT
             else ("drive slower: settings: {limits: {linear: ...}}, or let it stop sooner",),
         )
@@ -54,17 +57,19 @@ def _sooner(speed: float) -> float:
     return min(_TIMEOUT, max(0.1, int(_BLIND / speed * 10) / 10))
 
 
-def _first(layers: tuple[RobotSettings, ...], key: str) -> float | None:
+def _first(layers: Sequence[RobotSettings], key: str) -> float | None:
     return next((value for one in layers if (value := getattr(one, key)) is not None), None)
 
 
-def _limit(layers: tuple[RobotSettings, ...]) -> float | None:
+def _limit(layers: Sequence[RobotSettings]) -> float | None:
     return next((one.limits.linear for one in layers if one.limits.linear is not None), None)
 
 
 def _place(case: Case, name: str, base: RobotSettings) -> Loc:
     """Where the spec sets the timeout of a robot; nothing if its type or swarmctl does."""
     robot = case.spec.robots[name]
+    if case.types[robot.type].sketch is not None:
+        return ()
     if robot.settings.command_timeout is not None:
         return ("robots", name, "settings", "command_timeout")
     if case.types[robot.type].settings.command_timeout is None and base.command_timeout is not None:

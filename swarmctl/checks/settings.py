@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Severity
+from swarmctl.spec.edits import mend, remove
 
 
 def unreachable_limits(case: Case) -> Iterator[Diagnostic]:
@@ -29,4 +30,20 @@ def unreachable_limits(case: Case) -> Iterator[Diagnostic]:
                 )
 
 
-RULES: tuple[Rule, ...] = (unreachable_limits,)
+def unread_settings(case: Case) -> Iterator[Diagnostic]:
+    """SET002: a setting of a rosserial robot, which nobody carries out: a limit that is believed in."""
+    sketches = {name for name, kind in case.types.items() if kind.sketch is not None}
+    for name, robot in case.spec.robots.items() if sketches else ():
+        if robot.type in sketches and robot.settings.model_fields_set:
+            loc = ("robots", name, "settings")
+            yield Diagnostic(
+                "SET002",
+                f"nobody carries out the settings of robot `{name}`: a sketch drives it",
+                case.span(*loc, key=True),
+                label=f"`{robot.type}` reads none of them",
+                help=("set it in the sketch; what the sketch keeps to stands in the robot's type",),
+                fix=mend("remove them", remove(case.source, loc)),
+            )
+
+
+RULES: tuple[Rule, ...] = (unreachable_limits, unread_settings)

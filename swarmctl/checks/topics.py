@@ -10,7 +10,7 @@ from swarmctl.spec.edits import mend, replace_value
 from swarmctl.spec.robot_type import merged, rates_of
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import nearest
-from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, COMMON, SENSORS, Endpoint
+from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, COMMON, Endpoint, sensors_of
 
 _FEW = 50  # where more is wrong, or more could be meant, no suggestion is worth its time
 _SAME = {"tf/tfMessage": "tf2_msgs/TFMessage"}  # one message under two names, with one checksum
@@ -48,9 +48,10 @@ def _crossed(case: Case) -> Mapping[str, set[str]]:
 def _of_a_driver(case: Case, topic: str) -> tuple[str, str] | None:
     """The robot whose driver has ``topic``, and its message type."""
     space, _, name = topic.rpartition("/")
-    robot = case.publishers.robots.get(space)
-    kind = COMMAND_TYPE if name == COMMAND else SENSORS.get(name)
-    return (robot, kind) if robot is not None and kind is not None else None
+    if name == COMMAND:
+        robot = case.publishers.robots.get(space)
+        return (robot, COMMAND_TYPE) if robot is not None else None
+    return case.publishers.sensed(topic)
 
 
 def _clash(case: Case, one: Endpoint, other: str, who: str, where: Loc | None) -> Diagnostic:
@@ -119,9 +120,9 @@ def _nearest(case: Case, topic: str) -> str | None:
     robots = case.publishers.robots
     known = list(case.publishers.programs)
     if space in robots:
-        known += [f"{space}/{one}" for one in SENSORS]
-    elif name in SENSORS and len(robots) <= _FEW:
-        known += [f"{one}/{name}" for one in robots]
+        known += [f"{space}/{one}" for one in sensors_of(case.types[case.spec.robots[robots[space]].type])]
+    elif len(robots) <= _FEW:
+        known += [topic for one in robots if case.publishers.sensed(topic := f"{one}/{name}")]
     return nearest(topic, tuple(known))
 
 
@@ -134,9 +135,11 @@ def sensors_off(case: Case) -> Iterator[Diagnostic]:
             continue
         robot = case.spec.robots[driven[0]]
         kind = case.types[robot.type]
+        if kind.line is None:  # a sketch publishes what its type says
+            continue
         if rates_of(kind, merged(case.spec.defaults.robot, kind.settings, robot.settings))[sensor] > 0:
             continue
-        has = kind.protocol.read_position if sensor == "odom" else kind.sensors.proximity
+        has = kind.line.read_position if sensor == "odom" else kind.sensors.proximity
         off = robot.settings.rates.model_dump().get(sensor) == 0
         yield Diagnostic(
             "TOPIC003",

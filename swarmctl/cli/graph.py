@@ -61,7 +61,7 @@ def _drawing(document: Document, format_: GraphFormat) -> str:
     from swarmctl.views.graph import dot, mermaid
 
     draw = dot.graph if format_ is GraphFormat.DOT else mermaid.graph
-    return draw(picture(document.spec))
+    return draw(picture(document.spec, document.types))
 
 
 def _sections(
@@ -83,7 +83,7 @@ def _sections(
     if budgets:
         yield from budgets_view.tables(budgets_of(document))
     if not (impact or paths or path or budgets):
-        yield overview.overview(picture(document.spec))
+        yield overview.overview(picture(document.spec, document.types))
 
 
 def _everything(document: Document, path: tuple[str, str] | None) -> dict[str, object]:
@@ -93,7 +93,7 @@ def _everything(document: Document, path: tuple[str, str] | None) -> dict[str, o
 
     return {
         "v": 1,
-        **picture(document.spec).to_json(),
+        **picture(document.spec, document.types).to_json(),
         "impact": [one.to_json() for one in impacts(document.spec)],
         "paths": [one.to_json() for one in _ways(document, path)],
         "budgets": budgets_of(document).to_json(),

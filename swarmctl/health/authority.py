@@ -25,17 +25,17 @@ def may_command(robot: ExpectedRobot, node: str, seen: SenderSeen) -> bool:
 
 
 def strangers(robot: ExpectedRobot, hub: Answer) -> Verdict:
-    """A warning, since the robot's driver refuses them."""
+    """A warning where the robot's driver refuses them; rosserial_python obeys whoever publishes."""
     found = [(node, seen) for node, seen in senders(robot, hub) if not may_command(robot, node, seen)]
     if not found:
         return ok("nobody who may not")
     named = [f"{node} on {seen.host}" for node, seen in found[:_MOST_NAMED]]
     more = [f"{len(found) - _MOST_NAMED} more"] if len(found) > _MOST_NAMED else []
     verb, them = ("publishes", "it") if len(found) == 1 else ("publish", "them")
+    means = f"its driver refuses {them}" if robot.guarded else f"its driver cannot tell, and obeys {them}"
     return Verdict(
-        State.WARNING,
-        f"somebody who may not: {', '.join([*named, *more])} {verb} on {robot.command};"
-        f" its driver refuses {them}",
+        State.WARNING if robot.guarded else State.BAD,
+        f"somebody who may not: {', '.join([*named, *more])} {verb} on {robot.command}; {means}",
         f"{_names(robot)} may: end {them}, or add {them} to `control`",
     )
 

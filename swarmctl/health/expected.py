@@ -28,7 +28,10 @@ class Release:
 
 @dataclass(frozen=True)
 class ExpectedRobot:
-    """A robot, its driver and its line. ``line_unit`` is the unit that makes the device, where one does."""
+    """A robot, its driver and its line. ``line_unit`` is the unit that makes the device, where one does.
+
+    Our own driver is its unit's main process, and refuses who may not command; ``guarded`` tells where it is.
+    """
 
     name: str
     host: str
@@ -41,6 +44,7 @@ class ExpectedRobot:
     topics: tuple[DriverTopic, ...]
     command: str
     commanders: tuple[Commander, ...]
+    guarded: bool
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,7 @@ def _robot(swarm: Swarm, robot: Robot, host: Host) -> ExpectedRobot:
         topics=_topics(robot),
         command=f"{robot.namespace}/{COMMAND}",
         commanders=robot.commanders,
+        guarded=robot.type.line is not None,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from swarmctl.spec.model import Topic
+from swarmctl.spec.topics import Topic
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE
 from swarmctl.topology.programs import INTERACTIVE

@@ -147,10 +147,9 @@ def driver(robot: ExpectedRobot, place: str, process: UnitSeen | None, seen: Nod
         return bad(
             f"{robot.node} hears {robot.command} as {seen.hears[robot.command]}, not as {COMMAND_TYPE}"
         )
-    if process is not None and process.pid and seen.pid and process.pid != seen.pid:
-        text = (
-            f"{robot.node} is process {seen.pid}, its unit's is {process.pid}: a second driver took the name"
-        )
+    own = process.pid if process is not None and robot.guarded else 0
+    if own and seen.pid and own != seen.pid:
+        text = f"{robot.node} is process {seen.pid}, its unit's is {own}: a second driver took the name"
         return Verdict(
             State.WARNING, text, f"on {robot.host}: end process {seen.pid}, then restart {robot.unit}"
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from swarmctl.render import shipped
+from swarmctl.render import rosserial, shipped
 from swarmctl.render.bundle import ROOT, File, Unit, workspace
 from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
@@ -32,23 +32,34 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         for program in _MASTER_HELPERS:
             yield File(program, shipped.text(program.replace("bin/", "host/")), 0o755)
     robots = swarm.robots_on(host.name)
-    if robots:
+    if any(robot.type.line for robot in robots):
         yield from shipped.folder("drivers")
+    if any(robot.type.sketch for robot in robots):
+        yield ros_client()
+    if robots:
         yield File(
             "launch/swarm.launch",
             render("swarm.launch", home=_home(swarm), robots=[one.name for one in robots]),
             origin="robots",
         )
     for robot in robots:
-        yield File(_params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
-        launch = render(
-            "robot.launch",
-            group=robot.namespace[1:],
-            node=names.DRIVER_NODE,
-            home=_home(swarm),
-            robot=robot.name,
-        )
-        yield File(f"launch/{robot.name}.launch", launch, origin=f"robots.{robot.name}")
+        yield from _robot_files(swarm, robot)
+
+
+def _robot_files(swarm: Swarm, robot: Robot) -> Iterator[File]:
+    """What the driver of one robot is told."""
+    if robot.type.sketch is not None:
+        yield rosserial.launch_file(robot)
+        return
+    yield File(_params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
+    launch = render(
+        "robot.launch",
+        group=robot.namespace[1:],
+        node=names.DRIVER_NODE,
+        home=_home(swarm),
+        robot=robot.name,
+    )
+    yield File(_launch_path(robot), launch, origin=f"robots.{robot.name}")
 
 
 def units(swarm: Swarm, host: Host, island: Island) -> Iterator[tuple[File, Unit]]:
@@ -93,8 +104,10 @@ def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
     """What must be installed on this host already."""
     own = (workspace(swarm.workspace),) if swarm.workspace else ()
     master = ("roscore",) if host.name == island.hub else ()
-    drivers = ("rospy", "pyserial") if swarm.robots_on(host.name) else ()
-    return (*own, *master, *drivers)
+    types = [robot.type for robot in swarm.robots_on(host.name)]
+    drivers = ("rospy", "pyserial") if any(one.line for one in types) else ()
+    boards = (rosserial.PACKAGE,) if any(one.sketch for one in types) else ()
+    return (*own, *master, *drivers, *boards)
 
 
 def parameters(robot: Robot) -> bytes:
@@ -119,16 +132,17 @@ def _commander(commander: Commander) -> dict[str, Any]:
 
 def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tuple[File, Unit]:
     name = names.unit(swarm.name, robot.name)
-    text = render(
-        "driver.service",
+    values = {
         **common,
-        robot=robot.name,
-        title=robot.type.title,
-        line=line,
-        namespace=robot.namespace,
-        node=names.DRIVER_NODE,
-        runtime=names.runtime_folder(swarm.name, robot.name),
-    )
+        "robot": robot.name,
+        "title": robot.type.title,
+        "line": line,
+        "runtime": names.runtime_folder(swarm.name, robot.name),
+    }
+    if robot.type.sketch is not None:
+        file = rosserial.unit_file(swarm.name, robot, robot.type.sketch, values)
+        return file, Unit(name, (file.path, *RUNNING, ROS_CLIENT, _launch_path(robot)), robot=robot.name)
+    text = render("driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE)
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped.folder("drivers"))
     needs = (file.path, *RUNNING, _params_path(robot), *drivers)
@@ -150,6 +164,10 @@ def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
 
 def _home(swarm: Swarm) -> str:
     return f"{ROOT}/{swarm.name}"
+
+
+def _launch_path(robot: Robot) -> str:
+    return f"launch/{robot.name}.launch"
 
 
 def _params_path(robot: Robot) -> str:

@@ -13,6 +13,7 @@ from swarmctl.spec.edits import as_text, mend, rename_key, replace_value, writte
 from swarmctl.spec.limits import MAX_NUMBER
 from swarmctl.spec.mentions import rename_at, renaming
 from swarmctl.spec.model import KINDS
+from swarmctl.spec.protocols import PROTOCOLS
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import nearest
 from swarmctl.spec.vocabulary import known_keys, link_keys
@@ -23,6 +24,8 @@ BOOLEANS = {
     "yes": "true", "on": "true", "y": "true", "true": "true",
     "no": "false", "off": "false", "n": "false", "false": "false",
 }  # fmt: skip
+# How many steps into a place its kind stands: links.0, types.NAME.protocol, protocol.
+_STEPS_TO_KIND = {"links": 2, "types": 3, "protocol": 1}
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
@@ -40,7 +43,7 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
         takes_keys = key is not None and known_keys((*tagged[:-1], key), model)
         return None if takes_keys and not isinstance(given, dict) else _key_fix(source, loc, key)
     if kind == "union_tag_invalid":
-        return _word_fix(source, (*loc, "kind"), nearest(str(given.get("kind")), KINDS))
+        return _word_fix(source, (*loc, "kind"), nearest(str(given.get("kind")), kinds_at(loc)))
     if kind in ("literal_error", "enum"):
         return _choice_fix(source, loc, given, choices(error))
     if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME:
@@ -96,15 +99,21 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
 
 
 def without_tag(loc: Loc) -> tuple[str | int, ...]:
-    """The place as it stands in the file; pydantic puts the kind of a link behind its index."""
-    if len(loc) > 2 and loc[0] == "links" and loc[2] in KINDS:
-        return (*loc[:2], *loc[3:])
-    return tuple(loc)
+    """The place as it stands in the file; pydantic puts the kind of a link, or of a protocol, behind it."""
+    at = _STEPS_TO_KIND.get(str(loc[0]), 0) if loc else 0
+    tagged = len(loc) > at > 0 and loc[at] in kinds_at(loc)
+    return (*loc[:at], *loc[at + 1 :]) if tagged else tuple(loc)
+
+
+def kinds_at(loc: Loc) -> tuple[str, ...]:
+    """What kinds there are of what stands at ``loc``: of links, or of a robot's protocols."""
+    return KINDS if loc[:1] == ("links",) else tuple(PROTOCOLS)
 
 
 def keys_at(tagged: Loc, model: type[BaseModel]) -> tuple[str, ...]:
     """The keys that may stand where an unknown one does; none, if other kinds of links have that."""
-    if tuple(tagged) == (place := without_tag(tagged)) or len(place) != 3:
+    place = without_tag(tagged)
+    if tuple(tagged) == place or tagged[0] != "links" or len(place) != 3:
         return known_keys(tuple(tagged[:-1]), model)
     return () if kinds_with(str(place[-1])) else link_keys(str(tagged[2]))
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from enum import Enum
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import Field, RootModel
 
 from swarmctl.spec.robot_type import UNTUNED, RobotSettings, RobotType
+from swarmctl.spec.topics import Topic
 from swarmctl.spec.words import (
     Account,
     Adapter,
@@ -24,6 +25,7 @@ from swarmctl.spec.words import (
     HostName,
     IslandName,
     Mac,
+    Model,
     Name,
     NetworkName,
     PackageName,
@@ -33,14 +35,9 @@ from swarmctl.spec.words import (
     RobotName,
     RobotTypeName,
     Subnet,
-    TypeName,
     UsbText,
     Value,
 )
-
-
-class Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Mode(str, Enum):
@@ -195,28 +192,13 @@ class Bluetooth(Model):
 
 
 Link = Annotated[Wlan | Ethernet | Serial | Bluetooth, Field(discriminator="kind")]
-LINKS: dict[str, type[BaseModel]] = {
+LINKS: dict[str, type[Model]] = {
     "wlan": Wlan,
     "ethernet": Ethernet,
     "serial": Serial,
     "bluetooth": Bluetooth,
 }
 KINDS = tuple(LINKS)
-
-
-class Topic(Model):
-    """A topic that a program publishes or hears. A relative name belongs to the program's namespace."""
-
-    topic: GraphName = Field(description="Its ROS name.")
-    type: TypeName = Field(description="Its message type.")
-    rate: Annotated[float, Field(gt=0, le=10_000)] | None = Field(
-        None, examples=[30.0], description="Messages per second, for the budgets of links."
-    )
-    size: Annotated[int, Field(ge=1)] | None = Field(
-        None,
-        examples=[921600],
-        description="Bytes of a message as sent, where its type does not say (images, maps, text).",
-    )
 
 
 class Program(Model):

@@ -10,23 +10,18 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from swarmctl.spec.protocols import LineProtocol, Protocol, RosserialProtocol
+from swarmctl.spec.words import Model
 
 _TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"
-_REQUEST = r"^[\x20-\x7e]{1,80}$"
-_HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
 
 Text = Annotated[str, Field(pattern=_TEXT, max_length=200)]
-Request = Annotated[str, Field(pattern=_REQUEST, examples=["R"])]
-Head = Annotated[str, Field(pattern=_HEAD, examples=["r"])]
 Positive = Annotated[float, Field(gt=0)]
 Metres = Annotated[Positive, Field(examples=[0.088])]
 Speed = Annotated[Positive, Field(examples=[0.3])]
 Rate = Annotated[float, Field(ge=0, le=50, examples=[10.0])]
-
-
-class Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Rates(Model):
@@ -155,7 +150,10 @@ class Kinematics(Model):
         32, ge=8, le=64, description="Width of the position counters, after which they wrap."
     )
     scales: Annotated[tuple[Scale, ...], Field(min_length=1, strict=False)] = Field(
-        description="The robot's own units, oldest firmware first. With several the driver asks first."
+        (),
+        examples=[[{"speed_units_per_mps": 218720, "metres_per_count": 3.0678e-5}]],
+        description="The robot's own units, oldest firmware first. With several the driver asks first. "
+        "A protocol of lines needs them; a rosserial sketch takes m/s and rad/s.",
     )
     odometry_error: OdometryError = Field(
         default_factory=OdometryError, description="For the covariance of `odom`."
@@ -164,64 +162,13 @@ class Kinematics(Model):
     @model_validator(mode="after")
     def _scales_in_order(self) -> Kinematics:
         bounds = [scale.firmware_below or math.inf for scale in self.scales]
-        if bounds != sorted(set(bounds)) or bounds[-1] != math.inf:
+        if bounds and (bounds != sorted(set(bounds)) or bounds[-1] != math.inf):
             raise ValueError(
                 "`scales` go from old firmware to new; only the last one has no `firmware_below`"
             )
         if self.wheel_speed_min >= self.wheel_speed_max:
             raise ValueError("`wheel_speed_min` must be below `wheel_speed_max`")
         return self
-
-
-class Query(Model):
-    """One request and its reply: a head, then whole numbers, all separated by commas."""
-
-    send: Request = Field(description="The request, without its terminator.")
-    reply: Head = Field(description="The head that the reply begins with.")
-    values: int = Field(0, ge=0, le=64, description="How many numbers of the reply are used.")
-    extra: int = Field(0, ge=0, le=64, description="How many more numbers may follow; they are ignored.")
-
-
-class SpeedCommand(Query):
-    """The request that sets both wheel speeds, with {left} and {right} where the units go."""
-
-    send: Request = Field(examples=["D,{left},{right}"], description="The request, without its terminator.")
-
-    @model_validator(mode="after")
-    def _both_sides(self) -> SpeedCommand:
-        if any(self.send.count(side) != 1 for side in ("{left}", "{right}")):
-            raise ValueError("`send` of `set_speed` needs {left} and {right}, once each")
-        return self
-
-
-class PositionQuery(Query):
-    """The request that reads both position counters, left first."""
-
-    values: Literal[2] = Field(2, description="Left and right.")
-
-
-class Identify(Model):
-    """The request that names the firmware. Its version is the first number in the reply."""
-
-    send: Request = Field(description="The request, without its terminator.")
-    reply: Head = Field(description="The head that the reply begins with; text follows after a comma.")
-
-
-class LineProtocol(Model):
-    """Requests and replies as lines of ASCII text. A reply ends with CR, LF or both; the rest is noise."""
-
-    kind: Literal["line"] = Field(description="Lines of text.")
-    terminator: Literal["\r", "\n"] = Field("\r", description="Ends a request.")
-    reply_timeout: float = Field(0.2, ge=0.01, le=2, description="Seconds to wait for a reply.")
-    error_heads: Annotated[tuple[Head, ...], Field(strict=False)] = Field(
-        (), examples=[["z"]], description="A reply that begins so says that the robot refused the request."
-    )
-    set_speed: SpeedCommand = Field(description="Sets both wheel speeds; with zeros it stops the robot.")
-    read_position: PositionQuery | None = Field(None, description="Reads both position counters, left first.")
-    read_proximity: Query | None = Field(
-        None, description="Reads the proximity sensors, in the order of `sensors`."
-    )
-    identify: Identify | None = Field(None, description="Asks for the firmware version.")
 
 
 class Sensor(Model):
@@ -260,17 +207,44 @@ class RobotType(Model):
 
     title: Text = Field(examples=["K-Team Khepera III"], description="What people call it.")
     link: Link = Field(description="The line to it.")
-    kinematics: Kinematics = Field(description="How it moves.")
-    protocol: LineProtocol = Field(description="What it says.")
+    kinematics: Kinematics = Field(
+        examples=[
+            {
+                "wheel_separation": 0.088,
+                "wheel_speed_max": 0.3,
+                "scales": [{"speed_units_per_mps": 218720, "metres_per_count": 3.0678e-5}],
+            }
+        ],
+        description="How it moves.",
+    )
+    protocol: Protocol = Field(description="What it says.")
     sensors: Sensors = Field(default_factory=Sensors, description="What it senses.")
     firmware_dead_man: bool = Field(description="Whether the robot stops by itself when its orders stop.")
     settings: RobotSettings = Field(
         default_factory=lambda: UNTUNED, description="What differs from swarmctl's own defaults."
     )
 
+    @property
+    def line(self) -> LineProtocol | None:
+        """What our own driver says to it; nothing where another driver speaks."""
+        return self.protocol if self.protocol.kind == "line" else None
+
+    @property
+    def sketch(self) -> RosserialProtocol | None:
+        """What runs on its board, where `rosserial_python` is its driver."""
+        return self.protocol if self.protocol.kind == "rosserial" else None
+
     @model_validator(mode="after")
     def _fits_together(self) -> RobotType:
-        proximity, query = self.sensors.proximity, self.protocol.read_proximity
+        match self.protocol:
+            case LineProtocol() as protocol:
+                self._fits_its_line(protocol)
+            case RosserialProtocol():
+                self._fits_its_sketch()
+        return self
+
+    def _fits_its_line(self, protocol: LineProtocol) -> None:
+        proximity, query = self.sensors.proximity, protocol.read_proximity
         if (proximity is None) != (query is None):
             raise ValueError("`sensors.proximity` and `protocol.read_proximity` go together")
         if proximity is not None and query is not None and len(proximity.elements) != query.values:
@@ -278,11 +252,25 @@ class RobotType(Model):
                 f"`read_proximity` gives {query.values} values,"
                 f" `sensors.proximity` names {len(proximity.elements)} sensors"
             )
-        if len(self.kinematics.scales) > 1 and self.protocol.identify is None:
+        if not self.kinematics.scales:
+            raise ValueError("lines of text carry the robot's own units; add `kinematics.scales`")
+        if len(self.kinematics.scales) > 1 and protocol.identify is None:
             raise ValueError(
                 "with more than one entry in `scales` the driver must ask for the firmware: add `identify`"
             )
-        return self
+
+    def _fits_its_sketch(self) -> None:
+        if self.kinematics.scales:
+            raise ValueError("a sketch takes orders in m/s and rad/s; remove `kinematics.scales`")
+        if self.sensors.proximity is not None:
+            raise ValueError("what a sketch measures stands under `protocol.publishes`; remove `sensors`")
+        if self.settings.model_fields_set:
+            raise ValueError("what is tuned for a rosserial robot is tuned in its sketch; remove `settings`")
+        if not self.firmware_dead_man:
+            raise ValueError(
+                "nothing but the sketch stops a rosserial robot whose line breaks; build a dead-man into it,"
+                " and write `firmware_dead_man: true`"
+            )
 
 
 def merged(*layers: RobotSettings) -> RobotSettings:
@@ -306,8 +294,9 @@ def _lay(under: dict[str, Any], over: Mapping[str, Any]) -> None:
 
 def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
     """How often a driver asks and publishes, Hz; 0 for what the robot lacks. ``layers`` as for ``merged``."""
+    positions = robot_type.line is not None and robot_type.line.read_position is not None
     return {
-        "odom": _last(10.0, [one.rates.odom for one in layers]) if robot_type.protocol.read_position else 0.0,
+        "odom": _last(10.0, [one.rates.odom for one in layers]) if positions else 0.0,
         "proximity": _last(5.0, [one.rates.proximity for one in layers])
         if robot_type.sensors.proximity
         else 0.0,
@@ -315,8 +304,10 @@ def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
     }
 
 
-def command_timeout_of(*layers: RobotSettings) -> float:
-    """Seconds without an order after which a driver stops its robot. ``layers`` as for ``merged``."""
+def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
+    """Seconds without an order after which a robot is stopped. ``layers`` as for ``merged``."""
+    if robot_type.sketch is not None:
+        return robot_type.sketch.firmware_timeout
     return _last(0.5, [one.command_timeout for one in layers])
 
 
@@ -350,7 +341,7 @@ def params_of(
             "settle": link.settle,
             "hint": link.hint,
         },
-        "command_timeout": command_timeout_of(tuned),
+        "command_timeout": command_timeout_of(robot_type, tuned),
         "rates": rates_of(robot_type, tuned),
         "kinematics": {
             "wheel_separation": separation,

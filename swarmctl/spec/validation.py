@@ -20,11 +20,11 @@ from swarmctl.spec.mending import (
     fix_for,
     is_number,
     keys_at,
+    kinds_at,
     kinds_with,
     legal_name,
     without_tag,
 )
-from swarmctl.spec.model import KINDS
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.spec.vocabulary import described, known_keys
@@ -120,13 +120,13 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
                 f"`kind` is missing{_inside(loc)}",
                 source.span(loc),
                 label="needs `kind`",
-                help=(f"`kind` is one of {', '.join(KINDS)}",),
+                help=(f"`kind` is one of {', '.join(kinds_at(loc))}",),
             )
         return Diagnostic(
             "SPEC003",
-            f"{_shown(tag)} is no kind of link",
+            f"{_shown(tag)} is no kind of {'link' if loc[0] == 'links' else 'protocol'}",
             source.span((*loc, "kind")),
-            help=did_you_mean(str(tag), KINDS, "the kinds are"),
+            help=did_you_mean(str(tag), kinds_at(loc), "the kinds are"),
         )
     return _bad_value(error, source, model)
 
@@ -169,7 +169,7 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
 
 def _help_for_unknown(key: str, tagged: tuple[str | int, ...], model: type[BaseModel]) -> tuple[str, ...]:
     known = keys_at(tagged, model)
-    if not known and (elsewhere := kinds_with(key)):
+    if not known and tagged[0] == "links" and (elsewhere := kinds_with(key)):
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
     return did_you_mean(key, known, "the keys here are")
 
@@ -239,7 +239,7 @@ def _help_for_type(
     if _TYPES[kind] == "a list" and isinstance(given, str):
         return (f"put it in brackets: [{_short(given)}]",)
     if kind == "model_attributes_type":  # an entry of a union, told apart by its kind
-        return (f"it begins with `kind`, one of {', '.join(KINDS)}",)
+        return (f"it begins with `kind`, one of {', '.join(kinds_at(loc))}",)
     told = described(loc, model) if loc else ""
     keys = ", ".join(f"`{key}`" for key in known_keys(loc, model)) if _TYPES[kind] == "a mapping" else ""
     return tuple(filter(None, (told and f"`{loc[-1]}`: {told}", keys and f"its keys are {keys}")))

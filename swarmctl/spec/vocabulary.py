@@ -7,6 +7,9 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from swarmctl.spec.model import LINKS, Spec
+from swarmctl.spec.protocols import PROTOCOLS
+
+_TAGS = {**LINKS, **PROTOCOLS}
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
@@ -19,8 +22,8 @@ def _places(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
     """The types that stand at ``loc`` of a ``model``."""
     places: list[Any] = [model]
     for part in loc:
-        if LINKS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
-            places = [LINKS[str(part)]]
+        if _TAGS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
+            places = [_TAGS[str(part)]]
         else:
             places = [below for place in places for below in _below(place, part)]
     return places

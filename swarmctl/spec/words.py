@@ -6,7 +6,15 @@ import ipaddress
 import re
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
 _HOSTNAME = re.compile(
     r"(?=.{1,253}$)(?!-)[A-Za-z0-9-]{1,63}(?<!-)(\.(?!-)[A-Za-z0-9-]{1,63}(?<!-))*", re.ASCII
@@ -79,6 +87,12 @@ def _device_path(value: str) -> str:
             f"`{value}` is a name that swarmctl gives; say which adapter it is: usb: {{serial: ...}}"
         )
     return value
+
+
+class Model(BaseModel):
+    """A part of a file: it does not change, has no keys but its own, and no value becomes another type's."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 Name = Annotated[

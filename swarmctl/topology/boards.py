@@ -7,12 +7,16 @@ its eight bytes around the message; of an incoming one only the message itself i
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.spec.boards import Board
+from swarmctl.spec.boards import Board, boards
 from swarmctl.spec.messages import size_of
-from swarmctl.spec.model import Program, Topic
+from swarmctl.spec.model import Bluetooth, Program, Serial, Spec
+from swarmctl.spec.protocols import RosserialProtocol
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.source import Loc
+from swarmctl.spec.topics import Topic
 
 BAUD = 57600  # of both ends, unless ~baud says otherwise
 FRAMING = (
@@ -45,9 +49,11 @@ class Carried:
 
 @dataclass(frozen=True)
 class BoardBudget:
-    """What one program's board has to hold and to say."""
+    """What the board of a program, or of a robot, has to hold and to say. ``loc`` is where that stands."""
 
-    program: str
+    kind: str  # program or robot
+    owner: str
+    loc: Loc
     name: str
     board: Board
     baud: int
@@ -89,7 +95,7 @@ class BoardBudget:
 
     def to_json(self) -> dict[str, object]:
         return {
-            "program": self.program,
+            self.kind: self.owner,
             "board": self.name,
             "baud": self.baud,
             "publishers": [self.published, self.board.publishers],
@@ -105,20 +111,35 @@ class BoardBudget:
         return max((one.bytes or 0 for one in self.topics if one.sent is sent), default=0)
 
 
-def board_budget(name: str, program: Program, board: Board) -> BoardBudget:
+def board_budgets(spec: Spec, types: Mapping[str, RobotType]) -> Iterator[BoardBudget]:
+    """Every board that is known: of programs, then of robots, whose type says what their sketch does."""
+    for name, program in spec.programs.items():
+        if program.board in boards():
+            yield program_budget(name, program)
+    sketches = {name: one.sketch for name, one in types.items() if one.sketch is not None}
+    for link in spec.links if sketches else ():
+        kind = spec.robots[link.robot].type if isinstance(link, (Serial, Bluetooth)) else ""
+        if isinstance(link, (Serial, Bluetooth)) and kind in sketches and sketches[kind].board in boards():
+            own = link.baud if isinstance(link, Serial) else None
+            loc = ("types", kind, "protocol") if kind in spec.types else ("robots", link.robot, "type")
+            baud = own or types[kind].link.baud
+            yield _budget("robot", link.robot, loc, baud, sketches[kind])
+
+
+def program_budget(name: str, program: Program) -> BoardBudget:
     """The budget of the board that ``program`` speaks with."""
-    baud = program.params.get("baud", BAUD)
-    return BoardBudget(
-        name,
-        program.board or "",
-        board,
-        baud if isinstance(baud, int) and baud > 0 else BAUD,
-        tuple(_carried(program)),
-    )
+    said = program.params.get("baud", BAUD)
+    baud = said if isinstance(said, int) and said > 0 else BAUD
+    return _budget("program", name, ("programs", name), baud, program)
 
 
-def _carried(program: Program) -> Iterator[Carried]:
-    for key, topics in (("publishes", program.publishes), ("subscribes", program.subscribes)):
+def _budget(kind: str, owner: str, loc: Loc, baud: int, said: Program | RosserialProtocol) -> BoardBudget:
+    name = said.board or ""
+    return BoardBudget(kind, owner, loc, name, boards()[name], baud, tuple(_carried(said)))
+
+
+def _carried(said: Program | RosserialProtocol) -> Iterator[Carried]:
+    for key, topics in (("publishes", said.publishes), ("subscribes", said.subscribes)):
         for index, topic in enumerate(topics):
             yield Carried(key, index, topic, message_bytes(topic.type, topic.size))
 

@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence, Set
 
 from swarmctl.spec.model import Spec
+from swarmctl.spec.robot_type import RobotType
 from swarmctl.topology import modes, names
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, Endpoint, program_host
 from swarmctl.topology.publishers import Publishers
 from swarmctl.topology.swarm import Bridge, Island
 
 
-def bridges_of(spec: Spec, islands: Sequence[Island], endpoints: Sequence[Endpoint]) -> tuple[Bridge, ...]:
+def bridges_of(
+    spec: Spec, types: Mapping[str, RobotType], islands: Sequence[Island], endpoints: Sequence[Endpoint]
+) -> tuple[Bridge, ...]:
     """Every crossing, in the order of the spec. With one island there is none."""
     if len(islands) < 2:
         return ()
     home = {host: island.name for island in islands for host in island.hosts}
-    publishers = Publishers(spec, islands, endpoints)
+    publishers = Publishers(spec, types, islands, endpoints)
     found = [
         *_commands(spec, home),
         *_heard(home, publishers, endpoints),

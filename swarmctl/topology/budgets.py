@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from swarmctl.spec.boards import boards
 from swarmctl.spec.load import Document
 from swarmctl.topology import modes
-from swarmctl.topology.boards import BoardBudget, board_budget
+from swarmctl.topology.boards import BoardBudget, board_budgets
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.capacity import HostBudget, NetworkBudget, host_budgets, network_budgets
 from swarmctl.topology.interfaces import program_endpoints
@@ -40,16 +39,12 @@ def budgets_of(document: Document) -> Budgets:
     spec, types = document.spec, document.types
     endpoints = tuple(program_endpoints(spec))
     islands = modes.islands_of(spec)
-    bridges = bridges_of(spec, islands, endpoints)
+    bridges = bridges_of(spec, types, islands, endpoints)
     lines = dict(line_budgets(spec, types, endpoints))
     return Budgets(
         lines=tuple(lines.values()),
         radios=radio_budgets(spec, {index: one.load for index, one in lines.items()}),
-        boards=tuple(
-            board_budget(name, program, boards()[program.board or ""])
-            for name, program in spec.programs.items()
-            if program.board in boards()
-        ),
+        boards=tuple(board_budgets(spec, types)),
         hosts=tuple(host_budgets(spec, document.computers, islands, bridges)),
         networks=tuple(network_budgets(spec, types, endpoints, islands)),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from swarmctl.spec.model import Program, Spec
@@ -55,10 +55,23 @@ class DriverTopic:
 
 
 def driver_topics(robot_type: RobotType, settings: RobotSettings) -> tuple[DriverTopic, ...]:
-    """What a driver publishes with these merged ``settings``; a sensor that is turned off is left out."""
+    """What a driver publishes with these merged ``settings``; a sensor that is turned off is left out.
+
+    `rosserial_python` publishes what its sketch does; it has diagnostics only when something goes wrong.
+    """
+    if robot_type.sketch is not None:
+        said = robot_type.sketch.publishes
+        return tuple(DriverTopic(one.topic, one.type, one.rate) for one in said if one.rate is not None)
     rates = rates_of(robot_type, settings)
     sensors = [DriverTopic(name, kind, rates[name]) for name, kind in SENSORS.items() if rates[name] > 0]
     return (*sensors, DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates["diagnostics"]))
+
+
+def sensors_of(robot_type: RobotType) -> Mapping[str, str]:
+    """The message types of what a driver has of sensors, turned off or not, by topic in its namespace."""
+    if robot_type.sketch is not None:
+        return {one.topic: one.type for one in robot_type.sketch.publishes}
+    return SENSORS
 
 
 def program_host(spec: Spec, program: Program) -> str | None:

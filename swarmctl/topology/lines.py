@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from swarmctl.spec.model import Bluetooth, Serial, Spec
-from swarmctl.spec.robot_type import Query, RobotSettings, RobotType, rates_of
+from swarmctl.spec.protocols import LineProtocol, Query
+from swarmctl.spec.robot_type import RobotSettings, RobotType, rates_of
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, Endpoint
 
@@ -128,13 +129,19 @@ class LineBudget:
 def line_budgets(
     spec: Spec, types: Mapping[str, RobotType], endpoints: Sequence[Endpoint]
 ) -> Iterator[tuple[int, LineBudget]]:
-    """Every line, with its index in ``links``. Robots that are alike share one ``Load``."""
+    """Every line that a driver asks on, with its index in ``links``. Robots that are alike share a ``Load``.
+
+    What a board's sketch says is counted in topology/boards.
+    """
     ordered = command_rates(spec, endpoints)
     loads: dict[tuple[object, ...], Load] = {}
+    asked = {name for name, one in types.items() if one.line is not None}
     for index, link in enumerate(spec.links):
         if not isinstance(link, (Serial, Bluetooth)):
             continue
         robot = spec.robots[link.robot]
+        if robot.type not in asked:
+            continue
         own, kind = robot.settings.rates, line_kind(link)
         baud = link.baud if isinstance(link, Serial) else None
         commands = ordered.get(link.robot, COMMAND_RATE)
@@ -175,11 +182,13 @@ def command_rates(spec: Spec, endpoints: Sequence[Endpoint]) -> dict[str, float]
 
 def load_of(robot_type: RobotType, kind: str, baud: int, commands: float, rates: Mapping[str, float]) -> Load:
     """What a driver with these ``rates`` asks of its line while it is given ``commands`` orders a second."""
-    link, protocol = robot_type.link, robot_type.protocol
+    link, protocol = robot_type.link, robot_type.line
     bits = 1 + link.bytesize + (link.parity != "none") + link.stopbits
+    if protocol is None:  # nobody asks a sketch
+        return Load(kind, baud, bits, ())
     said = min(MOST_COMMANDS, max(LEAST_COMMANDS, commands))
-    order = Exchange(COMMAND, said, len(_speed_request(robot_type)) + 1, _reply(protocol.set_speed, 0))
-    exchanges = [order]
+    longest = len(_speed_request(robot_type, protocol)) + 1
+    exchanges = [Exchange(COMMAND, said, longest, _reply(protocol.set_speed, 0))]
     if protocol.read_position is not None:
         counter = len(str(-(2 ** (robot_type.kinematics.counter_bits - 1))))
         exchanges.append(_question("odom", rates["odom"], protocol.read_position, counter))
@@ -198,9 +207,9 @@ def _reply(query: Query, digits: int) -> int:
     return len(query.reply) + query.values * (1 + digits) + query.extra * 11 + 2
 
 
-def _speed_request(robot_type: RobotType) -> str:
+def _speed_request(robot_type: RobotType, protocol: LineProtocol) -> str:
     """The longest order: both wheels backwards as fast as they go, in the finest units of the type."""
     kinematics = robot_type.kinematics
     units = max(scale.speed_units_per_mps for scale in kinematics.scales)
     fastest = str(-round(kinematics.wheel_speed_max * units))
-    return robot_type.protocol.set_speed.send.replace("{left}", fastest).replace("{right}", fastest)
+    return protocol.set_speed.send.replace("{left}", fastest).replace("{right}", fastest)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 
 from swarmctl.spec.model import Bluetooth, Multimaster, NetworkLink, Serial, Spec
+from swarmctl.spec.robot_type import RobotType
 from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.interfaces import COMMAND, Endpoint, program_endpoints, program_host
@@ -73,11 +74,11 @@ class Picture:
         }
 
 
-def picture(spec: Spec) -> Picture:
+def picture(spec: Spec, types: Mapping[str, RobotType]) -> Picture:
     """What there is to draw of a spec without errors, in its order."""
     wiring = Wiring(spec)
     endpoints = tuple(program_endpoints(spec))
-    crossings = tuple(_crossings(bridges_of(spec, wiring.islands, endpoints)))
+    crossings = tuple(_crossings(bridges_of(spec, types, wiring.islands, endpoints)))
     return Picture(
         swarm=spec.name,
         mode=spec.mode.value,

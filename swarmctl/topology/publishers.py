@@ -5,16 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from swarmctl.spec.model import Spec
+from swarmctl.spec.robot_type import RobotType
 from swarmctl.topology import modes, names
-from swarmctl.topology.interfaces import DIAGNOSTICS, DIAGNOSTICS_TYPE, SENSORS, Endpoint
+from swarmctl.topology.interfaces import DIAGNOSTICS, DIAGNOSTICS_TYPE, Endpoint, sensors_of
 from swarmctl.topology.swarm import Island
 
 
 class Publishers:
     """What drivers and programs publish, by topic and island."""
 
-    def __init__(self, spec: Spec, islands: Sequence[Island], endpoints: Sequence[Endpoint]) -> None:
+    def __init__(
+        self,
+        spec: Spec,
+        types: Mapping[str, RobotType],
+        islands: Sequence[Island],
+        endpoints: Sequence[Endpoint],
+    ) -> None:
         self._spec = spec
+        self._types = types
         self._home = {host: island.name for island in islands for host in island.hosts}
         self.robots = {names.namespace(robot): robot for robot in spec.robots}
         self.programs: dict[str, dict[str, str]] = {}
@@ -25,15 +33,21 @@ class Publishers:
     def of(self, topic: str) -> Mapping[str, str]:
         """The message type by island, of every island that publishes ``topic``."""
         found = dict(self.programs.get(topic, {}))
-        space, _, name = topic.rpartition("/")
-        if name in SENSORS and space in self.robots:
-            island = self.island(self.robots[space])
-            if island is not None:
-                found.setdefault(island, SENSORS[name])
+        if (sensed := self.sensed(topic)) is not None:
+            robot, kind = sensed
+            if (island := self.island(robot)) is not None:
+                found.setdefault(island, kind)
         elif topic == DIAGNOSTICS:
             islands = dict.fromkeys(map(self.island, self._spec.robots))
             found = {one: DIAGNOSTICS_TYPE for one in islands if one is not None} | found
         return found
+
+    def sensed(self, topic: str) -> tuple[str, str] | None:
+        """The robot whose driver has ``topic`` for what it senses, and its message type."""
+        space, _, name = topic.rpartition("/")
+        robot = self.robots.get(space)
+        kind = sensors_of(self._types[self._spec.robots[robot].type]).get(name) if robot else None
+        return (robot, kind) if robot and kind else None
 
     def island(self, robot: str) -> str | None:
         """The island on which the robot's driver runs."""

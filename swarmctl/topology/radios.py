@@ -59,7 +59,7 @@ def radio_budgets(spec: Spec, loads: Mapping[int, Load]) -> tuple[RadioBudget, .
             adapter,
             tuple(robots.values()),
             tuple(robots),
-            sum(slots_of(loads[index]) for index in robots),
+            sum(slots_of(loads[index]) for index in robots if index in loads),
         )
         for (host, adapter), robots in served.items()
     )

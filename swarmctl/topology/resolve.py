@@ -41,7 +41,7 @@ def resolve(document: Document) -> Swarm:
         robots=_robots(document, Authority(spec, home)),
         networks=_networks(spec),
         islands=islands,
-        bridges=bridges_of(spec, islands, tuple(program_endpoints(spec))),
+        bridges=bridges_of(spec, document.types, islands, tuple(program_endpoints(spec))),
         programs=_programs(spec),
         multimaster=spec.multimaster or model.Multimaster(),
         time=spec.time.model_copy(update={"root": time_root(spec, islands)}),

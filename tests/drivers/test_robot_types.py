@@ -81,6 +81,39 @@ def test_a_robot_type_that_does_not_hold_together_is_refused(path, value, compla
         RobotType.model_validate(data)
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "complaint"),
+    [
+        (("protocol", "firmware_timeout"), None, "valid number"),
+        (("protocol", "firmware_timeout"), 2.5, "less than or equal to 2"),
+        (("protocol", "subscribes"), [], "hears no orders"),
+        (("protocol", "subscribes"), [{"topic": "cmd_vel", "type": "std_msgs/Int32"}], "hears no orders"),
+        (("protocol", "publishes"), [{"topic": "/lwheel", "type": "std_msgs/Int32", "rate": 1}], "namespace"),
+        (("protocol", "publishes"), [{"topic": "lwheel", "type": "std_msgs/Int32"}], "how often"),
+        (("protocol", "kind"), "line", "set_speed"),
+        (("kinematics", "scales"), [{"speed_units_per_mps": 1, "metres_per_count": 1}], "m/s and rad/s"),
+        (("settings",), {"limits": {"linear": 0.2}}, "tuned in its sketch"),
+        (("firmware_dead_man",), False, "dead-man"),
+    ],
+)
+def test_a_rosserial_robot_stops_by_itself_and_hears_its_orders(path, value, complaint):
+    data = type_data("arduino-rover")
+    assert RobotType.model_validate(data).sketch is not None
+    place = data
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    with pytest.raises(ValidationError, match=complaint):
+        RobotType.model_validate(data)
+
+
+def test_lines_of_text_need_the_robots_own_units():
+    data = type_data("koala")
+    del data["kinematics"]["scales"]
+    with pytest.raises(ValidationError, match=r"add `kinematics\.scales`"):
+        RobotType.model_validate(data)
+
+
 @pytest.mark.parametrize("bounds", [(3.0, 2.0, None), (3.0, 3.0, None), (3.0,), (None, 3.0), (None, None)])
 def test_scales_that_leave_a_firmware_out_or_name_it_twice_are_refused(bounds):
     data = type_data("khepera3")

@@ -15,11 +15,11 @@ from swarmctl.spec.edits import apply
 from swarmctl.spec.load import load_text
 from swarmctl.spec.messages import known_types, size_of
 from swarmctl.spec.model import Program
-from swarmctl.topology.boards import board_budget
+from swarmctl.topology.boards import board_budgets, program_budget
 from swarmctl.topology.budgets import budgets_of
 from swarmctl.topology.capacity import host_budgets, network_budgets, on_the_wire
 from swarmctl.topology.interfaces import program_endpoints
-from swarmctl.topology.lines import Exchange, Load, load_of
+from swarmctl.topology.lines import Exchange, Load, line_budgets, load_of
 from swarmctl.topology.modes import islands_of
 from swarmctl.topology.radios import MOST, STABLE, RadioBudget, spread
 
@@ -121,18 +121,20 @@ def test_robots_are_spread_with_the_fewest_moves(counts: list[int], most: int) -
     assert len(moves) == sum(max(0, count - most) for count in counts)  # nobody can do with fewer
 
 
+ROVER = (Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml").read_text("utf-8")
+
+
 def program(**fields: object) -> Program:
     return Program.model_validate({"host": "pi", "board": "arduino-uno", **fields})
 
 
 def test_a_board_sends_what_fits_beside_the_frame_and_receives_what_fits_alone() -> None:
-    budget = board_budget(
+    budget = program_budget(
         "wheels",
         program(
             publishes=({"topic": "a", "type": "std_msgs/Int32", "rate": 100.0},),
             subscribes=({"topic": "cmd_vel", "type": "geometry_msgs/Twist", "rate": 10.0},),
         ),
-        boards()["arduino-uno"],
     )
     sent, received = budget.topics
     assert (budget.room(sent), budget.room(received)) == (272, 280)
@@ -140,15 +142,23 @@ def test_a_board_sends_what_fits_beside_the_frame_and_receives_what_fits_alone()
     assert budget.available == 5760
     # rosserial's own `pub info` of lwheel takes 78 bytes (research with the compiled client): 8 + 50 + 6 + 14
     assert (
-        board_budget(
+        program_budget(
             "w",
             program(publishes=({"topic": "lwheel", "type": "std_msgs/Int32"},)),
-            boards()["arduino-uno"],
         )
         .topics[0]
         .announcement
         == 0x46 + 8
     )
+
+
+def test_a_robots_sketch_is_counted_like_a_programs() -> None:
+    document, found = load_text(ROVER, "swarm.yaml", load_catalog())
+    assert document is not None, found
+    [budget] = board_budgets(document.spec, document.types)
+    assert (budget.kind, budget.owner, budget.name, budget.baud) == ("robot", "rover", "arduino-uno", 57600)
+    assert (budget.published, budget.subscribed, budget.needed) == (2, 1, 2 * 10 * (4 + 8))
+    assert not list(line_budgets(document.spec, document.types, ()))  # nobody asks a sketch
 
 
 def test_every_board_has_room_for_a_twist() -> None:
@@ -240,6 +250,6 @@ def found_in(text: str) -> tuple:
 
 def test_defaults_fit_every_robot_of_the_catalog_on_every_line_it_has() -> None:
     for name, robot_type in TYPES.items():
-        for kind in robot_type.link.kinds:
+        for kind in robot_type.link.kinds if robot_type.line else ():
             line = "usb" if kind == "serial" else kind
             assert load_of(robot_type, line, robot_type.link.baud, 10.0, DEFAULT).share < 0.7, (name, kind)

@@ -22,7 +22,7 @@ def test_any_swarm_can_be_drawn(data: Data) -> None:
     document, found = load_text(json.dumps(data), "random.yaml", load_catalog())
     assert document is not None, found
     check(document)
-    drawn = picture(document.spec)
+    drawn = picture(document.spec, document.types)
     names = {*data["hosts"], *data["robots"], *data["programs"]}
     assert names <= {node.name for node in drawn.nodes}
     assert names - set(data["robots"]) - set(data["programs"]) <= set(overview.overview(drawn).plain.split())

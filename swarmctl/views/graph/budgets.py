@@ -44,7 +44,7 @@ def _radios(shown: Budgets) -> Table:
 def _boards(shown: Budgets) -> Table:
     rows = (
         (
-            one.program,
+            one.owner,
             one.name,
             _of(one.published, one.board.publishers),
             _of(one.subscribed, one.board.subscribers),

@@ -1,0 +1,64 @@
+"""A robot driven by rosserial_python: what is expected of it, and that it obeys strangers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from swarmctl.checks.check import read
+from swarmctl.health import authority, verdicts
+from swarmctl.health.expected import ExpectedRobot, Release, expected_graph
+from swarmctl.health.probe import Answer, NodeSeen, SenderSeen, UnitSeen
+from swarmctl.health.verdicts import State
+from swarmctl.topology.interfaces import COMMAND_TYPE
+
+SPEC = Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml"
+ADDRESS = "192.168.77.30"
+
+
+def rover() -> ExpectedRobot:
+    swarm, found = read(SPEC)
+    assert swarm is not None, found
+    [robot] = expected_graph(swarm, {"rover-pi": Release("a" * 16, ())}).robots
+    return robot
+
+
+def test_its_node_its_orders_and_what_the_sketch_publishes_are_expected() -> None:
+    robot = rover()
+    assert (robot.unit, robot.node, robot.device) == (
+        "swarm-rover.rover.service",
+        "/rover/driver",
+        "/dev/swarm/rover",
+    )
+    assert robot.command == "/rover/cmd_vel"
+    assert [(one.name, one.type, one.rate) for one in robot.topics] == [
+        ("/rover/lwheel", "std_msgs/Int32", 10.0),
+        ("/rover/rwheel", "std_msgs/Int32", 10.0),
+    ]
+
+
+def test_whoever_publishes_its_orders_is_obeyed_and_that_is_no_mere_warning() -> None:
+    robot = rover()
+    stranger = SenderSeen("192.168.77.99", {robot.command: COMMAND_TYPE})
+    hub = Answer(commanders={robot.command: ("/rostopic_7",)}, senders={"/rostopic_7": stranger})
+    verdict = authority.strangers(robot, hub)
+    assert verdict.state is State.BAD
+    assert "/rostopic_7 on 192.168.77.99" in verdict.message
+    assert "obeys it" in verdict.message
+    assert "keys may" in verdict.hint
+
+
+def test_its_node_is_a_child_of_its_unit_and_no_second_driver() -> None:
+    robot = rover()
+    unit = UnitSeen("loaded", "active", "running", "success", "", 42, 0, 0, False)
+    node = NodeSeen(
+        registered=True,
+        alive=True,
+        uri=f"http://{ADDRESS}:40001/",
+        pid=57,
+        error="",
+        publishes={topic.name: topic.type for topic in robot.topics},
+        hears={robot.command: COMMAND_TYPE},
+        topics={},
+        report=None,
+    )
+    assert verdicts.driver(robot, ADDRESS, unit, node).fine
