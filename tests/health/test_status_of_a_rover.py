@@ -7,7 +7,7 @@ from pathlib import Path
 from swarmctl.checks.check import read
 from swarmctl.health import authority, verdicts
 from swarmctl.health.expected import ExpectedRobot, Release, expected_graph
-from swarmctl.health.probe import Answer, NodeSeen, SenderSeen, UnitSeen
+from swarmctl.health.seen import Answer, NodeSeen, SenderSeen, UnitSeen
 from swarmctl.health.verdicts import State
 from swarmctl.topology.interfaces import COMMAND_TYPE
 
