@@ -55,6 +55,13 @@ def test_the_modelines_lead_to_the_schema(tmp_path: Path, root: Path) -> None:
         assert (tmp_path / ".swarmctl" / file).read_bytes() == (root / "schemas" / file).read_bytes()
 
 
+def test_a_range_names_several_robots(tmp_path: Path) -> None:
+    assert run(["init", str(tmp_path), "--robot", "epuck-[1-3]=epuck"]) == exits.OK
+    swarm, _ = read(tmp_path / "swarm.yaml")
+    assert swarm is not None
+    assert list(swarm.robots) == ["epuck-1", "epuck-2", "epuck-3"]
+
+
 def test_flags_say_what_is_in_it(tmp_path: Path) -> None:
     flags = ["--name", "hall", "--mode", "central", "--robot", "a=koala", "--robot", "b=epuck"]
     assert run(["init", str(tmp_path), *flags]) == exits.OK

@@ -195,6 +195,26 @@ programs:
     assert (budget.needed_mb, budget.served, budget.small) == (510, 3, True)
 
 
+def test_what_crosses_by_name_loads_the_network_and_the_hub_that_hears_it() -> None:
+    text = """version: 1
+name: three
+mode: standalone
+defaults: {host: {computer: laptop}}
+hosts: {a: {address: 10.0.0.1}, b: {address: 10.0.0.2}, c: {address: 10.0.0.3}}
+robots: {k: {type: koala, host: a, settings: {rates: {odom: 10.0}}}}
+links:
+  - {kind: wlan, name: air, hosts: [a, b, c]}
+  - {kind: serial, host: a, robot: k, usb: {serial: A1}}
+multimaster: {provider: static, topics: [{topic: /k/odom, to: [b]}]}
+"""
+    document, found = load_text(text, "three.yaml", load_catalog())
+    assert document is not None, found
+    counted = budgets_of(document)
+    [network] = counted.networks
+    assert [(one.topic, one.origin, one.to) for one in network.flows] == [("/k/odom", "a", "b")]
+    assert [one.host for one in counted.hosts if "multimaster" in dict(one.parts)] == ["b"]
+
+
 def test_what_is_heard_where_it_is_made_crosses_no_network() -> None:
     text = (BROKEN / "camera-over-wlan.yaml").read_text("utf-8")
     for host, crossing in (("laptop", 963646 * 30), ("pi", 0)):

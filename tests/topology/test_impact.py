@@ -227,6 +227,19 @@ def test_single_points_leave_out_what_serves_one_robot() -> None:
     ]
 
 
+def test_a_master_of_one_host_is_no_single_point() -> None:
+    """It dies with its host, and takes nobody else along."""
+    hosts = {name: {"address": f"10.0.0.{number}"} for number, name in enumerate("abc", 1)}
+    robots = {f"k{name}": {"type": "koala", "host": name} for name in hosts}
+    lines = [
+        {"kind": "serial", "host": f"{name}", "robot": f"k{name}", "device": "/dev/ttyS0"} for name in hosts
+    ]
+    data: Data = {
+        "version": 1, "name": "three", "mode": "standalone", "hosts": hosts, "robots": robots, "links": lines,
+    }  # fmt: skip
+    assert single_points(impacts(spec_of(data))) == ()
+
+
 def test_optional_robots_are_counted_apart() -> None:
     robots = {**THREE["robots"], "epuck": {**THREE["robots"]["epuck"], "optional": True}}
     spec = spec_of({**THREE, "robots": robots, "mode": "leader", "leader": "laptop", **LED})
