@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from swarmctl.spec.topics import Topic
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE
-from swarmctl.topology.programs import INTERACTIVE
 from swarmctl.topology.swarm import Host, Program, Swarm
 
 
@@ -28,7 +27,7 @@ class ExpectedProgram:
 def programs_of(swarm: Swarm, host: Host) -> tuple[ExpectedProgram, ...]:
     """What runs on ``host`` by itself; who starts a program at a terminal knows how it is."""
     programs = swarm.programs_on(host.name)
-    return tuple(_program(swarm, host, one) for one in programs if one.said.use not in INTERACTIVE)
+    return tuple(_program(swarm, host, one) for one in programs if one.runs_by_itself)
 
 
 def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:

@@ -42,7 +42,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
 def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
     """A unit for each program of ``host`` that runs without a person at a terminal."""
     for program in swarm.programs_on(host.name):
-        if program.said.use not in INTERACTIVE:
+        if program.runs_by_itself:
             yield _unit(swarm, host, program)
 
 

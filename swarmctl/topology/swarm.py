@@ -10,6 +10,7 @@ from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Usb
 from swarmctl.spec.robot_type import RobotSettings, RobotType
 from swarmctl.topology import names
+from swarmctl.topology.programs import INTERACTIVE
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,11 @@ class Program:
     node: str
     said: model.Program
     commands: tuple[str, ...] = ()
+
+    @property
+    def runs_by_itself(self) -> bool:
+        """A unit runs it; not what is for a person at a terminal, nor a joystick that commands nobody."""
+        return self.said.use is None or (self.said.use not in INTERACTIVE and bool(self.commands))
 
 
 @dataclass(frozen=True)

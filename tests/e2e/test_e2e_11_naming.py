@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import Note
 from experiment import PATIENCE, seconds_to_health
-from labswarm import LEADER, SOURCE, LabSwarm, lab_of, within
+from labswarm import LEADER, SOURCE, LabSwarm, Note, lab_of, within
 
 SPEC = """\
 version: 1

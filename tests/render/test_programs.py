@@ -77,6 +77,13 @@ def test_a_program_for_a_person_at_a_terminal_has_a_command_and_no_unit(
     subprocess.run(["bash", "-n"], input=command.content, check=True)
 
 
+def test_a_joystick_that_commands_nobody_has_no_unit_to_fail(tmp_path: Path) -> None:
+    text = SPEC.read_text("utf-8")
+    (tmp_path / "swarm.yaml").write_text(text[: text.index("control:")], "utf-8")
+    made = rendered_of(tmp_path / "swarm.yaml")
+    assert "joystick" not in {unit.program for bundle in made.values() for unit in bundle.units}
+
+
 def test_a_shipped_program_is_told_its_node_and_where_its_robots_listen(
     rendered: Mapping[str, Bundle],
 ) -> None:

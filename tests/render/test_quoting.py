@@ -291,6 +291,7 @@ programs:
     environment: {{NOTE: {note}}}
   teleop: {{host: only, use: teleop-joy, environment: {{NOTE: {note}}}}}
   deep: {{host: only, package: wander, launch: deep.launch, params: {{text: {note}}}, optional: true}}
+control: [{{by: teleop, of: [r]}}]
 """
 
 
