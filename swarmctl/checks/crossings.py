@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Severity
 from swarmctl.spec.edits import mend, replace_value
-from swarmctl.spec.model import Crossing
+from swarmctl.spec.multimaster import Crossing
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.topology.interfaces import COMMON, DIAGNOSTICS, SENSORS

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
 from swarmctl.spec.edits import append_item, mend, remove, replace_value
-from swarmctl.spec.model import Multimaster
+from swarmctl.spec.multimaster import Multimaster
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.topology.modes import MULTIMASTER

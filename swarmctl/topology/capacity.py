@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
-from swarmctl.spec.model import Computer, Control, Multimaster, NetworkLink, Spec
+from swarmctl.spec.model import Computer, Control, NetworkLink, Spec
+from swarmctl.spec.multimaster import Multimaster
 from swarmctl.spec.robot_type import RobotType, merged
 from swarmctl.topology import modes, names
 from swarmctl.topology.boards import message_bytes

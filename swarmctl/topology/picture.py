@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 
-from swarmctl.spec.model import Bluetooth, Multimaster, NetworkLink, Serial, Spec
+from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.spec.multimaster import Multimaster
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import bridges_of

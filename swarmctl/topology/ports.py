@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from swarmctl.spec.model import Multimaster, Spec
+from swarmctl.spec.model import Spec
+from swarmctl.spec.multimaster import Multimaster
 from swarmctl.topology.swarm import Island
 
 SSH = "the SSH server"

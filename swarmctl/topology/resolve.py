@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from swarmctl.spec import model
 from swarmctl.spec.load import Document
+from swarmctl.spec.multimaster import Multimaster
 from swarmctl.spec.robot_type import RobotType, merged
 from swarmctl.topology import modes, names
 from swarmctl.topology.authority import Authority, commanded_by
@@ -43,7 +44,7 @@ def resolve(document: Document) -> Swarm:
         islands=islands,
         bridges=bridges_of(spec, document.types, islands, tuple(program_endpoints(spec))),
         programs=_programs(spec),
-        multimaster=spec.multimaster or model.Multimaster(),
+        multimaster=spec.multimaster or Multimaster(),
         time=spec.time.model_copy(update={"root": time_root(spec, islands)}),
     )
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Usb
+from swarmctl.spec.multimaster import Multimaster
 from swarmctl.spec.robot_type import RobotSettings, RobotType
 from swarmctl.topology import names
 from swarmctl.topology.programs import INTERACTIVE
@@ -169,7 +170,7 @@ class Swarm:
     islands: tuple[Island, ...]
     bridges: tuple[Bridge, ...] = ()
     programs: Mapping[str, Program] = field(default_factory=dict)
-    multimaster: model.Multimaster = field(default_factory=model.Multimaster)
+    multimaster: Multimaster = field(default_factory=Multimaster)
     time: model.Time = field(default_factory=model.Time)
 
     @cached_property
