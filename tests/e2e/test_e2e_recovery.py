@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -52,7 +52,12 @@ SPECS: Mapping[str, str] = {
     "standalone": BODY.format(mode="mode: standalone", optional="") + CONTROL + STATIC % LAPTOP,
     "combined": BODY.format(mode="mode: combined", optional="") + CONTROL + ISLANDS + STATIC % "big",
 }
-COMMANDING = {"leader": LAPTOP, "central": K3_PI, "standalone": LAPTOP, "combined": LAPTOP}
+SINGLE_MINDED = (
+    BODY.format(mode="mode: single-minded\nleader: koala-laptop", optional="")
+    .replace("host: k3-pi", "host: koala-laptop")
+    .replace("host: epuck-pi", "host: koala-laptop")
+)
+COMMANDING = dict.fromkeys(("single-minded", "leader", "standalone", "combined"), LAPTOP) | {"central": K3_PI}
 
 
 @pytest.fixture(scope="module")
@@ -136,25 +141,45 @@ KILLED = ("master killed", master_killed)
 HUB = ("hub rebooted", rebooted(LAPTOP))
 PEER = ("bridge peer rebooted", rebooted(K3_PI))
 LINK = (f"leader's link down {DOWN:g} s", cut_off)
-# Central is wired as leader is, and every hub of several is met in one of the last two.
 TABLE = {
     "leader": (KILLED, HUB, LINK),
-    "central": (KILLED,),
-    "standalone": (PEER, LINK),
-    "combined": (KILLED, PEER),
+    "central": (KILLED, HUB, LINK),
+    "standalone": (KILLED, HUB, LINK, PEER),
+    "combined": (KILLED, HUB, LINK, PEER),
 }
 
 
 @pytest.mark.parametrize("mode", TABLE)
 def test_the_swarm_is_whole_again_by_itself(isles: LabSwarm, mode: str, note: Note) -> None:
-    spec = deployed(isles, mode, SPECS[mode])
-    obeyed(isles, COMMANDING[mode])
-    for what, happen in TABLE[mode]:
-        with standing(isles):
-            happen(isles)
-            healthy = whole(isles, spec)
+    recovers(isles, deployed(isles, mode, SPECS[mode]), mode, TABLE[mode], note)
+
+
+def test_a_single_minded_swarm_is_whole_again_by_itself(workplace: Path, note: Note) -> None:
+    """One host has it all: no link can be cut, and there is no peer."""
+    folder = workplace / "alone"
+    folder.mkdir()
+    spec = folder / "single-minded.yaml"
+    spec.write_text(SINGLE_MINDED)
+    with lab_of(f"one-{os.getpid()}", spec, folder) as swarm:
+        mode = "single-minded"
+        recovers(swarm, deployed(swarm, mode, SINGLE_MINDED), mode, (KILLED, HUB), note)
+
+
+def recovers(
+    swarm: LabSwarm,
+    spec: Path,
+    mode: str,
+    faults: Sequence[tuple[str, Callable[[LabSwarm], None]]],
+    note: Note,
+) -> None:
+    """After each fault the swarm is whole again, and nobody moves before; the seconds go into the table."""
+    obeyed(swarm, COMMANDING[mode])
+    for what, happen in faults:
+        with standing(swarm):
+            happen(swarm)
+            healthy = whole(swarm, spec)
         began = time.monotonic()
-        obeyed(isles, COMMANDING[mode])
+        obeyed(swarm, COMMANDING[mode])
         orders = healthy + time.monotonic() - began
         note(f"{mode}: {what}", f"healthy {healthy:.1f} s, orders {orders:.1f} s", f"<= {LONGEST:g} s")
 
