@@ -17,7 +17,6 @@ import jinja2
 from swarmctl import resources
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
-_UDEV = re.compile(r"[A-Za-z0-9:._/-]*", re.ASCII)
 _WORD = re.compile(r"[A-Za-z0-9:._/@%+=,-]+", re.ASCII)
 _YAML_WORD = re.compile(
     r"(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z][a-z0-9-]*|[0-9]+(?:\.[0-9]+){3}",
@@ -35,6 +34,14 @@ def _plain(value: Any) -> str:
     text = ("true" if value else "false") if isinstance(value, bool) else str(value)
     if _CONTROL.search(text):
         raise UnsafeValueError(f"{text!r} holds control characters")
+    return text
+
+
+def _fitting(value: Any, pattern: str, complaint: str) -> str:
+    """The text of a value that needs no escaping, or a complaint that it does."""
+    text = _plain(value)
+    if not re.fullmatch(pattern, text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} {complaint}")
     return text
 
 
@@ -63,10 +70,7 @@ def sentence(value: Any) -> str:
 
 def variable(value: Any) -> str:
     """The name of an environment variable."""
-    text = _plain(value)
-    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text, re.ASCII):
-        raise UnsafeValueError(f"{text!r} is no name of an environment variable")
-    return text
+    return _fitting(value, r"[A-Za-z_][A-Za-z0-9_]*", "is no name of an environment variable")
 
 
 def environment_file(value: Any) -> str:
@@ -87,42 +91,27 @@ def xml(value: Any) -> str:
 
 def word(value: Any) -> str:
     """A name that needs no quoting in any format: of a package, of a file."""
-    text = _plain(value)
-    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", text, re.ASCII):
-        raise UnsafeValueError(f"{text!r} is no plain name")
-    return text
+    return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is no plain name")
 
 
 def udev(value: Any) -> str:
     """A value between quotes in a udev rule; only what needs no escaping passes."""
-    text = _plain(value)
-    if not _UDEV.fullmatch(text):
-        raise UnsafeValueError(f"{text!r} cannot stand in a udev rule")
-    return text
+    return _fitting(value, r"[A-Za-z0-9:._/-]*", "cannot stand in a udev rule")
 
 
 def hosts(value: Any) -> str:
     """An address or a name in /etc/hosts."""
-    text = _plain(value)
-    if not re.fullmatch(r"[A-Za-z0-9:.-]+", text, re.ASCII):
-        raise UnsafeValueError(f"{text!r} cannot stand in /etc/hosts")
-    return text
+    return _fitting(value, r"[A-Za-z0-9:.-]+", "cannot stand in /etc/hosts")
 
 
 def chrony(value: Any) -> str:
     """A name, an address or a subnet in chrony.conf."""
-    text = _plain(value)
-    if not re.fullmatch(r"[A-Za-z0-9:./-]+", text, re.ASCII):
-        raise UnsafeValueError(f"{text!r} cannot stand in chrony.conf")
-    return text
+    return _fitting(value, r"[A-Za-z0-9:./-]+", "cannot stand in chrony.conf")
 
 
 def section(value: Any) -> str:
     """The name of a section of a key file, such as NetworkManager reads."""
-    text = _plain(value)
-    if not re.fullmatch(r"[A-Za-z0-9.-]+", text, re.ASCII):
-        raise UnsafeValueError(f"{text!r} cannot be the name of a section")
-    return text
+    return _fitting(value, r"[A-Za-z0-9.-]+", "cannot be the name of a section")
 
 
 def scalar(value: Any) -> str:
