@@ -16,8 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.lab.emulators import TYPES, emulator
+from swarmctl.lab.emulators.cable import WAITING_LIMIT, Cable
 from swarmctl.lab.emulators.faults import Faults
-from swarmctl.lab.emulators.port import WAITING_LIMIT, Cable, Port
+from swarmctl.lab.emulators.port import Port
 
 
 @pytest.fixture(autouse=True)

@@ -64,11 +64,14 @@ class Faults:
         """Whether a fault of ``probability`` happens this time."""
         return probability > 0.0 and random.random() < probability
 
-    def pieces(self, answer: bytes, refusal: bytes, random: Random) -> list[tuple[float, bytes]]:
-        """What goes out in place of ``answer``: pieces, each with the seconds to wait before it."""
+    def pieces(self, answer: bytes, refusal: bytes | None, random: Random) -> list[tuple[float, bytes]]:
+        """What goes out in place of ``answer``: pieces, each with the seconds to wait before it.
+
+        Without a ``refusal``, as for what was said unasked, there is no error.
+        """
         if self.strikes(self.drop, random):
             return []
-        if self.strikes(self.error, random):
+        if refusal is not None and self.strikes(self.error, random):
             answer = refusal
         if self.strikes(self.truncate, random):
             answer = answer[: len(answer) // 2]

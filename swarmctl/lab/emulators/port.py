@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import grp
+import math
 import os
 import select
-import struct
-import termios
 import threading
 import time
-import tty
-from collections import deque
-from contextlib import suppress
 from dataclasses import asdict, dataclass
-from fcntl import ioctl
 from pathlib import Path
 from random import Random
 from types import TracebackType
 
+from swarmctl.lab.emulators.cable import Cable
 from swarmctl.lab.emulators.faults import Faults
-from swarmctl.lab.emulators.robot import Robot, State
+from swarmctl.lab.emulators.robot import NoticesPort, Robot, State
 
 PTMX = Path("/dev/ptmx")
-GROUP = "dialout"
-MODE = 0o660
-WAITING_LIMIT = 1 << 16  # bytes kept for a reader that does not read; replies past it are lost
-RETRY = 0.05  # until a full pty is tried again, s
-
-TIOCGPTN = 0x80045430  # the ioctls that termios does not name everywhere
-TIOCSPTLCK = 0x40045431
-TIOCGPTPEER = 0x5441
+LOOK_EVERY = 0.02  # for a robot that notices when its port is opened: a pty does not tell, s
 
 
 @dataclass(frozen=True)
@@ -39,121 +27,11 @@ class Snapshot(State):
     plugged: bool
 
 
-class Cable:
-    """One pty from plugging in to pulling out. Its master side is owned by the thread that serves it."""
-
-    def __init__(self, ptmx: Path) -> None:
-        self.master = os.open(ptmx, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
-        try:
-            ioctl(self.master, TIOCSPTLCK, struct.pack("i", 0))
-            (number,) = struct.unpack("I", ioctl(self.master, TIOCGPTN, bytes(4)))
-            tty.setraw(self.master)
-            self._prepare_slave()
-        except BaseException:
-            os.close(self.master)
-            raise
-        folder = ptmx.parent / "pts"  # the machine's own ptmx stands beside its devpts, all others within
-        self.path = (folder if folder.is_dir() else ptmx.parent) / str(number)
-        self.wake = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
-        self.pulled = False
-        self._waiting: deque[tuple[float, bytes]] = deque()
-        self._size = 0
-        self._sent = False  # since the port was last opened
-        self._full = False  # the pty takes no more for now
-        self._more = False  # the pty may have more to read
-
-    def _open_slave(self) -> int:
-        return ioctl(self.master, TIOCGPTPEER, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
-
-    def _prepare_slave(self) -> None:
-        """Give it the mode of a serial port. Opened and closed once, it also tells when nobody has it."""
-        slave = self._open_slave()
-        try:
-            with suppress(KeyError, PermissionError):
-                os.fchown(slave, -1, grp.getgrnam(GROUP).gr_gid)
-            os.fchmod(slave, MODE)
-        finally:
-            os.close(slave)
-
-    def read(self) -> bytes:
-        """What has arrived. When nobody has the port open any more, what was left unread is thrown away."""
-        arrived = bytearray()
-        self._more = True
-        try:
-            while len(arrived) < WAITING_LIMIT:
-                arrived += os.read(self.master, 4096)
-            return bytes(arrived)
-        except BlockingIOError:
-            pass
-        except OSError:  # nobody has the port open
-            if self._sent:
-                self._forget_unread()
-        self._more = False
-        return bytes(arrived)
-
-    def _forget_unread(self) -> None:
-        with suppress(OSError):
-            slave = self._open_slave()
-            try:
-                termios.tcflush(slave, termios.TCIFLUSH)
-            finally:
-                os.close(slave)
-        self._sent = False
-
-    def put(self, pieces: list[tuple[float, bytes]]) -> None:
-        """Queue pieces, each the given seconds after the one before; nothing overtakes what is queued."""
-        if self._size + sum(len(data) for _, data in pieces) > WAITING_LIMIT:
-            return
-        due = time.monotonic()
-        for wait, data in pieces:
-            due += wait
-            self._waiting.append((due, data))
-            self._size += len(data)
-
-    def write(self) -> None:
-        """Send what is due. To a port that nobody has open it is lost, as on a real line."""
-        self._full = False
-        while self._waiting and self._waiting[0][0] <= time.monotonic():
-            due, data = self._waiting.popleft()
-            self._size -= len(data)
-            if not self._is_open():
-                continue
-            self._sent = True
-            try:
-                written = os.write(self.master, data)
-            except BlockingIOError:
-                written = 0
-            except OSError:
-                continue
-            if written < len(data):
-                self._waiting.appendleft((due, data[written:]))
-                self._size += len(data) - written
-                self._full = True
-                return
-
-    def _is_open(self) -> bool:
-        poll = select.poll()
-        poll.register(self.master, 0)
-        return not poll.poll(0)
-
-    def patience(self) -> float | None:
-        """Seconds until there is something to read or write; None if that needs an event first."""
-        if self._more:
-            return 0.0
-        if not self._waiting:
-            return None
-        return RETRY if self._full else max(0.0, self._waiting[0][0] - time.monotonic())
-
-    def close(self) -> None:
-        os.close(self.master)
-        os.close(self.wake)
-
-
 class Port:
     """One robot and its cable. The robot moves by the monotonic clock, plugged or not, watched or not.
 
     Its motion is worked out when somebody commands or asks, and exactly, so a port with a quiet line costs
-    nothing. ``faults`` may be set at any time.
+    nothing unless the robot speaks unasked or notices who opens its port. ``faults`` may be set at any time.
     """
 
     def __init__(self, robot: Robot, ptmx: Path = PTMX) -> None:
@@ -162,6 +40,7 @@ class Port:
         self._lock = threading.RLock()
         self._moved_at = time.monotonic()
         self._cable: Cable | None = None
+        self._is_open = False  # as the robot was last told
         self._thread: threading.Thread | None = None
         self.faults = Faults()
 
@@ -195,13 +74,17 @@ class Port:
     def unplug(self) -> None:
         """Pull the cable out: readers are hung up on, the robot goes on as last told. Harmless when out."""
         with self._lock:
-            cable, thread = self._cable, self._thread
-            self._cable = None
-            if cable:
-                cable.pulled = True
-                os.eventfd_write(cable.wake, 1)
+            thread = self._thread
+            self._pull()
         if thread and thread is not threading.current_thread():
             thread.join()
+
+    def _pull(self) -> None:
+        """Take the cable away. The thread that serves it ends by itself."""
+        cable, self._cable = self._cable, None
+        if cable:
+            cable.pulled = True
+            os.eventfd_write(cable.wake, 1)
 
     close = unplug
 
@@ -234,9 +117,21 @@ class Port:
                 os.eventfd_write(self._cable.wake, 1)
 
     def _catch_up(self) -> None:
+        """Let the robot live until now; what it says unasked goes out, or is lost without a cable."""
         now = time.monotonic()
-        self.robot.advance(now - self._moved_at)
+        said = self.robot.live(now - self._moved_at)
         self._moved_at = now
+        for frame in said:
+            self._answer(frame)
+
+    def _answer(self, answer: bytes, refusal: bytes | None = None) -> None:
+        """Send ``answer`` as the faults allow. Only what was asked for has a ``refusal``."""
+        if self._cable is None:
+            return
+        if self._faults.strikes(self._faults.vanish, self._random):
+            self._pull()
+        else:
+            self._cable.put(self._faults.pieces(answer, refusal, self._random))
 
     def _serve(self, cable: Cable) -> None:
         # Edge-triggered: a port that nobody has open reports that once, not for ever.
@@ -244,18 +139,36 @@ class Port:
             events.register(cable.master, select.EPOLLIN | select.EPOLLOUT | select.EPOLLET)
             events.register(cable.wake, select.EPOLLIN | select.EPOLLET)
             while not cable.pulled:
-                events.poll(cable.patience())
+                events.poll(self._patience(cable))
                 with self._lock:
-                    if data := cable.read():
-                        self._take(cable, data)
+                    data = cable.read()
+                    self._notice(cable.is_open() or bool(data))
+                    if data or self.robot.unasked_due() < math.inf:
+                        self._catch_up()
+                    for answer in self.robot.replies(data) if data else ():
+                        self._answer(answer, self.robot.refusal)
                     if not cable.pulled:
                         cable.write()
+        self._notice(False)
         cable.close()
 
-    def _take(self, cable: Cable, data: bytes) -> None:
-        self._catch_up()
-        for answer in self.robot.replies(data):
-            if self._faults.strikes(self._faults.vanish, self._random):
-                self.unplug()
+    def _patience(self, cable: Cable) -> float | None:
+        """Seconds until the line or the robot wants something; None if that needs an event first."""
+        with self._lock:
+            due = self.robot.unasked_due() - (time.monotonic() - self._moved_at)
+        if isinstance(self.robot, NoticesPort):
+            due = min(due, LOOK_EVERY)
+        waiting = cable.patience()
+        if waiting is not None:
+            due = min(due, waiting)
+        return max(0.0, due) if due < math.inf else None
+
+    def _notice(self, is_open: bool) -> None:
+        """Tell the robot, if it cares, that its port has been opened or closed."""
+        with self._lock:
+            if is_open == self._is_open:
                 return
-            cable.put(self._faults.pieces(answer, self.robot.refusal, self._random))
+            self._is_open = is_open
+            if isinstance(self.robot, NoticesPort):
+                self._catch_up()
+                self.robot.opened() if is_open else self.robot.closed()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol, runtime_checkable
 
 from swarmctl.lab.emulators.motion import Chassis
 from swarmctl.lab.emulators.world import Wall, ripple
@@ -33,9 +34,10 @@ class State:
 
 
 class Robot(ABC):
-    """One robot without clock or wire: ``receive`` what the host writes, ``advance`` time, see its ``state``.
+    """One robot without clock or wire: ``receive`` bytes, ``live`` some time, see its ``state``.
 
-    None of these robots has a dead-man of its own: the last speed stays until another one arrives.
+    A robot that speaks unasked tells when by ``unasked_due``; see ``NoticesPort`` for one that notices when
+    its port is opened.
     """
 
     type_name: ClassVar[str]
@@ -69,6 +71,26 @@ class Robot(ABC):
         """Let ``dt`` seconds pass."""
         self.chassis.advance(dt)
 
+    def unasked_due(self) -> float:
+        """Seconds until the robot wants to say something that nobody asked for; infinite if it never does."""
+        return math.inf
+
+    def unasked(self) -> list[bytes]:
+        """What it wants to say now that ``unasked_due`` is 0; after that it is due later."""
+        return []
+
+    def live(self, dt: float) -> list[bytes]:
+        """Let ``dt`` seconds pass; gives what the robot says unasked in them."""
+        said: list[bytes] = []
+        while (due := max(0.0, self.unasked_due())) <= dt:
+            self.advance(due)
+            dt -= due
+            said += self.unasked()
+            if self.unasked_due() <= 0.0:
+                raise RuntimeError(f"{type(self).__name__}.unasked_due() is still 0 after unasked()")
+        self.advance(dt)
+        return said
+
     @property
     def state(self) -> State:
         chassis = self.chassis
@@ -97,6 +119,17 @@ class Robot(ABC):
         """A quiet reading of ``channels`` sensors around ``level``; the next one differs a little."""
         self._samples += 1
         return [level + ripple(channel, self._samples) for channel in range(channels)]
+
+
+@runtime_checkable
+class NoticesPort(Protocol):
+    """A robot that notices when a program opens its port, as an Arduino UNO does, which is reset by it."""
+
+    def opened(self) -> None:
+        """A program has opened the port, which nobody had open."""
+
+    def closed(self) -> None:
+        """Nobody has the port open any more."""
 
 
 class LineRobot(Robot):
