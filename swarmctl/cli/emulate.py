@@ -19,7 +19,6 @@ from swarmctl.cli import console, exits
 
 if TYPE_CHECKING:
     from swarmctl.lab.emulators import Robot
-    from swarmctl.lab.emulators.faults import Faults
     from swarmctl.lab.emulators.port import Port, Snapshot
 
 LOOK_EVERY = 0.05  # s
@@ -32,8 +31,11 @@ def emulate(
     link: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Make this a symbolic link to the port while it runs.")
     ] = None,
-    firmware: Annotated[
-        int | None, typer.Option(metavar="2|3", help="Firmware generation of a khepera3: 2 or 3.")
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="NAME=VALUE", help="Repeatable: firmware=3, selector=5, battery=0.2 ..."
+        ),
     ] = None,
     fault: Annotated[
         list[str] | None,
@@ -44,22 +46,22 @@ def emulate(
         float | None,
         typer.Option(min=0.0, metavar="SECONDS", help="End after this time; else run until Ctrl-C."),
     ] = None,
-    list_types: Annotated[bool, typer.Option("--list", help="List the robot types.")] = False,
+    list_types: Annotated[
+        bool, typer.Option("--list", help="List the robot types and what may be set.")
+    ] = False,
 ) -> None:
     """Run one emulated robot on a pty: it answers as its manual says and moves as its wheels turn.
 
     The port's path comes first, then the pose: live on a terminal, elsewhere a line when the wheels change.
     """
-    from swarmctl.lab.emulators import TYPES
     from swarmctl.lab.emulators.port import Port
 
     if list_types:
-        print(json_format.dumps(list(TYPES)) if json else "\n".join(TYPES))
+        _list_types(json)
         return
-    robot = _robot(type_name, firmware)
-    faults = _faults(fault or [])
-    with _ended_by_signals(), Port(robot) as port, _Link(link) as shown:
-        port.faults = faults
+    port = Port(_robot(type_name, settings or []))
+    _set_faults(port, fault or [])
+    with _ended_by_signals(), port, _Link(link) as shown:
         report = _Report(json=json, live=sys.stdout.isatty() and not json)
         try:
             _watch(port, shown, report, seconds)
@@ -67,10 +69,30 @@ def emulate(
             report.end(port.snapshot())
 
 
-def _robot(type_name: str | None, firmware: int | None) -> Robot:
+def _list_types(json: bool) -> None:
+    from swarmctl.lab.emulators import TYPES
+    from swarmctl.lab.emulators.settings import settings_of
+
+    found = [
+        {"type": name, "title": _title(robot), "settings": list(settings_of(robot))}
+        for name, robot in TYPES.items()
+    ]
+    if json:
+        print(json_format.dumps(found))
+        return
+    for one in found:
+        print(f"{one['type']:14}{one['title']}\n{'':14}--set {', '.join(one['settings'])}")
+
+
+def _title(robot: type[Robot]) -> str:
+    return (robot.__doc__ or "").splitlines()[0].replace("``", "`")
+
+
+def _robot(type_name: str | None, texts: list[str]) -> Robot:
     import difflib
 
-    from swarmctl.lab.emulators import TYPES, emulator
+    from swarmctl.lab.emulators import TYPES
+    from swarmctl.lab.emulators.settings import build, parsed
 
     known = f"the types are {', '.join(TYPES)}"
     if type_name is None:
@@ -79,21 +101,17 @@ def _robot(type_name: str | None, firmware: int | None) -> Robot:
         near = difflib.get_close_matches(type_name.lower(), TYPES, 1)
         meant = f"did you mean `{near[0]}`? " if near else ""
         console.fail(f"unknown robot type `{type_name}`", f"{meant}{known}", code=exits.USAGE)
-    if firmware is None:
-        return emulator(type_name)
     try:
-        return emulator(type_name, firmware=firmware)
-    except TypeError:
-        console.fail(f"a {type_name} has no --firmware to choose", "leave the option out", code=exits.USAGE)
+        return build(TYPES[type_name], parsed(TYPES[type_name], texts))
     except ValueError as error:
-        console.fail(str(error), code=exits.USAGE)
+        console.fail(f"a {type_name}: {error}", code=exits.USAGE)
 
 
-def _faults(settings: list[str]) -> Faults:
+def _set_faults(port: Port, texts: list[str]) -> None:
     from swarmctl.lab.emulators.faults import Faults
 
     try:
-        return Faults.parse(settings)
+        port.faults = Faults.parse(texts)
     except ValueError as error:
         console.fail(str(error), "for example --fault delay=0.2 --fault drop=0.1", code=exits.USAGE)
 

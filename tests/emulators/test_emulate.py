@@ -58,7 +58,7 @@ def test_a_robot_runs_until_it_is_interrupted(
 
 
 def test_json_says_the_same_in_documents(start: Callable[..., subprocess.Popen[str]]) -> None:
-    process = start("khepera3", "--firmware", "3", "--json", "--seconds", "0.5")
+    process = start("khepera3", "--set", "firmware=3", "--json", "--seconds", "0.5")
     assert process.stdout
     port = json.loads(process.stdout.readline())["port"]
     with serial.Serial(port, timeout=2.0) as driver:
@@ -88,7 +88,15 @@ def test_a_port_that_vanished_comes_back_under_its_link(
 
 
 def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> None:
-    assert start("--list").communicate(timeout=5)[0].split() == ["koala", "khepera3", "epuck"]
+    listed = start("--list").communicate(timeout=5)[0]
+    for name in ("koala", "koala-2.5", "khepera3", "epuck", "epuck2", "arduino-rover"):
+        assert f"\n{name} " in "\n" + listed
+    told = json.loads(start("--list", "--json").communicate(timeout=5)[0])
+    assert {one["type"]: one["settings"] for one in told}["epuck"] == [
+        "wheel_separation",
+        "selector",
+        "battery",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -96,9 +104,16 @@ def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> No
     [
         (["koalla"], "did you mean `koala`?"),
         ([], "which robot?"),
-        (["koala", "--firmware", "2"], "a koala has no --firmware"),
-        (["khepera3", "--firmware", "4"], "firmware 2 or 3"),
+        (["koala", "--set", "firmware=2"], "unknown setting 'firmware'"),
+        (["khepera3", "--set", "firmware=4"], "firmware 2 or 3"),
+        (["khepera3", "--set", "firmware=new"], "'firmware' is a whole number"),
+        (["khepera3", "--set", "server=perhaps"], "'server' is true or false"),
+        (["epuck", "--set", "selecter=5"], "did you mean 'selector'?"),
+        (["epuck", "--set", "selector=16"], "a position from 0 to 15"),
+        (["koala", "--set", "battery=2"], "between 0 (empty) and 1 (full)"),
+        (["koala", "--set", "wheel_separation=0"], "a distance in m"),
         (["koala", "--fault", "dely=1"], "did you mean 'delay'?"),
+        (["koala", "--fault", "wrong_md5=1"], "for robots that speak rosserial"),
     ],
 )
 def test_a_wrong_call_says_how_it_would_be_right(

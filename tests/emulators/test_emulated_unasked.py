@@ -24,7 +24,7 @@ class Talker(Robot):
     """Counts aloud, twenty times a second, from the moment its port is opened."""
 
     type_name: ClassVar[str] = "talker"
-    refusal: ClassVar[bytes] = b"?\n"
+    refusal = b"?\n"
 
     def __init__(self) -> None:
         super().__init__(Chassis(wheel_separation=0.1, metres_per_count=1.0, counter_bits=16))

@@ -1,24 +1,55 @@
-"""Robots that answer on a pty as their manuals say, and move as their wheels turn."""
+"""Robots that answer on a pty as their manuals say, and move as their wheels turn.
+
+An emulator of one's own is a class derived from ``LineRobot``; see docs/emulators.md.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+from swarmctl.lab.emulators.arduino_rover import ArduinoRover
 from swarmctl.lab.emulators.epuck import EPuck
+from swarmctl.lab.emulators.epuck2 import EPuck2
 from swarmctl.lab.emulators.khepera3 import Khepera3
 from swarmctl.lab.emulators.koala import Koala
-from swarmctl.lab.emulators.robot import Robot, State
+from swarmctl.lab.emulators.koala25 import Koala25
+from swarmctl.lab.emulators.motion import Chassis
+from swarmctl.lab.emulators.robot import LineRobot, Robot, State, reply
+from swarmctl.lab.emulators.settings import build
+from swarmctl.lab.emulators.world import Sensor, Wall, distance
 
-TYPES: dict[str, type[Robot]] = {robot.type_name: robot for robot in (Koala, Khepera3, EPuck)}
+TYPES: dict[str, type[Robot]] = {
+    robot.type_name: robot for robot in (Koala, Koala25, Khepera3, EPuck, EPuck2, ArduinoRover)
+}
 
 
-def emulator(type_name: str, **options: Any) -> Robot:
+def emulator(
+    type_name: str,
+    *,
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    walls: Iterable[Wall] = (),
+    **settings: Any,
+) -> Robot:
     """A robot of ``type_name``, at rest.
 
-    All take ``pose``, ``walls`` and ``wheel_separation``, a khepera3 also ``firmware``. Raises ``KeyError``
-    for a type that is not in ``TYPES``, ``TypeError`` or ``ValueError`` for a wrong option.
+    Raises ``KeyError`` for a type that is not in ``TYPES``, ``ValueError`` for a wrong setting.
     """
-    return TYPES[type_name](**options)
+    robot = build(TYPES[type_name], settings)
+    robot.chassis.place(*pose)
+    robot.walls = tuple(walls)
+    return robot
 
 
-__all__ = ["TYPES", "Robot", "State", "emulator"]
+__all__ = [
+    "TYPES",
+    "Chassis",
+    "LineRobot",
+    "Robot",
+    "Sensor",
+    "State",
+    "Wall",
+    "distance",
+    "emulator",
+    "reply",
+]

@@ -76,6 +76,11 @@ class Cable:
         self._more = False
         return bytes(arrived)
 
+    def leave(self) -> bytes:
+        """What has arrived stays where it is, and soon nobody can write any more."""
+        self._more = False
+        return b""
+
     def _forget_unread(self) -> None:
         with suppress(OSError):
             slave = self._open_slave()

@@ -1,17 +1,17 @@
-"""The Khepera III (K-Team): typed arguments, ``$`` for errors, waiting input lost at each answer."""
+"""The Khepera III (K-Team): typed arguments, ``$`` for errors, and a clock in what it measures."""
 
 from __future__ import annotations
 
 import math
 import re
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from swarmctl.lab.emulators.motion import Chassis, clamp, wrap
 from swarmctl.lab.emulators.robot import LineRobot, reply
-from swarmctl.lab.emulators.world import Sensor, Wall, distance
+from swarmctl.lab.emulators.world import Sensor, distance
 
 WHEEL_DIAMETER = 0.041
 TOP_SPEED = 0.2986  # what the speed regulator reaches, m/s
@@ -54,6 +54,8 @@ ULTRASOUND_REACH = 4.0
 ROOM = 2.4  # where the background echoes from, m
 
 US_MASK, IR_MASK = 0, 4
+LIGHTS = ("led0", "led1")
+CAPACITY = 1350  # of the battery, mAh
 
 LEADING_NUMBER = re.compile(r"\s*([+-]?[0-9]+)")
 
@@ -69,36 +71,45 @@ def typed(argument: str) -> int:
     return leading_number(" " + argument[1:])
 
 
-class Khepera3(LineRobot):
-    """Command letters are capitals; ``z`` acknowledges ``Z``. ``firmware`` is 2 or 3.
+def plain(argument: str) -> int:
+    """An argument read by its type letter: ``l`` for 32 bits, ``d`` for 16, none for 8."""
+    if argument[:1] in ("l", "d"):
+        return wrap(leading_number(argument[1:]), 32 if argument[0] == "l" else 16)
+    return wrap(leading_number(argument), 8)
 
-    Whatever has arrived when an answer leaves is thrown away, as the robot flushes its input first.
+
+class Khepera3(LineRobot):
+    """Khepera III, ``firmware`` 2 or 3, alone or with K-Team's ``server`` on its KoreBot in between.
+
+    Command letters are capitals; ``z`` acknowledges ``Z``. The server throws away whatever has arrived when
+    an answer leaves, and blanks the first character of an argument that has a type. How the bare robot
+    takes an argument without its type letter is not documented; here it has 8 bits then.
     """
 
     type_name: ClassVar[str] = "khepera3"
-    refusal: ClassVar[bytes] = b"$\r\n"
+    refusal = b"$\r\n"
     longest_line: ClassVar[int] = 82
 
     def __init__(
         self,
         *,
         firmware: int = 2,
+        server: bool = True,
         wheel_separation: float = 0.0884,
-        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        walls: Sequence[Wall] = (),
     ) -> None:
         if firmware not in FIRMWARES:
             raise ValueError(f"a khepera3 has firmware 2 or 3, not {firmware!r}")
         self.firmware = FIRMWARES[firmware]
+        self.server = server
+        self._typed = typed if server else plain
         super().__init__(
             Chassis(
                 wheel_separation=wheel_separation,
                 metres_per_count=math.pi * WHEEL_DIAMETER / self.firmware.counts_per_turn,
                 counter_bits=32,
-                pose=pose,
-            ),
-            walls,
+            )
         )
+        self.lights = dict.fromkeys(LIGHTS, 0)
         self._set_defaults()
         self._handlers: dict[str, tuple[int, Callable[..., bytes]]] = {
             "A": (1, self._braitenberg_mode),
@@ -111,7 +122,7 @@ class Khepera3(LineRobot):
             "H": (4, lambda *_: reply("h")),
             "I": (2, self._set_counters),
             "J": (2, self._set_profile),
-            "K": (2, lambda *_: reply("k")),
+            "K": (2, self._set_led),
             "L": (2, self._open_loop),
             "M": (0, self._initialise_motors),
             "N": (0, lambda: reply("n", *self._proximity(), self._timestamp())),
@@ -130,6 +141,8 @@ class Khepera3(LineRobot):
         self._time_zero = self.chassis.time
 
     def replies(self, data: bytes) -> list[bytes]:
+        if not self.server:
+            return super().replies(data)
         for byte in data:
             answer = self._push(byte)
             if answer is not None:
@@ -161,17 +174,17 @@ class Khepera3(LineRobot):
             self.chassis.drive(*speeds)
 
     def _set_speed(self, left: str, right: str) -> bytes:
-        self._drive(typed(left), typed(right), TOP_SPEED, LEAST_SPEED)
+        self._drive(self._typed(left), self._typed(right), TOP_SPEED, LEAST_SPEED)
         return reply("d")
 
     def _open_loop(self, left: str, right: str) -> bytes:
-        self._drive(typed(left), typed(right), TOP_SPEED_OPEN_LOOP)
+        self._drive(self._typed(left), self._typed(right), TOP_SPEED_OPEN_LOOP)
         return reply("l")
 
     def _move(self, left: str, right: str, speed: float) -> None:
         if not self._braitenberg:
             for wheel, target in zip(self.chassis.wheels, (left, right), strict=True):
-                wheel.go_to(typed(target), speed)
+                wheel.go_to(self._typed(target), speed)
 
     def _go_to_with_profile(self, left: str, right: str) -> bytes:
         self._move(left, right, self._metres_per_second(self._profile_speed, TOP_SPEED, LEAST_SPEED))
@@ -182,7 +195,7 @@ class Khepera3(LineRobot):
         return reply("p")
 
     def _set_profile(self, speed: str, _: str) -> bytes:
-        self._profile_speed = typed(speed)
+        self._profile_speed = self._typed(speed)
         return reply("j")
 
     def _initialise_motors(self) -> bytes:
@@ -203,7 +216,7 @@ class Khepera3(LineRobot):
         return reply("a")
 
     def _set_counters(self, left: str, right: str) -> bytes:
-        self.chassis.left.count, self.chassis.right.count = typed(left), typed(right)
+        self.chassis.left.count, self.chassis.right.count = self._typed(left), self._typed(right)
         return reply("i")
 
     def _speeds(self) -> list[int]:
@@ -213,6 +226,13 @@ class Khepera3(LineRobot):
 
     def _counters(self) -> list[int]:
         return [wheel.count for wheel in self.chassis.wheels]
+
+    def _set_led(self, led: str, state: str) -> bytes:
+        number, action = leading_number(led), leading_number(state)
+        if number in (0, 1):
+            name = LIGHTS[number]
+            self.lights[name] = action if action in (0, 1) else 1 - self.lights[name]
+        return reply("k")
 
     # Sensors
 
@@ -234,7 +254,7 @@ class Khepera3(LineRobot):
         return reply("z")
 
     def _configure(self, index: str, value: str) -> bytes:
-        self._settings[wrap(leading_number(index), 16)] = wrap(typed(value), 16)
+        self._settings[wrap(leading_number(index), 16)] = wrap(self._typed(value), 16)
         return reply("c")
 
     def _ultrasound(self, number: str) -> bytes:
@@ -252,12 +272,12 @@ class Khepera3(LineRobot):
     def _battery(self, quantity: str) -> bytes:
         ripple = self._background(0, 6)
         values: dict[int, tuple[int | str, ...]] = {
-            0: (7, 6500 + ripple[0]),
+            0: (7, round(9000 * self.battery) + ripple[0]),
             1: (-312 - ripple[1], 5000),
             2: (-305 - ripple[2], 5000),
-            3: (f"{1180 + ripple[3]:03d}",),
+            3: (f"{round(CAPACITY * self.battery) + ripple[3]:03d}",),
             4: (27, 1000 * ripple[4]),
-            5: (86,),
+            5: (round(100 * self.battery),),
         }
         number = leading_number(quantity)
         return reply("v", *values[number]) if number in values else self.refusal

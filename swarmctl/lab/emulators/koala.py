@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Sequence
 from typing import ClassVar
 
+from swarmctl.lab.emulators.kteam import Handlers, answered
 from swarmctl.lab.emulators.motion import Chassis, Wheel, clamp
 from swarmctl.lab.emulators.robot import LineRobot, reply
-from swarmctl.lab.emulators.world import Sensor, Wall, distance
+from swarmctl.lab.emulators.world import Sensor, distance
 
 METRES_PER_PULSE = 0.045e-3
 SPEED_UNIT = 4.5e-3  # one pulse per 10 ms, in m/s
@@ -29,37 +28,29 @@ LEFT_SIDE = (
 )
 SENSORS = LEFT_SIDE + tuple(Sensor(sensor.x, -sensor.y, -sensor.heading) for sensor in LEFT_SIDE)
 
-NUMBER = re.compile(r"[+-]?[0-9]{1,10}")
+LIGHTS = ("led0", "led1")
+EMPTY, FULL = 550, 650  # of the battery, in steps of 20 mV
 
 SPEED_MODE, POSITION_MODE, PWM_MODE = 1, 0, 2
 
 
 class Koala(LineRobot):
-    """Answers with the small letter of the command, or ``z,Protocol error`` if it does not understand."""
+    """Koala (classic): decimal numbers between commas, ``z,Protocol error`` for what it does not understand.
+
+    No turret is fitted, so ``T`` is refused; the extension bus reads as it floats.
+    """
 
     type_name: ClassVar[str] = "koala"
-    refusal: ClassVar[bytes] = b"z,Protocol error\r\n"
-    longest_line: ClassVar[int] = 128
+    refusal = b"z,Protocol error\r\n"
 
-    def __init__(
-        self,
-        *,
-        wheel_separation: float = 0.29,
-        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        walls: Sequence[Wall] = (),
-    ) -> None:
+    def __init__(self, *, wheel_separation: float = 0.29) -> None:
         super().__init__(
-            Chassis(
-                wheel_separation=wheel_separation,
-                metres_per_count=METRES_PER_PULSE,
-                counter_bits=32,
-                pose=pose,
-            ),
-            walls,
+            Chassis(wheel_separation=wheel_separation, metres_per_count=METRES_PER_PULSE, counter_bits=32)
         )
+        self.lights = dict.fromkeys(LIGHTS, 0)
         self._mode = SPEED_MODE
         self._profile = (PROFILE_SPEED, PROFILE_SPEED)
-        self._handlers: dict[str, tuple[int, Callable[..., bytes]]] = {
+        self._handlers: Handlers = {
             "A": (3, lambda *_: reply("a")),
             "B": (0, lambda: reply("b", "5.00", "1.00")),
             "C": (2, self._go_to),
@@ -76,19 +67,12 @@ class Koala(LineRobot):
             "N": (0, lambda: reply("n", *self._proximity())),
             "O": (0, lambda: reply("o", *self._background(700, len(SENSORS)))),
             "P": (2, self._set_pwm),
+            "R": (1, lambda _: reply("r", 255)),
+            "W": (2, lambda *_: reply("w")),
         }
 
-    def replies(self, data: bytes) -> list[bytes]:
-        return [answer for byte in data if (answer := self._push(byte)) is not None]
-
     def answer(self, line: str) -> bytes:
-        letter, *fields = line.split(",")
-        if letter not in self._handlers:
-            return self.refusal
-        arity, handler = self._handlers[letter]
-        if len(fields) != arity or not all(NUMBER.fullmatch(field) for field in fields):
-            return self.refusal
-        return handler(*map(int, fields))
+        return answered(self._handlers, line, self.refusal)
 
     def power_cycle(self) -> bytes:
         self._mode = SPEED_MODE
@@ -127,7 +111,11 @@ class Koala(LineRobot):
         return reply("k", *status(self.chassis.left), *status(self.chassis.right))
 
     def _set_led(self, led: int, action: int) -> bytes:
-        return reply("l") if led in (0, 1) and action in (0, 1, 2) else self.refusal
+        if led not in (0, 1) or action not in (0, 1, 2):
+            return self.refusal
+        name = LIGHTS[led]
+        self.lights[name] = action if action < 2 else 1 - self.lights[name]
+        return reply("l")
 
     def _read_adc(self, channel: int) -> bytes:
         return reply("i", self._background(512, 8)[channel]) if 0 <= channel < 8 else self.refusal
@@ -137,7 +125,7 @@ class Koala(LineRobot):
         (4 mA; a turning motor draws more), 5 battery temperature (0.1 degC).
         """
         draw = [20 + round(200 * abs(wheel.speed)) for wheel in self.chassis.wheels]
-        quiet = [610, 40 + sum(draw) // 2, 235, *draw, 265]
+        quiet = [EMPTY + round((FULL - EMPTY) * self.battery), 40 + sum(draw) // 2, 235, *draw, 265]
         if not 0 <= quantity < len(quiet):
             return self.refusal
         return reply("m", quiet[quantity] + self._background(0, len(quiet))[quantity])

@@ -79,14 +79,19 @@ class Chassis:
         wheel_separation: float,
         metres_per_count: float,
         counter_bits: int,
-        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
+        if not wheel_separation > 0.0:
+            raise ValueError(f"'wheel_separation' is a distance in m, not {wheel_separation!r}")
         self.wheel_separation = wheel_separation
-        self.x, self.y, self.theta = pose
+        self.x = self.y = self.theta = 0.0
         self.left = Wheel(metres_per_count, counter_bits)
         self.right = Wheel(metres_per_count, counter_bits)
         self.distance = 0.0
         self.time = 0.0
+
+    def place(self, x: float, y: float, theta: float) -> None:
+        """Lift the robot and put it down elsewhere."""
+        self.x, self.y, self.theta = x, y, theta
 
     @property
     def wheels(self) -> tuple[Wheel, Wheel]:

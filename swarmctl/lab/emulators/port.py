@@ -7,6 +7,8 @@ import os
 import select
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from random import Random
@@ -20,7 +22,7 @@ PTMX = Path("/dev/ptmx")
 LOOK_EVERY = 0.02  # for a robot that notices when its port is opened: a pty does not tell, s
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Snapshot(State):
     """The robot's true state at one moment, and whether its cable is in."""
 
@@ -42,7 +44,8 @@ class Port:
         self._cable: Cable | None = None
         self._is_open = False  # as the robot was last told
         self._thread: threading.Thread | None = None
-        self.faults = Faults()
+        self._faults = Faults()
+        self._random = Random()
 
     @property
     def faults(self) -> Faults:
@@ -50,9 +53,12 @@ class Port:
 
     @faults.setter
     def faults(self, faults: Faults) -> None:
+        if faults.in_frames and not self.robot.speaks_frames:
+            raise ValueError(f"fault {faults.in_frames[0]!r} is for robots that speak rosserial")
         with self._lock:
             self._faults = faults
             self._random = Random(faults.seed)
+            self._wake()  # a robot that was stuck may take its bytes now
 
     @property
     def path(self) -> Path | None:
@@ -105,16 +111,27 @@ class Port:
 
     def power_cycle(self) -> None:
         """Switch the robot off and on: it stands, forgets, and prints its banner."""
+        with self.now() as robot:
+            self.send(robot.power_cycle())
+
+    @contextmanager
+    def now(self) -> Iterator[Robot]:
+        """The robot as it is at this moment, to be looked at and changed."""
         with self._lock:
             self._catch_up()
-            self.send(self.robot.power_cycle())
+            yield self.robot
+            self._wake()
 
     def send(self, data: bytes) -> None:
         """Have the robot send ``data`` unasked. Faults do not apply."""
         with self._lock:
             if self._cable:
                 self._cable.put([(0.0, data)])
-                os.eventfd_write(self._cable.wake, 1)
+                self._wake()
+
+    def _wake(self) -> None:
+        if self._cable:
+            os.eventfd_write(self._cable.wake, 1)
 
     def _catch_up(self) -> None:
         """Let the robot live until now; what it says unasked goes out, or is lost without a cable."""
@@ -130,8 +147,11 @@ class Port:
             return
         if self._faults.strikes(self._faults.vanish, self._random):
             self._pull()
+        elif self._faults.strikes(self._faults.banner, self._random):
+            self._cable.put([(0.0, self.robot.power_cycle())])
         else:
-            self._cable.put(self._faults.pieces(answer, refusal, self._random))
+            frame = self.robot.spoilt(answer, self._faults, self._random)
+            self._cable.put(self._faults.pieces(frame, refusal, self._random))
 
     def _serve(self, cable: Cable) -> None:
         # Edge-triggered: a port that nobody has open reports that once, not for ever.
@@ -141,7 +161,7 @@ class Port:
             while not cable.pulled:
                 events.poll(self._patience(cable))
                 with self._lock:
-                    data = cable.read()
+                    data = cable.leave() if self._faults.stuck else cable.read()
                     self._notice(cable.is_open() or bool(data))
                     if data or self.robot.unasked_due() < math.inf:
                         self._catch_up()

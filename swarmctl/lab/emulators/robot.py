@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Protocol, runtime_checkable
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from random import Random
+from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
 from swarmctl.lab.emulators.motion import Chassis
 from swarmctl.lab.emulators.world import Wall, ripple
+
+if TYPE_CHECKING:
+    from swarmctl.lab.emulators.faults import Faults
 
 TERMINATORS = b"\r\n"
 
@@ -19,6 +23,7 @@ class State:
     """The truth about a robot, in SI units; ``theta`` is not wrapped, ``distance`` is the length of the path.
 
     ``commands`` counts complete requests, refused ones too; ``last_command`` is the latest, binary as hex.
+    ``lights`` are what shines, and how: 0 is dark. ``sound`` is the number of the one that plays, 0 is none.
     """
 
     x: float
@@ -31,6 +36,9 @@ class State:
     distance: float
     commands: int
     last_command: str
+    battery: float = 1.0
+    lights: dict[str, int] = field(default_factory=dict)
+    sound: int = 0
 
 
 class Robot(ABC):
@@ -41,11 +49,16 @@ class Robot(ABC):
     """
 
     type_name: ClassVar[str]
-    refusal: ClassVar[bytes]  # what it answers to a request it does not understand
+    refusal: bytes  # what it answers to a request it does not understand
+    speaks_frames: ClassVar[bool] = False  # those of rosserial, which have faults of their own
+    changeable: ClassVar[Mapping[str, type]] = {"battery": float}  # while it runs, with their kinds
 
-    def __init__(self, chassis: Chassis, walls: Sequence[Wall] = ()) -> None:
+    def __init__(self, chassis: Chassis) -> None:
         self.chassis = chassis
-        self.walls = tuple(walls)
+        self.walls: tuple[Wall, ...] = ()
+        self.lights: dict[str, int] = {}
+        self.sound = 0
+        self._charge = 0.8
         self._commands = 0
         self._last_command = ""
         self._samples = 0
@@ -65,6 +78,8 @@ class Robot(ABC):
     def power_cycle(self) -> bytes:
         """Switch off and on: wheels stand, counters and settings are as new. Gives the banner."""
         self.chassis.power_cycle()
+        self.lights = dict.fromkeys(self.lights, 0)
+        self.sound = 0
         return self.banner()
 
     def advance(self, dt: float) -> None:
@@ -105,7 +120,25 @@ class Robot(ABC):
             distance=chassis.distance,
             commands=self._commands,
             last_command=self._last_command,
+            battery=self.battery,
+            lights=dict(self.lights),
+            sound=self.sound,
         )
+
+    @property
+    def battery(self) -> float:
+        """How full it is, 0 to 1."""
+        return self._charge
+
+    @battery.setter
+    def battery(self, level: float) -> None:
+        if not 0.0 <= level <= 1.0:
+            raise ValueError(f"'battery' is between 0 (empty) and 1 (full), not {level!r}")
+        self._charge = level
+
+    def spoilt(self, frame: bytes, faults: Faults, random: Random) -> bytes:
+        """``frame`` with the faults that only the robot's own protocol can have."""
+        return frame
 
     @property
     def _pose(self) -> tuple[float, float, float]:
@@ -135,15 +168,18 @@ class NoticesPort(Protocol):
 class LineRobot(Robot):
     """A robot that speaks in lines: a request ends with CR or LF, empty lines are ignored."""
 
-    longest_line: ClassVar[int]
+    longest_line: ClassVar[int] = 128
 
-    def __init__(self, chassis: Chassis, walls: Sequence[Wall] = ()) -> None:
-        super().__init__(chassis, walls)
+    def __init__(self, chassis: Chassis) -> None:
+        super().__init__(chassis)
         self._line = bytearray()
 
     @abstractmethod
     def answer(self, line: str) -> bytes:
         """The reply to one request, terminator included."""
+
+    def replies(self, data: bytes) -> list[bytes]:
+        return [answer for byte in data if (answer := self._push(byte)) is not None]
 
     def power_cycle(self) -> bytes:
         self._line.clear()
@@ -163,6 +199,6 @@ class LineRobot(Robot):
         return self.answer(line)
 
 
-def reply(letter: str, *values: int | str) -> bytes:
-    """``letter`` and its values, comma separated, ended with CR LF as all three robots do."""
-    return ",".join([letter, *map(str, values)]).encode("ascii") + b"\r\n"
+def reply(letter: str, *values: int | str, end: bytes = b"\r\n") -> bytes:
+    """``letter`` and its values, comma separated."""
+    return ",".join([letter, *map(str, values)]).encode("ascii") + end
