@@ -35,7 +35,7 @@ def port() -> Iterator[Port]:
         yield plugged
 
 
-def line(port: Port, timeout: float = 2.0) -> serial.Serial:
+def line(port: Port, timeout: float = 10.0) -> serial.Serial:
     return serial.Serial(str(port.path), 115200, timeout=timeout, exclusive=True)
 
 
