@@ -17,9 +17,9 @@ def text(path: str) -> bytes:
 
 
 @cache
-def folder(name: str) -> tuple[File, ...]:
+def folder(name: str, target: str = "") -> tuple[File, ...]:
     """The files of a package, with what it shares with others beside it; scripts stay executable."""
-    return (*_files(name, name), *(_files("shared", name) if name in _SHARING else ()))
+    return (*_files(name, target or name), *(_files("shared", name) if name in _SHARING else ()))
 
 
 def _files(source: str, target: str) -> tuple[File, ...]:

@@ -6,6 +6,7 @@ The escaping rules: what cannot be written safely in a format is refused, never 
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable
 from functools import cache
@@ -121,6 +122,21 @@ def scalar(value: Any) -> str:
     return text if bare else json.dumps(text, ensure_ascii=False)
 
 
+def c(value: Any) -> str:
+    """A literal of C and C++; texts byte by byte beyond ASCII, so that no compiler has to know their encoding."""
+    if isinstance(value, bool) or (isinstance(value, int)):
+        return _plain(value)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise UnsafeValueError(f"{value} is no literal of C")
+        return f"{value!r}f"
+    escaped = "".join(
+        chr(byte) if 0x20 <= byte < 0x7F and byte not in b'\\"?' else f"\\{byte:03o}"
+        for byte in _plain(value).encode()
+    )
+    return f'"{escaped}"'
+
+
 # Which literal a template's values become, by the ending of the template's name.
 LITERALS: dict[str, Callable[[Any], str]] = {
     ".service": systemd,
@@ -133,11 +149,12 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".chrony": chrony,
     ".conf": section,
     ".yaml": scalar,
+    ".h": c,
 }
 
 
 def render(template: str, **values: Any) -> bytes:
-    """The text of ``templates/{host,project}/<template>.j2`` with ``values`` as literals of its format."""
+    """The text of ``templates/{host,project,}/<template>.j2`` with ``values`` as literals of its format."""
     ending = template[template.rindex(".") :]
     text: str = _environment(ending).get_template(f"{template}.j2").render(**values)
     return text.encode()
@@ -145,8 +162,9 @@ def render(template: str, **values: Any) -> bytes:
 
 @cache
 def _environment(ending: str) -> jinja2.Environment:
+    root = resources.templates()
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([resources.templates() / "host", resources.templates() / "project"]),
+        loader=jinja2.FileSystemLoader([root / "host", root / "project", root]),
         undefined=jinja2.StrictUndefined,
         finalize=_finalize(LITERALS[ending]),
         keep_trailing_newline=True,

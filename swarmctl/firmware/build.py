@@ -1,0 +1,103 @@
+"""Compile a sketch for an Arduino UNO: one call of the compiler, with the Arduino core as Debian ships it."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarmctl.firmware.toolchain import FirmwareError, Toolchain
+
+MCU = "atmega328p"
+F_CPU = 16_000_000
+FLASH = 32_256  # bytes: 32 KB less the boot loader's 512
+RAM = 2_048
+
+# The Arduino IDE's own (platform.txt), without what hides warnings; whole-program, so that nothing unused stays.
+_COMMON = (
+    f"-mmcu={MCU} -DF_CPU={F_CPU}L -DARDUINO=10808 -DARDUINO_AVR_UNO -DARDUINO_ARCH_AVR "
+    "-Os -g -flto -fuse-linker-plugin -ffunction-sections -fdata-sections -fno-fat-lto-objects"
+).split()
+_CXX = "-std=gnu++11 -fno-exceptions -fno-threadsafe-statics".split()
+_CORE = "-w -DDECIMAL_DIG=__DECIMAL_DIG__".split()  # which WString.cpp takes from a <float.h> newer than GCC 5's
+_WARNINGS = "-Wall -Wextra".split()
+
+
+@dataclass(frozen=True)
+class Built:
+    """A firmware on disk, and what it takes of the board: flash, static RAM (data and bss), bytes."""
+
+    elf: Path
+    hex: Path
+    flash: int
+    ram: int
+
+
+def build(name: str, sources: Mapping[str, bytes], out: Path, toolchain: Toolchain) -> Built:
+    """Compile ``sources`` (path -> text) into ``out/<name>.elf`` and ``.hex``. Raises FirmwareError."""
+    out.mkdir(parents=True, exist_ok=True)
+    elf, hexfile = out / f"{name}.elf", out / f"{name}.hex"
+    with tempfile.TemporaryDirectory(prefix="swarmctl-firmware-") as folder:
+        work = Path(folder)
+        core = _compile_core(toolchain, work / "core")
+        objects = _compile_sketch(toolchain, work / "sketch", sources)
+        _run([*_cxx(toolchain), "-Wl,--gc-sections", "-o", str(elf), *objects, str(core), "-lm"])
+    _run([toolchain.tool("avr-objcopy"), "-O", "ihex", "-R", ".eeprom", str(elf), str(hexfile)])
+    flash, ram = _sizes(toolchain, elf)
+    if flash > FLASH or ram > RAM:
+        raise FirmwareError(
+            f"the firmware does not fit: {flash} of {FLASH} B flash, {ram} of {RAM} B RAM",
+            "shorten the topic names",
+        )
+    return Built(elf, hexfile, flash, ram)
+
+
+def _compile_core(toolchain: Toolchain, work: Path) -> Path:
+    """The Arduino core as an archive, so that a sketch which has an interrupt itself does not get the core's."""
+    work.mkdir()
+    core = toolchain.core / "cores/arduino"
+    c, cxx = (sorted(str(path) for path in core.glob(f"*.{ending}")) for ending in ("c", "cpp"))
+    _run([toolchain.tool("avr-gcc"), *_COMMON, "-std=gnu11", *_CORE, *_includes(toolchain), "-c", *c], work)
+    _run([*_cxx(toolchain), *_CORE, *_includes(toolchain), "-c", *cxx], work)
+    _run([toolchain.tool("avr-gcc-ar"), "rcs", "core.a", *_objects(work)], work)
+    return work / "core.a"
+
+
+def _compile_sketch(toolchain: Toolchain, work: Path, sources: Mapping[str, bytes]) -> list[str]:
+    for path, content in sources.items():
+        (work / path).parent.mkdir(parents=True, exist_ok=True)
+        (work / path).write_bytes(content)
+    units = sorted(path for path in sources if path.endswith((".ino", ".cpp")))
+    _run([*_cxx(toolchain), *_WARNINGS, *_includes(toolchain), "-c", "-x", "c++", *units], work)
+    return _objects(work)
+
+
+def _includes(toolchain: Toolchain) -> list[str]:
+    return [f"-I{toolchain.core / folder}" for folder in ("cores/arduino", "variants/standard")]
+
+
+def _cxx(toolchain: Toolchain) -> list[str]:
+    return [toolchain.tool("avr-g++"), *_COMMON, *_CXX]
+
+
+def _objects(work: Path) -> list[str]:
+    return sorted(str(path) for path in work.glob("*.o"))
+
+
+def _run(command: list[str], cwd: Path | None = None) -> str:
+    ran = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    if ran.returncode:
+        lines = (ran.stderr or ran.stdout).strip().splitlines()
+        raise FirmwareError(f"{Path(command[0]).name} failed", *lines[:20])
+    return ran.stdout
+
+
+def _sizes(toolchain: Toolchain, elf: Path) -> tuple[int, int]:
+    """What the sections of the program take: flash (text and data), RAM (data, bss and noinit)."""
+    listed = _run([toolchain.tool("avr-size"), "-A", str(elf)])
+    size = {name: int(bytes_) for name, bytes_ in re.findall(r"^(\.\w+)\s+(\d+)", listed, re.MULTILINE)}
+    data = size.get(".data", 0)
+    return size.get(".text", 0) + data, data + size.get(".bss", 0) + size.get(".noinit", 0)

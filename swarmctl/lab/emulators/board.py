@@ -1,0 +1,104 @@
+"""A rover with a simulated Arduino UNO: real firmware drives its motors and counts its pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
+
+from swarmctl.lab.emulators.motion import Chassis
+from swarmctl.lab.emulators.robot import Robot
+from swarmctl.lab.emulators.uno import LEFT, RIGHT, Fault, Motor, Truth, Uno
+from swarmctl.lab.emulators.world import Wall
+
+SLICE = 0.002  # s; the board is heard so often, and its path is made of arcs of this length
+
+
+class SimulatedBoard(Robot):
+    """A differential drive whose board runs ``firmware``, an Intel HEX file for an ATmega328P at 16 MHz.
+
+    The board listens and speaks at its own pace, so ``replies`` never answers at once: what it sends comes by
+    ``unasked``. ``faults`` and ``load`` may be set at any time. Close it in the end: it is a process.
+    """
+
+    type_name: ClassVar[str] = "arduino-rover"
+    refusal: ClassVar[bytes] = b""
+
+    def __init__(
+        self,
+        firmware: Path,
+        *,
+        baud: int = 57600,
+        wheel_radius: float = 0.0325,
+        wheel_separation: float = 0.13,
+        left: Motor = LEFT,
+        right: Motor = RIGHT,
+        boot: float = 0.0,
+        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        walls: Sequence[Wall] = (),
+    ) -> None:
+        chassis = Chassis(wheel_separation=wheel_separation, metres_per_count=1.0, counter_bits=32, pose=pose)
+        super().__init__(chassis, walls)
+        self.faults = Fault(0)
+        self.load = (0.0, 0.0)
+        self._radius = wheel_radius
+        self._uno = Uno(firmware, baud=baud, boot=boot, left=left, right=right)
+        self._truth, self._said = self._uno.run(0)
+        self._heard = b""
+        self._time = 0.0  # s, as asked for; the board's own follows it to the microsecond
+        self._silence = 0.0
+
+    @property
+    def truth(self) -> Truth:
+        """What the board and its wheels really do."""
+        return self._truth
+
+    def replies(self, data: bytes) -> list[bytes]:
+        """Bytes go to the board's UART; its answers come when it gives them."""
+        self._heard += data
+        if data:
+            self._note(data.hex())
+        return []
+
+    def power_cycle(self) -> bytes:
+        """The reset button: pins are let go, and the program starts afresh. The wheels roll on."""
+        self._run(0, Fault.RESET)
+        return b""
+
+    def crash(self) -> None:
+        """Have the program lose itself, as a broken one might."""
+        self._run(0, Fault.HANG)
+
+    def advance(self, dt: float) -> None:
+        while dt > 0.0:
+            step = min(dt, SLICE)
+            self._step(step)
+            dt -= step
+
+    def unasked_due(self) -> float:
+        return max(0.0, SLICE - self._silence)
+
+    def unasked(self) -> list[bytes]:
+        self._silence = 0.0
+        said, self._said = self._said, b""
+        return [said] if said else []
+
+    def close(self) -> None:
+        """Switch it off for good."""
+        self._uno.close()
+
+    def _step(self, dt: float) -> None:
+        before = self._truth.angles
+        self._time += dt
+        self._silence += dt
+        self._run(max(0, round((self._time - self._truth.time) * 1e6)))
+        rolled = (after - angle for after, angle in zip(self._truth.angles, before, strict=True))
+        left, right = (angle * self._radius for angle in rolled)
+        self.chassis.drive(left / dt, right / dt)
+        self.chassis.advance(dt)
+        self.chassis.drive(*(speed * self._radius for speed in self._truth.speeds))
+
+    def _run(self, us: int, once: Fault = Fault(0)) -> None:
+        self._truth, said = self._uno.run(us, self._heard, self.faults | once, self.load)
+        self._heard = b""
+        self._said += said

@@ -1,0 +1,135 @@
+"""The simulated Arduino UNO as a process: `uno.c` compiled once, then one request and one answer at a time."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import struct
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from enum import IntFlag
+from functools import cache
+from pathlib import Path
+
+from swarmctl.lab.errors import LabError
+
+SOURCE = Path(__file__).with_name("uno.c")
+_REQUEST = struct.Struct("<IIffI")
+_ANSWER = struct.Struct("<5d2i4I")
+
+
+class Fault(IntFlag):
+    """What can go wrong with a board. RESET and HANG happen once; the others last as long as they are set."""
+
+    LEFT_WIRE_BROKEN, LEFT_STALLED, LEFT_NOISE = 1, 2, 4  # the wire is the encoder's
+    RIGHT_WIRE_BROKEN, RIGHT_STALLED, RIGHT_NOISE = 16, 32, 64
+    RESET = 0x100  # the button, or the DTR line
+    HANG = 0x200  # the program loses itself with interrupts off
+
+
+@dataclass(frozen=True)
+class Motor:
+    """One motor, its disc and the pins they are on. Speeds in rad/s of the wheel, PWM of 255, times in seconds."""
+
+    encoder: int
+    enable: int
+    forward: int
+    backward: int
+    pulses: int = 20
+    free: float = 18.5
+    dead: float = 60.0
+    lag: float = 0.12
+    brake: float = 0.04
+    coast: float = 0.35
+
+    def __str__(self) -> str:
+        pins = (self.encoder, self.enable, self.forward, self.backward)
+        return ",".join(map(str, (*pins, self.pulses, self.free, self.dead, self.lag, self.brake, self.coast)))
+
+
+LEFT = Motor(encoder=2, enable=5, forward=7, backward=8)
+RIGHT = Motor(encoder=3, enable=6, forward=11, backward=12)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What the board and its wheels did: angles in rad, speeds in rad/s, left first; ``time`` in seconds.
+
+    ``stack`` is the most that the firmware's stack ever took, bytes; ``resets`` counts the watchdog's.
+    """
+
+    angles: tuple[float, float]
+    speeds: tuple[float, float]
+    time: float
+    drives: tuple[int, int]
+    resets: int
+    stack: int
+    baud: int
+
+
+class Uno:
+    """One board. Its time passes only in ``run``, so the same calls give the same answers."""
+
+    def __init__(self, firmware: Path, *, baud: int, boot: float, left: Motor, right: Motor) -> None:
+        self._process = subprocess.Popen(
+            [program(), str(firmware), str(baud), str(round(boot * 1e6)), str(left), str(right)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+
+    def run(
+        self, us: int, data: bytes = b"", faults: Fault = Fault(0), load: tuple[float, float] = (0.0, 0.0)
+    ) -> tuple[Truth, bytes]:
+        """Feed ``data`` to the UART, at its pace, and let ``us`` microseconds pass: the truth, and what it sent."""
+        pipe_in, pipe_out = self._process.stdin, self._process.stdout
+        assert pipe_in is not None
+        assert pipe_out is not None
+        try:
+            pipe_in.write(_REQUEST.pack(us, faults, *load, len(data)) + data)
+            pipe_in.flush()
+            head = pipe_out.read(_ANSWER.size)
+            *numbers, count = _ANSWER.unpack(head)
+        except (OSError, struct.error):
+            raise LabError(f"the simulated board ended with exit code {self._process.wait()}") from None
+        left, right, left_speed, right_speed, time, left_drive, right_drive, resets, stack, baud = numbers
+        truth = Truth(
+            (left, right), (left_speed, right_speed), time / 1e6, (left_drive, right_drive), resets, stack, baud
+        )
+        return truth, pipe_out.read(count)
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+
+
+@cache
+def program() -> str:
+    """The compiled simulator, from the cache if this source was compiled before. Raises LabError."""
+    if shutil.which("gcc") is None:
+        raise LabError("gcc is missing, which compiles the simulated board", "sudo apt install gcc libc6-dev")
+    source = SOURCE.read_bytes()
+    cache_home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    target = cache_home / "swarmctl" / f"uno-{hashlib.sha256(source).hexdigest()[:16]}"
+    if not target.exists():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=target.parent) as folder:
+            made = Path(folder) / "uno"
+            _compile(made)
+            made.replace(target)
+    return str(target)
+
+
+def _compile(target: Path) -> None:
+    ran = subprocess.run(
+        ["gcc", "-O2", "-std=gnu11", "-o", str(target), str(SOURCE), "-lsimavr", "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if ran.returncode:
+        if "simavr" in ran.stderr:
+            raise LabError("libsimavr is missing, which runs the firmware", "sudo apt install libsimavr-dev")
+        raise LabError("the simulated board does not compile", *ran.stderr.splitlines()[:10])

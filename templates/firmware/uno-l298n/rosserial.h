@@ -1,0 +1,54 @@
+// The device's side of rosserial (protocol 2): two Int32 publishers and one Twist subscriber, without buffers to send from.
+#pragma once
+
+#include <avr/pgmspace.h>
+#include <stdint.h>
+
+#include "frame.h"
+
+class RosserialClient {
+ public:
+  // rosserial's own numbering: subscribers from 100, publishers behind the room for four of them.
+  static constexpr uint16_t command = 100;
+  static constexpr uint16_t left_ticks = 104;
+  static constexpr uint16_t right_ticks = 105;
+
+  enum class Level : uint8_t { kDebug, kInfo, kWarn, kError, kFatal };
+
+  // What is to be done with an order: metres and radians per second.
+  using Obey = void (*)(float v, float omega);
+
+  explicit RosserialClient(Obey obey) : obey_(obey) {}
+
+  // Reads what has arrived and says what is due; in every turn of the main loop.
+  void spin(uint32_t now);
+
+  // Whether the host has asked for the topics and still answers.
+  bool connected() const { return announcing_ == Announcing::kDone; }
+
+  void publish(uint16_t id, int32_t value);
+
+  // `text` lies in flash.
+  void log(Level level, PGM_P text);
+
+ private:
+  enum class Announcing : uint8_t { kTime, kLeft, kRight, kCommand, kVersion, kDone, kNothing };
+
+  void dispatch(uint32_t now);
+  void announce(uint32_t now);
+  void ask_time(uint32_t now);
+  void topic(uint16_t role, uint16_t id, PGM_P name, PGM_P type, PGM_P md5);
+
+  void begin(uint16_t id, uint16_t length);
+  void put(uint8_t byte);
+  void put32(uint32_t value);
+  void put_text(PGM_P text);
+  void end();
+
+  Obey obey_;
+  FrameReader reader_;
+  Announcing announcing_ = Announcing::kNothing;
+  uint8_t sum_ = 0;
+  uint32_t asked_ = 0;     // ms, the last time request
+  uint32_t answered_ = 0;  // ms, the last reply to one
+};

@@ -1,0 +1,86 @@
+// A differential drive under ROS: orders come in as Twist, wheel pulses go out, and two loops hold the speeds between.
+// Wiring and numbers stand in config.h.
+#include <Arduino.h>
+#include <avr/sleep.h>
+#include <avr/wdt.h>
+
+#include "config.h"
+#include "kinematics.h"
+#include "rosserial.h"
+#include "wheel.h"
+
+namespace {
+
+constexpr uint32_t ms(float seconds) { return static_cast<uint32_t>(seconds * 1000.0f + 0.5f); }
+
+Wheel left(config::left_encoder, Motor(config::left_enable, config::left_forward, config::left_backward),
+           config::left_pwm_min);
+Wheel right(config::right_encoder, Motor(config::right_enable, config::right_forward, config::right_backward),
+            config::right_pwm_min);
+
+bool ordered = false;     // an order is in force
+uint32_t ordered_at = 0;  // ms
+
+void obey(float v, float omega) {
+  const WheelSpeeds speeds = wheel_speeds(v, omega);
+  left.order(speeds.left);
+  right.order(speeds.right);
+  ordered = true;
+  ordered_at = millis();
+}
+
+RosserialClient host(obey);
+
+// The dead-man. It asks nobody else: a host that is connected and silent has fallen asleep.
+void stop_unless_ordered(uint32_t now) {
+  if (!ordered || (host.connected() && now - ordered_at <= ms(config::dead_man))) return;
+  obey(0.0f, 0.0f);
+  ordered = false;
+}
+
+// Whether `period` (ms) has passed since `last`, which moves on with it; turns that were missed are not made up for.
+bool due(uint32_t now, uint32_t period, uint32_t &last) {
+  if (now - last < period) return false;
+  last = now - last < 2 * period ? last + period : now;
+  return true;
+}
+
+}  // namespace
+
+// Before anything else: a watchdog that has bitten still runs, and would bite again while the program starts.
+void disarm_watchdog() __attribute__((naked, used, section(".init3")));
+void disarm_watchdog() {
+  MCUSR = 0;
+  wdt_disable();
+}
+
+ISR(INT0_vect) { (config::left_encoder == 2 ? left : right).encoder.edge(); }
+ISR(INT1_vect) { (config::left_encoder == 3 ? left : right).encoder.edge(); }
+
+void setup() {
+  left.begin();
+  right.begin();
+  wdt_enable(WDTO_250MS);
+  EICRA = _BV(ISC00) | _BV(ISC01) | _BV(ISC10) | _BV(ISC11);  // rising edges
+  EIMSK = _BV(INT0) | _BV(INT1);
+  Serial.begin(config::baud);
+  set_sleep_mode(SLEEP_MODE_IDLE);
+}
+
+void loop() {
+  static uint32_t controlled = 0;
+  static uint32_t published = 0;
+  wdt_reset();
+  host.spin(millis());
+  const uint32_t now = millis();  // not before the orders that were just heard
+  stop_unless_ordered(now);
+  if (due(now, ms(config::control_period), controlled)) {
+    left.control();
+    right.control();
+  }
+  if (due(now, ms(1.0f / config::ticks_rate), published) && host.connected()) {
+    host.publish(RosserialClient::left_ticks, left.encoder.ticks());
+    host.publish(RosserialClient::right_ticks, right.encoder.ticks());
+  }
+  sleep_mode();  // until the next interrupt, a millisecond at the most
+}
