@@ -8,7 +8,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
-TEST_TOOLS := sshd:openssh-server sudo:sudo
+TEST_TOOLS := sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrdude
+# path:package pairs, for what is no program
+TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
+  /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
@@ -84,6 +87,7 @@ lab-tools:
 
 test-tools:
 	@$(call install,$(TEST_TOOLS))
+	@$(call install_files,$(TEST_FILES))
 
 editor-tools: ## the YAML language server that the tests ask, where npm is; without it they are skipped
 	@[ -x $(EDITOR_TOOLS)/node_modules/.bin/yaml-language-server ] || \
@@ -93,6 +97,8 @@ editor-tools: ## the YAML language server that the tests ask, where npm is; with
 
 fetch = { echo "-- installing" $(1); $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; }
 install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -v "$${pair%%:*}" >/dev/null || missing="$$missing $${pair\#\#*:}"; done; \
+  [ -z "$$missing" ] || $(call fetch,$$missing)
+install_files = missing=; for pair in $(1); do [ -e "$${pair%%:*}" ] || missing="$$missing $${pair\#\#*:}"; done; \
   [ -z "$$missing" ] || $(call fetch,$$missing)
 
 clean: ## remove what building and testing left

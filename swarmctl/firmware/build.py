@@ -16,14 +16,17 @@ F_CPU = 16_000_000
 FLASH = 32_256  # bytes: 32 KB less the boot loader's 512
 RAM = 2_048
 
-# The Arduino IDE's own (platform.txt), without what hides warnings; whole-program, so that nothing unused stays.
+# The Arduino IDE's own (platform.txt), without what hides warnings.
 _COMMON = (
     f"-mmcu={MCU} -DF_CPU={F_CPU}L -DARDUINO=10808 -DARDUINO_AVR_UNO -DARDUINO_ARCH_AVR "
     "-Os -g -flto -fuse-linker-plugin -ffunction-sections -fdata-sections -fno-fat-lto-objects"
 ).split()
-_CXX = "-std=gnu++11 -fno-exceptions -fno-threadsafe-statics".split()
-_CORE = "-w -DDECIMAL_DIG=__DECIMAL_DIG__".split()  # which WString.cpp takes from a <float.h> newer than GCC 5's
-_WARNINGS = "-Wall -Wextra".split()
+_CXX = ["-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics"]
+_CORE = [
+    "-w",
+    "-DDECIMAL_DIG=__DECIMAL_DIG__",
+]  # WString.cpp expects that of <float.h>, and Debian's GCC 5 has none
+_WARNINGS = ["-Wall", "-Wextra"]
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def build(name: str, sources: Mapping[str, bytes], out: Path, toolchain: Toolcha
 
 
 def _compile_core(toolchain: Toolchain, work: Path) -> Path:
-    """The Arduino core as an archive, so that a sketch which has an interrupt itself does not get the core's."""
+    """The Arduino core as an archive: a sketch that has an interrupt itself does not get the core's."""
     work.mkdir()
     core = toolchain.core / "cores/arduino"
     c, cxx = (sorted(str(path) for path in core.glob(f"*.{ending}")) for ending in ("c", "cpp"))

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 CORE = Path("/usr/share/arduino/hardware/arduino/avr")  # Debian's arduino-core-avr
 CORE_VARIABLE = "SWARMCTL_ARDUINO_CORE"
-_PACKAGES = {"avr-gcc": "gcc-avr", "avr-g++": "gcc-avr", "avr-gcc-ar": "gcc-avr", "avr-objcopy": "binutils-avr", "avr-size": "binutils-avr"}
+_PACKAGES = {
+    "avr-gcc": "gcc-avr",
+    "avr-g++": "gcc-avr",
+    "avr-gcc-ar": "gcc-avr",
+    "avr-objcopy": "binutils-avr",
+    "avr-size": "binutils-avr",
+}
 
 
 class FirmwareError(Exception):
@@ -46,16 +53,19 @@ def find(core: Path | None = None) -> Toolchain:
             f"sudo apt install arduino-core-avr, or name its folder: --core DIR or {CORE_VARIABLE}",
         )
     if not _has_libc(toolchain):
-        raise FirmwareError("avr-libc is missing: the compiler finds no <avr/io.h>", "sudo apt install avr-libc")
+        raise FirmwareError("avr-libc is missing: there is no <avr/io.h>", "sudo apt install avr-libc")
     return toolchain
 
 
 def _has_libc(toolchain: Toolchain) -> bool:
-    import subprocess
-
-    return not subprocess.run(
-        [toolchain.tool("avr-g++"), "-mmcu=atmega328p", "-E", "-include", "avr/io.h", "-x", "c++", os.devnull],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        check=False,
-    ).returncode
+    command = [
+        toolchain.tool("avr-gcc"),
+        "-mmcu=atmega328p",
+        "-E",
+        "-include",
+        "avr/io.h",
+        "-x",
+        "c",
+        os.devnull,
+    ]
+    return not subprocess.run(command, capture_output=True, check=False).returncode

@@ -1,4 +1,4 @@
-"""The sketch of one board: the files of a firmware template, with the robot's wiring and numbers in `config.h`."""
+"""The sketch of one board: a firmware template, with the robot's wiring and numbers in `config.h`."""
 
 from __future__ import annotations
 
@@ -15,24 +15,28 @@ DIGITS = 12  # of the digest, enough to tell two firmwares of one robot apart
 
 
 @dataclass(frozen=True)
-class WheelPins:
-    """Where one motor and its encoder are wired to, and the PWM (of 255) below which that motor does not turn."""
+class WheelSettings:
+    """Where one motor and its encoder are wired to; the PWM (of 255) where that motor begins to turn, and
+    the speed on the ground that full PWM gives, m/s.
+    """
 
     encoder: int
     enable: int
     forward: int
     backward: int
     pwm_min: float
+    full_speed: float
 
 
 @dataclass(frozen=True)
 class FirmwareSettings:
-    """All that a sketch is told. Speeds are those of a wheel on the ground, m/s; gains are steps of PWM per rad/s
-    and per rad of a wheel; the rate is in Hz, times in seconds.
+    """All that a sketch is told: lengths in m, times in s, rates in Hz, speeds of a wheel on the ground.
+
+    The gains are steps of PWM per rad/s and per rad of a wheel.
     """
 
-    left: WheelPins = field(default=WheelPins(2, 5, 7, 8, 60.0))
-    right: WheelPins = field(default=WheelPins(3, 6, 11, 12, 60.0))
+    left: WheelSettings = field(default=WheelSettings(2, 5, 7, 8, 60.0, 0.6))
+    right: WheelSettings = field(default=WheelSettings(3, 6, 11, 12, 60.0, 0.6))
     baud: int = 57600
     command_topic: str = "cmd_vel"
     left_ticks_topic: str = "lwheel"
@@ -42,11 +46,11 @@ class FirmwareSettings:
     wheel_separation: float = 0.13
     pulses_per_turn: int = 20
     wheel_speed_max: float = 0.5
-    full_speed: float = 0.6
+    acceleration_max: float = 1.0
     brake: bool = True
     control_period: float = 0.02
-    kp: float = 5.0
-    ki: float = 25.0
+    kp: float = 8.0
+    ki: float = 40.0
     dead_man: float = 0.4
 
 
@@ -54,8 +58,14 @@ class FirmwareSettings:
 class Sketch:
     """The source of a firmware, and the digest by which the board names it."""
 
+    name: str
     files: tuple[File, ...]
     digest: str
+
+    @property
+    def sources(self) -> dict[str, bytes]:
+        """The files by their names in the sketch's folder."""
+        return {file.path.removeprefix(f"{self.name}/"): file.content for file in self.files}
 
 
 def sketch(name: str, settings: FirmwareSettings) -> Sketch:
@@ -71,7 +81,7 @@ def sketch(name: str, settings: FirmwareSettings) -> Sketch:
     digest = digest_of_sources(texts)
     texts[VERSION] = render(f"firmware/{TEMPLATE}/{VERSION}", digest=digest)
     texts[f"{name}.ino"] = texts.pop(SKETCH)
-    return Sketch(tuple(File(f"{name}/{path}", texts[path]) for path in sorted(texts)), digest)
+    return Sketch(name, tuple(File(f"{name}/{path}", texts[path]) for path in sorted(texts)), digest)
 
 
 def digest_of_sources(texts: dict[str, bytes]) -> str:

@@ -123,8 +123,8 @@ def scalar(value: Any) -> str:
 
 
 def c(value: Any) -> str:
-    """A literal of C and C++; texts byte by byte beyond ASCII, so that no compiler has to know their encoding."""
-    if isinstance(value, bool) or (isinstance(value, int)):
+    """A literal of C and C++; beyond ASCII byte by byte, so that no compiler has to know an encoding."""
+    if isinstance(value, (bool, int)):
         return _plain(value)
     if isinstance(value, float):
         if not math.isfinite(value):

@@ -7,6 +7,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 
@@ -313,3 +314,31 @@ def test_no_value_of_a_program_is_read_as_anything_else(text: str, note: str) ->
     unit = files["units/swarm-plain.teleop.service"].decode()
     (command,) = (line.partition("=")[2] for line in unit.splitlines() if line.startswith("ExecStart="))
     assert f"NOTE={note}" in command_words(command)
+
+
+@pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is missing")
+@settings(max_examples=10, deadline=None)
+@given(st.lists(one_line, min_size=1, max_size=30))
+def test_a_compiler_reads_texts_as_they_were(texts: list[str]) -> None:
+    source = "#include <stdio.h>\nint main(void) {\n"
+    source += "".join(
+        f"fwrite({templates.c(text)}, 1, {len(text.encode())} + 1, stdout);\n" for text in texts
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        command = ["gcc", "-std=c11", "-trigraphs", "-x", "c", "-o", f"{folder}/said", "-"]
+        subprocess.run(command, input=f"{source}}}\n".encode(), check=True)
+        said = subprocess.run([f"{folder}/said"], capture_output=True, check=True).stdout
+    assert said.decode().split("\0")[:-1] == texts
+
+
+@pytest.mark.parametrize(
+    ("value", "literal"), [(True, "true"), (57600, "57600"), (0.0325, "0.0325f"), (1e-05, "1e-05f")]
+)
+def test_numbers_in_c(value: float, literal: str) -> None:
+    assert templates.c(value) == literal
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "line\nbreak"])
+def test_what_c_has_no_literal_for_is_refused(value: object) -> None:
+    with pytest.raises(UnsafeValueError):
+        templates.c(value)

@@ -39,11 +39,11 @@ class SimulatedBoard(Robot):
     ) -> None:
         chassis = Chassis(wheel_separation=wheel_separation, metres_per_count=1.0, counter_bits=32, pose=pose)
         super().__init__(chassis, walls)
-        self.faults = Fault(0)
+        self.faults = Fault.NONE
         self.load = (0.0, 0.0)
         self._radius = wheel_radius
         self._uno = Uno(firmware, baud=baud, boot=boot, left=left, right=right)
-        self._truth, self._said = self._uno.run(0)
+        self._truth, self._said = self._uno.run(0, b"", self.faults, self.load)
         self._heard = b""
         self._time = 0.0  # s, as asked for; the board's own follows it to the microsecond
         self._silence = 0.0
@@ -98,7 +98,7 @@ class SimulatedBoard(Robot):
         self.chassis.advance(dt)
         self.chassis.drive(*(speed * self._radius for speed in self._truth.speeds))
 
-    def _run(self, us: int, once: Fault = Fault(0)) -> None:
+    def _run(self, us: int, once: Fault = Fault.NONE) -> None:
         self._truth, said = self._uno.run(us, self._heard, self.faults | once, self.load)
         self._heard = b""
         self._said += said

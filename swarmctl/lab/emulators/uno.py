@@ -1,4 +1,4 @@
-"""The simulated Arduino UNO as a process: `uno.c` compiled once, then one request and one answer at a time."""
+"""The simulated Arduino UNO as a process: `uno.c` compiled once, then an answer to each request."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import shutil
 import struct
 import subprocess
 import tempfile
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from enum import IntFlag
 from functools import cache
 from pathlib import Path
@@ -23,6 +23,7 @@ _ANSWER = struct.Struct("<5d2i4I")
 class Fault(IntFlag):
     """What can go wrong with a board. RESET and HANG happen once; the others last as long as they are set."""
 
+    NONE = 0
     LEFT_WIRE_BROKEN, LEFT_STALLED, LEFT_NOISE = 1, 2, 4  # the wire is the encoder's
     RIGHT_WIRE_BROKEN, RIGHT_STALLED, RIGHT_NOISE = 16, 32, 64
     RESET = 0x100  # the button, or the DTR line
@@ -31,7 +32,11 @@ class Fault(IntFlag):
 
 @dataclass(frozen=True)
 class Motor:
-    """One motor, its disc and the pins they are on. Speeds in rad/s of the wheel, PWM of 255, times in seconds."""
+    """One motor, its disc and the pins they are on. Speeds in rad/s of the wheel, PWM of 255, times in s.
+
+    ``dead`` is the PWM up to which it does not turn; ``free`` its speed at full PWM without load; ``lag``,
+    ``brake`` and ``coast`` are time constants: driven, with its ends shorted, and with its ends open.
+    """
 
     encoder: int
     enable: int
@@ -42,11 +47,10 @@ class Motor:
     dead: float = 60.0
     lag: float = 0.12
     brake: float = 0.04
-    coast: float = 0.35
+    coast: float = 0.25
 
     def __str__(self) -> str:
-        pins = (self.encoder, self.enable, self.forward, self.backward)
-        return ",".join(map(str, (*pins, self.pulses, self.free, self.dead, self.lag, self.brake, self.coast)))
+        return ",".join(map(str, astuple(self)))
 
 
 LEFT = Motor(encoder=2, enable=5, forward=7, backward=8)
@@ -79,10 +83,11 @@ class Uno:
             stdout=subprocess.PIPE,
         )
 
-    def run(
-        self, us: int, data: bytes = b"", faults: Fault = Fault(0), load: tuple[float, float] = (0.0, 0.0)
-    ) -> tuple[Truth, bytes]:
-        """Feed ``data`` to the UART, at its pace, and let ``us`` microseconds pass: the truth, and what it sent."""
+    def run(self, us: int, data: bytes, faults: Fault, load: tuple[float, float]) -> tuple[Truth, bytes]:
+        """Feed ``data`` to the UART, at its pace, and let ``us`` microseconds pass. Gives what it sent.
+
+        ``load`` is the part of each motor's speed that its load takes, 0..1.
+        """
         pipe_in, pipe_out = self._process.stdin, self._process.stdout
         assert pipe_in is not None
         assert pipe_out is not None
@@ -93,10 +98,8 @@ class Uno:
             *numbers, count = _ANSWER.unpack(head)
         except (OSError, struct.error):
             raise LabError(f"the simulated board ended with exit code {self._process.wait()}") from None
-        left, right, left_speed, right_speed, time, left_drive, right_drive, resets, stack, baud = numbers
-        truth = Truth(
-            (left, right), (left_speed, right_speed), time / 1e6, (left_drive, right_drive), resets, stack, baud
-        )
+        angles, speeds, us_passed, drives = numbers[0:2], numbers[2:4], numbers[4], numbers[5:7]
+        truth = Truth(tuple(angles), tuple(speeds), us_passed / 1e6, tuple(drives), *numbers[7:])
         return truth, pipe_out.read(count)
 
     def close(self) -> None:

@@ -3,16 +3,12 @@
 #include <Arduino.h>
 #include <util/atomic.h>
 
-#include "config.h"
-
 namespace {
-constexpr float angle = 6.2831853f / config::pulses_per_turn;  // from edge to edge
-
 // A wheel slower than this counts as standing, us from edge to edge.
 constexpr uint32_t timeout = 500000;
 
 // Edges sooner than at four times the fastest speed allowed are noise.
-constexpr uint32_t glitch = 1e6f * angle * config::wheel_radius / (4 * config::wheel_speed_max);
+constexpr uint32_t glitch = 1e6f * Encoder::angle * config::wheel_radius / (4 * config::wheel_speed_max);
 }  // namespace
 
 void Encoder::begin() { pinMode(pin_, INPUT_PULLUP); }
@@ -32,8 +28,9 @@ void Encoder::edge() {
 void Encoder::turns(int8_t direction) { direction_ = direction; }
 
 int32_t Encoder::ticks() const {
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { return ticks_; }
-  return 0;  // not reached; the block above is a loop to the compiler
+  int32_t ticks;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { ticks = ticks_; }
+  return ticks;
 }
 
 Encoder::Motion Encoder::measure() {
@@ -51,10 +48,11 @@ Encoder::Motion Encoder::measure() {
   const float turned = edges * angle + into_slot - into_slot_;
   into_slot_ = into_slot;
   if (period < waiting && period) period = waiting;
-  return {period ? 1e6f * angle / period : 0.0f, turned};
+  return {period ? 1e6f * angle / period : 0.0f, turned, edges != 0};
 }
 
 bool Encoder::edge_within(uint32_t us) const {
-  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { return moving_ && micros() - edge_at_ < us; }
-  return true;  // not reached
+  bool within;
+  ATOMIC_BLOCK(ATOMIC_RESTORESTATE) { within = moving_ && micros() - edge_at_ < us; }
+  return within;
 }

@@ -3,8 +3,12 @@
 
 #include <stdint.h>
 
+#include "config.h"
+
 class Encoder {
  public:
+  static constexpr float angle = 6.2831853f / config::pulses_per_turn;  // rad from edge to edge
+
   explicit Encoder(uint8_t pin) : pin_(pin) {}
 
   void begin();
@@ -23,6 +27,7 @@ class Encoder {
   struct Motion {
     float speed;   // rad/s, from the time between the last two edges; less when the next one is overdue
     float turned;  // rad since the last call, the way into the slot that is passing now included
+    bool edges;    // since the last call
   };
   Motion measure();
 

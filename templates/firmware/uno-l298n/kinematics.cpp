@@ -20,3 +20,11 @@ WheelSpeeds wheel_speeds(float v, float omega) {
   const float scale = fastest > limit ? limit / fastest : 1.0f;
   return {left * scale, right * scale};
 }
+
+WheelSpeeds approach(WheelSpeeds from, WheelSpeeds to) {
+  constexpr float step = config::acceleration_max * config::control_period / config::wheel_radius;
+  const float way = fmax(fabs(to.left - from.left), fabs(to.right - from.right));
+  if (way <= step || (to.left == 0.0f && to.right == 0.0f)) return to;
+  const float part = step / way;
+  return {from.left + part * (to.left - from.left), from.right + part * (to.right - from.right)};
+}

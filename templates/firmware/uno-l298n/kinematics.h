@@ -22,3 +22,7 @@ static_assert(near(wheel_speed(0.0f, 1.0f, 0.065f, 0.0325f), 2.0f), "turning in 
 // Both wheels slowed down alike where one would exceed the limit: the curve stays the same.
 // All zero for what is no speed of a robot: not a number, infinite, beyond anything that rolls.
 WheelSpeeds wheel_speeds(float v, float omega);
+
+// One control period on the way from one to the other, no faster than the acceleration allowed; both wheels arrive
+// together. To a standstill the way is short: brakes wait for nobody.
+WheelSpeeds approach(WheelSpeeds from, WheelSpeeds to);

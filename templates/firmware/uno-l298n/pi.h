@@ -5,7 +5,9 @@
 
 class SpeedLoop {
  public:
-  explicit SpeedLoop(float pwm_min) : pwm_min_(pwm_min) {}
+  // Where the motor begins to turn, and the wheel's speed on the ground at full PWM.
+  SpeedLoop(float pwm_min, float full_speed)
+      : pwm_min_(pwm_min), slope_((255.0f - pwm_min) * config::wheel_radius / full_speed) {}
 
   void reset() { behind_ = 0.0f; }
 
@@ -13,9 +15,7 @@ class SpeedLoop {
   // the last step. Its sum is the integral of the measured speed, and exact: a wheel that fell behind catches up.
   float step(float target, float speed, float turned) {
     const float behind = behind_ + target * config::control_period - turned;
-    const float full = config::full_speed / config::wheel_radius;
-    const float known = pwm_min_ + (255.0f - pwm_min_) * target / full;
-    const float wanted = known + config::kp * (target - speed) + config::ki * behind;
+    const float wanted = pwm_min_ + slope_ * target + config::kp * (target - speed) + config::ki * behind;
     const float pwm = wanted < 0.0f ? 0.0f : wanted > 255.0f ? 255.0f : wanted;
     // Anti-windup: at the limit the integral may only come back.
     if (pwm == wanted || (wanted > pwm) == (behind < behind_)) behind_ = behind;
@@ -24,5 +24,6 @@ class SpeedLoop {
 
  private:
   float pwm_min_;
+  float slope_;  // PWM per rad/s
   float behind_ = 0.0f;  // rad
 };

@@ -34,9 +34,9 @@ void RosserialClient::spin(uint32_t now) {
     if (reader_.take(static_cast<uint8_t>(Serial.read()), now)) dispatch(now);
   }
   announce(now);
-  if (!connected()) return;
+  if (!connected_) return;
   if (now - answered_ > lost_after) {
-    announcing_ = Announcing::kNothing;
+    connected_ = false;
   } else if (now - asked_ > ask_every) {
     ask_time(now);
   }
@@ -52,10 +52,10 @@ void RosserialClient::dispatch(uint32_t now) {
       break;
     case id_tx_stop:
       announcing_ = Announcing::kNothing;
-      obey_(0.0f, 0.0f);
+      connected_ = false;
       break;
     case command:
-      if (connected() && reader_.length() == twist_length) {
+      if (connected_ && reader_.length() == twist_length) {
         obey_(read_float64(reader_.payload() + linear_x), read_float64(reader_.payload() + angular_z));
       }
       break;
@@ -64,7 +64,7 @@ void RosserialClient::dispatch(uint32_t now) {
 
 // One frame a turn, when what was sent before is out: so the main loop never waits long, and hears meanwhile.
 void RosserialClient::announce(uint32_t now) {
-  if (connected() || announcing_ == Announcing::kNothing) return;
+  if (announcing_ == Announcing::kNothing) return;
   if (Serial.availableForWrite() < SERIAL_TX_BUFFER_SIZE - 1) return;
   switch (announcing_) {
     case Announcing::kTime:
@@ -81,20 +81,24 @@ void RosserialClient::announce(uint32_t now) {
       topic(id_subscriber, command, config::command_topic, twist_type, twist_md5);
       break;
     default:
-      log(Level::kInfo, version_text);
+      introduce();
+      connected_ = true;
   }
   announcing_ = static_cast<Announcing>(static_cast<uint8_t>(announcing_) + 1);
 }
 
 void RosserialClient::publish(uint16_t id, int32_t value) {
+  if (!connected_ || announcing_ != Announcing::kNothing) return;
   begin(id, 4);
   put32(static_cast<uint32_t>(value));
   end();
 }
 
-void RosserialClient::log(Level level, PGM_P text) {
+void RosserialClient::introduce() { log(level_info, version_text); }
+
+void RosserialClient::log(uint8_t level, PGM_P text) {
   begin(id_log, static_cast<uint16_t>(1 + 4 + strlen_P(text)));
-  put(static_cast<uint8_t>(level));
+  put(level);
   put_text(text);
   end();
 }

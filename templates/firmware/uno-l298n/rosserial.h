@@ -13,8 +13,6 @@ class RosserialClient {
   static constexpr uint16_t left_ticks = 104;
   static constexpr uint16_t right_ticks = 105;
 
-  enum class Level : uint8_t { kDebug, kInfo, kWarn, kError, kFatal };
-
   // What is to be done with an order: metres and radians per second.
   using Obey = void (*)(float v, float omega);
 
@@ -23,17 +21,26 @@ class RosserialClient {
   // Reads what has arrived and says what is due; in every turn of the main loop.
   void spin(uint32_t now);
 
-  // Whether the host has asked for the topics and still answers.
-  bool connected() const { return announcing_ == Announcing::kDone; }
+  // Whether the host has been told the topics and still answers. Only then its orders count.
+  bool connected() const { return connected_; }
 
+  // Tells which firmware this is; also unasked, when the board starts: a host that is connected already then knows
+  // that it has to ask for the topics anew.
+  void introduce();
+
+  // Tells people that something is wrong; `text` lies in flash.
+  void complain(PGM_P text) { log(level_error, text); }
+
+  // Nothing is sent without a connection, or between the announcements of the topics.
   void publish(uint16_t id, int32_t value);
 
-  // `text` lies in flash.
-  void log(Level level, PGM_P text);
-
  private:
-  enum class Announcing : uint8_t { kTime, kLeft, kRight, kCommand, kVersion, kDone, kNothing };
+  enum class Announcing : uint8_t { kTime, kLeft, kRight, kCommand, kVersion, kNothing };
 
+  static constexpr uint8_t level_info = 1;
+  static constexpr uint8_t level_error = 3;
+
+  void log(uint8_t level, PGM_P text);
   void dispatch(uint32_t now);
   void announce(uint32_t now);
   void ask_time(uint32_t now);
@@ -48,6 +55,7 @@ class RosserialClient {
   Obey obey_;
   FrameReader reader_;
   Announcing announcing_ = Announcing::kNothing;
+  bool connected_ = false;
   uint8_t sum_ = 0;
   uint32_t asked_ = 0;     // ms, the last time request
   uint32_t answered_ = 0;  // ms, the last reply to one

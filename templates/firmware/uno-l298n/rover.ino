@@ -14,18 +14,18 @@ namespace {
 constexpr uint32_t ms(float seconds) { return static_cast<uint32_t>(seconds * 1000.0f + 0.5f); }
 
 Wheel left(config::left_encoder, Motor(config::left_enable, config::left_forward, config::left_backward),
-           config::left_pwm_min);
+           SpeedLoop(config::left_pwm_min, config::left_full_speed));
 Wheel right(config::right_encoder, Motor(config::right_enable, config::right_forward, config::right_backward),
-            config::right_pwm_min);
+            SpeedLoop(config::right_pwm_min, config::right_full_speed));
 
-bool ordered = false;     // an order is in force
-uint32_t ordered_at = 0;  // ms
+WheelSpeeds ordered{0.0f, 0.0f};
+uint32_t ordered_at = 0;           // ms
+WheelSpeeds driven{0.0f, 0.0f};    // on the way to what was ordered
+bool blocked = false;              // a wheel did not turn: both stand until an order to stop, or none, has come
 
 void obey(float v, float omega) {
-  const WheelSpeeds speeds = wheel_speeds(v, omega);
-  left.order(speeds.left);
-  right.order(speeds.right);
-  ordered = true;
+  if (v == 0.0f && omega == 0.0f) blocked = false;
+  ordered = blocked ? WheelSpeeds{0.0f, 0.0f} : wheel_speeds(v, omega);
   ordered_at = millis();
 }
 
@@ -33,9 +33,18 @@ RosserialClient host(obey);
 
 // The dead-man. It asks nobody else: a host that is connected and silent has fallen asleep.
 void stop_unless_ordered(uint32_t now) {
-  if (!ordered || (host.connected() && now - ordered_at <= ms(config::dead_man))) return;
-  obey(0.0f, 0.0f);
-  ordered = false;
+  if (!host.connected() || now - ordered_at > ms(config::dead_man)) obey(0.0f, 0.0f);
+}
+
+constexpr char left_blocked[] PROGMEM = "the left wheel is driven and gives no pulses: is it blocked, or its encoder off?";
+constexpr char right_blocked[] PROGMEM = "the right wheel is driven and gives no pulses: is it blocked, or its encoder off?";
+
+// A motor that is held burns its driver, and a wheel whose encoder is off would run ever faster.
+void stop_if_blocked() {
+  if (!left.blocked() && !right.blocked()) return;
+  host.complain(left.blocked() ? left_blocked : right_blocked);
+  ordered = driven = {0.0f, 0.0f};
+  blocked = true;
 }
 
 // Whether `period` (ms) has passed since `last`, which moves on with it; turns that were missed are not made up for.
@@ -64,21 +73,26 @@ void setup() {
   EICRA = _BV(ISC00) | _BV(ISC01) | _BV(ISC10) | _BV(ISC11);  // rising edges
   EIMSK = _BV(INT0) | _BV(INT1);
   Serial.begin(config::baud);
+  host.introduce();
   set_sleep_mode(SLEEP_MODE_IDLE);
 }
 
 void loop() {
+  static uint32_t fed = 0;
   static uint32_t controlled = 0;
   static uint32_t published = 0;
-  wdt_reset();
   host.spin(millis());
   const uint32_t now = millis();  // not before the orders that were just heard
+  if (now != fed) wdt_reset();  // not while time stands: a storm of pulses starves the clock, and with it the dead-man
+  fed = now;
   stop_unless_ordered(now);
   if (due(now, ms(config::control_period), controlled)) {
-    left.control();
-    right.control();
+    driven = approach(driven, ordered);
+    left.control(driven.left);
+    right.control(driven.right);
+    stop_if_blocked();
   }
-  if (due(now, ms(1.0f / config::ticks_rate), published) && host.connected()) {
+  if (due(now, ms(1.0f / config::ticks_rate), published)) {
     host.publish(RosserialClient::left_ticks, left.encoder.ticks());
     host.publish(RosserialClient::right_ticks, right.encoder.ticks());
   }

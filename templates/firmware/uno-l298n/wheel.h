@@ -7,15 +7,16 @@
 
 class Wheel {
  public:
-  Wheel(uint8_t encoder_pin, const Motor &motor, float pwm_min) : encoder(encoder_pin), motor_(motor), loop_(pwm_min) {}
+  Wheel(uint8_t encoder_pin, const Motor &motor, const SpeedLoop &loop)
+      : encoder(encoder_pin), motor_(motor), loop_(loop) {}
 
   void begin();
 
-  // The speed to hold from now on, rad/s.
-  void order(float speed) { ordered_ = speed; }
+  // One step of the loop, every control_period, towards a speed in rad/s.
+  void control(float ordered);
 
-  // One step of the loop, every control_period.
-  void control();
+  // Whether it is driven and does not turn, or its encoder does not tell: no pulse where several were due.
+  bool blocked() const;
 
   Encoder encoder;
 
@@ -27,5 +28,6 @@ class Wheel {
   SpeedLoop loop_;
   float ordered_ = 0.0f;
   int8_t direction_ = 0;  // the way the wheel turns, 0 once it stands
-  uint32_t driven_at_ = 0;  // us
+  uint32_t driven_at_ = 0;  // ms
+  uint32_t waiting_ = 0;    // ms, since when a driven wheel has given no pulse
 };
