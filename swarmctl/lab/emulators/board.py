@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
 from swarmctl.lab.emulators.motion import Chassis
 from swarmctl.lab.emulators.robot import Robot
 from swarmctl.lab.emulators.uno import LEFT, RIGHT, Fault, Motor, Truth, Uno
-from swarmctl.lab.emulators.world import Wall
 
 SLICE = 0.002  # s; the board is heard so often, and its path is made of arcs of this length
 
@@ -22,7 +20,8 @@ class SimulatedBoard(Robot):
     """
 
     type_name: ClassVar[str] = "arduino-rover"
-    refusal: ClassVar[bytes] = b""
+    refusal = b""
+    speaks_frames: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -34,11 +33,8 @@ class SimulatedBoard(Robot):
         left: Motor = LEFT,
         right: Motor = RIGHT,
         boot: float = 0.0,
-        pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        walls: Sequence[Wall] = (),
     ) -> None:
-        chassis = Chassis(wheel_separation=wheel_separation, metres_per_count=1.0, counter_bits=32, pose=pose)
-        super().__init__(chassis, walls)
+        super().__init__(Chassis(wheel_separation=wheel_separation, metres_per_count=1.0, counter_bits=32))
         self.faults = Fault.NONE
         self.load = (0.0, 0.0)
         self._radius = wheel_radius
