@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from swarmctl.firmware import stack
 from swarmctl.firmware.toolchain import FirmwareError, Toolchain
 
 MCU = "atmega328p"
@@ -31,12 +32,19 @@ _WARNINGS = ["-Wall", "-Wextra"]
 
 @dataclass(frozen=True)
 class Built:
-    """A firmware on disk, and what it takes of the board: flash, static RAM (data and bss), bytes."""
+    """A firmware on disk, and what it takes of the board in bytes: flash, RAM for its data, and at most for
+    its stack.
+    """
 
     elf: Path
     hex: Path
     flash: int
-    ram: int
+    data: int
+    stack: int
+
+    @property
+    def ram(self) -> int:
+        return self.data + self.stack
 
 
 def build(name: str, sources: Mapping[str, bytes], out: Path, toolchain: Toolchain) -> Built:
@@ -49,13 +57,13 @@ def build(name: str, sources: Mapping[str, bytes], out: Path, toolchain: Toolcha
         objects = _compile_sketch(toolchain, work / "sketch", sources)
         _run([*_cxx(toolchain), "-Wl,--gc-sections", "-o", str(elf), *objects, str(core), "-lm"])
     _run([toolchain.tool("avr-objcopy"), "-O", "ihex", "-R", ".eeprom", str(elf), str(hexfile)])
-    flash, ram = _sizes(toolchain, elf)
-    if flash > FLASH or ram > RAM:
+    disassembly = _run([toolchain.tool("avr-objdump"), "-d", "--no-show-raw-insn", str(elf)])
+    built = Built(elf, hexfile, *_sizes(toolchain, elf), stack.deepest(disassembly))
+    if built.flash > FLASH or built.ram > RAM:
         raise FirmwareError(
-            f"the firmware does not fit: {flash} of {FLASH} B flash, {ram} of {RAM} B RAM",
-            "shorten the topic names",
+            f"the firmware does not fit: {built.flash} of {FLASH} B flash, {built.ram} of {RAM} B RAM"
         )
-    return Built(elf, hexfile, flash, ram)
+    return built
 
 
 def _compile_core(toolchain: Toolchain, work: Path) -> Path:

@@ -15,6 +15,7 @@ _PACKAGES = {
     "avr-g++": "gcc-avr",
     "avr-gcc-ar": "gcc-avr",
     "avr-objcopy": "binutils-avr",
+    "avr-objdump": "binutils-avr",
     "avr-size": "binutils-avr",
 }
 

@@ -158,7 +158,7 @@ def test_the_stack_stays_far_from_the_data(
     rover.run(3.0, (0.2, 0.5))
     rover.board.faults = Fault.LEFT_WIRE_BROKEN
     rover.run(2.0, (0.2, 0.5))
-    stack = rover.board.truth.stack
-    note("the rover's firmware: RAM, data and deepest stack", f"{firmware.ram} + {stack} B", f"of {RAM} B")
-    assert firmware.ram <= 1200
-    assert firmware.ram + stack <= RAM / 2
+    seen = rover.board.truth.stack
+    note("the rover's firmware: RAM, data and deepest stack", f"{firmware.data} + {seen} B", f"of {RAM} B")
+    assert seen <= firmware.stack <= 1.5 * seen, "what the build says is a bound, and a near one"
+    assert firmware.ram <= RAM / 2
