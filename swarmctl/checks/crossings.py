@@ -10,8 +10,9 @@ from swarmctl.spec.edits import mend, replace_value
 from swarmctl.spec.multimaster import Crossing
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import did_you_mean, nearest
-from swarmctl.topology.interfaces import COMMON, DIAGNOSTICS, SENSORS
+from swarmctl.topology.interfaces import COMMON, DIAGNOSTICS, sensors_of
 from swarmctl.topology.modes import MULTIMASTER
+from swarmctl.topology.names import parted
 
 
 def _crossings(case: Case) -> Iterator[tuple[Loc, Crossing]]:
@@ -81,10 +82,10 @@ def origins(case: Case) -> Iterator[Diagnostic]:
 
 
 def _nearest(case: Case, topic: str) -> str | None:
-    space = topic.rpartition("/")[0]
+    space = parted(topic)[0]
     known = [*case.publishers.programs]
-    if space in case.publishers.robots:
-        known += [f"{space}/{one}" for one in SENSORS]
+    if (robot := case.publishers.robots.get(space)) is not None:
+        known += [f"{space}/{one}" for one in sensors_of(case.types[case.spec.robots[robot].type])]
     return nearest(topic, tuple(known))
 
 

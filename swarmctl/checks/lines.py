@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity, Span
-from swarmctl.spec.edits import mend, replace_value, set_key
+from swarmctl.spec.edits import mend, rename_key, replace_value, set_key
 from swarmctl.spec.model import Serial
 from swarmctl.spec.robot_type import command_timeout_of
+from swarmctl.spec.settings import DIAGNOSTICS
+from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.topology.interfaces import COMMAND
 from swarmctl.topology.lines import CAREFUL, COMMAND_RATE, FTDI, LineBudget, Load, command_rates, layers
 from swarmctl.topology.names import namespace
@@ -54,9 +56,9 @@ def _too_much(case: Case, index: int, budget: LineBudget) -> Diagnostic:
 
 def _place(case: Case, index: int, robot: str) -> Span:
     """Where the rates stand that are too high, else the line."""
-    if case.spec.robots[robot].settings.rates.model_fields_set:
+    if case.spec.robots[robot].settings.rates:
         return case.span("robots", robot, "settings", "rates")
-    if case.spec.defaults.robot.rates.model_fields_set:
+    if case.spec.defaults.robot.rates:
         return case.span("defaults", "robot", "rates")
     link = case.spec.links[index]
     return case.span("links", index, "baud" if isinstance(link, Serial) and link.baud else "robot")
@@ -81,7 +83,7 @@ def _written(rates: dict[str, float]) -> str:
 def _fix(case: Case, robot: str, load: Load) -> Fix | None:
     """Lower rates in the robot's own settings, where it has rates of its own."""
     fitting, rates = load.fitting(), ("robots", robot, "settings", "rates")
-    own = case.spec.robots[robot].settings.rates.model_fields_set
+    own = case.spec.robots[robot].settings.rates
     if not fitting or not own:
         return None
     changes = [set_key(case.document.source, rates, name, fitting[name]) for name in fitting if name in own]
@@ -155,4 +157,33 @@ def nearest_baud(baud: int) -> int:
     return min(BAUDS, key=lambda one: max(one / baud, baud / one))
 
 
-RULES: tuple[Rule, ...] = (full_lines, hasty_dead_men, odd_bauds)
+def unknown_rates(case: Case) -> Iterator[Diagnostic]:
+    """LINE005: a rate is for what the robot's type senses; one for all robots, for what some do."""
+    everything = {sensor: None for one in case.types.values() for sensor in one.sensors}
+    for sensor in case.spec.defaults.robot.rates:
+        if sensor not in everything and sensor != DIAGNOSTICS:
+            yield _no_such_sensor(case, ("defaults", "robot"), sensor, "no robot", everything)
+    for name, robot in case.spec.robots.items():
+        for sensor in robot.settings.rates:
+            kind = case.types.get(robot.type)
+            if kind is not None and sensor not in kind.sensors and sensor != DIAGNOSTICS:
+                who = f"robot `{name}` is a {robot.type}, which"
+                yield _no_such_sensor(case, ("robots", name, "settings"), sensor, who, kind.sensors)
+
+
+def _no_such_sensor(
+    case: Case, place: tuple[str, ...], sensor: str, who: str, sensors: Collection[str]
+) -> Diagnostic:
+    known = (*sensors, DIAGNOSTICS)
+    loc, near = (*place, "rates", sensor), nearest(sensor, known)
+    return Diagnostic(
+        "LINE005",
+        f"{who} senses no `{sensor}`",
+        case.span(*loc, key=True),
+        label="no such sensor",
+        help=did_you_mean(sensor, known, "there are"),
+        fix=mend(f"rename it to `{near}`", rename_key(case.source, loc, near)) if near else None,
+    )
+
+
+RULES: tuple[Rule, ...] = (full_lines, hasty_dead_men, odd_bauds, unknown_rates)

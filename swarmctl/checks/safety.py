@@ -8,7 +8,7 @@ from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
 from swarmctl.spec.edits import mend, remove, set_key
 from swarmctl.spec.model import Bluetooth, Program
-from swarmctl.spec.robot_type import RobotSettings
+from swarmctl.spec.settings import RobotSettings
 from swarmctl.spec.source import Loc
 from swarmctl.spec.words import Value
 

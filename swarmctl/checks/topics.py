@@ -7,10 +7,11 @@ from collections.abc import Iterator, Mapping
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
 from swarmctl.spec.edits import mend, replace_value
-from swarmctl.spec.robot_type import merged, rates_of
+from swarmctl.spec.robot_type import rates_of
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import nearest
-from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, COMMON, Endpoint, sensors_of
+from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, COMMON, Endpoint, sensor_behind, sensors_of
+from swarmctl.topology.names import parted
 
 _FEW = 50  # where more is wrong, or more could be meant, no suggestion is worth its time
 _SAME = {"tf/tfMessage": "tf2_msgs/TFMessage"}  # one message under two names, with one checksum
@@ -47,7 +48,7 @@ def _crossed(case: Case) -> Mapping[str, set[str]]:
 
 def _of_a_driver(case: Case, topic: str) -> tuple[str, str] | None:
     """The robot whose driver has ``topic``, and its message type."""
-    space, _, name = topic.rpartition("/")
+    space, name = parted(topic)
     if name == COMMAND:
         robot = case.publishers.robots.get(space)
         return (robot, COMMAND_TYPE) if robot is not None else None
@@ -116,7 +117,7 @@ def _may_be_published(one: Endpoint) -> bool:
 
 def _nearest(case: Case, topic: str) -> str | None:
     """The published topic that ``topic`` may be misspelt for."""
-    space, _, name = topic.rpartition("/")
+    space, name = parted(topic)
     robots = case.publishers.robots
     known = list(case.publishers.programs)
     if space in robots:
@@ -127,32 +128,29 @@ def _nearest(case: Case, topic: str) -> str | None:
 
 
 def sensors_off(case: Case) -> Iterator[Diagnostic]:
-    """TOPIC003: a program hears a sensor that the robot does not have, or that is turned off."""
+    """TOPIC003: a program hears a sensor that is turned off."""
     for one in case.endpoints:
         driven = None if one.publishes else _of_a_driver(case, one.topic)
-        sensor = one.topic.rpartition("/")[2]
+        sensor = sensor_behind(parted(one.topic)[1])
         if driven is None or sensor == COMMAND or one.topic in case.publishers.programs:
             continue
         robot = case.spec.robots[driven[0]]
         kind = case.types[robot.type]
-        if kind.line is None:  # a sketch publishes what its type says
+        if kind.sketch is not None:  # a sketch publishes what its type says
             continue
-        if rates_of(kind, merged(case.spec.defaults.robot, kind.settings, robot.settings))[sensor] > 0:
+        if rates_of(kind, case.spec.defaults.robot, kind.settings, robot.settings)[sensor] > 0:
             continue
-        has = kind.line.read_position if sensor == "odom" else kind.sensors.proximity
-        off = robot.settings.rates.model_dump().get(sensor) == 0
+        off = robot.settings.rates.get(sensor) == 0
         yield Diagnostic(
             "TOPIC003",
             f"program `{one.owner}` hears `{one.topic}`, which robot `{driven[0]}` does not publish",
             case.span(*one.loc, "topic"),
             severity=Severity.WARNING,
-            label="turned off" if has else f"a `{robot.type}` has no such sensor",
+            label="turned off",
             notes=(Note(case.span("robots", driven[0], "settings", "rates", sensor), "0 turns it off"),)
-            if has and off
+            if off
             else (Note(case.span("robots", driven[0], key=True), "this robot"),),
-            help=(f"give it a rate: settings: {{rates: {{{sensor}: 10.0}}}}",)
-            if has
-            else ("hear another topic, or take the entry out of `subscribes`",),
+            help=(f"give it a rate: settings: {{rates: {{{sensor}: 10.0}}}}",),
         )
 
 

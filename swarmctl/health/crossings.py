@@ -49,7 +49,7 @@ def _publishing(topic: str, swarm: Swarm, origin: Island, robots: Mapping[str, R
     if topic == DIAGNOSTICS:
         yield from (robot for host in origin.hosts for robot in swarm.robots_on(host))
         return
-    space, _, name = topic.rpartition("/")
+    space, name = names.parted(topic)
     robot = robots.get(space)
     if robot is not None and robot.host in origin.hosts and _publishes(robot, name):
         yield robot

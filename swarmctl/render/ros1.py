@@ -9,7 +9,7 @@ from swarmctl.render import rosserial, shipped
 from swarmctl.render.bundle import ROOT, File, Unit, workspace
 from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
-from swarmctl.spec.robot_type import params_of
+from swarmctl.spec.params import params_of
 from swarmctl.topology import names
 from swarmctl.topology.address import ip_of
 from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, Swarm
@@ -32,7 +32,7 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         for program in _MASTER_HELPERS:
             yield File(program, shipped.text(program.replace("bin/", "host/")), 0o755)
     robots = swarm.robots_on(host.name)
-    if any(robot.type.line for robot in robots):
+    if any(robot.type.asked for robot in robots):
         yield from shipped.folder("drivers")
     if any(robot.type.sketch for robot in robots):
         yield ros_client()
@@ -105,7 +105,7 @@ def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
     own = (workspace(swarm.workspace),) if swarm.workspace else ()
     master = ("roscore",) if host.name == island.hub else ()
     types = [robot.type for robot in swarm.robots_on(host.name)]
-    drivers = ("rospy", "pyserial") if any(one.line for one in types) else ()
+    drivers = ("rospy", "pyserial") if any(one.asked for one in types) else ()
     boards = (rosserial.PACKAGE,) if any(one.sketch for one in types) else ()
     return (*own, *master, *drivers, *boards)
 

@@ -37,7 +37,8 @@ def _examples(node: Mapping[str, Any], definitions: Mapping[str, Any]) -> list[A
     if alternatives := node.get("anyOf"):
         return _examples(alternatives[0], definitions)
     if node.get("type") == "array":
-        items = _examples(node["items"], definitions)
+        parts = node.get("prefixItems", [node["items"]] if "items" in node else [])
+        items = [found for part in parts for found in _examples(part, definitions)[:1]]
         return [items] if items else []
     if node.get("type") == "object":
         return _objects(node, definitions)

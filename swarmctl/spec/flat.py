@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from swarmctl.spec.diagnostics import Span
 from swarmctl.spec.load import Document
 from swarmctl.spec.model import Host
-from swarmctl.spec.robot_type import merged
+from swarmctl.spec.settings import merged
 
 DEFAULTS, OVERLAY, SWARMCTL = "defaults", "overlay", "swarmctl"
 

@@ -14,6 +14,7 @@ from swarmctl.spec.limits import MAX_NUMBER
 from swarmctl.spec.mentions import rename_at, renaming
 from swarmctl.spec.model import KINDS
 from swarmctl.spec.protocols import PROTOCOLS
+from swarmctl.spec.sensors import SENSORS
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import nearest
 from swarmctl.spec.vocabulary import known_keys, link_keys
@@ -24,8 +25,14 @@ BOOLEANS = {
     "yes": "true", "on": "true", "y": "true", "true": "true",
     "no": "false", "off": "false", "n": "false", "false": "false",
 }  # fmt: skip
-# How many steps into a place its kind stands: links.0, types.NAME.protocol, protocol.
-_STEPS_TO_KIND = {"links": 2, "types": 3, "protocol": 1}
+# Places whose `kind` chooses what they hold: the steps to them (None is any name), the kinds, the noun.
+_UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
+    (("links", None), KINDS, "link"),
+    (("protocol",), tuple(PROTOCOLS), "protocol"),
+    (("types", None, "protocol"), tuple(PROTOCOLS), "protocol"),
+    (("sensors", None), tuple(SENSORS), "sensor"),
+    (("types", None, "sensors", None), tuple(SENSORS), "sensor"),
+)
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
@@ -99,15 +106,30 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
 
 
 def without_tag(loc: Loc) -> tuple[str | int, ...]:
-    """The place as it stands in the file; pydantic puts the kind of a link, or of a protocol, behind it."""
-    at = _STEPS_TO_KIND.get(str(loc[0]), 0) if loc else 0
-    tagged = len(loc) > at > 0 and loc[at] in kinds_at(loc)
-    return (*loc[:at], *loc[at + 1 :]) if tagged else tuple(loc)
+    """The place as it stands in the file; pydantic puts the kind of a link, protocol or sensor behind it."""
+    steps, kinds, _ = _union_at(loc)
+    tagged = len(loc) > steps > 0 and loc[steps] in kinds
+    return (*loc[:steps], *loc[steps + 1 :]) if tagged else tuple(loc)
 
 
 def kinds_at(loc: Loc) -> tuple[str, ...]:
-    """What kinds there are of what stands at ``loc``: of links, or of a robot's protocols."""
-    return KINDS if loc[:1] == ("links",) else tuple(PROTOCOLS)
+    """What kinds there are of what stands at ``loc``."""
+    return _union_at(loc)[1]
+
+
+def noun_at(loc: Loc) -> str:
+    """What is called link, protocol or sensor."""
+    return _union_at(loc)[2]
+
+
+def _union_at(loc: Loc) -> tuple[int, tuple[str, ...], str]:
+    """How many steps into ``loc`` a kind is chosen, which there are, and of what; no steps if none is."""
+    for steps, kinds, noun in _UNIONS:
+        if len(loc) >= len(steps) and all(
+            step in (None, part) for step, part in zip(steps, loc, strict=False)
+        ):
+            return len(steps), kinds, noun
+    return 0, (), ""
 
 
 def keys_at(tagged: Loc, model: type[BaseModel]) -> tuple[str, ...]:

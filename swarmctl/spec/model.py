@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 from pydantic import Field, RootModel
 
 from swarmctl.spec.multimaster import Multimaster
-from swarmctl.spec.robot_type import UNTUNED, RobotSettings, RobotType
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.settings import UNTUNED, RobotSettings
 from swarmctl.spec.topics import Topic
 from swarmctl.spec.words import (
     Account,

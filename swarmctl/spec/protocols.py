@@ -1,53 +1,31 @@
-"""How a robot is spoken to: by lines of text that our own driver exchanges with it, or by rosserial."""
+"""How a robot is spoken to: by lines of text or by bytes, request and reply, or by rosserial."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
+from swarmctl.spec.queries import BinaryQuery, BinarySpeedCommand, Head, Identify, Query, SpeedCommand
 from swarmctl.spec.topics import Topic
 from swarmctl.spec.words import Model, Name
 
-_REQUEST = r"^[\x20-\x7e]{1,80}$"
-_HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
-
-Request = Annotated[str, Field(pattern=_REQUEST, examples=["R"])]
-Head = Annotated[str, Field(pattern=_HEAD, examples=["r"])]
+QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
+ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
+Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
-class Query(Model):
-    """One request and its reply: a head, then whole numbers, all separated by commas."""
+class Stray(Model):
+    """A line that tells what is wrong with a robot that does not answer as it should."""
 
-    send: Request = Field(description="The request, without its terminator.")
-    reply: Head = Field(description="The head that the reply begins with.")
-    values: int = Field(0, ge=0, le=64, description="How many numbers of the reply are used.")
-    extra: int = Field(0, ge=0, le=64, description="How many more numbers may follow; they are ignored.")
-
-
-class SpeedCommand(Query):
-    """The request that sets both wheel speeds, with {left} and {right} where the units go."""
-
-    send: Request = Field(examples=["D,{left},{right}"], description="The request, without its terminator.")
-
-    @model_validator(mode="after")
-    def _both_sides(self) -> SpeedCommand:
-        if any(self.send.count(side) != 1 for side in ("{left}", "{right}")):
-            raise ValueError("`send` of `set_speed` needs {left} and {right}, once each")
-        return self
-
-
-class PositionQuery(Query):
-    """The request that reads both position counters, left first."""
-
-    values: Literal[2] = Field(2, description="Left and right.")
-
-
-class Identify(Model):
-    """The request that names the firmware. Its version is the first number in the reply."""
-
-    send: Request = Field(description="The request, without its terminator.")
-    reply: Head = Field(description="The head that the reply begins with; text follows after a comma.")
+    begins: Text = Field(examples=["Selector pos"], description="What the line begins with.")
+    unless: Text | None = Field(
+        None, examples=["Selector pos 3"], description="A line that begins so is as it should be."
+    )
+    means: Text = Field(
+        examples=["turn the selector to position 3"], description="What to do; shown with the line."
+    )
 
 
 class LineProtocol(Model):
@@ -55,16 +33,38 @@ class LineProtocol(Model):
 
     kind: Literal["line"] = Field(description="Lines of text.")
     terminator: Literal["\r", "\n"] = Field("\r", description="Ends a request.")
-    reply_timeout: float = Field(0.2, ge=0.01, le=2, description="Seconds to wait for a reply.")
+    reply_timeout: ReplyTimeout = 0.2
     error_heads: Annotated[tuple[Head, ...], Field(strict=False)] = Field(
         (), examples=[["z"]], description="A reply that begins so says that the robot refused the request."
     )
-    set_speed: SpeedCommand = Field(description="Sets both wheel speeds; with zeros it stops the robot.")
-    read_position: PositionQuery | None = Field(None, description="Reads both position counters, left first.")
-    read_proximity: Query | None = Field(
-        None, description="Reads the proximity sensors, in the order of `sensors`."
+    strays: Annotated[tuple[Stray, ...], Field(strict=False)] = Field(
+        (),
+        examples=[[{"begins": "Selector pos", "means": "turn the selector to position 3"}]],
+        description="Lines that tell what is wrong, such as a banner of another program.",
     )
     identify: Identify | None = Field(None, description="Asks for the firmware version.")
+    set_speed: SpeedCommand = Field(description="Sets both wheel speeds; with zeros it stops the robot.")
+    queries: Mapping[QueryName, Query] = Field(
+        default_factory=dict,
+        examples=[{"position": {"send": "R", "reply": "r", "values": 2}}],
+        description="What else can be asked, by name; `sensors` says what the numbers of the replies are.",
+    )
+
+
+class BinaryProtocol(Model):
+    """Requests and replies as bytes. A reply has no frame: what arrives before a request is thrown away."""
+
+    kind: Literal["binary"] = Field(description="Bytes.")
+    byte_order: Literal["little", "big"] = Field("little", description="Of numbers of several bytes.")
+    reply_timeout: ReplyTimeout = 0.2
+    set_speed: BinarySpeedCommand = Field(
+        description="Sets both wheel speeds; with zeros it stops the robot."
+    )
+    queries: Mapping[QueryName, BinaryQuery] = Field(
+        default_factory=dict,
+        examples=[{"position": {"send": "af 00", "reply": "2h"}}],
+        description="What else can be asked, by name; `sensors` says what the numbers of the replies are.",
+    )
 
 
 class RosserialProtocol(Model):
@@ -107,5 +107,9 @@ class RosserialProtocol(Model):
         return self
 
 
-Protocol = Annotated[LineProtocol | RosserialProtocol, Field(discriminator="kind")]
-PROTOCOLS: dict[str, type[Model]] = {"line": LineProtocol, "rosserial": RosserialProtocol}
+#: A protocol in which our own driver asks and the robot answers.
+Asked = LineProtocol | BinaryProtocol
+Protocol = Annotated[LineProtocol | BinaryProtocol | RosserialProtocol, Field(discriminator="kind")]
+PROTOCOLS: dict[str, type[Model]] = {
+    "line": LineProtocol, "binary": BinaryProtocol, "rosserial": RosserialProtocol,
+}  # fmt: skip

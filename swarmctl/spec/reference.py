@@ -81,7 +81,9 @@ class _Page:
         if "const" in value:
             return _code(value["const"])
         if value.get("type") == "array":
-            return f"list of {self.value(value['items'])}" if "items" in value else "list"
+            parts = value.get("items", [])
+            parts = parts if isinstance(parts, list) else [parts]
+            return "list of " + " and ".join(dict.fromkeys(map(self.value, parts))) if parts else "list"
         if named := value.get("patternProperties") or value.get("additionalProperties"):
             inner = next(iter(named.values())) if "patternProperties" in value else named
             return f"name: {self.value(inner)}" if isinstance(inner, Mapping) else "mapping"

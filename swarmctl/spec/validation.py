@@ -23,6 +23,7 @@ from swarmctl.spec.mending import (
     kinds_at,
     kinds_with,
     legal_name,
+    noun_at,
     without_tag,
 )
 from swarmctl.spec.source import Loc, Source
@@ -124,7 +125,7 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
             )
         return Diagnostic(
             "SPEC003",
-            f"{_shown(tag)} is no kind of {'link' if loc[0] == 'links' else 'protocol'}",
+            f"{_shown(tag)} is no kind of {noun_at(loc)}",
             source.span((*loc, "kind")),
             help=did_you_mean(str(tag), kinds_at(loc), "the kinds are"),
         )
@@ -265,6 +266,8 @@ _PATTERNS = {
     "^[A-Za-z0-9_][A-Za-z0-9_.-]*$": "a file name of letters, digits and _ . -",
     "^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$": "a folder has its whole path, like /home/robot/catkin_ws",
     r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$": "text on one line, without control characters",
+    "^[a-z][a-z0-9.-]{0,30}$": "robot types are lower-case letters, digits, dots and hyphens, a letter first",
+    "^[a-z][a-z0-9_]{0,30}$": "lower-case letters, digits and _, a letter first, 31 at most",
     "^[A-Z]{2,8}[0-9]{3}$": "a rule is written like SET001; `swarmctl rules` lists them",
     "^[0-9a-fA-F]{4}$": "four hexadecimal digits, in quotes",
     "^[A-Za-z~/][A-Za-z0-9_/]*$": "a ROS name has letters, digits, _ and /, a letter first",

@@ -8,8 +8,9 @@ from pydantic import BaseModel
 
 from swarmctl.spec.model import LINKS, Spec
 from swarmctl.spec.protocols import PROTOCOLS
+from swarmctl.spec.sensors import SENSORS
 
-_TAGS = {**LINKS, **PROTOCOLS}
+_TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:

@@ -104,7 +104,14 @@ Name = Annotated[
 ]
 HostName = Annotated[Name, Field(examples=["k3-pi"])]
 RobotName = Annotated[Name, Field(examples=["k3"])]
-RobotTypeName = Annotated[Name, Field(examples=["khepera3"])]
+RobotTypeName = Annotated[
+    str,
+    Field(
+        pattern=r"^[a-z][a-z0-9.-]{0,30}$",
+        examples=["khepera3"],
+        description="Lower-case letters, digits, dots and hyphens, a letter first.",
+    ),
+]
 ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
 NetworkName = Annotated[Name, Field(examples=["lab"])]
 IslandName = Annotated[Name, Field(examples=["west"])]

@@ -8,18 +8,17 @@ from dataclasses import dataclass
 
 from swarmctl.spec.model import Computer, Control, NetworkLink, Spec
 from swarmctl.spec.multimaster import Multimaster
-from swarmctl.spec.robot_type import RobotType, merged
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.settings import merged
 from swarmctl.topology import modes, names
 from swarmctl.topology.boards import message_bytes
 from swarmctl.topology.bridges import commanders_host
 from swarmctl.topology.interfaces import (
     COMMAND,
     COMMAND_TYPE,
-    SENSORS,
     Endpoint,
     driver_topics,
     program_host,
-    sensors_of,
 )
 from swarmctl.topology.lines import COMMAND_RATE, command_rates, layers
 from swarmctl.topology.swarm import Bridge, Island
@@ -230,28 +229,16 @@ def _orders(spec: Spec, control: Control, rates: Mapping[str, float]) -> Iterato
 
 
 def _sensors(spec: Spec, types: Mapping[str, RobotType], heard: Mapping[str, set[str]]) -> Iterator[Flow]:
+    spaces = {names.parted(topic)[0] for topic in heard}
     for name, robot in spec.robots.items():
-        host, robot_type = modes.driving_host(spec, name), types[robot.type]
         prefix = names.namespace(name)
-        topics = [sensor for sensor in sensors_of(robot_type) if f"{prefix}/{sensor}" in heard]
-        if host is None or not topics:
+        if prefix not in spaces:
             continue
-        said = driver_topics(robot_type, merged(*layers(spec, robot_type, robot.settings)))
-        for one in said:
-            if one.name in topics:
-                size = _sensor_bytes(robot_type, one.name)
-                yield from _to_each(f"{prefix}/{one.name}", host, heard, one.rate, size)
-
-
-def _sensor_bytes(robot_type: RobotType, sensor: str) -> int:
-    """A driver's message. Proximity is a list of 16-bit numbers, labelled with their names."""
-    if robot_type.sketch is not None:
-        [topic] = (one for one in robot_type.sketch.publishes if one.topic == sensor)
-        return message_bytes(topic.type, topic.size) or 0
-    if sensor == "proximity" and robot_type.sensors.proximity is not None:
-        elements = robot_type.sensors.proximity.elements
-        return 24 + sum(len(one.name) + 1 for one in elements) + 2 * len(elements)
-    return message_bytes(SENSORS[sensor], None) or 0
+        host, robot_type = modes.driving_host(spec, name), types[robot.type]
+        if host is None:
+            continue
+        for one in driver_topics(robot_type, merged(*layers(spec, robot_type, robot.settings))):
+            yield from _to_each(f"{prefix}/{one.name}", host, heard, one.rate, one.size)
 
 
 def _to_each(

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from swarmctl.spec.messages import size_of
 from swarmctl.spec.model import Program, Spec
-from swarmctl.spec.robot_type import RobotSettings, RobotType, rates_of
+from swarmctl.spec.robot_type import ODOM, RobotType, rates_of
+from swarmctl.spec.sensors import Quantity, Range, Raw, Sensor
+from swarmctl.spec.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
+from swarmctl.spec.settings import RobotSettings
 from swarmctl.spec.shipped import shipped
 from swarmctl.topology import modes, names
 from swarmctl.topology.programs import SHIPPED
@@ -15,7 +19,20 @@ COMMAND = "cmd_vel"
 COMMAND_TYPE = "geometry_msgs/Twist"
 DIAGNOSTICS = "/diagnostics"
 DIAGNOSTICS_TYPE = "diagnostic_msgs/DiagnosticArray"
-SENSORS = {"odom": "nav_msgs/Odometry", "proximity": "std_msgs/UInt16MultiArray"}
+JOINTS = "joint_states"
+MESSAGES = {  # of the topic that is called as its sensor
+    "wheels": "nav_msgs/Odometry",
+    "range": "std_msgs/UInt16MultiArray",
+    "raw": "std_msgs/UInt16MultiArray",
+    "quantity": "std_msgs/Float32MultiArray",
+    "imu": "sensor_msgs/Imu",
+    "magnetic": "sensor_msgs/MagneticField",
+    "battery": "sensor_msgs/BatteryState",
+    "temperature": "sensor_msgs/Temperature",
+}
+_RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
+_JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
+_LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
 
 # Topics that ROS itself, or every driver, has at the top of the graph.
 COMMON = {
@@ -52,6 +69,8 @@ class DriverTopic:
     name: str
     type: str
     rate: float  # Hz
+    size: int = 0  # bytes; 0 where that is open
+    part: bool = False  # made from the same reading as another topic, and as often
 
 
 def driver_topics(robot_type: RobotType, settings: RobotSettings) -> tuple[DriverTopic, ...]:
@@ -60,18 +79,63 @@ def driver_topics(robot_type: RobotType, settings: RobotSettings) -> tuple[Drive
     `rosserial_python` publishes what its sketch does; it has diagnostics only when something goes wrong.
     """
     if robot_type.sketch is not None:
-        said = robot_type.sketch.publishes
-        return tuple(DriverTopic(one.topic, one.type, one.rate) for one in said if one.rate is not None)
+        return tuple(_of_sketch(robot_type))
     rates = rates_of(robot_type, settings)
-    sensors = [DriverTopic(name, kind, rates[name]) for name, kind in SENSORS.items() if rates[name] > 0]
-    return (*sensors, DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates["diagnostics"]))
+    on = [name for name in robot_type.sensors if rates[name] > 0]
+    sensed = [one for name in on for one in _of_sensor(robot_type, name, rates[name])]
+    return (*sensed, DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates[DIAGNOSTICS_RATE]))
 
 
 def sensors_of(robot_type: RobotType) -> Mapping[str, str]:
     """The message types of what a driver has of sensors, turned off or not, by topic in its namespace."""
     if robot_type.sketch is not None:
         return {one.topic: one.type for one in robot_type.sketch.publishes}
-    return SENSORS
+    return {one.name: one.type for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)}
+
+
+def sensor_behind(topic: str) -> str:
+    """The sensor that a topic of a driver is made from."""
+    if topic == JOINTS:
+        return ODOM
+    return topic.partition("/")[0]
+
+
+def _of_sketch(robot_type: RobotType) -> Iterator[DriverTopic]:
+    for one in robot_type.sketch.publishes if robot_type.sketch else ():
+        if one.rate is not None:
+            yield DriverTopic(one.topic, one.type, one.rate, one.size or _bytes(one.type))
+
+
+def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[DriverTopic]:
+    sensor = robot_type.sensors[name]
+    message = MESSAGES[sensor.kind]
+    yield DriverTopic(name, message, rate, _sensor_bytes(sensor) or _bytes(message))
+    if isinstance(sensor, Range):
+        for one in sensor.elements:
+            yield DriverTopic(f"{name}/{one.name}", _RANGE, rate, _bytes(_RANGE), part=True)
+    if sensor.kind == "wheels" and robot_type.kinematics.wheel_radius is not None:
+        yield DriverTopic(JOINTS, _JOINT_STATE, rate, _bytes(_JOINT_STATE) + _JOINTS_BYTES, part=True)
+
+
+def _sensor_bytes(sensor: Sensor) -> int:
+    """A list of numbers, labelled with their names; 0 for another message."""
+    match sensor:
+        case Range(elements=elements):
+            return _list_bytes([one.name for one in elements], 2)
+        case Raw(names=names):
+            return _list_bytes(names, 2)
+        case Quantity(names=names):
+            return _list_bytes(names, 4)
+    return 0
+
+
+def _list_bytes(names: Sequence[str], each: int) -> int:
+    return _LAYOUT + sum(len(name) + 1 for name in names) + each * len(names)
+
+
+def _bytes(type_name: str) -> int:
+    size = size_of(type_name)
+    return size.bytes if size else 0
 
 
 def program_host(spec: Spec, program: Program) -> str | None:

@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from swarmctl.spec.model import Bluetooth, Serial, Spec
-from swarmctl.spec.protocols import LineProtocol, Query
-from swarmctl.spec.robot_type import RobotSettings, RobotType, rates_of
+from swarmctl.spec.protocols import Asked
+from swarmctl.spec.robot_type import RobotType, rates_of
+from swarmctl.spec.sensors import Range, Sensor, Wheels
+from swarmctl.spec.settings import RobotSettings
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, Endpoint
 
@@ -20,6 +22,7 @@ FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 COMMAND_RATE = 10.0  # Hz of orders where no program says how often it sends them
 MOST_COMMANDS = 50.0  # Hz; a driver says a new speed every 20 ms at most
 LEAST_COMMANDS = 5.0  # Hz; it says an unchanged one again after 200 ms
+_SIXTEEN_BITS = len("-32768")
 CAREFUL = 0.7  # share of its time above which a line has no room for a reply that comes late
 
 # Seconds between the end of a request and its reply. An FTDI adapter hands over what it has when its latency
@@ -39,6 +42,7 @@ class Exchange:
     rate: float
     request: int
     reply: int
+    sensors: tuple[str, ...] = ()  # whose numbers the reply has
 
     @property
     def bytes(self) -> int:
@@ -87,10 +91,12 @@ class Load:
     def fitting(self) -> dict[str, float]:
         """The sensors' rates scaled down until they fit with room to spare; none if orders alone do not."""
         orders = sum(one.rate * self.seconds(one) for one in self.exchanges if one.name == COMMAND)
-        sensors = {one.name: one for one in self.exchanges if one.name != COMMAND and one.rate > 0}
-        asked = sum(one.rate * self.seconds(one) for one in sensors.values())
+        questions = [one for one in self.exchanges if one.sensors and one.rate > 0]
+        asked = sum(one.rate * self.seconds(one) for one in questions)
         factor = (CAREFUL - orders) / asked if asked else 0.0
-        fitting = {name: _rounded_down(one.rate * min(factor, 1.0)) for name, one in sensors.items()}
+        fitting = {
+            name: _rounded_down(one.rate * min(factor, 1.0)) for one in questions for name in one.sensors
+        }
         return fitting if all(rate > 0 for rate in fitting.values()) else {}
 
 
@@ -135,7 +141,7 @@ def line_budgets(
     """
     ordered = command_rates(spec, endpoints)
     loads: dict[tuple[object, ...], Load] = {}
-    asked = {name for name, one in types.items() if one.line is not None}
+    asked = {name for name, one in types.items() if one.asked is not None}
     for index, link in enumerate(spec.links):
         if not isinstance(link, (Serial, Bluetooth)):
             continue
@@ -145,7 +151,7 @@ def line_budgets(
         own, kind = robot.settings.rates, line_kind(link)
         baud = link.baud if isinstance(link, Serial) else None
         commands = ordered.get(link.robot, COMMAND_RATE)
-        key = (robot.type, kind, baud, commands, own.odom, own.proximity)
+        key = (robot.type, kind, baud, commands, *sorted(own.items()))
         load = loads.get(key)
         if load is None:
             robot_type = types[robot.type]
@@ -182,34 +188,40 @@ def command_rates(spec: Spec, endpoints: Sequence[Endpoint]) -> dict[str, float]
 
 def load_of(robot_type: RobotType, kind: str, baud: int, commands: float, rates: Mapping[str, float]) -> Load:
     """What a driver with these ``rates`` asks of its line while it is given ``commands`` orders a second."""
-    link, protocol = robot_type.link, robot_type.line
+    link, protocol = robot_type.link, robot_type.asked
     bits = 1 + link.bytesize + (link.parity != "none") + link.stopbits
     if protocol is None:  # nobody asks a sketch
         return Load(kind, baud, bits, ())
     said = min(MOST_COMMANDS, max(LEAST_COMMANDS, commands))
-    longest = len(_speed_request(robot_type, protocol)) + 1
-    exchanges = [Exchange(COMMAND, said, longest, _reply(protocol.set_speed, 0))]
-    if protocol.read_position is not None:
-        counter = len(str(-(2 ** (robot_type.kinematics.counter_bits - 1))))
-        exchanges.append(_question("odom", rates["odom"], protocol.read_position, counter))
-    if protocol.read_proximity is not None and robot_type.sensors.proximity is not None:
-        reading = len(str(robot_type.sensors.proximity.max_reading))
-        exchanges.append(_question("proximity", rates["proximity"], protocol.read_proximity, reading))
-    return Load(kind, baud, bits, tuple(exchanges))
+    questions = _questions(robot_type, protocol, rates)
+    return Load(kind, baud, bits, (Exchange(COMMAND, said, *_order(robot_type, protocol)), *questions))
 
 
-def _question(name: str, rate: float, query: Query, digits: int) -> Exchange:
-    return Exchange(name, rate, len(query.send) + 1, _reply(query, digits))
-
-
-def _reply(query: Query, digits: int) -> int:
-    """Numbers with a comma before each, then CR and LF. What is ignored may be a 32-bit number."""
-    return len(query.reply) + query.values * (1 + digits) + query.extra * 11 + 2
-
-
-def _speed_request(robot_type: RobotType, protocol: LineProtocol) -> str:
-    """The longest order: both wheels backwards as fast as they go, in the finest units of the type."""
+def _order(robot_type: RobotType, protocol: Asked) -> tuple[int, int]:
+    """Bytes of the longest order and its reply: both wheels backwards at their fastest, in finest units."""
     kinematics = robot_type.kinematics
     units = max(scale.speed_units_per_mps for scale in kinematics.scales)
-    fastest = str(-round(kinematics.wheel_speed_max * units))
-    return protocol.set_speed.send.replace("{left}", fastest).replace("{right}", fastest)
+    fastest = len(str(-round(kinematics.wheel_speed_max * units)))
+    request, reply = protocol.set_speed.length(0)
+    if protocol.kind == "line":
+        request += 2 * fastest - len("{left}{right}")
+    return request, reply
+
+
+def _questions(robot_type: RobotType, protocol: Asked, rates: Mapping[str, float]) -> Iterator[Exchange]:
+    """One exchange a query, as often as the sensor wants it that wants it most often."""
+    for name, query in protocol.queries.items():
+        fed = {key: one for key, one in robot_type.sensors.items() if (one.read or key) == name}
+        digits = max((_digits(robot_type, one) for one in fed.values()), default=0)
+        rate = max((rates[key] for key in fed), default=0.0)
+        yield Exchange(" + ".join(fed), rate, *query.length(digits), sensors=tuple(fed))
+
+
+def _digits(robot_type: RobotType, sensor: Sensor) -> int:
+    """Characters of the longest number that a sensor reads."""
+    match sensor:
+        case Range(max_reading=largest):
+            return len(str(largest))
+        case Wheels():
+            return len(str(-(2 ** (robot_type.kinematics.counter_bits - 1))))
+    return _SIXTEEN_BITS

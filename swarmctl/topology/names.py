@@ -26,6 +26,12 @@ def namespace(robot: str) -> str:
     return "/" + robot.replace("-", "_")
 
 
+def parted(topic: str) -> tuple[str, str]:
+    """The namespace of a robot and the name in it: ``/koala``, ``proximity/L0``; none at the top."""
+    head, _, name = topic[1:].partition("/")
+    return (f"/{head}", name) if name else ("", head)
+
+
 def driver_node(robot: str) -> str:
     return f"{namespace(robot)}/{DRIVER_NODE}"
 

@@ -44,7 +44,7 @@ class Publishers:
 
     def sensed(self, topic: str) -> tuple[str, str] | None:
         """The robot whose driver has ``topic`` for what it senses, and its message type."""
-        space, _, name = topic.rpartition("/")
+        space, name = names.parted(topic)
         robot = self.robots.get(space)
         kind = sensors_of(self._types[self._spec.robots[robot].type]).get(name) if robot else None
         return (robot, kind) if robot and kind else None

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from swarmctl.spec import model
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster import Multimaster
-from swarmctl.spec.robot_type import RobotType, merged
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.settings import merged
 from swarmctl.topology import modes, names
 from swarmctl.topology.authority import Authority, commanded_by
 from swarmctl.topology.bridges import bridges_of

@@ -9,7 +9,8 @@ from functools import cached_property
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Usb
 from swarmctl.spec.multimaster import Multimaster
-from swarmctl.spec.robot_type import RobotSettings, RobotType
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.settings import RobotSettings
 from swarmctl.topology import names
 from swarmctl.topology.programs import INTERACTIVE
 

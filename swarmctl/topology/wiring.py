@@ -18,7 +18,7 @@ from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
 from swarmctl.topology import modes, names
 from swarmctl.topology.bridges import commanders_host
 from swarmctl.topology.graph import Node, graph_of, host_node
-from swarmctl.topology.interfaces import SENSORS, Endpoint, program_endpoints, program_host
+from swarmctl.topology.interfaces import COMMAND, Endpoint, program_endpoints, program_host
 from swarmctl.topology.swarm import Island
 
 Part = tuple[str, str]
@@ -153,12 +153,13 @@ class Wiring:
         """By topic: the host of each node that publishes it, and what that node needs. Only what is heard."""
         heard = {one.topic for one in endpoints if not one.publishes}
         found: dict[str, list[tuple[str, Needs]]] = {}
-        for robot in self.spec.robots if heard else ():
-            host = modes.driving_host(self.spec, robot)
-            for sensor in SENSORS:
-                topic = f"{names.namespace(robot)}/{sensor}"
-                if host is not None and topic in heard:
-                    found.setdefault(topic, []).append((host, self.drivers[robot]))
+        robots = {names.namespace(robot): robot for robot in self.spec.robots} if heard else {}
+        for topic in sorted(heard):
+            space, sensor = names.parted(topic)
+            robot = robots.get(space)
+            host = modes.driving_host(self.spec, robot) if robot and sensor != COMMAND else None
+            if robot is not None and host is not None:
+                found.setdefault(topic, []).append((host, self.drivers[robot]))
         for one in endpoints:
             if one.publishes and one.host and one.topic in heard:
                 found.setdefault(one.topic, []).append((one.host, self.programs[one.owner]))

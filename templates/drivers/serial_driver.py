@@ -18,7 +18,8 @@ from types import FrameType
 from typing import TYPE_CHECKING, Callable
 
 from swarm_driver.authority import Authority
-from swarm_driver.config import Config, ConfigError, load
+from swarm_driver.codec import Values
+from swarm_driver.config import Config, ConfigError, Sensor, load
 from swarm_driver.driver import Driver, run
 from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
@@ -54,9 +55,9 @@ class News:
         if self.ros:
             self.ros.odometry(pose)
 
-    def proximity(self, readings: tuple[int, ...]) -> None:
+    def reading(self, sensor: Sensor, values: Values) -> None:
         if self.ros:
-            self.ros.proximity(readings)
+            self.ros.reading(sensor, values)
 
     def report(self, report: Report) -> None:
         self._notifier.status(report.message)

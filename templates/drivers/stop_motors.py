@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 from swarm_driver.config import Config, ConfigError, load
+from swarm_driver.driver import linked
 from swarm_driver.kinematics import STANDSTILL
 from swarm_driver.link import FAILED_EXCHANGE, Link
 from swarm_driver.port import Port, PortError
@@ -27,7 +28,7 @@ def stop(config: Config) -> tuple[int, str]:
         port = _opened(config, deadline)
     except PortError as error:
         return (0 if error.busy or error.absent else 1), f"nothing to stop here: {error}"
-    link = Link(port, config.protocol, Tally(), time.monotonic)
+    link = linked(port, config, Tally())
     try:
         return _told(link, config, deadline)
     except PortError as error:

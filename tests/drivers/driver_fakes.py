@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from swarm_driver.config import Config, parse
+from swarm_driver.codec import Values
+from swarm_driver.config import Config, Sensor, parse
 from swarm_driver.driver import Driver
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
@@ -12,7 +13,8 @@ from swarm_driver.port import PortError
 from swarm_driver.report import Level, Report
 
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.robot_type import RobotSettings, params_of
+from swarmctl.spec.params import params_of
+from swarmctl.spec.settings import RobotSettings
 
 #: Whom a robot of these tests obeys, as its parameter file says it.
 TESTER = {"name": "tester", "priority": 0, "nodes": ["/tester"], "namespace": None, "addresses": []}
@@ -120,15 +122,15 @@ class Memory:
 
     def __init__(self) -> None:
         self.poses: list[Pose] = []
-        self.readings: list[tuple[int, ...]] = []
+        self.readings: list[tuple[str, Values]] = []
         self.reports: list[Report] = []
         self.events: list[tuple[Level, str]] = []
 
     def odometry(self, pose: Pose) -> None:
         self.poses.append(pose)
 
-    def proximity(self, readings: tuple[int, ...]) -> None:
-        self.readings.append(readings)
+    def reading(self, sensor: Sensor, values: Values) -> None:
+        self.readings.append((sensor.name, values))
 
     def report(self, report: Report) -> None:
         self.reports.append(report)

@@ -203,7 +203,7 @@ def test_systemd_hears_that_the_node_is_ready_alive_and_how_it_fares(tmp_path):
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("robot: koala", "'protocol' is missing"),
+        ("robot: koala", "'title' is missing"),
         ("[", "cannot read"),
         ("- 1", "params.yaml"),
         (None, "No such file"),

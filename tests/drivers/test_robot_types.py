@@ -12,7 +12,9 @@ from swarm_driver.config import parse
 
 from swarmctl.resources import templates
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.robot_type import RobotSettings, RobotType, merged, params_of
+from swarmctl.spec.params import params_of
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.settings import RobotSettings, merged
 
 
 def type_data(name: str):
@@ -64,15 +66,26 @@ def test_settings_that_make_no_sense_or_no_safety_are_refused(settings):
     [
         (("protocol", "set_speed", "send"), "D,{left}", "{left} and {right}"),
         (("protocol", "set_speed", "send"), "D,{left},{right}\nD,9,9", "pattern"),
-        (("protocol", "read_proximity", "values"), 3, "names 16 sensors"),
+        (("protocol", "queries", "proximity", "values"), 3, "has 3 values, sensor `proximity` takes 16"),
+        (("protocol", "queries", "proximity", "pattern"), "([0-9]+", "no regular expression"),
+        (("protocol", "queries", "proximity", "pattern"), "([0-9]+)", "as many groups"),
+        (("protocol", "queries", "spare"), {"send": "S", "reply": "s"}, "no sensor reads the query `spare`"),
+        (("sensors", "odom", "read"), "nothing", "none of the `queries`"),
+        (("sensors", "counters"), {"kind": "wheels", "read": "position"}, "are called `odom`"),
+        (("sensors", "proximity", "distances"), [[5, 0.1], [3, 0.2]], "from small readings to large"),
+        (("sensors", "proximity", "kind"), "radar", "does not match any of the expected tags"),
+        (("actuators", "odom"), {"send": "L,{value}", "channels": ["a"], "max": 1}, "is taken"),
+        (("actuators", "leds"), {"send": "L,1", "channels": ["a"], "max": 1}, "needs {value}"),
+        (("actuators", "leds"), {"send": "{value:b} 00", "channels": ["a"], "max": 1}, "not written for"),
+        (("settings",), {"rates": {"sonar": 1.0}}, "none of the `sensors`"),
         (("kinematics", "scales"), [], "at least 1"),
         (("kinematics", "wheel_speed_min"), 1.0, "must be below"),
         (("kinematics", "wheel_diameter"), 0.085, "Extra inputs"),
-        (("sensors",), {}, "go together"),
+        (("sensors",), {}, "no sensor reads"),
     ],
 )
 def test_a_robot_type_that_does_not_hold_together_is_refused(path, value, complaint):
-    data = type_data("koala")
+    data = {"actuators": {}, **type_data("koala")}
     place = data
     for key in path[:-1]:
         place = place[key]

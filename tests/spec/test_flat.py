@@ -168,7 +168,7 @@ def test_the_data_and_the_origin_of_each_value_as_json(capsys: pytest.CaptureFix
         "settings/limits/linear": "overlay",
         "settings/rates/odom": "type slow-epuck",
     }
-    assert told["origins"]["/robots/epuck-3/host"]["line"] == 30
+    assert told["origins"]["/robots/epuck-3/host"]["line"] == 32
     assert told == {"v": 1, **json_of(flat(loaded(LAYERS / "swarm.yaml", LAYERS / "field.yaml"),
                                            [str(LAYERS / "field.yaml")]))}  # fmt: skip
 

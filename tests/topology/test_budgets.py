@@ -15,6 +15,7 @@ from swarmctl.spec.edits import apply
 from swarmctl.spec.load import load_text
 from swarmctl.spec.messages import known_types, size_of
 from swarmctl.spec.model import Program
+from swarmctl.spec.robot_type import rates_of
 from swarmctl.topology.boards import board_budgets, program_budget
 from swarmctl.topology.budgets import budgets_of
 from swarmctl.topology.capacity import host_budgets, network_budgets, on_the_wire
@@ -270,6 +271,7 @@ def found_in(text: str) -> tuple:
 
 def test_defaults_fit_every_robot_of_the_catalog_on_every_line_it_has() -> None:
     for name, robot_type in TYPES.items():
-        for kind in robot_type.link.kinds if robot_type.line else ():
+        for kind in robot_type.link.kinds if robot_type.asked else ():
             line = "usb" if kind == "serial" else kind
-            assert load_of(robot_type, line, robot_type.link.baud, 10.0, DEFAULT).share < 0.7, (name, kind)
+            rates = rates_of(robot_type, robot_type.settings)
+            assert load_of(robot_type, line, robot_type.link.baud, 10.0, rates).share < 0.7, (name, kind)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any, Mapping, Pattern
 
 import yaml
 
@@ -26,15 +27,6 @@ class Serial:
     stopbits: int
     settle: float
     hint: str
-
-
-@dataclass(frozen=True)
-class Rates:
-    """Hz; 0 is off."""
-
-    odom: float
-    proximity: float
-    diagnostics: float
 
 
 @dataclass(frozen=True)
@@ -59,6 +51,7 @@ class Kinematics:
     linear_error: float
     angular_error: float
     scales: tuple[Scale, ...]
+    wheel_radius: float | None = None
 
     def scale_for(self, firmware: float | None) -> Scale | None:
         """The units of a robot with that firmware; none when they depend on a version that is not known."""
@@ -68,26 +61,82 @@ class Kinematics:
 
 
 @dataclass(frozen=True)
-class Query:
+class LineQuery:
     """A request, and its reply: a head, ``values`` numbers, up to ``extra`` numbers that are ignored."""
 
     send: str
     reply: str
     values: int = 0
     extra: int = 0
+    pattern: Pattern[str] | None = None
 
 
 @dataclass(frozen=True)
-class Protocol:
-    """What is said on the line. ``identify`` is answered with text."""
+class Stray:
+    """A line that begins with ``begins`` tells what is wrong, unless it begins with ``unless``."""
 
-    terminator: str
+    begins: str
+    means: str
+    unless: str | None = None
+
+
+@dataclass(frozen=True)
+class LineProtocol:
+    """What is said on a line of text. ``identify`` is answered with text."""
+
     reply_timeout: float
+    terminator: str
     error_heads: tuple[str, ...]
-    set_speed: Query
-    read_position: Query | None
-    read_proximity: Query | None
-    identify: Query | None
+    strays: tuple[Stray, ...]
+    identify: LineQuery | None
+    set_speed: LineQuery
+    queries: Mapping[str, LineQuery]
+
+
+@dataclass(frozen=True)
+class BinaryQuery:
+    """A request in hexadecimal digits with places, and the layout of its reply."""
+
+    send: str
+    reply: str
+    echo: bool = False
+
+
+@dataclass(frozen=True)
+class BinaryProtocol:
+    """What is said in bytes."""
+
+    reply_timeout: float
+    byte_order: str
+    set_speed: BinaryQuery
+    queries: Mapping[str, BinaryQuery]
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What is read, at ``rate`` Hz: ``count`` numbers from ``first`` on of the reply to the query ``read``.
+
+    ``settings`` are those of its ``kind``, as the robot type has them.
+    """
+
+    name: str
+    kind: str
+    read: str
+    first: int
+    count: int
+    rate: float
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """What may be set beside the speed: a value from 0 to ``max`` for each channel."""
+
+    name: str
+    send: str
+    reply: str | None
+    channels: tuple[str, ...]
+    max: int
 
 
 @dataclass(frozen=True)
@@ -102,11 +151,14 @@ class Config:
     serial: Serial
     command_timeout: float
     commanders: tuple[Commander, ...]
-    rates: Rates
+    diagnostics_rate: float
     kinematics: Kinematics
-    protocol: Protocol
-    proximity_names: tuple[str, ...]
-    proximity_max: int
+    protocol: LineProtocol | BinaryProtocol
+    sensors: tuple[Sensor, ...]
+    actuators: tuple[Actuator, ...]
+
+    def sensor(self, name: str) -> Sensor | None:
+        return next((one for one in self.sensors if one.name == name), None)
 
 
 def load(path: Path) -> Config:
@@ -119,15 +171,12 @@ def load(path: Path) -> Config:
         return parse(data)
     except KeyError as error:
         raise ConfigError(f"{path}: the key {error} is missing") from error
-    except (TypeError, ValueError, AttributeError) as error:
+    except (TypeError, ValueError, AttributeError, re.error) as error:
         raise ConfigError(f"{path}: {error}") from error
 
 
 def parse(data: Mapping[str, Any]) -> Config:
     """The parameters in ``data``; KeyError, TypeError or ValueError when it is not what swarmctl writes."""
-    protocol, proximity = data["protocol"], data["sensors"]["proximity"]
-    if protocol["kind"] != "line":
-        raise ValueError("this driver speaks lines of text, not `{}`".format(protocol["kind"]))
     return Config(
         robot=str(data["robot"]),
         title=str(data["title"]),
@@ -137,11 +186,11 @@ def parse(data: Mapping[str, Any]) -> Config:
         serial=_serial(data["serial"]),
         command_timeout=_between("command_timeout", data["command_timeout"], 0.05, 2.0),
         commanders=tuple(_commander(one) for one in data["commanders"]),
-        rates=_rates(data["rates"]),
+        diagnostics_rate=_between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
         kinematics=_kinematics(data["kinematics"]),
-        protocol=_protocol(protocol),
-        proximity_names=tuple(str(name) for name in proximity["names"]),
-        proximity_max=int(proximity["max_reading"]),
+        protocol=_protocol(data["protocol"]),
+        sensors=tuple(_sensor(name, one) for name, one in data["sensors"].items()),
+        actuators=tuple(_actuator(name, one) for name, one in data["actuators"].items()),
     )
 
 
@@ -166,14 +215,6 @@ def _serial(data: Mapping[str, Any]) -> Serial:
     )
 
 
-def _rates(data: Mapping[str, Any]) -> Rates:
-    return Rates(
-        odom=_between("rates.odom", data["odom"], 0.0, 50.0),
-        proximity=_between("rates.proximity", data["proximity"], 0.0, 50.0),
-        diagnostics=_between("rates.diagnostics", data["diagnostics"], 0.2, 10.0),
-    )
-
-
 def _kinematics(data: Mapping[str, Any]) -> Kinematics:
     error = data["odometry_error"]
     return Kinematics(
@@ -186,6 +227,7 @@ def _kinematics(data: Mapping[str, Any]) -> Kinematics:
         linear_error=_positive("odometry_error.linear", error["linear"]),
         angular_error=_positive("odometry_error.angular", error["angular"]),
         scales=tuple(_scale(scale) for scale in data["scales"]),
+        wheel_radius=_positive("wheel_radius", data["wheel_radius"]) if "wheel_radius" in data else None,
     )
 
 
@@ -197,17 +239,54 @@ def _scale(data: Mapping[str, Any]) -> Scale:
     )
 
 
-def _protocol(data: Mapping[str, Any]) -> Protocol:
-    queries: dict[str, Query | None] = {
-        name: Query(**data[name]) if name in data else None
-        for name in ("read_position", "read_proximity", "identify")
-    }
-    return Protocol(
-        terminator=str(data["terminator"]),
-        reply_timeout=_between("protocol.reply_timeout", data["reply_timeout"], 0.01, 2.0),
-        error_heads=tuple(str(head) for head in data["error_heads"]),
-        set_speed=Query(**data["set_speed"]),
-        **queries,
+def _protocol(data: Mapping[str, Any]) -> LineProtocol | BinaryProtocol:
+    timeout = _between("protocol.reply_timeout", data["reply_timeout"], 0.01, 2.0)
+    if data["kind"] == "line":
+        return LineProtocol(
+            reply_timeout=timeout,
+            terminator=str(data["terminator"]),
+            error_heads=tuple(str(head) for head in data["error_heads"]),
+            strays=tuple(Stray(**one) for one in data["strays"]),
+            identify=LineQuery(**data["identify"]) if "identify" in data else None,
+            set_speed=_line_query(data["set_speed"]),
+            queries={name: _line_query(one) for name, one in data["queries"].items()},
+        )
+    if data["kind"] == "binary":
+        return BinaryProtocol(
+            reply_timeout=timeout,
+            byte_order=str(data["byte_order"]),
+            set_speed=BinaryQuery(**data["set_speed"]),
+            queries={name: BinaryQuery(**one) for name, one in data["queries"].items()},
+        )
+    raise ValueError("this driver speaks lines of text or bytes, not `{}`".format(data["kind"]))
+
+
+def _line_query(data: Mapping[str, Any]) -> LineQuery:
+    pattern = {"pattern": re.compile(data["pattern"], re.ASCII)} if "pattern" in data else {}
+    return LineQuery(**{**data, **pattern})
+
+
+def _sensor(name: str, data: Mapping[str, Any]) -> Sensor:
+    own = ("kind", "read", "first", "count", "rate")
+    return Sensor(
+        name=str(name),
+        kind=str(data["kind"]),
+        read=str(data["read"]),
+        first=int(data["first"]),
+        count=int(data["count"]),
+        rate=_between(f"sensors.{name}.rate", data["rate"], 0.0, 50.0),
+        settings={key: value for key, value in data.items() if key not in own},
+    )
+
+
+def _actuator(name: str, data: Mapping[str, Any]) -> Actuator:
+    reply = data.get("reply")
+    return Actuator(
+        name=str(name),
+        send=str(data["send"]),
+        reply=None if reply is None else str(reply),
+        channels=tuple(str(one) for one in data["channels"]),
+        max=int(data["max"]),
     )
 
 

@@ -9,12 +9,14 @@ from enum import Enum
 from typing import Callable
 
 from swarm_driver.authority import Standing
-from swarm_driver.config import Config
+from swarm_driver.binary import BinaryCodec
+from swarm_driver.codec import Codec
+from swarm_driver.config import BinaryProtocol, Config
 from swarm_driver.kinematics import STANDSTILL, Odometry
+from swarm_driver.lines import LineCodec, firmware_version
 from swarm_driver.link import BytePort, Link, LinkLostError
 from swarm_driver.orders import Orders
 from swarm_driver.port import PortError
-from swarm_driver.protocol import firmware_version
 from swarm_driver.report import Level, Report, Tally
 from swarm_driver.session import Session, Sink
 
@@ -75,7 +77,7 @@ class Driver:
                 self._due = self._give_up(str(error))
         now = self._clock()
         if self._report_due <= now:
-            self._report_due = now + 1 / self._config.rates.diagnostics
+            self._report_due = now + 1 / self._config.diagnostics_rate
             self._sink.report(self._report())
         return max(0.0, min(self._due, self._report_due) - self._clock())
 
@@ -95,7 +97,7 @@ class Driver:
         if self._session is not None:
             return self._session.step()
         if self._link is None:
-            self._link = Link(self._open_port(), self._config.protocol, self._tally, self._clock)
+            self._link = linked(self._open_port(), self._config, self._tally, self._clock)
             return self._clock() + self._config.serial.settle
         self._session = self._identified(self._link)
         return self._clock()
@@ -125,11 +127,11 @@ class Driver:
         )
 
     def _asked_firmware(self, link: Link) -> str:
-        query = self._config.protocol.identify
-        if query is None:
+        request = link.codec.identify()
+        if request is None:
             return "unknown"
         try:
-            return link.twice(lambda: link.ask(query)).text or "unknown"
+            return link.twice(lambda: link.ask(request)).text or "unknown"
         except LinkLostError:
             return "unknown"
 
@@ -195,6 +197,17 @@ class Driver:
             "odometry jumps": str(odometry.jumps),
             "last error": tally.last_error,
         }
+
+
+def linked(port: BytePort, config: Config, tally: Tally, clock: Callable[[], float] = time.monotonic) -> Link:
+    """The conversation with the robot that ``config`` describes, over an open port."""
+    return Link(port, _codec(config), config.protocol.reply_timeout, tally, clock)
+
+
+def _codec(config: Config) -> Codec:
+    if isinstance(config.protocol, BinaryProtocol):
+        return BinaryCodec(config.protocol)
+    return LineCodec(config.protocol)
 
 
 def run(driver: Driver, orders: Orders, beat: Callable[[], None], longest_wait: float) -> None:

@@ -6,8 +6,7 @@ import math
 import typing
 from typing import Callable, TypeVar
 
-from swarm_driver.config import Protocol, Query
-from swarm_driver.protocol import BadReplyError, LineBuffer, Reply, framed, speed_request, understand
+from swarm_driver.codec import BadReplyError, Codec, Reply, Request
 from swarm_driver.report import Tally
 
 T = TypeVar("T")
@@ -40,20 +39,23 @@ class BytePort(typing.Protocol):
 class Link:
     """The conversation with one robot. Exchanges raise what FAILED_EXCHANGE names, or ``PortError``."""
 
-    def __init__(self, port: BytePort, protocol: Protocol, tally: Tally, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, port: BytePort, codec: Codec, reply_timeout: float, tally: Tally, clock: Callable[[], float]
+    ) -> None:
         self._port = port
-        self._protocol = protocol
+        self.codec = codec
+        self._reply_timeout = reply_timeout
         self._tally = tally
         self._clock = clock
-        self._lines = LineBuffer()
 
     def set_speed(self, left: int, right: int) -> None:
-        query = self._protocol.set_speed
-        self._exchange(speed_request(query, left, right), query, self._protocol.reply_timeout)
+        self.ask(self.codec.speed(left, right))
 
-    def ask(self, query: Query, timeout: float = math.inf) -> Reply:
-        """The reply to ``query``, waited for ``timeout`` seconds; never longer than the protocol says."""
-        return self._exchange(query.send, query, min(timeout, self._protocol.reply_timeout))
+    def ask(self, request: Request, timeout: float = math.inf) -> Reply:
+        """The reply to ``request``, waited for ``timeout`` seconds; never longer than the protocol says."""
+        self._port.drain()
+        self._port.write(request.data)
+        return self._answer(request, min(timeout, self._reply_timeout)) if request.answered else Reply()
 
     def twice(self, exchange: Callable[[], T]) -> T:
         """The outcome of ``exchange``, given a second chance; then the robot counts as lost."""
@@ -69,22 +71,21 @@ class Link:
 
     def blurt_stop(self) -> None:
         """Send the stop and wait for no reply: the last thing said on a line that is given up."""
-        self._port.write(framed(speed_request(self._protocol.set_speed, 0, 0), self._protocol.terminator))
+        self._port.write(self.codec.speed(0, 0).data)
 
     def close(self) -> None:
         self._port.close()
 
-    def _exchange(self, request: str, query: Query, timeout: float) -> Reply:
-        self._port.drain()
-        self._lines.clear()
-        self._port.write(framed(request, self._protocol.terminator))
+    def _answer(self, request: Request, timeout: float) -> Reply:
+        reader = request.reader()
         deadline = self._clock() + timeout
-        while True:
-            remaining = deadline - self._clock()
-            if remaining <= 0:
-                raise NoReplyError(f"no reply to `{request}`")
-            for line in self._lines.feed(self._port.read(remaining)):
-                reply = understand(line, query, self._protocol.error_heads)
+        try:
+            while True:
+                remaining = deadline - self._clock()
+                if remaining <= 0:
+                    raise NoReplyError(reader.stray or f"no reply to `{request.name}`")
+                reply = reader.feed(self._port.read(remaining))
                 if reply is not None:
                     return reply
-                self._tally.noise_lines += 1
+        finally:
+            self._tally.noise_lines += reader.noise

@@ -16,7 +16,8 @@ from geometry_msgs.msg import Quaternion, TransformStamped, Twist, Vector3
 from nav_msgs.msg import Odometry
 from std_msgs.msg import MultiArrayDimension, UInt16MultiArray
 
-from swarm_driver.config import Config
+from swarm_driver.codec import Values
+from swarm_driver.config import Config, Sensor
 from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
@@ -91,7 +92,11 @@ class RosSink:
         self._odom_frame = config.frame_prefix + "odom"
         self._base_frame = config.frame_prefix + "base_link"
         self._odom = rospy.Publisher("odom", Odometry, queue_size=1)
-        self._proximity = rospy.Publisher("proximity", UInt16MultiArray, queue_size=1)
+        self._ranges = {
+            one.name: rospy.Publisher(one.name, UInt16MultiArray, queue_size=1)
+            for one in config.sensors
+            if one.kind == "range"
+        }
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=1) if TFMessage else None
 
@@ -117,11 +122,15 @@ class RosSink:
         if self._tf is not None:
             self._tf.publish(TFMessage([self._transform(message)]))
 
-    def proximity(self, readings: tuple[int, ...]) -> None:
+    def reading(self, sensor: Sensor, values: Values) -> None:
+        if sensor.kind != "range":
+            return
+        largest = sensor.settings["max_reading"]
+        readings = [min(max(0, int(value)), largest) for value in values]
+        label = ",".join(one["name"] for one in sensor.settings["elements"])
         message = UInt16MultiArray(data=readings)
-        label = ",".join(self._config.proximity_names)
         message.layout.dim = [MultiArrayDimension(label=label, size=len(readings), stride=len(readings))]
-        self._proximity.publish(message)
+        self._ranges[sensor.name].publish(message)
 
     def report(self, report: Report) -> None:
         status = DiagnosticStatus(

@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Callable, Protocol
 
-from swarm_driver.config import Config, Query, Scale
+from swarm_driver.codec import Values
+from swarm_driver.config import Config, Scale, Sensor
 from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.orders import Order, Orders
@@ -17,6 +18,7 @@ from swarm_driver.report import Level, Meter, Report, Tally
 
 _KEEP_UP = 0.2  # s after which an unchanged speed is said again: a robot that is lost is noticed that soon
 _BREATH = 0.02  # s between two changes of speed, so that fast orders leave the sensors room
+_EARLY = 0.5  # of a poll's period by which a slower sensor may have its turn before it is due
 _SULK = 1.0  # s for which a sensor that failed is left alone
 
 
@@ -25,7 +27,7 @@ class Sink(Protocol):
 
     def odometry(self, pose: Pose) -> None: ...
 
-    def proximity(self, readings: tuple[int, ...]) -> None: ...
+    def reading(self, sensor: Sensor, values: Values) -> None: ...
 
     def report(self, report: Report) -> None: ...
 
@@ -33,15 +35,22 @@ class Sink(Protocol):
 
 
 @dataclass
-class Poll:
-    """A sensor that is read regularly. ``take`` gets the values and when they arrived."""
+class Feed:
+    """A sensor that one poll feeds; ``due`` is when it wants numbers again."""
 
-    name: str
-    rate: float
-    query: Query
-    take: Callable[[tuple[int, ...], float], None]
+    sensor: Sensor
     due: float
     meter: Meter = field(default_factory=Meter)
+
+
+@dataclass
+class Poll:
+    """A query that is asked regularly, as often as the most eager of its sensors wants."""
+
+    query: str
+    rate: float
+    feeds: list[Feed]
+    due: float
 
 
 class Session:
@@ -95,7 +104,8 @@ class Session:
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every sensor, in Hz."""
         now = self._clock()
-        return [(poll.name, poll.meter.rate(now), poll.rate) for poll in self._polls]
+        feeds = (feed for poll in self._polls for feed in poll.feeds)
+        return [(feed.sensor.name, feed.meter.rate(now), feed.sensor.rate) for feed in feeds]
 
     def _order(self) -> Order | None:
         """The latest order that was given to this session: an older one was meant for another moment."""
@@ -138,15 +148,18 @@ class Session:
         # A sensor that keeps silent must not hold up the dead-man.
         patience = self._dead_man_due() - now
         try:
-            reply = self._link.ask(poll.query, patience)
+            reply = self._link.ask(self._link.codec.query(poll.query), patience)
         except FAILED_EXCHANGE as error:
             self._tally.failed(error)
             poll.due = self._clock() + max(_SULK, 1 / poll.rate)
             return
         arrived = self._clock()
         poll.due = max(poll.due + 1 / poll.rate, arrived)
-        poll.meter.tick(arrived)
-        poll.take(reply.values, arrived)
+        for feed in poll.feeds:
+            if feed.due <= arrived + _EARLY / poll.rate:
+                feed.due = max(feed.due + 1 / feed.sensor.rate, arrived)
+                feed.meter.tick(arrived)
+                self._take(feed.sensor, reply.values, arrived)
 
     def _dead_man_due(self) -> float:
         order = self._order()
@@ -158,22 +171,21 @@ class Session:
         return min([speed_due, self._dead_man_due(), *(poll.due for poll in self._polls)])
 
     def _planned_polls(self) -> list[Poll]:
-        protocol, rates = self._config.protocol, self._config.rates
-        planned = (
-            ("odom", rates.odom, protocol.read_position, self._take_position),
-            ("proximity", rates.proximity, protocol.read_proximity, self._take_proximity),
-        )
+        fed: dict[str, list[Feed]] = {}
+        for sensor in self._config.sensors:
+            if sensor.rate > 0:
+                fed.setdefault(sensor.read, []).append(Feed(sensor, self.since))
         return [
-            Poll(name, rate, query, take, due=self.since)
-            for name, rate, query, take in planned
-            if rate > 0 and query is not None
+            Poll(query, max(feed.sensor.rate for feed in feeds), feeds, due=self.since)
+            for query, feeds in fed.items()
         ]
 
-    def _take_position(self, values: tuple[int, ...], arrived: float) -> None:
-        left, right = values
+    def _take(self, sensor: Sensor, numbers: Values, arrived: float) -> None:
+        values = numbers[sensor.first : sensor.first + sensor.count]
+        if sensor.kind != "wheels":
+            self._sink.reading(sensor, values)
+            return
+        left, right = (int(value) for value in values)
         reading = Counters(left, right, arrived)
         self.odometry = self.odometry.update(reading, self._config.kinematics, self._scale)
         self._sink.odometry(self.odometry.pose)
-
-    def _take_proximity(self, values: tuple[int, ...], arrived: float) -> None:
-        self._sink.proximity(tuple(min(max(0, value), self._config.proximity_max) for value in values))

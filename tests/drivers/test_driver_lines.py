@@ -6,16 +6,9 @@ import pytest
 from driver_fakes import config_for
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_driver.config import Query
-from swarm_driver.protocol import (
-    BadReplyError,
-    LineBuffer,
-    Reply,
-    firmware_version,
-    framed,
-    speed_request,
-    understand,
-)
+from swarm_driver.codec import BadReplyError, Reply
+from swarm_driver.config import LineQuery as Query
+from swarm_driver.lines import LineBuffer, LineCodec, firmware_version, understand
 
 POSITION = Query("H", "h", values=2)
 PROXIMITY = Query("N", "n", values=11, extra=1)
@@ -27,8 +20,7 @@ SPEED = Query("D,{left},{right}", "d")
     [("koala", b"D,-100,100\n"), ("khepera3", b"D,l-100,l100\r"), ("epuck", b"D,-100,100\r")],
 )
 def test_a_speed_is_said_as_the_robot_wants_it(type_name, request_line):
-    protocol = config_for(type_name).protocol
-    assert framed(speed_request(protocol.set_speed, -100, 100), protocol.terminator) == request_line
+    assert LineCodec(config_for(type_name).protocol).speed(-100, 100).data == request_line
 
 
 @pytest.mark.parametrize(

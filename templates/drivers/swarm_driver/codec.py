@@ -1,0 +1,65 @@
+"""How requests and replies are written on one kind of line. Pure: values to bytes, bytes to values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Callable, Protocol, Tuple, Union
+
+if TYPE_CHECKING:
+    from swarm_driver.config import Actuator
+
+Number = Union[int, float]
+Values = Tuple[Number, ...]
+
+
+class BadReplyError(Exception):
+    """The robot answered, but refused the request or garbled the reply."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A good reply: its numbers, and its text where it has one."""
+
+    values: Values = ()
+    text: str = ""
+
+
+class Reader(Protocol):
+    """Takes the answer to one request as it arrives. ``noise`` counts lines that nobody asked for."""
+
+    noise: int
+    stray: str  # what a line told that is no answer, for people; empty if none did
+
+    def feed(self, data: bytes) -> Reply | None:
+        """The reply once ``data`` completes it. Raises ``BadReplyError``."""
+        ...
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is sent, how people call it, and who reads the answer. ``answered`` is false where none comes."""
+
+    data: bytes
+    name: str
+    reader: Callable[[], Reader]
+    answered: bool = True
+
+
+class Codec(Protocol):
+    """One kind of line. Every request is ready to be sent as it is."""
+
+    def speed(self, left: int, right: int) -> Request:
+        """Sets both wheel speeds, in the robot's units."""
+        ...
+
+    def query(self, name: str) -> Request:
+        """Asks what the robot type calls ``name``."""
+        ...
+
+    def actuator(self, actuator: Actuator, index: int, value: int) -> Request:
+        """Sets one channel of an actuator."""
+        ...
+
+    def identify(self) -> Request | None:
+        """Asks for the firmware; none where a robot cannot be asked."""
+        ...
