@@ -87,6 +87,54 @@ def test_a_port_that_vanished_comes_back_under_its_link(
         pass
 
 
+def test_a_script_plays_and_a_pulled_cable_waits_for_it(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    script = tmp_path / "day.yaml"
+    script.write_text("- {at: 0.2, unplug: true}\n- {at: 0.6, plug: true}\n- {at: 0.8, place: [1, 2, 0]}\n")
+    process = start("koala", "--script", str(script), "--seconds", "1.2")
+    assert process.stdout
+    ports = [process.stdout.readline() for _ in range(2)]
+    assert all(port.startswith("/dev/pts/") for port in ports)
+    assert process.communicate(timeout=10) == ("", "")
+    assert process.returncode == 0
+
+
+def test_a_wrong_script_is_shown_with_its_line(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    script = tmp_path / "day.yaml"
+    script.write_text("- at: 1\n  unplugged: true\n")
+    process = start("koala", "--script", str(script))
+    _, said = process.communicate(timeout=10)
+    assert "day.yaml:2:3" in said
+    assert "did you mean `unplug`?" in said
+    assert process.returncode == 1
+
+
+def test_a_robot_of_ones_own_runs_and_its_mistake_is_one_line(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    own = tmp_path / "beetle.py"
+    own.write_text(
+        "from swarmctl.lab.emulators import Chassis, LineRobot\n"
+        "class Beetle(LineRobot):\n"
+        "    def __init__(self, *, size: float = 0.1):\n"
+        "        super().__init__(Chassis(wheel_separation=size, metres_per_count=1.0, counter_bits=16))\n"
+        "    def answer(self, line):\n"
+        "        return str(1 / int(line)).encode()\n"
+    )
+    process = start(str(own), "--set", "size=0.2")
+    assert process.stdout
+    with serial.Serial(process.stdout.readline().strip(), timeout=10.0) as driver:
+        driver.write(b"4\r")
+        assert driver.read(4) == b"0.25"
+        driver.write(b"0\r")
+        said = process.communicate(timeout=10)[1]
+    assert said == f"error: {own}:6: ZeroDivisionError: division by zero\n"
+    assert process.returncode == 1
+
+
 def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> None:
     listed = start("--list").communicate(timeout=5)[0]
     for name in ("koala", "koala-2.5", "khepera3", "epuck", "epuck2", "arduino-rover"):

@@ -16,7 +16,9 @@ from swarmctl.lab.emulators.koala import Koala
 from swarmctl.lab.emulators.koala25 import Koala25
 from swarmctl.lab.emulators.motion import Chassis
 from swarmctl.lab.emulators.robot import LineRobot, Robot, State, reply
+from swarmctl.lab.emulators.script import play, read_script
 from swarmctl.lab.emulators.settings import build
+from swarmctl.lab.emulators.virtual import VirtualPort
 from swarmctl.lab.emulators.world import Sensor, Wall, distance
 
 TYPES: dict[str, type[Robot]] = {
@@ -48,8 +50,11 @@ __all__ = [
     "Robot",
     "Sensor",
     "State",
+    "VirtualPort",
     "Wall",
     "distance",
     "emulator",
+    "play",
+    "read_script",
     "reply",
 ]

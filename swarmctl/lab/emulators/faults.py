@@ -6,9 +6,12 @@ import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from random import Random
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from swarmctl.lab.emulators.settings import number_or_switch
+
+if TYPE_CHECKING:
+    from swarmctl.lab.emulators.robot import Robot
 
 PROBABILITIES = (
     "late", "drop", "error", "truncate", "garbage", "banner", "vanish",
@@ -81,10 +84,12 @@ class Faults:
                 raise ValueError(f"fault {name!r} needs a number, as in {name}=1, not {value!r}") from None
         return cls(**values)
 
-    @property
-    def in_frames(self) -> list[str]:
-        """Those that only frames can have, by name."""
-        return [name for name in IN_FRAMES if getattr(self, name)]
+    def fitting(self, robot: Robot) -> Faults:
+        """Themselves, if ``robot`` can have them, else a ``ValueError``: some are for frames alone."""
+        in_frames = [name for name in IN_FRAMES if getattr(self, name)]
+        if in_frames and not robot.speaks_frames:
+            raise ValueError(f"fault {in_frames[0]!r} is for robots that speak rosserial")
+        return self
 
     def strikes(self, probability: float, random: Random) -> bool:
         """Whether a fault of ``probability`` happens this time."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 import select
@@ -11,11 +12,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from random import Random
 from types import TracebackType
 
 from swarmctl.lab.emulators.cable import Cable
 from swarmctl.lab.emulators.faults import Faults
+from swarmctl.lab.emulators.line import Line
+from swarmctl.lab.emulators.own import blame
 from swarmctl.lab.emulators.robot import NoticesPort, Robot, State
 
 PTMX = Path("/dev/ptmx")
@@ -44,20 +46,17 @@ class Port:
         self._cable: Cable | None = None
         self._is_open = False  # as the robot was last told
         self._thread: threading.Thread | None = None
-        self._faults = Faults()
-        self._random = Random()
+        self._line = Line(robot)
+        self.failure: str | None = None  # what a robot of one's own raised; it is dead then
 
     @property
     def faults(self) -> Faults:
-        return self._faults
+        return self._line.faults
 
     @faults.setter
     def faults(self, faults: Faults) -> None:
-        if faults.in_frames and not self.robot.speaks_frames:
-            raise ValueError(f"fault {faults.in_frames[0]!r} is for robots that speak rosserial")
         with self._lock:
-            self._faults = faults
-            self._random = Random(faults.seed)
+            self._line.faults = faults
             self._wake()  # a robot that was stuck may take its bytes now
 
     @property
@@ -136,22 +135,29 @@ class Port:
     def _catch_up(self) -> None:
         """Let the robot live until now; what it says unasked goes out, or is lost without a cable."""
         now = time.monotonic()
-        said = self.robot.live(now - self._moved_at)
+        with self._blamed():
+            for frame in self.robot.live(now - self._moved_at):
+                self._answer(frame)
         self._moved_at = now
-        for frame in said:
-            self._answer(frame)
+
+    @contextmanager
+    def _blamed(self) -> Iterator[None]:
+        """A robot of one's own may raise anything. It is dead then: its cable is pulled, it does no more."""
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001
+            self.failure = self.failure or blame(error, inspect.getfile(type(self.robot)))
+            self._pull()
 
     def _answer(self, answer: bytes, refusal: bytes | None = None) -> None:
         """Send ``answer`` as the faults allow. Only what was asked for has a ``refusal``."""
         if self._cable is None:
             return
-        if self._faults.strikes(self._faults.vanish, self._random):
+        pieces = self._line.sent(answer, refusal)
+        if pieces is None:
             self._pull()
-        elif self._faults.strikes(self._faults.banner, self._random):
-            self._cable.put([(0.0, self.robot.power_cycle())])
         else:
-            frame = self.robot.spoilt(answer, self._faults, self._random)
-            self._cable.put(self._faults.pieces(frame, refusal, self._random))
+            self._cable.put(pieces)
 
     def _serve(self, cable: Cable) -> None:
         # Edge-triggered: a port that nobody has open reports that once, not for ever.
@@ -161,12 +167,13 @@ class Port:
             while not cable.pulled:
                 events.poll(self._patience(cable))
                 with self._lock:
-                    data = cable.leave() if self._faults.stuck else cable.read()
+                    data = cable.leave() if self.faults.stuck else cable.read()
                     self._notice(cable.is_open() or bool(data))
-                    if data or self.robot.unasked_due() < math.inf:
+                    if data or self._due() < math.inf:
                         self._catch_up()
-                    for answer in self.robot.replies(data) if data else ():
-                        self._answer(answer, self.robot.refusal)
+                    with self._blamed():
+                        for answer in self.robot.replies(data) if data else ():
+                            self._answer(answer, self.robot.refusal)
                     if not cable.pulled:
                         cable.write()
         self._notice(False)
@@ -175,7 +182,7 @@ class Port:
     def _patience(self, cable: Cable) -> float | None:
         """Seconds until the line or the robot wants something; None if that needs an event first."""
         with self._lock:
-            due = self.robot.unasked_due() - (time.monotonic() - self._moved_at)
+            due = self._due() - (time.monotonic() - self._moved_at)
         if isinstance(self.robot, NoticesPort):
             due = min(due, LOOK_EVERY)
         waiting = cable.patience()
@@ -191,4 +198,11 @@ class Port:
             self._is_open = is_open
             if isinstance(self.robot, NoticesPort):
                 self._catch_up()
-                self.robot.opened() if is_open else self.robot.closed()
+                with self._blamed():
+                    self.robot.opened() if is_open else self.robot.closed()
+
+    def _due(self) -> float:
+        """Seconds from where the robot is until it says something unasked."""
+        with self._blamed():
+            return self.robot.unasked_due()
+        return math.inf

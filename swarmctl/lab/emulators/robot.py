@@ -49,7 +49,7 @@ class Robot(ABC):
     """
 
     type_name: ClassVar[str]
-    refusal: bytes  # what it answers to a request it does not understand
+    refusal: bytes = b""  # what it answers to a request it does not understand
     speaks_frames: ClassVar[bool] = False  # those of rosserial, which have faults of their own
     changeable: ClassVar[Mapping[str, type]] = {"battery": float}  # while it runs, with their kinds
 
