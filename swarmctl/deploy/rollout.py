@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import getpass
 import json
-import os
-import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -90,7 +87,7 @@ def deploy(
             if not plan.steps:
                 return Outcome(plan)
             if due := plan.targets(Kind.SECRET):
-                request = {"verb": "keep", "swarm": bundle.swarm, "who": _who()}
+                request = {"verb": "keep", "swarm": bundle.swarm, "who": agent.operator()}
                 host.ask(request, _offer(due, secrets))
             return Outcome(plan, apply(host, plan, bundle, note)["units"])
 
@@ -108,7 +105,7 @@ def remove(
     """Take the swarm off every target: robots stopped, units, links and folder gone."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Removed:
-        request = {"verb": "remove", "swarm": swarm, "who": _who()}
+        request = {"verb": "remove", "swarm": swarm, "who": agent.operator()}
         with agent.talk(session) as host:
             return Removed(host.ask(request, on_note=note, timeout=APPLY_TIMEOUT)["removed"])
 
@@ -147,7 +144,7 @@ def apply(
         "verb": "apply",
         "swarm": bundle.swarm,
         "txid": agent.new_txid(),
-        "who": _who(),
+        "who": agent.operator(),
         "base": plan.base,
         "next": plan.next,
         "stop": plan.targets(Kind.STOP),
@@ -159,11 +156,6 @@ def apply(
         bundle.manifest_bytes, {file.path: (file.content, file.mode) for file in bundle.files}
     )
     return host.ask(request, payload, on_note=note, timeout=APPLY_TIMEOUT)
-
-
-def _who() -> str:
-    """Who deploys, for those who find the host locked."""
-    return f"{getpass.getuser()}@{socket.gethostname()} ({os.getpid()})"
 
 
 def _chosen(targets: Mapping[str, Target], bundles: Mapping[str, Bundle]) -> list[Target]:

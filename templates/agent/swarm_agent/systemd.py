@@ -127,6 +127,12 @@ def _last_words(unit: str) -> str:
     return " | ".join(line.strip() for line in said[-_WORDS:] if line.strip())[-_LONGEST_WORDS:]
 
 
+def journal(unit: str, since: float) -> str:
+    """What a unit has said since then (s since 1970)."""
+    span = f"--since=@{since:.6f}"
+    return _call(["journalctl", "--unit", unit, span, "--output=cat", "--no-pager", "--boot"], 20)
+
+
 def forget(units: Sequence[str]) -> None:
     """Let systemd drop what it remembers of units that are gone: a failure keeps them listed."""
     failed = [unit for unit, state in states(units).items() if state["active"] == "failed"]
