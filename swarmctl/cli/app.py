@@ -11,6 +11,7 @@ import typer
 from swarmctl import __version__
 from swarmctl.cli import access, exits
 from swarmctl.cli.deploy import deploy
+from swarmctl.cli.driver import driver
 from swarmctl.cli.emulate import emulate
 from swarmctl.cli.graph import graph
 from swarmctl.cli.init import init
@@ -52,6 +53,7 @@ for verb, codes in VERBS.items():
     app.command(epilog=exits.told(*codes))(verb)
 app.add_typer(mode, name="mode")
 app.add_typer(lab, name="lab")
+app.add_typer(driver, name="driver")
 
 
 def _version(asked: bool) -> None:
