@@ -86,13 +86,16 @@ def _title(robot: type[Robot]) -> str:
 
 
 def _robot(type_name: str | None, texts: list[str]) -> Robot:
-    from swarmctl.lab.emulators.settings import build, parsed
+    from swarmctl.lab.emulators.own import OwnRobotError, built
+    from swarmctl.lab.emulators.settings import parsed
 
     robot_type = _type(type_name)
     try:
-        return build(robot_type, parsed(robot_type, texts))
+        return built(robot_type, parsed(robot_type, texts))
+    except OwnRobotError as error:
+        console.fail(str(error))
     except ValueError as error:
-        console.fail(f"a {robot_type.type_name}: {error}", code=exits.USAGE)
+        console.fail(f"{robot_type.type_name}: {error}", code=exits.USAGE)
 
 
 def _type(name: str | None) -> type[Robot]:

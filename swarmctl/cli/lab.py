@@ -61,12 +61,13 @@ def up(
 ) -> None:
     """Boot the hosts of a spec, at its own addresses, with its robots on their lines. Needs root."""
     from swarmctl.lab import lab as labs
+    from swarmctl.lab.emulated import own_emulators
     from swarmctl.lab.plan import plan_of
     from swarmctl.lab.workspace import workspace_of
 
     swarm = console.read_spec(spec)
     with _told():
-        plan = plan_of(swarm, name or None)
+        plan = plan_of(swarm, name or None, own_emulators(spec.files[0].resolve().parent / "robots"))
         if workspace is not None:
             place = swarm.workspace or f"/opt/ros/{swarm.distro}"
             plan = replace(plan, workspace=workspace_of(workspace, place))

@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.lab import control, disks, image, launch, machines, network, places, processes
-from swarmctl.lab.emulators import TYPES
+from swarmctl.lab.emulated import OWN, robot_of
+from swarmctl.lab.emulators.own import OwnRobotError
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.places import Home, home
-from swarmctl.lab.plan import LabHost, LabPlan
+from swarmctl.lab.plan import LabHost, LabPlan, LabRobot
 from swarmctl.lab.state import State, read_state, write_state
 
 BOOT_PATIENCE = 90.0
@@ -40,6 +41,8 @@ class Operator:
 def up(plan: LabPlan, say: Say) -> None:
     """Bring up whatever of ``plan`` is not up yet, and wait until every host answers SSH."""
     processes.require("ip", "mount", "setpriv", "ssh", "ssh-keygen", "systemd-nspawn", "unshare")
+    for robot in plan.robots:
+        _try_emulator(robot)
     place = home(plan.name)
     _require_cgroups(place)
     if not place.state.exists():
@@ -65,7 +68,7 @@ def up(plan: LabPlan, say: Say) -> None:
                 say(f"workspace: {workspace.space} is {workspace.place} on every host")
         _await_hosts(place, plan, say, since=time.monotonic())
     for robot in plan.robots:
-        say(_line_of(robot.name, robot.type, robot.device, robot.bluetooth))
+        say(_line_of(robot))
 
 
 def _mend(place: Home, plan: LabPlan, dark: Sequence[str]) -> None:
@@ -75,19 +78,29 @@ def _mend(place: Home, plan: LabPlan, dark: Sequence[str]) -> None:
     for host in plan.hosts:
         network.set_cable(plan, place, host.name, up=True)
     for robot in plan.robots:
-        if robot.type in TYPES:
+        if robot.emulator:
             control.ask(place.socket, {"do": "plug", "what": robot.name})
 
 
-def _line_of(name: str, type_name: str, device: str, bluetooth: bool) -> str:
-    if type_name not in TYPES:
-        return f"robot {name}: no emulator for type {type_name}; {device} stays absent"
+def _line_of(robot: LabRobot) -> str:
+    if not robot.emulator:
+        return f"robot {robot.name}: no emulator for type {robot.type}; {robot.device} stays absent"
     radio = (
         " (no radio here: the device is bound already, the unit that binds it is not needed)"
-        if bluetooth
+        if robot.bluetooth
         else ""
     )
-    return f"robot {name}: {type_name} on {device}{radio}"
+    own = f", emulated by {robot.emulator}" if robot.emulator.endswith(OWN) else ""
+    return f"robot {robot.name}: {robot.type} on {robot.device}{own}{radio}"
+
+
+def _try_emulator(robot: LabRobot) -> None:
+    """A mistake in an emulator of one's own is told before anything boots."""
+    try:
+        if robot.emulator:
+            robot_of(robot.emulator)
+    except OwnRobotError as error:
+        raise LabError(f"robot {robot.name} has no emulator: {error}") from None
 
 
 def down(name: str) -> bool:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
+from swarmctl.lab.emulated import emulator_of
 from swarmctl.lab.errors import LabError
 from swarmctl.topology.address import Ip, Subnet, ip_of, subnet_of, usual_subnet
 from swarmctl.topology.swarm import Network, RfcommLine, Swarm
@@ -50,13 +52,16 @@ class LabHost:
 
 @dataclass(frozen=True)
 class LabRobot:
-    """An emulated robot on a serial line. ``device`` is the path that the link names on the host."""
+    """A robot on a serial line. ``device`` is the path that the link names on the host; ``emulator`` is the
+    type or the file that stands for it, empty if nothing does.
+    """
 
     name: str
     type: str
     host: str
     device: str
     bluetooth: bool
+    emulator: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,8 +124,11 @@ def _named(things: Iterable[Named], name: str, complaint: str) -> Named:
     return known[name]
 
 
-def plan_of(swarm: Swarm, name: str | None = None) -> LabPlan:
-    """The lab of a resolved swarm. Raises ``LabError`` for a swarm whose addresses no lab can have."""
+def plan_of(swarm: Swarm, name: str | None = None, own: Mapping[str, Path] | None = None) -> LabPlan:
+    """The lab of a resolved swarm. Raises ``LabError`` for a swarm whose addresses no lab can have.
+
+    ``own`` are emulators of one's own, by robot type.
+    """
     addresses = {host.name: _address(host.name, host.address) for host in swarm.hosts.values()}
     _refuse_operator(addresses)
     _refuse_doubles(addresses)
@@ -156,7 +164,12 @@ def plan_of(swarm: Swarm, name: str | None = None) -> LabPlan:
         networks=tuple(labs),
         robots=tuple(
             LabRobot(
-                robot.name, robot.type_name, robot.host, robot.line.path, isinstance(robot.line, RfcommLine)
+                robot.name,
+                robot.type_name,
+                robot.host,
+                robot.line.path,
+                isinstance(robot.line, RfcommLine),
+                emulator_of(robot.type_name, own or {}),
             )
             for robot in swarm.robots.values()
         ),

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.lab import control, launch, machines, network
-from swarmctl.lab.emulators import TYPES, emulator
+from swarmctl.lab.emulated import OWN, robot_of
+from swarmctl.lab.emulators import TYPES
 from swarmctl.lab.emulators.port import Port
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.places import Home
@@ -36,7 +37,7 @@ class Line:
 
     def __init__(self, robot: LabRobot, place: Path) -> None:
         self.robot = robot
-        self.port = Port(emulator(robot.type), place / "ptmx")
+        self.port = Port(robot_of(robot.emulator), place / "ptmx")
 
     def wire(self, leader: int | None) -> None:
         """Make the device appear in the running host, or vanish from it, as the cable is in or out."""
@@ -199,7 +200,7 @@ class Supervisor:
         self.keepers = {host.name: Keeper(host, home, groups, plan.workspace) for host in plan.hosts}
         self.lines: dict[str, Line] = {}
         for robot in plan.robots:
-            if robot.type in TYPES:
+            if robot.emulator:
                 line = Line(robot, home.host(robot.host).pts)
                 line.port.plug()
                 self.lines[robot.name] = line
@@ -251,7 +252,10 @@ class Supervisor:
 
     def _line(self, name: str) -> Line:
         if name not in self.lines:
-            raise LabError(f"robot {name} has no emulator", f"there are emulators for {', '.join(TYPES)}")
+            raise LabError(
+                f"robot {name} has no emulator",
+                f"there are emulators for {', '.join(TYPES)}; one of your own is robots/TYPE{OWN}",
+            )
         return self.lines[name]
 
 

@@ -142,3 +142,32 @@ def test_ultrasound_hears_only_with_its_bit_in_the_mask() -> None:
 def test_a_firmware_that_never_was_is_refused() -> None:
     with pytest.raises(ValueError, match="firmware 2 or 3"):
         emulator("khepera3", firmware=4)
+
+
+def test_without_the_server_no_request_is_lost() -> None:
+    through_server, bare = emulator("khepera3"), emulator("khepera3", server=False)
+    assert through_server.receive(b"E\nR\nE\n") == b"e,0,0\r\n"
+    assert bare.receive(b"E\nR\nE\n") == b"e,0,0\r\nr,0,0\r\ne,0,0\r\n"
+
+
+def test_the_server_does_not_look_at_the_first_character_of_a_number() -> None:
+    through_server, bare = emulator("khepera3"), emulator("khepera3", server=False)
+    for robot in (through_server, bare):
+        robot.receive(b"D,-9000,-9000\n")
+    assert through_server.state.v > 0  # the sign was lost
+    assert bare.state.v == 0.0  # 8 bits of it are too slow to turn a wheel
+    bare.receive(b"D,l-9000,l-9000\n")
+    assert bare.state.v < 0
+
+
+def test_lights_can_be_seen() -> None:
+    khepera = emulator("khepera3")
+    khepera.receive(b"K,0,1\n")
+    khepera.receive(b"K,1,2\n")
+    assert khepera.state.lights == {"led0": 1, "led1": 1}
+    khepera.receive(b"K,1,2\n")
+    assert khepera.state.lights == {"led0": 1, "led1": 0}
+
+
+def test_the_battery_is_as_full_as_it_was_set() -> None:
+    assert emulator("khepera3", battery=0.25).receive(b"V,5\n") == b"v,25\r\n"

@@ -106,3 +106,19 @@ def test_a_turning_motor_draws_more_current() -> None:
     standing, driving = emulator("koala"), emulator("koala")
     driving.receive(b"D,100,100\n")
     assert int(driving.receive(b"M,3\n")[2:]) > int(standing.receive(b"M,3\n")[2:])
+
+
+def test_lights_can_be_seen_and_go_dark_with_it() -> None:
+    koala = emulator("koala")
+    koala.receive(b"L,0,1\nL,1,2\n")
+    assert koala.state.lights == {"led0": 1, "led1": 1}
+    koala.receive(b"L,1,2\n")
+    assert koala.state.lights == {"led0": 1, "led1": 0}
+    koala.power_cycle()
+    assert koala.state.lights == {"led0": 0, "led1": 0}
+
+
+def test_the_battery_is_as_full_as_it_was_set() -> None:
+    empty, full = (int(emulator("koala", battery=level).receive(b"M,0\n")[2:]) for level in (0.0, 1.0))
+    assert 0.020 * empty == pytest.approx(11.0, abs=0.2)
+    assert 0.020 * full == pytest.approx(13.0, abs=0.2)

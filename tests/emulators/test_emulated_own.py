@@ -10,7 +10,7 @@ import pytest
 import serial
 
 from swarmctl.lab.emulators import VirtualPort, play, read_script
-from swarmctl.lab.emulators.own import OwnRobotError, load
+from swarmctl.lab.emulators.own import OwnRobotError, built, load
 from swarmctl.lab.emulators.port import Port
 from swarmctl.lab.emulators.settings import build
 
@@ -69,6 +69,20 @@ def test_a_wrong_file_is_told_in_one_line(beetle: Path, text: str, message: str)
         load(beetle)
     assert message in str(told.value)
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("model: int = 1", "model: int", "beetle.py: TypeError: Beetle.__init__() missing 1 required"),
+        ("self.model = model", "self.model = 1 / 0", "beetle.py:13: ZeroDivisionError"),
+    ],
+)
+def test_a_wrong_constructor_is_told_in_one_line(beetle: Path, before: str, after: str, message: str) -> None:
+    beetle.write_text(BEETLE.replace(before, after))
+    with pytest.raises(OwnRobotError) as told:
+        built(load(beetle), {})
+    assert message in str(told.value)
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:

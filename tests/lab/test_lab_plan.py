@@ -57,8 +57,8 @@ def test_the_operator_has_the_last_free_address_of_every_network(tmp_path: Path)
 def test_robots_hang_on_the_devices_of_their_links(tmp_path: Path) -> None:
     plan = plan_from(tmp_path)
     assert plan.robots == (
-        LabRobot("rover", "khepera3", "alpha", "/dev/swarm/rover", bluetooth=False),
-        LabRobot("puck", "epuck", "beta", "/dev/rfcomm0", bluetooth=True),
+        LabRobot("rover", "khepera3", "alpha", "/dev/swarm/rover", bluetooth=False, emulator="khepera3"),
+        LabRobot("puck", "epuck", "beta", "/dev/rfcomm0", bluetooth=True, emulator="epuck"),
     )
     assert [robot.name for robot in plan.robots_on("beta")] == ["puck"]
 

@@ -6,10 +6,12 @@ import importlib.util
 import inspect
 import sys
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from swarmctl.lab.emulators.robot import Robot
-from swarmctl.lab.emulators.settings import settings_of
+from swarmctl.lab.emulators.settings import build, settings_of
 
 
 class OwnRobotError(Exception):
@@ -56,6 +58,16 @@ def _checked(path: Path, found: list[type[Robot]]) -> type[Robot]:
     except Exception as error:  # noqa: BLE001 (annotations are code of theirs)
         raise OwnRobotError(f"{place_of(robot)}: {robot.__name__}: {error}") from None
     return robot
+
+
+def built(robot_type: type[Robot], settings: Mapping[str, Any]) -> Robot:
+    """``build``, where what the constructor raises is told in one line. Wrong settings are ``ValueError``."""
+    try:
+        return build(robot_type, settings)
+    except ValueError:
+        raise
+    except Exception as error:  # noqa: BLE001 (the constructor may raise anything)
+        raise OwnRobotError(blame(error, inspect.getfile(robot_type))) from None
 
 
 def place_of(robot: type[Robot]) -> str:
