@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
@@ -30,8 +31,11 @@ def _cable(network: Mapping[str, Any], host: str) -> Text:
     return Text(network["name"]) if network["hosts"][host] else Text(f"{network['name']} (cut)", "red")
 
 
-def robots(found: Mapping[str, Mapping[str, Any]]) -> Table:
-    """One row a robot: its true pose (m, degrees), its true wheel speeds (m/s), whether it moves."""
+def robots(found: Mapping[str, Mapping[str, Any]]) -> Group:
+    """One row a robot: its true pose (m, degrees), its true wheel speeds (m/s), whether it moves.
+
+    Below it stands what emulators of one's own died of.
+    """
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("ROBOT")
     for title in ("X m", "Y m", "HEADING°", "LEFT m/s", "RIGHT m/s"):
@@ -39,12 +43,15 @@ def robots(found: Mapping[str, Mapping[str, Any]]) -> Table:
     table.add_column("STATE", no_wrap=True)
     for name, robot in found.items():
         state = Text("moves", "green") if robot["left"] or robot["right"] else Text("stands still")
+        if robot.get("failure"):
+            state = Text("emulator failed", "red")
         table.add_row(
             name, f"{robot['x']:.3f}", f"{robot['y']:.3f}", f"{_heading(robot['theta']):.1f}",
             f"{robot['left']:.3f}", f"{robot['right']:.3f}",
             state if robot["plugged"] else state.append(", cable pulled out", "red"),
         )  # fmt: skip
-    return table
+    failures = [f"{name}: {robot['failure']}" for name, robot in found.items() if robot.get("failure")]
+    return Group(table, *(Text(failure, "red") for failure in failures))
 
 
 def _heading(theta: float) -> float:

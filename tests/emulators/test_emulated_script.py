@@ -111,6 +111,15 @@ def test_a_delayed_reply_comes_at_its_virtual_time() -> None:
     assert port.advance(1.0) == b"0\r\n"
 
 
+def test_what_is_on_its_way_is_lost_with_the_cable() -> None:
+    port = VirtualPort(emulator("koala"))
+    port.faults = Faults(delay=1.0)
+    port.write(b"E\n")
+    port.unplug()
+    port.plug()
+    assert port.advance(5.0) == b""
+
+
 def test_a_robot_that_is_stuck_takes_its_bytes_later() -> None:
     port = VirtualPort(emulator("koala"))
     port.faults = Faults(stuck=True)

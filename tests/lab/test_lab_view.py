@@ -36,6 +36,7 @@ ROBOTS = {
     "rover": robot(x=1.23456, y=-0.5, theta=-1.5707963, left=0.1, right=0.0999),
     "puck": robot(theta=9.42477796, plugged=False),
     "koala": robot(left=-0.2, right=0.2, plugged=False),
+    "beetle": robot(plugged=False, failure="robots/beetle.emulator.py:9: ValueError: no"),
 }
 
 

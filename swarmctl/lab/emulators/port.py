@@ -21,14 +21,15 @@ from swarmctl.lab.emulators.own import blame
 from swarmctl.lab.emulators.robot import NoticesPort, Robot, State
 
 PTMX = Path("/dev/ptmx")
-LOOK_EVERY = 0.02  # for a robot that notices when its port is opened: a pty does not tell, s
+LOOK_EVERY = 0.02  # for a robot that notices its port: a pty tells when it is closed, not when opened, s
 
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot(State):
-    """The robot's true state at one moment, and whether its cable is in."""
+    """The robot's true state at one moment, whether its cable is in, and what a robot of one's own raised."""
 
     plugged: bool
+    failure: str | None
 
 
 class Port:
@@ -106,7 +107,8 @@ class Port:
         """The robot's state now."""
         with self._lock:
             self._catch_up()
-            return Snapshot(**asdict(self.robot.state), plugged=self._cable is not None)
+            state = asdict(self.robot.state)
+            return Snapshot(**state, plugged=self._cable is not None, failure=self.failure)
 
     def power_cycle(self) -> None:
         """Switch the robot off and on: it stands, forgets, and prints its banner."""
@@ -183,7 +185,7 @@ class Port:
         """Seconds until the line or the robot wants something; None if that needs an event first."""
         with self._lock:
             due = self._due() - (time.monotonic() - self._moved_at)
-        if isinstance(self.robot, NoticesPort):
+        if isinstance(self.robot, NoticesPort) and not self._is_open:
             due = min(due, LOOK_EVERY)
         waiting = cable.patience()
         if waiting is not None:
