@@ -7,7 +7,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from swarmctl.spec.queries import BinaryQuery, BinarySpeedCommand, Head, Identify, Query, SpeedCommand
+from swarmctl.spec.queries import (
+    BinaryQuery,
+    BinarySpeedCommand,
+    Head,
+    Identify,
+    Query,
+    Setup,
+    SpeedCommand,
+)
 from swarmctl.spec.topics import Topic
 from swarmctl.spec.words import Model, Name
 
@@ -20,8 +28,10 @@ class Stray(Model):
     """A line that tells what is wrong with a robot that does not answer as it should."""
 
     begins: Text = Field(examples=["Selector pos"], description="What the line begins with.")
-    unless: Text | None = Field(
-        None, examples=["Selector pos 3"], description="A line that begins so is as it should be."
+    unless: Annotated[tuple[Text, ...], Field(strict=False)] = Field(
+        (),
+        examples=[["Selector pos 3"]],
+        description="A line that begins so is as it should be.",
     )
     means: Text = Field(
         examples=["turn the selector to position 3"], description="What to do; shown with the line."
@@ -43,6 +53,12 @@ class LineProtocol(Model):
         description="Lines that tell what is wrong, such as a banner of another program.",
     )
     identify: Identify | None = Field(None, description="Asks for the firmware version.")
+    setup: Annotated[tuple[Setup, ...], Field(strict=False)] = Field(
+        (),
+        examples=[[{"send": "C,0,d31", "reply": "c"}]],
+        description="What the robot is told once after each connection, before the first reading, such as to "
+        "switch its sensors on.",
+    )
     set_speed: SpeedCommand = Field(description="Sets both wheel speeds; with zeros it stops the robot.")
     queries: Mapping[QueryName, Query] = Field(
         default_factory=dict,
@@ -59,6 +75,12 @@ class BinaryProtocol(Model):
     reply_timeout: ReplyTimeout = 0.2
     set_speed: BinarySpeedCommand = Field(
         description="Sets both wheel speeds; with zeros it stops the robot."
+    )
+    setup: Annotated[tuple[BinaryQuery, ...], Field(strict=False)] = Field(
+        (),
+        examples=[[{"send": "f1 01 00", "reply": "b"}]],
+        description="What the robot is told once after each connection, before the first reading, such as to "
+        "switch its sensors on.",
     )
     queries: Mapping[QueryName, BinaryQuery] = Field(
         default_factory=dict,

@@ -18,7 +18,7 @@ _LAYOUT = re.compile(r"(?P<count>[1-9][0-9]{0,2})?(?P<code>[bBhHiIf])")
 _LONGEST = 64  # values of a line, and a comma before each
 
 #: What a request may be given.
-SIDES, INDEX, VALUE = ("left", "right"), "index", "value"
+SIDES, INDEX, VALUE, VALUES = ("left", "right"), "index", "value", "values"
 
 
 def _pattern(value: str) -> str:
@@ -95,6 +95,13 @@ class SpeedCommand(Query):
         if any(self.send.count(f"{{{side}}}") != 1 for side in SIDES):
             raise ValueError("`send` of `set_speed` needs {left} and {right}, once each")
         return self
+
+
+class Setup(Model):
+    """A request that prepares the robot, and the reply that confirms it."""
+
+    send: Request = Field(examples=["C,0,d31"], description="The request, without its terminator.")
+    reply: Head = Field(examples=["c"], description="The head that the reply begins with.")
 
 
 class Identify(Model):

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints, field_validator, model_validator
 
 from swarmctl.spec.protocols import QueryName
-from swarmctl.spec.queries import INDEX, VALUE, binary_request, is_binary, is_text, layout, places_of
+from swarmctl.spec.queries import INDEX, VALUE, VALUES, binary_request, is_binary, is_text, layout, places_of
 from swarmctl.spec.words import Model
 
 SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
@@ -88,6 +88,15 @@ class Range(Reading):
     )
     none_from: int | None = Field(
         None, ge=0, examples=[1000], description="A reading from here on says that nothing is there."
+    )
+    none_below: int | None = Field(
+        None, ge=1, examples=[1], description="A reading below this says that nothing is there."
+    )
+    invalid_from: int | None = Field(
+        None,
+        ge=1,
+        examples=[2000],
+        description="A reading from here on is none: the sensor is off.",
     )
     field_of_view_deg: float = Field(
         gt=0, le=360, examples=[15], description="How wide each one looks, degrees."
@@ -252,8 +261,8 @@ class Actuator(Model):
         min_length=2,
         max_length=400,
         examples=["L,{index},{value}"],
-        description="The request for one channel, with {value} and, where there are several, {index}. In "
-        "bytes both have a layout: b4 {index:b} {value:b} 00.",
+        description="The request for one channel, with {value} and, where there are several, {index}; or for "
+        "all channels at once, with {values}. In bytes they have a layout: b4 {index:b} {value:b} 00.",
     )
     reply: str | None = Field(
         None,
@@ -265,6 +274,11 @@ class Actuator(Model):
         examples=[["left", "right"]], description="One name a channel, in the order of their index, from 0."
     )
     max: int = Field(ge=1, le=255, examples=[1], description="Largest value; the smallest is 0.")
+    momentary: bool = Field(
+        False,
+        description="Whether it is over by itself, as a sound is: done at each message, not said again after "
+        "a lost connection.",
+    )
 
     @property
     def binary(self) -> bool:
@@ -274,8 +288,12 @@ class Actuator(Model):
     @model_validator(mode="after")
     def _says_what_it_sets(self) -> Actuator:
         places = places_of(self.send)
-        if VALUE not in places or (len(self.channels) > 1 and INDEX not in places):
-            raise ValueError("`send` of an actuator needs {value}, and {index} where it has several channels")
+        by_channel = VALUE in places and (len(self.channels) == 1 or INDEX in places)
+        if by_channel == (VALUES in places) or not places <= {INDEX, VALUE, VALUES}:
+            raise ValueError(
+                "`send` of an actuator needs {value}, and {index} where it has several channels; or {values} "
+                "for all at once"
+            )
         if self.binary:
             binary_request(self.send)
             layout(self.reply or "")

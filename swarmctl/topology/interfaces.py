@@ -30,6 +30,7 @@ MESSAGES = {  # of the topic that is called as its sensor
     "battery": "sensor_msgs/BatteryState",
     "temperature": "sensor_msgs/Temperature",
 }
+_ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
 _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
 _LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
@@ -91,6 +92,14 @@ def sensors_of(robot_type: RobotType) -> Mapping[str, str]:
     if robot_type.sketch is not None:
         return {one.topic: one.type for one in robot_type.sketch.publishes}
     return {one.name: one.type for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)}
+
+
+def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
+    """The message types of what a driver hears beside orders, by topic in its robot's namespace."""
+    return {
+        name: _ONE_CHANNEL if len(one.channels) == 1 else _CHANNELS
+        for name, one in robot_type.actuators.items()
+    }
 
 
 def sensor_behind(topic: str) -> str:

@@ -24,6 +24,7 @@ from swarm_driver.driver import Driver, run
 from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
+from swarm_driver.outputs import Outputs
 from swarm_driver.port import Port
 from swarm_driver.report import Level, Report
 from swarm_shared.systemd import Notifier
@@ -99,9 +100,14 @@ def _drive(config: Config) -> None:
     """Until the driver is told to end. A fault in the loop comes out here, after the stop."""
     orders, notifier = Orders(), Notifier()
     gate = Gate(Authority(config.commanders, config.command_timeout), orders)
-    news = News(notifier)
+    news, outputs = News(notifier), Outputs(config.actuators, orders.ring)
     driver = Driver(
-        config, orders, news, open_port=lambda: Port(config.port, config.serial), standing=gate.standing
+        config,
+        orders,
+        news,
+        outputs,
+        open_port=lambda: Port(config.port, config.serial),
+        standing=gate.standing,
     )
     wait = min(_LONGEST_WAIT, notifier.interval or _LONGEST_WAIT)
     with contextlib.ExitStack() as stack:
@@ -113,7 +119,9 @@ def _drive(config: Config) -> None:
         notifier.ready()  # the robot is watched over; a master that is away may take as long as it takes
         from swarm_driver import ros  # noqa: PLC0415  importing ROS takes longer than stopping the robot
 
-        news.ros = ros.join(config, orders, gate)
+        news.ros = ros.join(config, orders, gate, outputs)
+        for complaint in news.ros.left_out:
+            print(complaint, file=sys.stderr, flush=True)
         _watch(loop, ros.forgotten)
 
 

@@ -9,6 +9,7 @@ from swarm_driver.config import Config, Sensor, parse
 from swarm_driver.driver import Driver
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
+from swarm_driver.outputs import Outputs
 from swarm_driver.port import PortError
 from swarm_driver.report import Level, Report
 
@@ -147,10 +148,13 @@ class Bench:
         self.robot = FakeKoala(self.clock)
         self.sink = Memory()
         self.orders = Orders(self.clock)
+        self.config = config or config_for("koala")
+        self.outputs = Outputs(self.config.actuators, self.orders.ring, self.clock)
         self.driver = Driver(
-            config or config_for("koala"),
+            self.config,
             self.orders,
             self.sink,
+            self.outputs,
             open_port=self.robot.open,
             clock=self.clock,
             jitter=lambda: 1.0,

@@ -91,6 +91,10 @@ class Node:
         self.process.stdin.write(f"{sender} {linear} {angular}\n")
         self.process.stdin.flush()
 
+    def set(self, actuator: str, *values: int) -> None:
+        self.process.stdin.write(f"{actuator}={','.join(map(str, values))}\n")
+        self.process.stdin.flush()
+
     def drive(self, seconds: float, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
         """Order again and again, at 20 Hz."""
         end = time.monotonic() + seconds

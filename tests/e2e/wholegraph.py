@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from labswarm import LabSwarm
 
 from swarmctl.topology import names
-from swarmctl.topology.interfaces import COMMAND, driver_topics
+from swarmctl.topology.interfaces import COMMAND, actuators_of, driver_topics
 from swarmctl.topology.swarm import Island, Program, Swarm
 
 ROSOUT = "/rosout"
@@ -83,8 +83,10 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
         for robot in spec.robots_on(host):
             topics = [topic.name for topic in driver_topics(robot.type, robot.settings)]
             full = [one if one.startswith("/") else f"{robot.namespace}/{one}" for one in topics]
-            yield from publishes(robot.driver_node, *full, "/tf")
-            yield from hears(robot.driver_node, f"{robot.namespace}/{COMMAND}")
+            placed = ["/tf_static"] if any("/" in one for one in topics if not one.startswith("/")) else []
+            yield from publishes(robot.driver_node, *full, "/tf", *placed)
+            heard = [COMMAND, *actuators_of(robot.type)]
+            yield from hears(robot.driver_node, *(f"{robot.namespace}/{one}" for one in heard))
             yield from of_ros_itself(robot.driver_node)
         for program in spec.programs_on(host):
             if program.name not in absent:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 import struct
+from typing import Mapping, Sequence
 
 from swarm_driver.codec import BadReplyError, Reply, Request
-from swarm_driver.config import Actuator, BinaryProtocol
+from swarm_driver.config import Actuator, BinaryProtocol, BinaryQuery
 
 _PLACE = re.compile(r"\{([a-z]+):([bBhHiIf])\}")
 _ORDERS = {"little": "<", "big": ">"}
@@ -23,32 +23,49 @@ class BinaryCodec:
     def speed(self, left: int, right: int) -> Request:
         speed = self._protocol.set_speed
         echo = (left, right) if speed.echo else None
-        return self._request(f"speed {left} {right}", speed.send, speed.reply, echo, left=left, right=right)
+        values = {"left": (left,), "right": (right,)}
+        return self._request(f"speed {left} {right}", speed, values, echo, urgent=True)
 
     def query(self, name: str) -> Request:
-        query = self._protocol.queries[name]
-        return self._request(name, query.send, query.reply)
+        return self._request(name, self._protocol.queries[name], {})
 
-    def actuator(self, actuator: Actuator, index: int, value: int) -> Request:
-        name = f"{actuator.name} {index} {value}"
-        return self._request(name, actuator.send, actuator.reply or "", index=index, value=value)
+    def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
+        places = {"index": (index,), "value": (values[index],), "values": tuple(values)}
+        return self._request(actuator.name, BinaryQuery(actuator.send, actuator.reply or ""), places)
+
+    def setup(self) -> list[Request]:
+        return [self._request(f"setup {one.send}", one, {}) for one in self._protocol.setup]
 
     def identify(self) -> Request | None:
         """Nothing in a stream of bytes names a firmware."""
         return None
 
     def _request(
-        self, name: str, send: str, reply: str, echo: tuple[int, int] | None = None, **values: int
+        self,
+        name: str,
+        query: BinaryQuery,
+        places: Mapping[str, tuple[int, ...]],
+        echo: tuple[int, int] | None = None,
+        *,
+        urgent: bool = False,
     ) -> Request:
-        layout = struct.Struct(self._order + reply.replace(" ", ""))
-        data = b"".join(self._piece(token, values) for token in send.split())
-        return Request(data, name, lambda: BinaryReader(layout, echo), answered=layout.size > 0)
+        layout = struct.Struct(self._order + query.reply.replace(" ", ""))
+        data = b"".join(self._piece(token, places) for token in query.send.split())
+        return Request(
+            data,
+            name,
+            lambda: BinaryReader(layout, echo),
+            answered=layout.size > 0,
+            framed=False,
+            urgent=urgent,
+        )
 
-    def _piece(self, token: str, values: dict[str, int]) -> bytes:
+    def _piece(self, token: str, places: Mapping[str, tuple[int, ...]]) -> bytes:
         place = _PLACE.fullmatch(token)
         if place is None:
             return bytes.fromhex(token)
-        return struct.pack(self._order + place.group(2), values[place.group(1)])
+        values = places[place.group(1)]
+        return struct.pack(f"{self._order}{len(values)}{place.group(2)}", *values)
 
 
 class BinaryReader:
@@ -72,6 +89,4 @@ class BinaryReader:
         values = self._layout.unpack(self._arrived)
         if self._echo is not None and values != self._echo:
             raise BadReplyError(f"the robot repeats {values} instead of {self._echo}")
-        if not all(math.isfinite(value) for value in values):
-            raise BadReplyError("the robot sends what is no number")
         return Reply(values)

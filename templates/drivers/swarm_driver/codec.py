@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Callable, Protocol, Tuple, Union
+from typing import TYPE_CHECKING, Callable, Protocol, Sequence, Tuple, Union
 
 if TYPE_CHECKING:
     from swarm_driver.config import Actuator
@@ -37,12 +37,18 @@ class Reader(Protocol):
 
 @dataclass(frozen=True)
 class Request:
-    """What is sent, how people call it, and who reads the answer. ``answered`` is false where none comes."""
+    """What is sent, how people call it, and who reads the answer.
+
+    ``answered`` is false where none comes; ``framed`` where an answer shows whose it is; ``urgent`` is what
+    waits for nothing.
+    """
 
     data: bytes
     name: str
     reader: Callable[[], Reader]
     answered: bool = True
+    framed: bool = True
+    urgent: bool = False
 
 
 class Codec(Protocol):
@@ -56,8 +62,12 @@ class Codec(Protocol):
         """Asks what the robot type calls ``name``."""
         ...
 
-    def actuator(self, actuator: Actuator, index: int, value: int) -> Request:
-        """Sets one channel of an actuator."""
+    def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
+        """Sets the channel ``index`` of an actuator, or all of them, as its requests are written."""
+        ...
+
+    def setup(self) -> list[Request]:
+        """Prepares the robot for what is asked later."""
         ...
 
     def identify(self) -> Request | None:

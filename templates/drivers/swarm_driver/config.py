@@ -73,11 +73,11 @@ class LineQuery:
 
 @dataclass(frozen=True)
 class Stray:
-    """A line that begins with ``begins`` tells what is wrong, unless it begins with ``unless``."""
+    """A line that begins with ``begins`` tells what is wrong, unless with one of ``unless``."""
 
     begins: str
     means: str
-    unless: str | None = None
+    unless: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,7 @@ class LineProtocol:
     error_heads: tuple[str, ...]
     strays: tuple[Stray, ...]
     identify: LineQuery | None
+    setup: tuple[LineQuery, ...]
     set_speed: LineQuery
     queries: Mapping[str, LineQuery]
 
@@ -108,6 +109,7 @@ class BinaryProtocol:
 
     reply_timeout: float
     byte_order: str
+    setup: tuple[BinaryQuery, ...]
     set_speed: BinaryQuery
     queries: Mapping[str, BinaryQuery]
 
@@ -130,13 +132,22 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Actuator:
-    """What may be set beside the speed: a value from 0 to ``max`` for each channel."""
+    """What may be set beside the speed: a value from 0 to ``max`` for each channel.
+
+    ``momentary`` is what is over by itself.
+    """
 
     name: str
     send: str
     reply: str | None
     channels: tuple[str, ...]
     max: int
+    momentary: bool
+
+    @property
+    def at_once(self) -> bool:
+        """Whether one request sets all channels."""
+        return "{values" in self.send
 
 
 @dataclass(frozen=True)
@@ -246,8 +257,9 @@ def _protocol(data: Mapping[str, Any]) -> LineProtocol | BinaryProtocol:
             reply_timeout=timeout,
             terminator=str(data["terminator"]),
             error_heads=tuple(str(head) for head in data["error_heads"]),
-            strays=tuple(Stray(**one) for one in data["strays"]),
+            strays=tuple(Stray(**{**one, "unless": tuple(one["unless"])}) for one in data["strays"]),
             identify=LineQuery(**data["identify"]) if "identify" in data else None,
+            setup=tuple(LineQuery(**one) for one in data["setup"]),
             set_speed=_line_query(data["set_speed"]),
             queries={name: _line_query(one) for name, one in data["queries"].items()},
         )
@@ -255,6 +267,7 @@ def _protocol(data: Mapping[str, Any]) -> LineProtocol | BinaryProtocol:
         return BinaryProtocol(
             reply_timeout=timeout,
             byte_order=str(data["byte_order"]),
+            setup=tuple(BinaryQuery(**one) for one in data["setup"]),
             set_speed=BinaryQuery(**data["set_speed"]),
             queries={name: BinaryQuery(**one) for name, one in data["queries"].items()},
         )
@@ -287,6 +300,7 @@ def _actuator(name: str, data: Mapping[str, Any]) -> Actuator:
         reply=None if reply is None else str(reply),
         channels=tuple(str(one) for one in data["channels"]),
         max=int(data["max"]),
+        momentary=bool(data["momentary"]),
     )
 
 

@@ -6,7 +6,8 @@ import contextlib
 import random
 import time
 from enum import Enum
-from typing import Callable
+from functools import partial
+from typing import Callable, Iterator
 
 from swarm_driver.authority import Standing
 from swarm_driver.binary import BinaryCodec
@@ -16,12 +17,14 @@ from swarm_driver.kinematics import STANDSTILL, Odometry
 from swarm_driver.lines import LineCodec, firmware_version
 from swarm_driver.link import BytePort, Link, LinkLostError
 from swarm_driver.orders import Orders
+from swarm_driver.outputs import Outputs
 from swarm_driver.port import PortError
 from swarm_driver.report import Level, Report, Tally
 from swarm_driver.session import Session, Sink
 
 _FIRST_RETRY, _LAST_RETRY = 0.2, 5.0  # s between two attempts to connect, doubled from the one to the other
 _STABLE = 5.0  # s a session must last before its loss counts as a new one
+_WARM, _WARM_PERIODS = 2.0, 2.5  # s, and periods, until a sensor's rate can be told
 _SLOW = 0.8  # of the wanted rate, below which a sensor is reported as slow
 
 
@@ -39,6 +42,7 @@ class Driver:
         config: Config,
         orders: Orders,
         sink: Sink,
+        outputs: Outputs,
         *,
         open_port: Callable[[], BytePort],
         standing: Callable[[], Standing] = Standing,
@@ -48,6 +52,7 @@ class Driver:
         self._config = config
         self._orders = orders
         self._sink = sink
+        self._outputs = outputs
         self._open_port = open_port
         self._standing = standing
         self._clock = clock
@@ -57,6 +62,7 @@ class Driver:
         self._session: Session | None = None
         self._odometry = Odometry()
         self._firmware = "unknown"
+        self._unprepared: list[str] = []
         self._trouble = "not connected yet"
         self._attempt = 0
         self._due = self._report_due = clock()
@@ -113,6 +119,7 @@ class Driver:
         scale = self._config.kinematics.scale_for(firmware_version(self._firmware))
         if scale is None:
             raise LinkLostError(f"without the firmware's version ({self._firmware}) speeds have no unit")
+        self._unprepared = list(self._refused_setup(link))
         self._tally.connections += 1
         self._sink.event(Level.OK, f"connected to {self._config.port}, firmware {self._firmware}")
         return Session(
@@ -121,6 +128,7 @@ class Driver:
             scale,
             odometry=self._odometry.forget(),
             orders=self._orders,
+            outputs=self._outputs,
             sink=self._sink,
             tally=self._tally,
             clock=self._clock,
@@ -134,6 +142,16 @@ class Driver:
             return link.twice(lambda: link.ask(request)).text or "unknown"
         except LinkLostError:
             return "unknown"
+
+    def _refused_setup(self, link: Link) -> Iterator[str]:
+        """Prepare the robot; what it does not confirm costs some readings, and is no reason not to drive."""
+        for request in link.codec.setup():
+            try:
+                link.twice(partial(link.ask, request))
+            except LinkLostError as error:  # noqa: PERF203
+                trouble = f"the setup `{request.name}` is not confirmed: {error}"
+                self._sink.event(Level.WARN, trouble)
+                yield trouble
 
     def _give_up(self, trouble: str) -> float:
         """Close the line, with a stop if it still takes one; the moment of the next attempt."""
@@ -171,13 +189,13 @@ class Driver:
         """What is not as it should be with a robot that is there."""
         found = [standing.complaint] if standing.complaint else []
         found += [f"{failures} exchanges failed"] if failures else []
-        if self._clock() - session.since > 2:
-            found += [
-                f"{name} comes at {measured:.1f} instead of {wanted:g} Hz"
-                for name, measured, wanted in session.rates()
-                if measured < _SLOW * wanted
-            ]
-        return found
+        found += self._unprepared
+        age = self._clock() - session.since
+        return found + [
+            f"{name} comes at {measured:.1f} instead of {wanted:g} Hz"
+            for name, measured, wanted in session.rates()
+            if measured < _SLOW * wanted and age > max(_WARM, _WARM_PERIODS / wanted)
+        ]
 
     def _figures(self) -> dict[str, str]:
         tally = self._tally
@@ -194,6 +212,7 @@ class Driver:
             "noise lines": str(tally.noise_lines),
             "dead-man trips": str(tally.dead_man_trips),
             "refused orders": str(self._orders.refused),
+            "refused settings": str(self._outputs.refused),
             "odometry jumps": str(odometry.jumps),
             "last error": tally.last_error,
         }

@@ -44,7 +44,10 @@ def _units(speed: float, kinematics: Kinematics, scale: Scale) -> int:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the robot is believed to be, how fast it goes, how far it has driven and turned in all."""
+    """Where the robot is believed to be, how fast it goes, how far it has driven and turned in all.
+
+    ``left`` and ``right`` are the ways of the wheels, backwards subtracted.
+    """
 
     x: float = 0.0
     y: float = 0.0
@@ -53,6 +56,8 @@ class Pose:
     angular: float = 0.0
     driven: float = 0.0
     turned: float = 0.0
+    left: float = 0.0
+    right: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -109,4 +114,6 @@ def _moved(pose: Pose, left: float, right: float, elapsed: float, separation: fl
         angular=turn / elapsed if elapsed > 0 else 0.0,
         driven=pose.driven + abs(way),
         turned=pose.turned + abs(turn),
+        left=pose.left + left,
+        right=pose.right + right,
     )

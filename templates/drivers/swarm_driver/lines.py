@@ -24,26 +24,31 @@ class LineCodec:
 
     def speed(self, left: int, right: int) -> Request:
         query = self._protocol.set_speed
-        return self._request(filled(query.send, left=left, right=right), query)
+        return self._request(filled(query.send, left=left, right=right), query, urgent=True)
 
     def query(self, name: str) -> Request:
         query = self._protocol.queries[name]
         return self._request(query.send, query)
 
-    def actuator(self, actuator: Actuator, index: int, value: int) -> Request:
+    def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
         query = LineQuery(actuator.send, actuator.reply or "")
-        return self._request(filled(query.send, index=index, value=value), query)
+        together = ",".join(str(value) for value in values)
+        return self._request(filled(query.send, index=index, value=values[index], values=together), query)
+
+    def setup(self) -> list[Request]:
+        return [self._request(one.send, one) for one in self._protocol.setup]
 
     def identify(self) -> Request | None:
         query = self._protocol.identify
         return self._request(query.send, query) if query else None
 
-    def _request(self, text: str, query: LineQuery) -> Request:
+    def _request(self, text: str, query: LineQuery, *, urgent: bool = False) -> Request:
         return Request(
             (text + self._protocol.terminator).encode("ascii"),
             text,
             lambda: LineReader(query, self._protocol),
             answered=bool(query.reply),
+            urgent=urgent,
         )
 
 
@@ -67,7 +72,7 @@ class LineReader:
         return None
 
 
-def filled(send: str, **values: int) -> str:
+def filled(send: str, **values: int | str) -> str:
     """A request with ``values`` in its places."""
     for name, value in values.items():
         send = send.replace("{" + name + "}", str(value))
@@ -99,7 +104,7 @@ def told_by(line: bytes, protocol: LineProtocol) -> str:
     """What a line that is no answer says about the robot, if the robot type knows it."""
     text = _text(line)
     for stray in protocol.strays:
-        if text.startswith(stray.begins) and not (stray.unless and text.startswith(stray.unless)):
+        if text.startswith(stray.begins) and not text.startswith(stray.unless):
             return f"the robot says `{text[:80]}`: {stray.means}"
     return ""
 

@@ -11,6 +11,8 @@ from swarm_driver.report import Tally
 
 T = TypeVar("T")
 
+_QUIET = 0.05  # s without a byte after which a late answer is over; packets by radio come 20 ms apart
+
 
 class NoReplyError(Exception):
     """The robot did not answer in time."""
@@ -47,15 +49,24 @@ class Link:
         self._reply_timeout = reply_timeout
         self._tally = tally
         self._clock = clock
+        self._unsettled = False  # an answer that has no frame may still be coming
 
     def set_speed(self, left: int, right: int) -> None:
         self.ask(self.codec.speed(left, right))
 
     def ask(self, request: Request, timeout: float = math.inf) -> Reply:
         """The reply to ``request``, waited for ``timeout`` seconds; never longer than the protocol says."""
+        deadline = self._clock() + timeout
+        if self._unsettled and not request.urgent:
+            self._settle(deadline)
         self._port.drain()
         self._port.write(request.data)
-        return self._answer(request, min(timeout, self._reply_timeout)) if request.answered else Reply()
+        if not request.answered:
+            return Reply()
+        self._unsettled = not request.framed
+        reply = self._answer(request, min(deadline, self._clock() + self._reply_timeout))
+        self._unsettled = False
+        return reply
 
     def twice(self, exchange: Callable[[], T]) -> T:
         """The outcome of ``exchange``, given a second chance; then the robot counts as lost."""
@@ -76,9 +87,14 @@ class Link:
     def close(self) -> None:
         self._port.close()
 
-    def _answer(self, request: Request, timeout: float) -> Reply:
+    def _settle(self, deadline: float) -> None:
+        """Let a late answer pass: its bytes would be taken for the next one's."""
+        deadline = min(deadline, self._clock() + self._reply_timeout)
+        while self._port.read(min(_QUIET, deadline - self._clock())) and self._clock() < deadline:
+            pass
+
+    def _answer(self, request: Request, deadline: float) -> Reply:
         reader = request.reader()
-        deadline = self._clock() + timeout
         try:
             while True:
                 remaining = deadline - self._clock()

@@ -32,8 +32,8 @@ class Orders:
         self.latest: Order | None = None
         self.stopped = False
         self.refused = 0
-        self._listen, self._ring = socket.socketpair()
-        self._ring.setblocking(False)
+        self._listen, self._bell = socket.socketpair()
+        self._bell.setblocking(False)
 
     def put(self, linear: Sequence[float], angular: Sequence[float], arrived: float | None = None) -> None:
         """Take a Twist: x forward and z to the left count. A senseless component makes it a stop."""
@@ -41,19 +41,20 @@ class Orders:
         self.refused += not sane
         stamp = self._clock() if arrived is None else arrived
         self.latest = Order(linear[0] if sane else 0.0, angular[2] if sane else 0.0, stamp)
-        self._wake()
+        self.ring()
 
     def stop(self) -> None:
         """No more orders: whoever waits comes back to end."""
         self.stopped = True
-        self._wake()
+        self.ring()
 
     def wait(self, seconds: float) -> None:
-        """Sleep, but no longer than until the next ``put`` or ``stop``."""
+        """Sleep, but no longer than until somebody rings."""
         ready, _, _ = select.select([self._listen], [], [], max(0.0, seconds))
         if ready:
             self._listen.recv(4096)
 
-    def _wake(self) -> None:
+    def ring(self) -> None:
+        """Wake who waits."""
         with contextlib.suppress(BlockingIOError):  # the bell is ringing already
-            self._ring.send(b"!")
+            self._bell.send(b"!")

@@ -39,11 +39,10 @@ class Tally:
 
 
 class Meter:
-    """Measures how often something happened in the last seconds."""
+    """Measures how often something happened in the last ``window`` seconds."""
 
-    _WINDOW = 5.0
-
-    def __init__(self) -> None:
+    def __init__(self, window: float = 5.0) -> None:
+        self._window = window
         self._stamps: deque[float] = deque()
 
     def tick(self, now: float) -> None:
@@ -51,7 +50,7 @@ class Meter:
 
     def rate(self, now: float) -> float:
         """Hz, from the intervals seen in the window; falls off when nothing happens any more."""
-        while self._stamps and self._stamps[0] < now - self._WINDOW:
+        while self._stamps and self._stamps[0] < now - self._window:
             self._stamps.popleft()
         intervals = len(self._stamps) - 1
         if intervals < 1:

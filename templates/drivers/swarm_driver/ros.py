@@ -1,42 +1,37 @@
-"""The one module that knows ROS 1: orders come in as Twist, news go out as messages."""
+"""The driver as a node of ROS 1: orders come in, news go out. Nothing outside `ros*.py` knows ROS."""
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from http.client import HTTPConnection
-from typing import Any
+from typing import Any, Iterator, Mapping
 from xmlrpc.client import ServerProxy, Transport
 
 import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Quaternion, TransformStamped, Twist, Vector3
-from nav_msgs.msg import Odometry
-from std_msgs.msg import MultiArrayDimension, UInt16MultiArray
+from geometry_msgs.msg import Twist
+from std_msgs.msg import UInt8, UInt8MultiArray
 
+from swarm_driver import ros_frames, ros_sensors
 from swarm_driver.codec import Values
-from swarm_driver.config import Config, Sensor
+from swarm_driver.config import Actuator, Config, Sensor
 from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
+from swarm_driver.outputs import Outputs
 from swarm_driver.report import Report
+from swarm_driver.ros_frames import Frames
+from swarm_driver.ros_motion import MotionTopics
 from swarm_driver.whereabouts import Whereabouts
-
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # a host without tf gets odometry and no transform
-    TFMessage = None
 
 _FAREWELL = 1.0  # s
 _MASTER_ANSWERS = 2.0  # s
 _SUCCESS, _UNKNOWN_NODE = 1, -1  # of the Master API: lookupNode found the node, or no such node
-_UNKNOWN = 1e6  # variance of what a robot on wheels cannot know
-_AT_REST = 1e-6  # variance of what has not gone astray yet
 
 
-def join(config: Config, orders: Orders, gate: Gate) -> RosSink:
+def join(config: Config, orders: Orders, gate: Gate, outputs: Outputs) -> RosSink:
     """Become a node that takes orders. Returns when the master knows it, however long that takes."""
     rospy.init_node("driver", disable_signals=True)
     rospy.on_shutdown(orders.stop)
@@ -55,7 +50,24 @@ def join(config: Config, orders: Orders, gate: Gate) -> RosSink:
         )
 
     rospy.Subscriber("cmd_vel", Twist, take, queue_size=1, tcp_nodelay=True)
+    for actuator in config.actuators:
+        _hear(actuator, outputs)
     return sink
+
+
+def _hear(actuator: Actuator, outputs: Outputs) -> None:
+    """A number where there is one channel, a list of one for each where there are several."""
+    if len(actuator.channels) == 1:
+        rospy.Subscriber(
+            actuator.name, UInt8, lambda message: outputs.put(actuator, [message.data]), queue_size=1
+        )
+    else:
+        rospy.Subscriber(
+            actuator.name,
+            UInt8MultiArray,
+            lambda message: outputs.put(actuator, list(message.data)),
+            queue_size=1,
+        )
 
 
 def forgotten() -> bool:
@@ -85,60 +97,33 @@ class _Hurried(Transport):
 
 
 class RosSink:
-    """Publishes what a driver finds out."""
+    """Publishes what a driver finds out. ``left_out`` are the topics that this host has no messages for."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
-        self._odom_frame = config.frame_prefix + "odom"
-        self._base_frame = config.frame_prefix + "base_link"
-        self._odom = rospy.Publisher("odom", Odometry, queue_size=1)
-        self._ranges = {
-            one.name: rospy.Publisher(one.name, UInt16MultiArray, queue_size=1)
-            for one in config.sensors
-            if one.kind == "range"
-        }
+        frames = Frames(config)
+        self._motion = MotionTopics(config, frames)
+        self._sensors = ros_sensors.topics_of(config, frames)
+        self._places = ros_frames.tell_places(config, frames)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
-        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=1) if TFMessage else None
+        self.left_out = tuple(_left_out(config, self._sensors))
 
     def odometry(self, pose: Pose) -> None:
-        message = Odometry()
-        message.header.stamp = rospy.Time.now()
-        message.header.frame_id = self._odom_frame
-        message.child_frame_id = self._base_frame
-        message.pose.pose.position.x = pose.x
-        message.pose.pose.position.y = pose.y
-        message.pose.pose.orientation = _turned_by(pose.yaw)
-        message.twist.twist.linear.x = pose.linear
-        message.twist.twist.angular.z = pose.angular
-        errors = self._config.kinematics
-        yaw_error = errors.angular_error * pose.turned
-        # A wrong heading bends the whole way that follows it, so it spoils the place as well.
-        place_error = errors.linear_error * pose.driven + min(1.0, yaw_error) * pose.driven
-        message.pose.covariance = _covariance(place_error, place_error, yaw_error)
-        message.twist.covariance = _covariance(
-            errors.linear_error * pose.linear, 0.0, errors.angular_error * pose.angular
-        )
-        self._odom.publish(message)
-        if self._tf is not None:
-            self._tf.publish(TFMessage([self._transform(message)]))
+        self._motion.publish(pose)
 
     def reading(self, sensor: Sensor, values: Values) -> None:
-        if sensor.kind != "range":
-            return
-        largest = sensor.settings["max_reading"]
-        readings = [min(max(0, int(value)), largest) for value in values]
-        label = ",".join(one["name"] for one in sensor.settings["elements"])
-        message = UInt16MultiArray(data=readings)
-        message.layout.dim = [MultiArrayDimension(label=label, size=len(readings), stride=len(readings))]
-        self._ranges[sensor.name].publish(message)
+        topics = self._sensors.get(sensor.name)
+        if topics is not None:
+            topics.publish(values)
 
     def report(self, report: Report) -> None:
+        figures = dict(report.values, **({"left out": "; ".join(self.left_out)} if self.left_out else {}))
         status = DiagnosticStatus(
             level=int(report.level),
             name=f"{self._config.robot}: driver",
-            message=report.message,
+            message="; ".join([report.message, *self.left_out]),
             hardware_id=f"{self._config.title} {self._config.robot}",
-            values=[KeyValue(key, value) for key, value in report.values.items()],
+            values=[KeyValue(key, value) for key, value in figures.items()],
         )
         message = DiagnosticArray(status=[status])
         message.header.stamp = rospy.Time.now()
@@ -150,19 +135,16 @@ class RosSink:
         farewell.start()
         farewell.join(_FAREWELL)
 
-    def _transform(self, odometry: Any) -> Any:
-        place = odometry.pose.pose.position
-        transform = TransformStamped(header=odometry.header, child_frame_id=self._base_frame)
-        transform.transform.translation = Vector3(place.x, place.y, 0.0)
-        transform.transform.rotation = odometry.pose.pose.orientation
-        return transform
 
-
-def _turned_by(yaw: float) -> Any:
-    return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-
-
-def _covariance(x: float, y: float, yaw: float) -> list[float]:
-    """The 6 x 6 matrix of a planar pose or twist, from standard deviations."""
-    variances = (x * x + _AT_REST, y * y + _AT_REST, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw * yaw + _AT_REST)
-    return [variances[row] if row == column else 0.0 for row in range(6) for column in range(6)]
+def _left_out(config: Config, sensors: Mapping[str, Any]) -> Iterator[str]:
+    """What this host cannot publish for want of a package of messages, in words."""
+    if ros_frames.TFMessage is None:
+        yield "no transforms: this host lacks tf2_msgs"
+    if ros_sensors.sensor_msgs is not None:
+        return
+    missing = [one.name for one in config.sensors if one.rate > 0 and one.kind != "wheels"]
+    missing = [name for name in missing if name not in sensors]
+    missing += ["joint_states"] if config.kinematics.wheel_radius is not None else []
+    missing += [f"{one.name}/*" for one in config.sensors if one.rate > 0 and one.kind == "range"]
+    if missing:
+        yield f"no {', '.join(missing)}: this host lacks sensor_msgs"

@@ -9,17 +9,19 @@ import math
 from dataclasses import dataclass, field
 from typing import Callable, Protocol
 
-from swarm_driver.codec import Values
+from swarm_driver.codec import BadReplyError, Values
 from swarm_driver.config import Config, Scale, Sensor
 from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.orders import Order, Orders
+from swarm_driver.outputs import Change, Outputs, Shown
 from swarm_driver.report import Level, Meter, Report, Tally
 
 _KEEP_UP = 0.2  # s after which an unchanged speed is said again: a robot that is lost is noticed that soon
 _BREATH = 0.02  # s between two changes of speed, so that fast orders leave the sensors room
 _EARLY = 0.5  # of a poll's period by which a slower sensor may have its turn before it is due
-_SULK = 1.0  # s for which a sensor that failed is left alone
+_SULK = 1.0  # s for which a sensor or a light that failed is left alone
+_PERIODS = 3  # of a slow sensor, over which its rate is measured
 
 
 class Sink(Protocol):
@@ -40,7 +42,10 @@ class Feed:
 
     sensor: Sensor
     due: float
-    meter: Meter = field(default_factory=Meter)
+    meter: Meter = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.meter = Meter(max(5.0, _PERIODS / self.sensor.rate))
 
 
 @dataclass
@@ -64,6 +69,7 @@ class Session:
         *,
         odometry: Odometry,
         orders: Orders,
+        outputs: Outputs,
         sink: Sink,
         tally: Tally,
         clock: Callable[[], float],
@@ -78,6 +84,7 @@ class Session:
         self._tally = tally
         self._clock = clock
         self._polls = self._planned_polls()
+        self._shown, self._show_at, self._showed = Shown(outputs, self.since), self.since, False
         self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
         self._said_at = self.since
         self._aim = STANDSTILL
@@ -89,7 +96,7 @@ class Session:
         if self._speed_due(aim) <= now:
             self._say_speed(aim)
         else:
-            self._read_most_overdue(now)
+            self._serve(now)
         return self._next_due()
 
     def activity(self) -> str:
@@ -141,12 +148,30 @@ class Session:
         else:
             self._confirmed, self._said_at = aim, self._clock()
 
-    def _read_most_overdue(self, now: float) -> None:
-        poll = min(self._polls, key=lambda one: one.due, default=None)
-        if poll is None or poll.due > now:
-            return
-        # A sensor that keeps silent must not hold up the dead-man.
+    def _serve(self, now: float) -> None:
+        """Read the sensor that is most overdue, or set what is wanted: in turns, where there is both."""
+        poll = min((one for one in self._polls if one.due <= now), key=lambda one: one.due, default=None)
+        change = self._shown.next() if self._show_at <= now else None
+        # What keeps silent must not hold up the dead-man.
         patience = self._dead_man_due() - now
+        self._showed = change is not None and (poll is None or not self._showed)
+        if change is not None and self._showed:
+            self._show(change, patience)
+        elif poll is not None:
+            self._read(poll, patience)
+
+    def _show(self, change: Change, patience: float) -> None:
+        request = self._link.codec.actuator(change.actuator, change.index, change.values)
+        try:
+            self._link.ask(request, patience)
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            if not isinstance(error, BadReplyError):
+                self._show_at = self._clock() + _SULK
+                return
+        self._shown.said(change)  # a robot that refuses it is not pestered
+
+    def _read(self, poll: Poll, patience: float) -> None:
         try:
             reply = self._link.ask(self._link.codec.query(poll.query), patience)
         except FAILED_EXCHANGE as error:
@@ -168,7 +193,8 @@ class Session:
 
     def _next_due(self) -> float:
         speed_due = self._speed_due(self._wanted(self._clock()))
-        return min([speed_due, self._dead_man_due(), *(poll.due for poll in self._polls)])
+        show_due = self._show_at if self._shown.next() else math.inf
+        return min([speed_due, self._dead_man_due(), show_due, *(poll.due for poll in self._polls)])
 
     def _planned_polls(self) -> list[Poll]:
         fed: dict[str, list[Feed]] = {}
@@ -182,6 +208,9 @@ class Session:
 
     def _take(self, sensor: Sensor, numbers: Values, arrived: float) -> None:
         values = numbers[sensor.first : sensor.first + sensor.count]
+        if not all(math.isfinite(value) for value in values):
+            self._tally.failed(BadReplyError(f"`{sensor.name}` has a value that is no number"))
+            return
         if sensor.kind != "wheels":
             self._sink.reading(sensor, values)
             return

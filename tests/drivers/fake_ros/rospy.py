@@ -1,7 +1,8 @@
 """As much of rospy as the driver node touches, without a master.
 
-Orders come in on stdin, one ``<sender> <m/s> <rad/s>`` a line; publications go out on stdout, one JSON object
-a line. With FAKE_MASTER=away in the environment no node ever joins.
+Orders come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, and settings as ``<topic>=<numbers>``;
+publications go out on stdout, one JSON object a line. With FAKE_MASTER=away in the environment no node ever
+joins; FAKE_LISTENERS=0 says that nobody listens, FAKE_LACKS names a package that is not installed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import sys
 import threading
 import time
 import types
-from typing import Any
+from typing import Any, ClassVar
 
 _TELLING = threading.Lock()
 
@@ -39,6 +40,8 @@ class Message:
 
 
 def _messages(package: str, *names: str) -> None:
+    if package == os.environ.get("FAKE_LACKS"):
+        return
     module = types.ModuleType(f"{package}.msg")
     module.__dict__.update(dict.fromkeys(names, Message))
     sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
@@ -47,7 +50,10 @@ def _messages(package: str, *names: str) -> None:
 _messages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
 _messages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "Vector3")
 _messages("nav_msgs", "Odometry")
-_messages("std_msgs", "MultiArrayDimension", "UInt16MultiArray")
+_messages("sensor_msgs", "BatteryState", "Imu", "JointState", "MagneticField", "Range", "Temperature")
+_messages(
+    "std_msgs", "Float32MultiArray", "MultiArrayDimension", "UInt8", "UInt8MultiArray", "UInt16MultiArray"
+)
 _messages("tf2_msgs", "TFMessage")
 
 
@@ -79,30 +85,49 @@ class Publisher:
     def publish(self, message: Message) -> None:
         _say({"topic": self._topic, **vars(message)})
 
+    def get_num_connections(self) -> int:
+        return int(os.environ.get("FAKE_LISTENERS", "1"))
+
 
 class Subscriber:
+    """Each sender has a thread of its own, as rospy has it."""
+
+    subscribers: ClassVar[dict[str, Subscriber]] = {}
+
     def __init__(self, topic: str, _type: Any, take: Any, **__: Any) -> None:
         self._take = take
         self._connections: dict[str, queue.Queue[Message]] = {}
-        threading.Thread(target=self._listen, daemon=True).start()
+        self.subscribers[topic] = self
+        if len(self.subscribers) == 1:
+            threading.Thread(target=_listen, daemon=True).start()
 
-    def _listen(self) -> None:
-        _say({"topic": "listening"})
-        for line in sys.stdin:
-            sender, linear, angular = line.split()
-            header = {"callerid": sender}
-            message = Message(
-                linear=_vector(x=float(linear)), angular=_vector(z=float(angular)), _connection_header=header
-            )
-            if sender not in self._connections:
-                self._connections[sender] = queue.Queue()
-                threading.Thread(target=self._receive, args=(self._connections[sender],), daemon=True).start()
-            self._connections[sender].put(message)
+    def hear(self, sender: str, message: Message) -> None:
+        if sender not in self._connections:
+            self._connections[sender] = queue.Queue()
+            threading.Thread(target=self._receive, args=(self._connections[sender],), daemon=True).start()
+        self._connections[sender].put(message)
 
     def _receive(self, connection: queue.Queue[Message]) -> None:
-        """One thread a sender, as rospy has it."""
         while True:
             self._take(connection.get())
+
+
+def _listen() -> None:
+    _say({"topic": "listening"})
+    for line in sys.stdin:
+        if "=" in line:
+            topic, _, numbers = line.strip().partition("=")
+            values = [int(number) for number in numbers.split(",")]
+            message = Message(data=bytes(values) if len(values) > 1 else values[0])
+            Subscriber.subscribers[topic].hear("somebody", message)
+            continue
+        sender, linear, angular = line.split()
+        message = Message(
+            linear=_vector(x=float(linear)),
+            angular=_vector(z=float(angular)),
+            _connection_header={"callerid": sender},
+        )
+        Subscriber.subscribers["cmd_vel"].hear(sender, message)
 
 
 def _vector(x: float = 0.0, z: float = 0.0) -> Message:
