@@ -32,6 +32,7 @@ from swarmctl.checks import (
     security,
     settings,
     shipped,
+    sketches,
     topics,
 )
 from swarmctl.checks.case import Case, Rule
@@ -56,6 +57,7 @@ SENSE: tuple[Rule, ...] = (
     *ports.RULES,
     *identity.RULES,
     *settings.RULES,
+    *sketches.RULES,
     *links.RULES,
     *lines.RULES,
     *radios.RULES,

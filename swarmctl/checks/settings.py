@@ -30,11 +30,15 @@ def unreachable_limits(case: Case) -> Iterator[Diagnostic]:
                 )
 
 
+READ_BY_OUR_SKETCH = {"firmware", "calibration"}
+
+
 def unread_settings(case: Case) -> Iterator[Diagnostic]:
     """SET002: a setting of a rosserial robot, which nobody carries out: a limit that is believed in."""
-    sketches = {name for name, kind in case.types.items() if kind.sketch is not None}
+    sketches = {name: kind.sketch for name, kind in case.types.items() if kind.sketch is not None}
     for name, robot in case.spec.robots.items() if sketches else ():
-        if robot.type in sketches and robot.settings.model_fields_set:
+        read = READ_BY_OUR_SKETCH if robot.type in sketches and sketches[robot.type].firmware else set()
+        if robot.type in sketches and robot.settings.model_fields_set - read:
             loc = ("robots", name, "settings")
             yield Diagnostic(
                 "SET002",

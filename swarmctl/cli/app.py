@@ -13,6 +13,7 @@ from swarmctl.cli import access, exits
 from swarmctl.cli.deploy import deploy
 from swarmctl.cli.driver import driver
 from swarmctl.cli.emulate import emulate
+from swarmctl.cli.firmware import firmware
 from swarmctl.cli.graph import graph
 from swarmctl.cli.init import init
 from swarmctl.cli.lab import lab
@@ -54,6 +55,7 @@ for verb, codes in VERBS.items():
 app.add_typer(mode, name="mode")
 app.add_typer(lab, name="lab")
 app.add_typer(driver, name="driver")
+app.add_typer(firmware, name="firmware")
 
 
 def _version(asked: bool) -> None:

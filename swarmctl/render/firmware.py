@@ -3,40 +3,29 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from swarmctl.render import shipped
 from swarmctl.render.bundle import File
 from swarmctl.render.templates import render
+from swarmctl.spec.firmware import DEFAULTS, Firmware, completed
+from swarmctl.spec.protocols import RosserialProtocol
+from swarmctl.topology.swarm import Robot
 
 TEMPLATE = "uno-l298n"
 CONFIG, VERSION, SKETCH = "config.h", "version.h", "rover.ino"
+FASTER = 1.2  # than `wheel_speed_max`, what full PWM gives where nothing is said of it
 DIGITS = 12  # of the digest, enough to tell two firmwares of one robot apart
 
 
 @dataclass(frozen=True)
-class WheelSettings:
-    """Where one motor and its encoder are wired to; the PWM (of 255) where that motor begins to turn, and
-    the speed on the ground that full PWM gives, m/s.
-    """
-
-    encoder: int
-    enable: int
-    forward: int
-    backward: int
-    pwm_min: float
-    full_speed: float
-
-
-@dataclass(frozen=True)
 class FirmwareSettings:
-    """All that a sketch is told: lengths in m, times in s, rates in Hz, speeds of a wheel on the ground.
-
-    The gains are steps of PWM per rad/s and per rad of a wheel.
+    """All that a sketch is told, by default for the second paper's kit: lengths in m, times in s, rates
+    in Hz, speeds of a wheel on the ground. ``firmware`` is complete but for the wheels' `full_speed`.
     """
 
-    left: WheelSettings = field(default=WheelSettings(2, 5, 7, 8, 60.0, 0.6))
-    right: WheelSettings = field(default=WheelSettings(3, 6, 11, 12, 60.0, 0.6))
+    firmware: Firmware = DEFAULTS
     baud: int = 57600
     command_topic: str = "cmd_vel"
     left_ticks_topic: str = "lwheel"
@@ -44,14 +33,15 @@ class FirmwareSettings:
     ticks_rate: float = 10.0
     wheel_radius: float = 0.0325
     wheel_separation: float = 0.13
-    pulses_per_turn: int = 20
     wheel_speed_max: float = 0.5
-    acceleration_max: float = 1.0
-    brake: bool = True
-    control_period: float = 0.02
-    kp: float = 8.0
-    ki: float = 40.0
     dead_man: float = 0.4
+
+    def values(self) -> dict[str, Any]:
+        """What the template of `config.h` is filled with."""
+        data = {**asdict(self), **self.firmware.model_dump()}
+        for side in ("left", "right"):
+            data[side]["full_speed"] = data[side]["full_speed"] or FASTER * self.wheel_speed_max
+        return data
 
 
 @dataclass(frozen=True)
@@ -68,16 +58,51 @@ class Sketch:
         return {file.path.removeprefix(f"{self.name}/"): file.content for file in self.files}
 
 
+def settings_of(robot: Robot, protocol: RosserialProtocol) -> FirmwareSettings:
+    """What the spec says of a robot, for its sketch: the same numbers that its driver gets."""
+    kinematics, measured = robot.type.kinematics, robot.settings.calibration
+    assert kinematics.wheel_radius is not None  # the type was refused otherwise
+    left, right = protocol.publishes
+    return FirmwareSettings(
+        firmware=completed(robot.settings.firmware),
+        baud=robot.baud or robot.type.link.baud,
+        command_topic=protocol.subscribes[0].topic,
+        left_ticks_topic=left.topic,
+        right_ticks_topic=right.topic,
+        ticks_rate=float(left.rate or 0),
+        wheel_radius=kinematics.wheel_radius * (measured.distance_scale or 1.0),
+        wheel_separation=measured.wheel_separation or kinematics.wheel_separation,
+        wheel_speed_max=kinematics.wheel_speed_max,
+        dead_man=protocol.firmware_timeout,
+    )
+
+
+def sketch_of(robot: Robot) -> Sketch | None:
+    """The sketch for the robot's board, if swarmctl writes it."""
+    protocol = robot.type.sketch
+    if protocol is None or protocol.firmware is None:
+        return None
+    return sketch(robot.name, settings_of(robot, protocol))
+
+
+def files(robot: Robot) -> tuple[File, ...]:
+    """The same for the robot's host, where people can read it."""
+    made, origin = sketch_of(robot), f"robots.{robot.name}"
+    return (
+        tuple(replace(file, path=f"firmware/{file.path}", origin=origin) for file in made.files)
+        if made
+        else ()
+    )
+
+
 def sketch(name: str, settings: FirmwareSettings) -> Sketch:
     """The sketch called ``name``: a folder as the Arduino IDE wants it too, with ``<name>.ino`` in it."""
-    values = asdict(settings)
-    values |= {side: getattr(settings, side) for side in ("left", "right")}
     texts = {
         file.path.removeprefix(f"{TEMPLATE}/"): file.content
         for file in shipped.folder(f"firmware/{TEMPLATE}", TEMPLATE)
         if not file.path.endswith(".j2")
     }
-    texts[CONFIG] = render(f"firmware/{TEMPLATE}/{CONFIG}", **values)
+    texts[CONFIG] = render(f"firmware/{TEMPLATE}/{CONFIG}", **settings.values())
     digest = digest_of_sources(texts)
     texts[VERSION] = render(f"firmware/{TEMPLATE}/{VERSION}", digest=digest)
     texts[f"{name}.ino"] = texts.pop(SKETCH)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from swarmctl.render import rosserial, shipped
+from swarmctl.render import firmware, rosserial, shipped
 from swarmctl.render.bundle import ROOT, File, Unit, workspace
 from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
@@ -50,6 +50,7 @@ def _robot_files(swarm: Swarm, robot: Robot) -> Iterator[File]:
     """What the driver of one robot is told."""
     if robot.type.sketch is not None:
         yield rosserial.launch_file(robot)
+        yield from firmware.files(robot)
         return
     yield File(_params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
     launch = render(

@@ -21,6 +21,7 @@ from swarmctl.spec.words import Model, Name
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
+UNO_BOARDS = ("arduino-uno", "arduino-nano")  # an ATmega328P at 16 MHz, pins as on an UNO
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
@@ -96,6 +97,11 @@ class RosserialProtocol(Model):
 
     kind: Literal["rosserial"] = Field(description="rosserial, as `rosserial_python` speaks it.")
     board: Name = Field(examples=["arduino-uno"], description="The microcontroller that the sketch runs on.")
+    firmware: Literal["uno-l298n"] | None = Field(
+        None,
+        description="A sketch that swarmctl writes, builds and flashes for each robot (`settings.firmware`). "
+        "It publishes the pulses of the left wheel, then of the right. Without it the sketch is yours.",
+    )
     firmware_timeout: float = Field(
         gt=0,
         le=2,
@@ -126,7 +132,21 @@ class RosserialProtocol(Model):
             raise ValueError(
                 "the sketch hears no orders; add {topic: cmd_vel, type: geometry_msgs/Twist} to `subscribes`"
             )
+        if self.firmware:
+            self._is_ours()
         return self
+
+    def _is_ours(self) -> None:
+        """Topics as our sketch has them, for a board that it is written for."""
+        if self.board not in UNO_BOARDS:
+            raise ValueError(f"the sketch `{self.firmware}` is for {' and '.join(UNO_BOARDS)}")
+        if [one.type for one in self.publishes] != ["std_msgs/Int32"] * 2 or len(self.subscribes) != 1:
+            raise ValueError(
+                f"the sketch `{self.firmware}` publishes two std_msgs/Int32, the pulses of the left and of "
+                "the right wheel, and hears `cmd_vel` alone"
+            )
+        if len({one.rate for one in self.publishes}) > 1:
+            raise ValueError(f"the sketch `{self.firmware}` publishes both wheels' pulses at one rate")
 
 
 #: A protocol in which our own driver asks and the robot answers.

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from swarmctl.spec.firmware import clashes
 from swarmctl.spec.protocols import Asked, Protocol, RosserialProtocol
 from swarmctl.spec.queries import BinaryQuery, Query
 from swarmctl.spec.sensors import FRAME_TOPICS, Actuator, Positive, Sensor, SensorName
@@ -227,6 +228,12 @@ class RobotType(Model):
             if actuator.binary != (protocol.kind == "binary"):
                 yield f"`send` of actuator `{name}` is not written for a protocol of kind `{protocol.kind}`"
 
+    def _fits_our_sketch(self) -> None:
+        if self.kinematics.wheel_radius is None:
+            raise ValueError("a sketch divides by the wheels' radius; add `kinematics.wheel_radius`")
+        for second, first, pin in clashes(self.settings.firmware):
+            raise ValueError(f"pin {pin} has two uses, `{'.'.join(first)}` and `{'.'.join(second)}`")
+
     def _fits_its_sketch(self) -> None:
         if self.kinematics.scales:
             raise ValueError("a sketch takes orders in m/s and rad/s; remove `kinematics.scales`")
@@ -234,7 +241,10 @@ class RobotType(Model):
             raise ValueError(
                 "what a sketch measures and hears stands under `protocol`; remove `sensors` and `actuators`"
             )
-        if self.settings.model_fields_set:
+        ours = self.sketch is not None and self.sketch.firmware is not None
+        if ours:
+            self._fits_our_sketch()
+        if self.settings.model_fields_set - ({"firmware"} if ours else set()):
             raise ValueError("what is tuned for a rosserial robot is tuned in its sketch; remove `settings`")
         if not self.firmware_dead_man:
             raise ValueError(

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
+from swarmctl.spec.firmware import NOTHING_SAID, Firmware
 from swarmctl.spec.sensors import Positive, SensorName
 from swarmctl.spec.words import Model
 
@@ -62,6 +63,11 @@ class RobotSettings(Model):
     limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")
     calibration: Calibration = Field(
         default_factory=Calibration, description="What was measured on this robot."
+    )
+
+    firmware: Firmware = Field(
+        default_factory=lambda: NOTHING_SAID,
+        description="The sketch of its board, where swarmctl writes that (`protocol.firmware` of its type).",
     )
 
     @field_validator("rates")

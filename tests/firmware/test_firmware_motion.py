@@ -13,6 +13,7 @@ from swarmctl.firmware.build import Built
 from swarmctl.lab.emulators.board import SimulatedBoard
 from swarmctl.lab.emulators.uno import LEFT, RIGHT, Motor
 from swarmctl.render.firmware import FirmwareSettings
+from swarmctl.spec.firmware import Firmware, WheelDrive, completed
 
 Benches = Callable[..., Bench]
 WEAK = replace(LEFT, free=0.8 * LEFT.free, dead=80.0, lag=0.2)  # beside a motor as the firmware expects it
@@ -29,8 +30,8 @@ def test_a_wheel_reaches_the_speed_ordered(bench: Benches, speed: float, motor: 
 def test_a_weak_motor_that_is_known_to_be_weak_starts_straight(
     boards: Callable[..., SimulatedBoard], build_firmware: Callable[[FirmwareSettings], Built]
 ) -> None:
-    known = replace(FirmwareSettings().left, pwm_min=WEAK.dead, full_speed=WEAK.free * RADIUS)
-    firmware = build_firmware(FirmwareSettings(left=known))
+    known = completed(Firmware(left=WheelDrive(pwm_min=WEAK.dead, full_speed=WEAK.free * RADIUS)))
+    firmware = build_firmware(FirmwareSettings(known))
     rover = Bench(boards(firmware.hex, left=WEAK)).negotiated()
     rover.run(3.0, (0.3, 0.0))
     assert abs(rover.board.state.theta) < math.radians(3)

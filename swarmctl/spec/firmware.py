@@ -1,0 +1,115 @@
+"""What may be said of the sketch that swarmctl writes for a board: its wiring, its motors and its loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from swarmctl.spec.words import Model
+
+PINS = ("encoder", "enable", "forward", "backward")
+
+Pin = Annotated[int, Field(ge=4, le=19, examples=[7])]
+Pwm = Annotated[float, Field(ge=0, le=250, examples=[60.0])]
+Positive = Annotated[float, Field(gt=0, le=1000)]
+
+
+class WheelDrive(Model):
+    """One motor and its encoder. 14 to 19 are the pins A0 to A5."""
+
+    encoder: Literal[2, 3] | None = Field(
+        None,
+        description="Pin of the encoder: 2 or 3, which have the interrupts; 2 for the left one by default.",
+    )
+    enable: Literal[5, 6, 9, 10, 11] | None = Field(
+        None,
+        description="Pin of ENA or ENB, one with PWM: 5, 6, 9, 10, 11; 5 (left) and 6 (right) by default.",
+    )
+    forward: Pin | None = Field(
+        None, description="Pin that is high to go forward (IN1, IN3); 7 (left) and 11 (right) by default."
+    )
+    backward: Pin | None = Field(
+        None, description="Pin that is high to go backward (IN2, IN4); 8 (left) and 12 (right) by default."
+    )
+    pwm_min: Pwm | None = Field(
+        None, description="PWM at which the motor begins to turn, of 255; 60 by default."
+    )
+    full_speed: Positive | None = Field(
+        None,
+        examples=[0.6],
+        description="Speed on the ground at full PWM, m/s; a fifth above `wheel_speed_max` by default.",
+    )
+
+
+class Firmware(Model):
+    """The sketch's wiring and tuning; docs/firmware.md shows how to find the numbers."""
+
+    left: WheelDrive = Field(default_factory=WheelDrive, description="The left wheel.")
+    right: WheelDrive = Field(default_factory=WheelDrive, description="The right wheel.")
+    pulses_per_turn: int | None = Field(
+        None,
+        ge=1,
+        le=2000,
+        examples=[20],
+        description="Pulses of an encoder in a turn of its wheel; 20 by default.",
+    )
+    acceleration_max: Positive | None = Field(
+        None,
+        examples=[1.0],
+        description="How fast a wheel gets faster, m/s²; 1 by default. It stops at once.",
+    )
+    stop: Literal["brake", "coast"] | None = Field(
+        None, description="Whether standing motors are shorted, which holds the robot; `brake` by default."
+    )
+    control_period: float | None = Field(
+        None,
+        ge=0.005,
+        le=0.1,
+        examples=[0.02],
+        description="Seconds between steps of the loops; 0.02 by default.",
+    )
+    kp: float | None = Field(
+        None, ge=0, le=1000, examples=[8.0], description="Steps of PWM for each rad/s too slow; 8 by default."
+    )
+    ki: float | None = Field(
+        None, ge=0, le=10_000, examples=[40.0], description="Steps of PWM for each rad behind; 40 by default."
+    )
+
+
+NOTHING_SAID = Firmware()  # shared, as most robots have no sketch of ours
+
+#: What holds where nothing is said; the speed at full PWM depends on the robot.
+DEFAULTS = Firmware(
+    left=WheelDrive(encoder=2, enable=5, forward=7, backward=8, pwm_min=60.0),
+    right=WheelDrive(encoder=3, enable=6, forward=11, backward=12, pwm_min=60.0),
+    pulses_per_turn=20,
+    acceleration_max=1.0,
+    stop="brake",
+    control_period=0.02,
+    kp=8.0,
+    ki=40.0,
+)
+
+
+def completed(said: Firmware) -> Firmware:
+    """With the defaults for all that is not said."""
+    wheels = {
+        side: getattr(DEFAULTS, side).model_copy(update=getattr(said, side).model_dump(exclude_none=True))
+        for side in ("left", "right")
+    }
+    rest = said.model_dump(exclude_none=True, exclude={"left", "right"})
+    return DEFAULTS.model_copy(update={**rest, **wheels})
+
+
+def clashes(said: Firmware) -> Iterator[tuple[tuple[str, str], tuple[str, str], int]]:
+    """Pins with two uses: where the second and the first are said, and the pin."""
+    whole = completed(said)
+    used: dict[int, tuple[str, str]] = {}
+    for side in ("left", "right"):
+        for name in PINS:
+            pin = getattr(getattr(whole, side), name)
+            if pin in used:
+                yield (side, name), used[pin], pin
+            used.setdefault(pin, (side, name))

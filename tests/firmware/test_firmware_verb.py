@@ -1,0 +1,106 @@
+"""``swarmctl firmware``: from a spec to a program for a board, and to the commands that write it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from swarmctl.checks.check import read
+from swarmctl.cli import exits
+from swarmctl.cli.app import run
+from swarmctl.firmware import toolchain
+from swarmctl.firmware.build import RAM
+from swarmctl.render.firmware import sketch_of
+from swarmctl.render.host import bundles
+
+ROOT = Path(__file__).parents[2]
+GOLDEN = Path(__file__).parent / "golden"
+EXAMPLE = ROOT / "examples/arduino-rover/swarm.yaml"
+TUNED = """
+robots:
+  rover:
+    settings:
+      firmware: {left: {enable: 9, pwm_min: 72.5}, kp: 6.0, stop: coast}
+      calibration: {wheel_separation: 0.134, distance_scale: 1.02}
+"""
+
+
+def test_the_settings_of_the_example(golden: Callable[[Path, str], None]) -> None:
+    swarm, _ = read(EXAMPLE)
+    assert swarm is not None
+    [config] = [file for file in bundles(swarm)["rover-pi"].files if file.path == "firmware/rover/config.h"]
+    assert config.origin == "robots.rover"
+    golden(GOLDEN / "config.h", config.content.decode())
+
+
+def test_what_is_measured_on_a_robot_is_in_its_sketch(
+    tmp_path: Path, golden: Callable[[Path, str], None]
+) -> None:
+    over = tmp_path / "tuned.yaml"
+    over.write_text(TUNED)
+    plain, tuned = read(EXAMPLE)[0], read(EXAMPLE, over)[0]
+    assert plain is not None
+    assert tuned is not None
+    before, after = sketch_of(plain.robots["rover"]), sketch_of(tuned.robots["rover"])
+    assert before is not None
+    assert after is not None
+    assert before.digest != after.digest
+    golden(GOLDEN / "tuned.h", after.sources["config.h"].decode())
+
+
+def test_another_sketch_restarts_no_driver() -> None:
+    swarm, _ = read(EXAMPLE)
+    assert swarm is not None
+    units = bundles(swarm)["rover-pi"].units
+    assert not [path for unit in units for path in unit.needs if path.startswith("firmware/")]
+
+
+def test_build_tells_what_it_takes(
+    tools: toolchain.Toolchain, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["firmware", "build", str(EXAMPLE), "--out", str(tmp_path), "--json"]) == exits.OK
+    [told] = json.loads(capsys.readouterr().out)["firmware"]
+    assert told["robot"] == "rover"
+    assert told["data"] + told["stack"] < RAM / 2
+    digest = told["digest"].encode()
+    assert digest in Path(told["elf"]).read_bytes()
+    assert Path(told["hex"]).read_text().startswith(":10")
+
+
+def test_flash_shows_what_it_would_do(
+    tools: toolchain.Toolchain, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["firmware", "flash", str(EXAMPLE), "rover", "--out", str(tmp_path), "--dry-run"]) == exits.OK
+    assert capsys.readouterr().out.splitlines() == [
+        "rover-pi: systemctl stop swarm-rover.rover.service",
+        "rover-pi: avrdude -p atmega328p -c arduino -P /dev/swarm/rover -b 115200 -D -U flash:w:rover.hex:i",
+        "rover-pi: systemctl start swarm-rover.rover.service",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("robot", "spec", "said"),
+    [
+        ("rovr", EXAMPLE, "there is no robot called `rovr`"),
+        ("koala", ROOT / "examples/paper-leader/swarm.yaml", "robot `koala` has no board"),
+    ],
+)
+def test_a_robot_without_such_a_board(
+    robot: str, spec: Path, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["firmware", "build", str(spec), robot]) == exits.ERROR
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("missing", "package"), [("avr-g++", "gcc-avr"), ("avr-objcopy", "binutils-avr")])
+def test_a_missing_tool_is_named_with_its_package(
+    missing: str, package: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(toolchain.shutil, "which", lambda name: None if name == missing else f"/bin/{name}")
+    assert run(["firmware", "build", str(EXAMPLE)]) == exits.ERROR
+    told = capsys.readouterr().err
+    assert f"{missing} is missing" in told
+    assert f"sudo apt install {package}" in told
