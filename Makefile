@@ -15,7 +15,7 @@ TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test experiments fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test experiments motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -30,6 +30,9 @@ test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every te
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_e2e_paper.py $(PYTEST_ARGS)
+
+motion: $(VENV)/.run ## what each robot is told against what it drives, beside the papers' formulas; writes docs/motion-quality.md
+	$(BIN)/python benchmarks/motion.py --page docs/motion-quality.md
 
 lint: $(VENV)/.dev ## style, types, and who may import whom
 	$(BIN)/ruff check .

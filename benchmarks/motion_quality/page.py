@@ -1,0 +1,116 @@
+"""The page of tables, in Markdown that reads well as plain text. Pure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from motion_quality.papers import Formula
+from motion_quality.paths import Place
+from motion_quality.verdict import BEND, MARGIN, WAIT, Row
+
+INTRODUCTION = f"""\
+# Motion quality
+
+Where each robot ends that is ordered to drive straight, along an arc, on the spot and around a square: by
+its driver, and by the formula in the papers' own driver, which gets the same orders. `make motion` drives all
+of it in two seconds and writes this page.
+
+The driver's core (orders, dead-man, conversion, odometry: the code that runs on a robot's host) talks to the
+emulated robot over a line on which each byte takes its time; orders come 10 times a second, as from a
+joystick. Emulators are written from the robots' manuals and know nothing of the robot types in
+`templates/robots/`. Time is virtual: the figures are the same on every machine. They are those of the
+software alone: on a floor wheels slip, and a robot wants to be calibrated
+(`settings.calibration`, see [the spec](spec.md)).
+
+- **ordered**: the exact integral of the orders. One that is beyond the robot's limits is slowed down along
+  its curve: both wheels by the same factor.
+- **off**: from there to the emulated robot's true place and heading, and of what is one curve the curvature;
+  then the bar. The bar is what rounding both wheels to whole units explains, and a change of order that waits
+  up to {1000 * WAIT:g} ms for the exchange that is under way,
+  and {100 * MARGIN:g} % of the way and of the turning ({100 * BEND:g} % of the curvature).
+  Coarse units make a wide bar: a Koala's wheel has steps of 4.5 mm/s. A Khepera III holds no speed below
+  13.9 mm/s: a slower wheel turns at that speed or stands, whichever is nearer.
+- **odometry off**: from the true place to the one that the driver publishes on `odom`; its bar is a count of
+  each wheel, and {100 * MARGIN:g} % again.
+- **paper**: how far the papers' formula drives and turns the same robot, how far its end is off, and its
+  curvature. (Who stands still ends well in a square: see the way.)
+
+The command ends with 1 when a robot is beyond a bar.
+"""
+
+FORMULAS_SAID = """\
+The order for a wheel in the robot's units, v in m/s and ω in rad/s, cut to a whole number; the upper sign is
+the left wheel's. Gansari and Buiu, *Software System Integration of Heterogeneous Swarms of Robots*, print the
+Koala's (Fig. 7) and point to https://github.com/pktehgm/newswarm for the others. They suit a gamepad that
+gives up to 4 on both axes, as turtlesim wants it. The paper's loop sends 1000 lines a second, more than
+115200 baud carry; here each order is sent once, at once.
+
+"""
+
+HEAD = (
+    "manoeuvre",
+    "ordered",
+    "end off, mm",
+    "heading off",
+    "curvature off",
+    "odometry off",
+    "paper: way",
+    "paper: end off, mm",
+    "paper: curvature off",
+)
+
+
+def page(
+    results: Mapping[str, Sequence[Row]], formulas: Mapping[str, Formula], left_out: Mapping[str, str]
+) -> str:
+    """The rows by robot, the formulas by type, and why a type is left out."""
+    parts = [INTRODUCTION, *(f"## {name}\n\n{table(rows)}" for name, rows in results.items())]
+    parts.append("## The papers' formulas\n\n" + FORMULAS_SAID + "".join(map(_formula, formulas.items())))
+    if left_out:
+        parts.append("## Left out\n\n" + "".join(f"- {name}: {why}.\n" for name, why in left_out.items()))
+    return "\n".join(parts)
+
+
+def table(rows: Sequence[Row]) -> str:
+    lines = [HEAD, *map(_cells, rows)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    ruled = [lines[0], tuple("-" * width for width in widths), *lines[1:]]
+    return "".join(
+        "| " + " | ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) + " |\n"
+        for line in ruled
+    )
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    driven, bar, odometry, paper = row.driven, row.bar, row.odometry, row.paper_off
+    return (
+        row.manoeuvre.name + (" **beyond**" if row.misses else ""),
+        _way(row.wanted),
+        f"{1000 * driven.end:.1f} of {1000 * bar.end:.1f}",
+        f"{_degrees(driven.heading)} of {_degrees(bar.heading)}",
+        f"{_percent(driven.curvature)} of {_percent(bar.curvature)}" if row.manoeuvre.curved else "",
+        f"{1000 * odometry.end:.1f} mm, {_degrees(odometry.heading)}",
+        _way(row.paper) if row.paper else "",
+        f"{1000 * paper.end:.0f}" if paper else "",
+        _percent(paper.curvature) if paper else "",
+    )
+
+
+def _formula(item: tuple[str, Formula]) -> str:
+    name, formula = item
+    return f"- {name}: {formula.source}; {formula.mistakes}.\n"
+
+
+def _way(place: Place) -> str:
+    return f"{place.driven:.2f} m, {math.degrees(place.heading) + 0.0:.0f}°"
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.1f}°"
+
+
+def _percent(share: float | None) -> str:
+    if share is None:
+        return ""
+    return f"{100 * share:.1f} %" if share < math.inf else "spins or stands"
