@@ -8,6 +8,7 @@ from swarm_driver.config import Config
 from swarm_driver.driver import Driver, Phase
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
+from swarm_driver.outputs import Outputs
 
 from motion_quality.line import Clock, TimedLine
 from motion_quality.papers import Formula
@@ -59,6 +60,7 @@ class Ride:
             config,
             self._orders,
             self._track,
+            Outputs(config.actuators, self._orders.ring, self._clock),
             open_port=lambda: self._line,
             clock=self._clock,
             jitter=lambda: 1.0,
