@@ -53,6 +53,8 @@ def _robot_files(swarm: Swarm, robot: Robot) -> Iterator[File]:
         yield from firmware.files(robot)
         return
     yield File(_params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
+    if robot.codec:
+        yield File(_codec_path(robot), robot.codec, origin=f"types.{robot.type_name}")
     launch = render(
         "robot.launch",
         group=robot.namespace[1:],
@@ -115,7 +117,7 @@ def parameters(robot: Robot) -> bytes:
     """What a robot's driver reads, as YAML."""
     data = params_of(
         robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path,
-        settings=robot.settings, baud=robot.baud,
+        settings=robot.settings, baud=robot.baud, module=f"../{_codec_path(robot)}",
     )  # fmt: skip
     data["commanders"] = [_commander(one) for one in robot.commanders]
     return params_file(data)
@@ -146,7 +148,8 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
     text = render("driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE)
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped.folder("drivers"))
-    needs = (file.path, *RUNNING, _params_path(robot), *drivers)
+    codec = (_codec_path(robot),) if robot.codec else ()
+    needs = (file.path, *RUNNING, _params_path(robot), *codec, *drivers)
     return file, Unit(name, needs, robot=robot.name)
 
 
@@ -173,3 +176,7 @@ def _launch_path(robot: Robot) -> str:
 
 def _params_path(robot: Robot) -> str:
     return f"params/{robot.name}.yaml"
+
+
+def _codec_path(robot: Robot) -> str:
+    return f"codecs/{robot.type_name}.py"

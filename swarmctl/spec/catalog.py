@@ -9,21 +9,26 @@ from functools import cache
 from pathlib import Path
 
 from swarmctl import resources
+from swarmctl.spec.codecs import read_codec
 from swarmctl.spec.diagnostics import Diagnostic, has_errors
 from swarmctl.spec.files import Read, content
 from swarmctl.spec.model import Computer, Computers
 from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import parse
+from swarmctl.spec.source import Source, parse
 from swarmctl.spec.validation import M, validated
 
 
 @dataclass(frozen=True)
 class Catalog:
-    """Robot types and computers by name, and what is wrong with the files they come from."""
+    """Robot types and computers by name, and what is wrong with the files they come from.
+
+    ``codecs`` are the files with the protocol classes of the types that have one.
+    """
 
     types: Mapping[str, RobotType] = field(default_factory=dict)
     computers: Mapping[str, Computer] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
+    codecs: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def load_catalog(beside: Path | None = None, others: Iterable[str] = (), read: Read = content) -> Catalog:
@@ -31,32 +36,45 @@ def load_catalog(beside: Path | None = None, others: Iterable[str] = (), read: R
     shipped = _shipped()
     if beside is None or not beside.is_dir():
         return shipped
-    types, diagnostics = _types_in(beside, {os.path.realpath(file) for file in others}, read)
-    return Catalog({**shipped.types, **types}, shipped.computers, (*shipped.diagnostics, *diagnostics))
+    own = _types_in(beside, {os.path.realpath(file) for file in others}, read)
+    diagnostics = (*shipped.diagnostics, *own.diagnostics)
+    return Catalog({**shipped.types, **own.types}, shipped.computers, diagnostics, own.codecs)
 
 
 @cache
 def _shipped() -> Catalog:
-    types, diagnostics = _types_in(resources.templates() / "robots")
-    computers, problems = _read(resources.templates() / "computers.yaml", Computers)
-    return Catalog(types, computers.root if computers else {}, (*diagnostics, *problems))
+    found = _types_in(resources.templates() / "robots")
+    computers, _, problems = _read(resources.templates() / "computers.yaml", Computers)
+    return Catalog(found.types, computers.root if computers else {}, (*found.diagnostics, *problems))
 
 
-def _types_in(
-    folder: Path, others: Set[str] = frozenset(), read: Read = content
-) -> tuple[dict[str, RobotType], tuple[Diagnostic, ...]]:
-    files = [file for file in sorted(folder.glob("*.yaml")) if os.path.realpath(file) not in others]
-    found = {file.stem: _read(file, RobotType, read) for file in files}
-    types = {name: robot_type for name, (robot_type, _) in found.items() if robot_type is not None}
-    return types, tuple(one for _, problems in found.values() for one in problems)
+def _types_in(folder: Path, others: Set[str] = frozenset(), read: Read = content) -> Catalog:
+    types: dict[str, RobotType] = {}
+    codecs: dict[str, bytes] = {}
+    diagnostics: list[Diagnostic] = []
+    for file in sorted(folder.glob("*.yaml")):
+        if os.path.realpath(file) in others:
+            continue
+        robot_type, source, problems = _read(file, RobotType, read)
+        diagnostics += problems
+        if robot_type is None or source is None:
+            continue
+        types[file.stem] = robot_type
+        codec, wrong = read_codec(source, robot_type, read)
+        diagnostics += wrong
+        if codec:
+            codecs[file.stem] = codec
+    return Catalog(types, diagnostics=tuple(diagnostics), codecs=codecs)
 
 
-def _read(file: Path, model: type[M], read: Read = content) -> tuple[M | None, list[Diagnostic]]:
+def _read(
+    file: Path, model: type[M], read: Read = content
+) -> tuple[M | None, Source | None, list[Diagnostic]]:
     try:
         source, problems = parse(read(file).decode("utf-8-sig"), str(file))
     except (OSError, UnicodeDecodeError) as error:
-        return None, [Diagnostic("FILE001", f"cannot read {file}: {error}")]
+        return None, None, [Diagnostic("FILE001", f"cannot read {file}: {error}")]
     if has_errors(problems):
-        return None, problems
+        return None, source, problems
     value, wrong = validated(model, source)
-    return value, [*problems, *wrong]
+    return value, source, [*problems, *wrong]

@@ -17,6 +17,7 @@ from swarmctl.spec.limits import Room
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.overlay import overlaid
 from swarmctl.spec.private_keys import private_keys_in
+from swarmctl.spec.protocols import PythonProtocol
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import Source, source_of
 from swarmctl.spec.validation import validated
@@ -83,10 +84,24 @@ def _document(
     if source.root is None or source.data is None:
         return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(path))
     spec, problems = validated(Spec, source)
-    diagnostics = _without_echoes([*diagnostics, *problems])
+    diagnostics = _without_echoes([*diagnostics, *problems, *_homeless_codecs(spec, source)])
     if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
     return Document(spec, source, catalog), tuple(diagnostics)
+
+
+def _homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
+    """A protocol class stands beside the file of its type: a type within a spec has none."""
+    return [
+        Diagnostic(
+            "CODEC001",
+            f"the protocol class of `{name}` has no file to stand beside",
+            source.span(("types", name, "protocol", "codec")),
+            help=(f"move the type into a file of its own, robots/{name}.yaml, and the class to {name}.py",),
+        )
+        for name, one in (spec.types.items() if spec is not None else ())
+        if isinstance(one.protocol, PythonProtocol)
+    ]
 
 
 def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Node | None, list[Diagnostic]]:

@@ -18,8 +18,12 @@ def params_of(
     port: str,
     settings: RobotSettings | None = None,
     baud: int | None = None,
+    module: str = "",
 ) -> dict[str, Any]:
-    """The parameter file of one robot, whose ``settings`` are merged already."""
+    """The parameter file of one robot, whose ``settings`` are merged already.
+
+    ``module`` is where the file with its protocol class will be, seen from that file, if its type has one.
+    """
     tuned = settings or robot_type.settings
     link, rates = robot_type.link, rates_of(robot_type, tuned)
     return {
@@ -39,7 +43,8 @@ def params_of(
         "command_timeout": command_timeout_of(robot_type, tuned),
         "diagnostics_rate": rates[DIAGNOSTICS],
         "kinematics": _kinematics(robot_type, tuned),
-        "protocol": _plain(robot_type.protocol.model_dump(exclude_none=True)),
+        "protocol": _plain(robot_type.protocol.model_dump(exclude_none=True))
+        | ({"module": module} if robot_type.protocol.kind == "python" else {}),
         "sensors": {
             name: _plain({**one.model_dump(exclude_none=True), "read": one.read or name, "count": one.count})
             | {"rate": rates[name]}

@@ -1,4 +1,4 @@
-"""How a robot is spoken to: by lines of text or by bytes, request and reply, or by rosserial."""
+"""How a robot is spoken to: by lines of text, by bytes or through a class of your own, or by rosserial."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from pydantic import Field, StringConstraints, model_validator
 from swarmctl.spec.queries import (
     BinaryQuery,
     BinarySpeedCommand,
+    CodedExchange,
+    CodedQuery,
     Head,
     Identify,
     Query,
@@ -17,11 +19,12 @@ from swarmctl.spec.queries import (
     SpeedCommand,
 )
 from swarmctl.spec.topics import Topic
-from swarmctl.spec.words import Model, Name
+from swarmctl.spec.words import Model, Name, Value
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
 UNO_BOARDS = ("arduino-uno", "arduino-nano")  # an ATmega328P at 16 MHz, pins as on an UNO
+ClassName = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9_]{0,60}$", examples=["BeetleCodec"])]
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 
@@ -90,6 +93,26 @@ class BinaryProtocol(Model):
     )
 
 
+class PythonProtocol(Model):
+    """What data cannot say: a class in a file beside the type's writes the requests and reads the replies."""
+
+    kind: Literal["python"] = Field(description="A class of your own.")
+    codec: ClassName = Field(
+        description="The class, in the file that is called as the type's, with .py: robots/beetle.py."
+    )
+    options: Mapping[QueryName, Value] = Field(
+        default_factory=dict, examples=[{"address": 3}], description="What the class is told when it is made."
+    )
+    reply_timeout: ReplyTimeout = 0.2
+    identify: bool = Field(False, description="Whether the class can ask for the firmware.")
+    set_speed: CodedExchange = Field(description="Sets both wheel speeds; with zeros it stops the robot.")
+    queries: Mapping[QueryName, CodedQuery] = Field(
+        default_factory=dict,
+        examples=[{"position": {"values": 2, "request": 4, "reply": 16}}],
+        description="What else can be asked, by name; `sensors` says what the numbers of the replies are.",
+    )
+
+
 class RosserialProtocol(Model):
     """A sketch that speaks rosserial. It names its topics itself; `rosserial_python` publishes and hears them
     in the robot's namespace, as the robot's driver.
@@ -150,8 +173,11 @@ class RosserialProtocol(Model):
 
 
 #: A protocol in which our own driver asks and the robot answers.
-Asked = LineProtocol | BinaryProtocol
-Protocol = Annotated[LineProtocol | BinaryProtocol | RosserialProtocol, Field(discriminator="kind")]
+Asked = LineProtocol | BinaryProtocol | PythonProtocol
+Protocol = Annotated[
+    LineProtocol | BinaryProtocol | PythonProtocol | RosserialProtocol, Field(discriminator="kind")
+]
 PROTOCOLS: dict[str, type[Model]] = {
-    "line": LineProtocol, "binary": BinaryProtocol, "rosserial": RosserialProtocol,
+    "line": LineProtocol, "binary": BinaryProtocol, "python": PythonProtocol,
+    "rosserial": RosserialProtocol,
 }  # fmt: skip

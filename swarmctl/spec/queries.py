@@ -1,4 +1,4 @@
-"""What is asked of a robot, and what it answers: as a line of text, or as bytes."""
+"""What is asked of a robot, and what it answers: as a line of text, as bytes, or as a class makes it."""
 
 from __future__ import annotations
 
@@ -153,6 +153,30 @@ class BinarySpeedCommand(BinaryQuery):
         if self.echo and self.values != len(SIDES):
             raise ValueError("an echo has two values; mend `reply` or leave `echo` out")
         return self
+
+
+class CodedExchange(Model):
+    """One request and its reply as a class of your own makes and reads them: here are their sizes only."""
+
+    request: int = Field(ge=1, le=4096, examples=[8], description="Bytes of the longest request.")
+    reply: int = Field(
+        ge=0,
+        le=4096,
+        examples=[4],
+        description="Bytes of the longest reply; 0 for a robot that does not answer.",
+    )
+
+    def length(self, _: int) -> tuple[int, int]:
+        """Bytes of the request and of its longest reply."""
+        return self.request, self.reply
+
+
+class CodedQuery(CodedExchange):
+    """A question, and how many numbers its reply makes."""
+
+    values: int = Field(
+        ge=1, le=255, examples=[2], description="How many numbers the class makes of the reply."
+    )
 
 
 def is_binary(send: str) -> bool:

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from swarmctl.spec.firmware import clashes
 from swarmctl.spec.protocols import Asked, Protocol, RosserialProtocol
-from swarmctl.spec.queries import BinaryQuery, Query
+from swarmctl.spec.queries import BinaryQuery, CodedQuery, Query
 from swarmctl.spec.sensors import FRAME_TOPICS, Actuator, Positive, Sensor, SensorName
 from swarmctl.spec.settings import (
     COMMAND_TIMEOUT,
@@ -173,7 +173,7 @@ class RobotType(Model):
         """What runs on its board."""
         return self.protocol if isinstance(self.protocol, RosserialProtocol) else None
 
-    def query_of(self, name: str) -> Query | BinaryQuery | None:
+    def query_of(self, name: str) -> Query | BinaryQuery | CodedQuery | None:
         """The query that a sensor's numbers come from."""
         return self.asked.queries.get(self.sensors[name].read or name) if self.asked else None
 
@@ -193,7 +193,7 @@ class RobotType(Model):
             raise ValueError(complaint)
         if not self.kinematics.scales:
             raise ValueError("wheels count in the robot's own units; add `kinematics.scales`")
-        if len(self.kinematics.scales) > 1 and getattr(protocol, "identify", None) is None:
+        if len(self.kinematics.scales) > 1 and not getattr(protocol, "identify", None):
             raise ValueError(
                 "with more than one entry in `scales` the driver must ask for the firmware: add `identify`"
             )
@@ -225,7 +225,12 @@ class RobotType(Model):
 
     def _misset(self, protocol: Asked) -> Iterator[str]:
         for name, actuator in self.actuators.items():
-            if actuator.binary != (protocol.kind == "binary"):
+            if protocol.kind == "python":
+                if actuator.send is not None:
+                    yield f"the class of the protocol writes the requests; remove `send` of actuator `{name}`"
+            elif actuator.send is None:
+                yield f"`send` of actuator `{name}` is missing; write the request for one channel"
+            elif actuator.binary != (protocol.kind == "binary"):
                 yield f"`send` of actuator `{name}` is not written for a protocol of kind `{protocol.kind}`"
 
     def _fits_our_sketch(self) -> None:

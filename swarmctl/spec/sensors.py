@@ -257,12 +257,14 @@ SENSORS: dict[str, type[Model]] = {
 class Actuator(Model):
     """What may be set beside the speed: lights, sounds. One message has a value for each channel."""
 
-    send: str = Field(
+    send: str | None = Field(
+        None,
         min_length=2,
         max_length=400,
         examples=["L,{index},{value}"],
         description="The request for one channel, with {value} and, where there are several, {index}; or for "
-        "all channels at once, with {values}. In bytes they have a layout: b4 {index:b} {value:b} 00.",
+        "all channels at once, with {values}. In bytes they have a layout: b4 {index:b} {value:b} 00. "
+        "A class of your own writes it itself.",
     )
     reply: str | None = Field(
         None,
@@ -283,10 +285,12 @@ class Actuator(Model):
     @property
     def binary(self) -> bool:
         """Whether it is written for a protocol of bytes."""
-        return is_binary(self.send)
+        return self.send is not None and is_binary(self.send)
 
     @model_validator(mode="after")
     def _says_what_it_sets(self) -> Actuator:
+        if self.send is None:
+            return self
         places = places_of(self.send)
         by_channel = VALUE in places and (len(self.channels) == 1 or INDEX in places)
         if by_channel == (VALUES in places) or not places <= {INDEX, VALUE, VALUES}:

@@ -98,6 +98,7 @@ def _robots(document: Document, authority: Authority) -> Mapping[str, Robot]:
             baud=link.baud if isinstance(link, model.Serial) else None,
             optional=given.optional,
             commanders=authority.over(name),
+            codec=document.catalog.codecs.get(given.type, b""),
         )
     return robots
 

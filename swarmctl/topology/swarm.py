@@ -126,6 +126,7 @@ class Robot:
     baud: int | None
     optional: bool
     commanders: tuple[Commander, ...]
+    codec: bytes = b""  # the file with its protocol class, where its type has one
 
     @property
     def namespace(self) -> str:

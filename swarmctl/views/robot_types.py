@@ -10,6 +10,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
+from swarmctl.spec.queries import CodedExchange
 from swarmctl.spec.robot_type import RobotType, command_timeout_of, rates_of
 from swarmctl.topology import lines
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, DriverTopic, driver_topics
@@ -121,6 +122,9 @@ def _spoken(kind: RobotType) -> str:
             return f"{lines_}; answers within {protocol.reply_timeout:g} s"
         case "binary":
             return f"bytes, {protocol.byte_order}-endian; answers within {protocol.reply_timeout:g} s"
+        case "python":
+            own = f"what the class {protocol.codec} beside it makes"
+            return f"{own}; answers within {protocol.reply_timeout:g} s"
         case "rosserial":
             return f"rosserial, on an {protocol.board}"
 
@@ -154,15 +158,25 @@ def _fastest_turn(kind: RobotType) -> float:
 def _requests(kind: RobotType) -> Iterator[tuple[str, ...]]:
     protocol = kind.asked
     assert protocol is not None
-    yield "set speed", printable(protocol.set_speed.send), f"-> {protocol.set_speed.reply or 'no reply'}"
-    if protocol.kind == "line" and protocol.identify is not None:
-        yield "identify", printable(protocol.identify.send), f"-> {protocol.identify.reply},firmware"
-    for name, query in protocol.queries.items():
-        numbers = f" with {query.values} numbers" if protocol.kind == "line" else ""
-        yield name, printable(query.send), f"-> {query.reply}{numbers}"
+    if protocol.kind == "python":
+        yield "set speed", *_sizes(protocol.set_speed)
+        for name, coded in protocol.queries.items():
+            yield name, *_sizes(coded), f"{coded.values} numbers"
+    else:
+        yield "set speed", printable(protocol.set_speed.send), f"-> {protocol.set_speed.reply or 'no reply'}"
+        if protocol.kind == "line" and protocol.identify is not None:
+            yield "identify", printable(protocol.identify.send), f"-> {protocol.identify.reply},firmware"
+        for name, query in protocol.queries.items():
+            numbers = f" with {query.values} numbers" if protocol.kind == "line" else ""
+            yield name, printable(query.send), f"-> {query.reply}{numbers}"
     for name, one in kind.actuators.items():
         span = f"0 to {one.max} for {', '.join(one.channels)}"
-        yield name, printable(one.send), f"-> {one.reply or 'no reply'}", span
+        reply = "" if one.send is None else f"-> {one.reply or 'no reply'}"
+        yield name, printable(one.send or "its class"), reply, span
+
+
+def _sizes(exchange: CodedExchange) -> tuple[str, str]:
+    return f"{exchange.request} bytes", f"-> {exchange.reply} bytes" if exchange.reply else "no reply"
 
 
 def _published(kind: RobotType) -> Iterator[tuple[str, ...]]:

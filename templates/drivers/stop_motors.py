@@ -14,7 +14,7 @@ from pathlib import Path
 from swarm_driver.config import Config, ConfigError, load
 from swarm_driver.driver import linked
 from swarm_driver.kinematics import STANDSTILL
-from swarm_driver.link import FAILED_EXCHANGE, Link
+from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.port import Port, PortError
 from swarm_driver.report import Tally
 
@@ -28,7 +28,10 @@ def stop(config: Config) -> tuple[int, str]:
         port = _opened(config, deadline)
     except PortError as error:
         return (0 if error.busy or error.absent else 1), f"nothing to stop here: {error}"
-    link = linked(port, config, Tally())
+    try:
+        link = linked(port, config, Tally())
+    except LinkLostError as error:
+        return 1, f"nobody knows how to stop {config.robot}: {error}"
     try:
         return _told(link, config, deadline)
     except PortError as error:

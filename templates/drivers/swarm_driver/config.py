@@ -115,6 +115,18 @@ class BinaryProtocol:
 
 
 @dataclass(frozen=True)
+class PythonProtocol:
+    """The class ``codec`` in the file ``module``. ``values``: how many numbers each query's reply makes."""
+
+    reply_timeout: float
+    module: Path
+    codec: str
+    options: Mapping[str, Any]
+    identify: bool
+    values: Mapping[str, int]
+
+
+@dataclass(frozen=True)
 class Sensor:
     """What is read, at ``rate`` Hz: ``count`` numbers from ``first`` on of the reply to the query ``read``.
 
@@ -164,7 +176,7 @@ class Config:
     commanders: tuple[Commander, ...]
     diagnostics_rate: float
     kinematics: Kinematics
-    protocol: LineProtocol | BinaryProtocol
+    protocol: LineProtocol | BinaryProtocol | PythonProtocol
     sensors: tuple[Sensor, ...]
     actuators: tuple[Actuator, ...]
 
@@ -179,15 +191,18 @@ def load(path: Path) -> Config:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ConfigError(f"cannot read {path}: {error}") from error
     try:
-        return parse(data)
+        return parse(data, path.parent)
     except KeyError as error:
         raise ConfigError(f"{path}: the key {error} is missing") from error
     except (TypeError, ValueError, AttributeError, re.error) as error:
         raise ConfigError(f"{path}: {error}") from error
 
 
-def parse(data: Mapping[str, Any]) -> Config:
-    """The parameters in ``data``; KeyError, TypeError or ValueError when it is not what swarmctl writes."""
+def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
+    """The parameters in ``data``; KeyError, TypeError or ValueError when it is not what swarmctl writes.
+
+    ``folder`` is where other files are looked for that they name.
+    """
     return Config(
         robot=str(data["robot"]),
         title=str(data["title"]),
@@ -199,7 +214,7 @@ def parse(data: Mapping[str, Any]) -> Config:
         commanders=tuple(_commander(one) for one in data["commanders"]),
         diagnostics_rate=_between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
         kinematics=_kinematics(data["kinematics"]),
-        protocol=_protocol(data["protocol"]),
+        protocol=_protocol(data["protocol"], folder),
         sensors=tuple(_sensor(name, one) for name, one in data["sensors"].items()),
         actuators=tuple(_actuator(name, one) for name, one in data["actuators"].items()),
     )
@@ -250,7 +265,7 @@ def _scale(data: Mapping[str, Any]) -> Scale:
     )
 
 
-def _protocol(data: Mapping[str, Any]) -> LineProtocol | BinaryProtocol:
+def _protocol(data: Mapping[str, Any], folder: Path) -> LineProtocol | BinaryProtocol | PythonProtocol:
     timeout = _between("protocol.reply_timeout", data["reply_timeout"], 0.01, 2.0)
     if data["kind"] == "line":
         return LineProtocol(
@@ -270,6 +285,15 @@ def _protocol(data: Mapping[str, Any]) -> LineProtocol | BinaryProtocol:
             setup=tuple(BinaryQuery(**one) for one in data["setup"]),
             set_speed=BinaryQuery(**data["set_speed"]),
             queries={name: BinaryQuery(**one) for name, one in data["queries"].items()},
+        )
+    if data["kind"] == "python":
+        return PythonProtocol(
+            reply_timeout=timeout,
+            module=folder / str(data["module"]),
+            codec=str(data["codec"]),
+            options=dict(data["options"]),
+            identify=bool(data["identify"]),
+            values={str(name): int(one["values"]) for name, one in data["queries"].items()},
         )
     raise ValueError("this driver speaks lines of text or bytes, not `{}`".format(data["kind"]))
 
@@ -296,7 +320,7 @@ def _actuator(name: str, data: Mapping[str, Any]) -> Actuator:
     reply = data.get("reply")
     return Actuator(
         name=str(name),
-        send=str(data["send"]),
+        send=str(data.get("send", "")),
         reply=None if reply is None else str(reply),
         channels=tuple(str(one) for one in data["channels"]),
         max=int(data["max"]),

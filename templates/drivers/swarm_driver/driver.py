@@ -11,13 +11,14 @@ from typing import Callable, Iterator
 
 from swarm_driver.authority import Standing
 from swarm_driver.binary import BinaryCodec
-from swarm_driver.codec import Codec
-from swarm_driver.config import BinaryProtocol, Config
+from swarm_driver.codec import BadReplyError, Codec
+from swarm_driver.config import BinaryProtocol, Config, PythonProtocol
 from swarm_driver.kinematics import STANDSTILL, Odometry
 from swarm_driver.lines import LineCodec, firmware_version
 from swarm_driver.link import BytePort, Link, LinkLostError
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
+from swarm_driver.own import OwnCodec
 from swarm_driver.port import PortError
 from swarm_driver.report import Level, Report, Tally
 from swarm_driver.session import Session, Sink
@@ -135,17 +136,20 @@ class Driver:
         )
 
     def _asked_firmware(self, link: Link) -> str:
-        request = link.codec.identify()
-        if request is None:
-            return "unknown"
         try:
-            return link.twice(lambda: link.ask(request)).text or "unknown"
-        except LinkLostError:
+            request = link.codec.identify()
+            return (link.twice(lambda: link.ask(request)).text if request else "") or "unknown"
+        except (BadReplyError, LinkLostError):
             return "unknown"
 
     def _refused_setup(self, link: Link) -> Iterator[str]:
         """Prepare the robot; what it does not confirm costs some readings, and is no reason not to drive."""
-        for request in link.codec.setup():
+        try:
+            requests = link.codec.setup()
+        except BadReplyError as error:
+            yield f"the setup cannot be made: {error}"
+            return
+        for request in requests:
             try:
                 link.twice(partial(link.ask, request))
             except LinkLostError as error:  # noqa: PERF203
@@ -219,13 +223,19 @@ class Driver:
 
 
 def linked(port: BytePort, config: Config, tally: Tally, clock: Callable[[], float] = time.monotonic) -> Link:
-    """The conversation with the robot that ``config`` describes, over an open port."""
-    return Link(port, _codec(config), config.protocol.reply_timeout, tally, clock)
+    """The conversation with the robot that ``config`` describes; LinkLostError if nobody can."""
+    try:
+        return Link(port, _codec(config), config.protocol.reply_timeout, tally, clock)
+    except BadReplyError as error:  # a class of the robot type's own that cannot even be made
+        port.close()
+        raise LinkLostError(str(error)) from error
 
 
 def _codec(config: Config) -> Codec:
     if isinstance(config.protocol, BinaryProtocol):
         return BinaryCodec(config.protocol)
+    if isinstance(config.protocol, PythonProtocol):
+        return OwnCodec(config.protocol)
     return LineCodec(config.protocol)
 
 

@@ -161,8 +161,8 @@ class Session:
             self._read(poll, patience)
 
     def _show(self, change: Change, patience: float) -> None:
-        request = self._link.codec.actuator(change.actuator, change.index, change.values)
         try:
+            request = self._link.codec.actuator(change.actuator, change.index, change.values)
             self._link.ask(request, patience)
         except FAILED_EXCHANGE as error:
             self._tally.failed(error)
