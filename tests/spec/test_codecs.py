@@ -49,17 +49,22 @@ links:
 """
 GOLDEN = Path(__file__).parent / "golden/codecs"
 WRONG = {
-    "no-file": (TYPE, None),
-    "no-class": (TYPE.replace("codec: SnailCodec", "codec: SnialCodec"), CODEC),
-    "no-class-at-all": (TYPE, "x = 1\n"),
-    "newer-python": (TYPE, CODEC + "    def more(self, x):\n        match x:\n            case 1: ...\n"),
-    "bracket": (TYPE, CODEC.replace("(self, name)", "(self, name")),
-    "null-byte": (TYPE, CODEC + "\0"),
-    "no-method": (TYPE, CODEC.replace("def speed", "def spede")),
-    "other-arguments": (TYPE, CODEC.replace("left, right", "left")),
-    "no-identify": (TYPE.replace("  set_speed", "  identify: true\n  set_speed"), CODEC),
-    "no-actuator": (TYPE + "actuators: {lamp: {channels: [lamp], max: 1}}\n", CODEC),
+    "no-file": ("CODEC001", TYPE, None),
+    "no-class": ("CODEC001", TYPE.replace("codec: SnailCodec", "codec: SnialCodec"), CODEC),
+    "no-class-at-all": ("CODEC001", TYPE, "x = 1\n"),
+    "newer-python": (
+        "CODEC002",
+        TYPE,
+        CODEC + "    def more(self, x):\n        match x:\n            case 1: ...\n",
+    ),
+    "bracket": ("CODEC002", TYPE, CODEC.replace("(self, name)", "(self, name")),
+    "null-byte": ("CODEC002", TYPE, CODEC + "\0"),
+    "no-method": ("CODEC003", TYPE, CODEC.replace("def speed", "def spede")),
+    "other-arguments": ("CODEC003", TYPE, CODEC.replace("left, right", "left")),
+    "no-identify": ("CODEC003", TYPE.replace("  set_speed", "  identify: true\n  set_speed"), CODEC),
+    "no-actuator": ("CODEC003", TYPE + "actuators: {lamp: {channels: [lamp], max: 1}}\n", CODEC),
     "actuator-with-a-request": (
+        "SPEC003",
         TYPE + 'actuators: {lamp: {send: "L,{value}", channels: [lamp], max: 1}}\n',
         CODEC + "    def actuator(self, actuator, index, values): ...\n",
     ),
@@ -86,7 +91,7 @@ def test_a_class_that_fits_is_fine_and_is_not_run(garden: Path, capsys: pytest.C
 def test_what_is_wrong_is_told_with_its_place(
     name: str, garden: Path, golden: Callable[[Path, str], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    type_text, codec = WRONG[name]
+    rule, type_text, codec = WRONG[name]
     (garden / "robots/snail.yaml").write_text(type_text)
     if codec is None:
         (garden / "robots/snail.py").unlink()
@@ -95,6 +100,7 @@ def test_what_is_wrong_is_told_with_its_place(
     assert run(["validate", "swarm.yaml"]) == exits.ERROR
     told = capsys.readouterr()
     assert told.out == ""
+    assert told.err.startswith(f"error[{rule}]")
     golden(GOLDEN / f"{name}.txt", told.err.replace(str(garden), "."))
 
 
