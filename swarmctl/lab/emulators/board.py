@@ -61,6 +61,13 @@ class SimulatedBoard(Robot):
         self._run(0, Fault.RESET)
         return b""
 
+    def opened(self) -> None:
+        """The DTR line is wired to the reset, as on every UNO."""
+        self.power_cycle()
+
+    def closed(self) -> None:
+        """Nothing on the board hears of it."""
+
     def crash(self) -> None:
         """Have the program lose itself, as a broken one might."""
         self._run(0, Fault.HANG)
