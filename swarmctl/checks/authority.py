@@ -187,12 +187,12 @@ def ambiguous_commanders(case: Case) -> Iterator[Diagnostic]:
 def unguarded(case: Case) -> Iterator[Diagnostic]:
     """AUTH008: several may command a robot whose driver cannot tell them apart; one finding a robot."""
     spec = case.spec
-    sketches = {name for name, kind in case.types.items() if kind.sketch is not None}
+    foreign = {name for name, one in spec.robots.items() if case.types[one.type].foreign(one.driver)}
     first: dict[str, tuple[str, int, int]] = {}
     told: set[str] = set()
-    for index, control in enumerate(spec.control if sketches else ()):
+    for index, control in enumerate(spec.control if foreign else ()):
         for place, robot in enumerate(control.of):
-            if robot not in spec.robots or spec.robots[robot].type not in sketches or robot in told:
+            if robot not in foreign or robot in told:
                 continue
             by, other, there = first.setdefault(robot, (control.by, index, place))
             if by == control.by:
@@ -205,7 +205,7 @@ def unguarded(case: Case) -> Iterator[Diagnostic]:
                 severity=Severity.WARNING,
                 label="rosserial_python takes orders from everybody",
                 notes=(Note(case.span("control", other, "of", there), "first here"),),
-                help=("let one command it: of several, a program that chooses (twist_mux), named here",),
+                help=(f"let swarmctl drive it: take `driver` out of `{robot}`",),
             )
 
 

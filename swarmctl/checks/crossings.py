@@ -85,7 +85,8 @@ def _nearest(case: Case, topic: str) -> str | None:
     space = parted(topic)[0]
     known = [*case.publishers.programs]
     if (robot := case.publishers.robots.get(space)) is not None:
-        known += [f"{space}/{one}" for one in sensors_of(case.types[case.spec.robots[robot].type])]
+        said = case.spec.robots[robot]
+        known += [f"{space}/{one}" for one in sensors_of(case.types[said.type], said.driver)]
     return nearest(topic, tuple(known))
 
 

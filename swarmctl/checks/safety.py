@@ -26,7 +26,7 @@ def blind_drives(case: Case) -> Iterator[Diagnostic]:
     base = case.spec.defaults.robot
     for name, robot in case.spec.robots.items():
         kind = case.types[robot.type]
-        sketch = kind.sketch  # which reads none of our settings
+        sketch = kind.foreign(robot.driver)  # which reads none of our settings
         layers = () if sketch else (robot.settings, kind.settings, base)
         timeout = sketch.firmware_timeout if sketch else _first(layers, "command_timeout") or _TIMEOUT
         top = kind.kinematics.wheel_speed_max
@@ -68,7 +68,7 @@ def _limit(layers: Sequence[RobotSettings]) -> float | None:
 def _place(case: Case, name: str, base: RobotSettings) -> Loc:
     """Where the spec sets the timeout of a robot; nothing if its type or swarmctl does."""
     robot = case.spec.robots[name]
-    if case.types[robot.type].sketch is not None:
+    if case.types[robot.type].foreign(robot.driver):
         return ()
     if robot.settings.command_timeout is not None:
         return ("robots", name, "settings", "command_timeout")

@@ -34,20 +34,37 @@ READ_BY_OUR_SKETCH = {"firmware", "calibration"}
 
 
 def unread_settings(case: Case) -> Iterator[Diagnostic]:
-    """SET002: a setting of a rosserial robot, which nobody carries out: a limit that is believed in."""
-    sketches = {name: kind.sketch for name, kind in case.types.items() if kind.sketch is not None}
-    for name, robot in case.spec.robots.items() if sketches else ():
-        read = READ_BY_OUR_SKETCH if robot.type in sketches and sketches[robot.type].firmware else set()
-        if robot.type in sketches and robot.settings.model_fields_set - read:
+    """SET002: a setting of a robot that rosserial_python drives: a limit that only people believe in."""
+    for name, robot in case.spec.robots.items():
+        sketch = case.types[robot.type].foreign(robot.driver)
+        if sketch is None:
+            continue
+        read = READ_BY_OUR_SKETCH if sketch.firmware else set()
+        if robot.settings.model_fields_set - read:
             loc = ("robots", name, "settings")
             yield Diagnostic(
                 "SET002",
-                f"nobody carries out the settings of robot `{name}`: a sketch drives it",
+                f"nobody carries out the settings of robot `{name}`: rosserial_python drives it",
                 case.span(*loc, key=True),
-                label=f"`{robot.type}` reads none of them",
-                help=("set it in the sketch; what the sketch keeps to stands in the robot's type",),
+                label="rosserial_python reads none of them",
+                help=(f"let swarmctl drive it: take `driver` out of `{name}`; or set them in its sketch",),
                 fix=mend("remove them", remove(case.source, loc)),
             )
 
 
-RULES: tuple[Rule, ...] = (unreachable_limits, unread_settings)
+def misplaced_drivers(case: Case) -> Iterator[Diagnostic]:
+    """SET003: rosserial_python for a robot that speaks something else."""
+    for name, robot in case.spec.robots.items():
+        if robot.driver == "rosserial_python" and case.types[robot.type].sketch is None:
+            loc = ("robots", name, "driver")
+            yield Diagnostic(
+                "SET003",
+                f"robot `{name}` does not speak rosserial",
+                case.span(*loc),
+                label=f"drives no `{robot.type}`",
+                help=("leave `driver` out: swarmctl's own drives it",),
+                fix=mend("remove it", remove(case.source, loc)),
+            )
+
+
+RULES: tuple[Rule, ...] = (unreachable_limits, unread_settings, misplaced_drivers)

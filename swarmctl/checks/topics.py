@@ -121,7 +121,8 @@ def _nearest(case: Case, topic: str) -> str | None:
     robots = case.publishers.robots
     known = list(case.publishers.programs)
     if space in robots:
-        known += [f"{space}/{one}" for one in sensors_of(case.types[case.spec.robots[robots[space]].type])]
+        said = case.spec.robots[robots[space]]
+        known += [f"{space}/{one}" for one in sensors_of(case.types[said.type], said.driver)]
     elif len(robots) <= _FEW:
         known += [topic for one in robots if case.publishers.sensed(topic := f"{one}/{name}")]
     return nearest(topic, tuple(known))

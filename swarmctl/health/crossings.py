@@ -56,7 +56,7 @@ def _publishing(topic: str, swarm: Swarm, origin: Island, robots: Mapping[str, R
 
 
 def _publishes(robot: Robot, topic: str) -> bool:
-    return any(one.name == topic for one in driver_topics(robot.type, robot.settings))
+    return any(one.name == topic for one in driver_topics(robot.type, robot.settings, robot.driver))
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,7 @@ def _robot(swarm: Swarm, robot: Robot, host: Host) -> ExpectedRobot:
         topics=_topics(robot),
         command=f"{robot.namespace}/{COMMAND}",
         commanders=robot.commanders,
-        guarded=robot.type.asked is not None,
+        guarded=robot.foreign_sketch is None,
     )
 
 
@@ -145,7 +145,7 @@ def _adapter(robot: Robot) -> str:
 
 def _topics(robot: Robot) -> tuple[DriverTopic, ...]:
     """What the driver publishes, under full names; of what comes from one reading, one topic."""
-    relative = [one for one in driver_topics(robot.type, robot.settings) if not one.part]
+    relative = [one for one in driver_topics(robot.type, robot.settings, robot.driver) if not one.part]
     return tuple(
         topic if topic.name.startswith("/") else replace(topic, name=f"{robot.namespace}/{topic.name}")
         for topic in relative

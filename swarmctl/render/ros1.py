@@ -32,9 +32,9 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         for program in _MASTER_HELPERS:
             yield File(program, shipped.text(program.replace("bin/", "host/")), 0o755)
     robots = swarm.robots_on(host.name)
-    if any(robot.type.asked for robot in robots):
+    if not all(robot.foreign_sketch for robot in robots):
         yield from shipped.folder("drivers")
-    if any(robot.type.sketch for robot in robots):
+    if any(robot.foreign_sketch for robot in robots):
         yield ros_client()
     if robots:
         yield File(
@@ -48,9 +48,9 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
 
 def _robot_files(swarm: Swarm, robot: Robot) -> Iterator[File]:
     """What the driver of one robot is told."""
-    if robot.type.sketch is not None:
+    yield from firmware.files(robot)
+    if robot.foreign_sketch is not None:
         yield rosserial.launch_file(robot)
-        yield from firmware.files(robot)
         return
     yield File(_params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
     if robot.codec:
@@ -107,9 +107,9 @@ def requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
     """What must be installed on this host already."""
     own = (workspace(swarm.workspace),) if swarm.workspace else ()
     master = ("roscore",) if host.name == island.hub else ()
-    types = [robot.type for robot in swarm.robots_on(host.name)]
-    drivers = ("rospy", "pyserial") if any(one.asked for one in types) else ()
-    boards = (rosserial.PACKAGE,) if any(one.sketch for one in types) else ()
+    foreign = [robot.foreign_sketch for robot in swarm.robots_on(host.name)]
+    drivers = ("rospy", "pyserial") if not all(foreign) else ()
+    boards = (rosserial.PACKAGE,) if any(foreign) else ()
     return (*own, *master, *drivers, *boards)
 
 
@@ -119,6 +119,8 @@ def parameters(robot: Robot) -> bytes:
         robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path,
         settings=robot.settings, baud=robot.baud, module=f"../{_codec_path(robot)}",
     )  # fmt: skip
+    if (made := firmware.sketch_of(robot)) is not None:
+        data["protocol"] |= {"digest": made.digest}
     data["commanders"] = [_commander(one) for one in robot.commanders]
     return params_file(data)
 
@@ -142,8 +144,8 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
         "line": line,
         "runtime": names.runtime_folder(swarm.name, robot.name),
     }
-    if robot.type.sketch is not None:
-        file = rosserial.unit_file(swarm.name, robot, robot.type.sketch, values)
+    if robot.foreign_sketch is not None:
+        file = rosserial.unit_file(swarm.name, robot, robot.foreign_sketch, values)
         return file, Unit(name, (file.path, *RUNNING, ROS_CLIENT, _launch_path(robot)), robot=robot.name)
     text = render("driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE)
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")

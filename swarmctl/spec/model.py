@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, RootModel
 
 from swarmctl.spec.multimaster import Multimaster
+from swarmctl.spec.protocols import DriverName
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.settings import UNTUNED, RobotSettings
 from swarmctl.spec.topics import Topic
@@ -117,6 +118,11 @@ class Robot(Model):
         None, description="The host that drives it; in mode single-minded the leader by default."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
+    driver: DriverName = Field(
+        "swarmctl",
+        description="Who drives it: swarmctl's driver, or, where its board speaks rosserial, the ROS package "
+        "`rosserial_python`, which obeys everybody, makes no odometry and reads no settings.",
+    )
     settings: RobotSettings = Field(
         default_factory=lambda: UNTUNED, description="What differs from its type."
     )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from swarmctl.spec.firmware import completed
 from swarmctl.spec.robot_type import RobotType, Scale, command_timeout_of, rates_of
 from swarmctl.spec.settings import DIAGNOSTICS, RobotSettings
 
@@ -43,7 +44,7 @@ def params_of(
         "command_timeout": command_timeout_of(robot_type, tuned),
         "diagnostics_rate": rates[DIAGNOSTICS],
         "kinematics": _kinematics(robot_type, tuned),
-        "protocol": _plain(robot_type.protocol.model_dump(exclude_none=True))
+        "protocol": _protocol(robot_type, tuned)
         | ({"module": module} if robot_type.protocol.kind == "python" else {}),
         "sensors": {
             name: _plain({**one.model_dump(exclude_none=True), "read": one.read or name, "count": one.count})
@@ -54,6 +55,13 @@ def params_of(
             name: _plain(one.model_dump(exclude_none=True)) for name, one in robot_type.actuators.items()
         },
     }
+
+
+def _protocol(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:
+    said: dict[str, Any] = _plain(robot_type.protocol.model_dump(exclude_none=True))
+    if robot_type.sketch and robot_type.sketch.firmware and "odometry" in said:
+        said["odometry"]["counts_per_turn"] = completed(tuned.firmware).pulses_per_turn
+    return said
 
 
 def _kinematics(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from swarmctl.spec.queries import (
     SpeedCommand,
 )
 from swarmctl.spec.topics import Topic
-from swarmctl.spec.words import Model, Name, Value
+from swarmctl.spec.words import GraphName, Model, Name, Value
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
@@ -113,12 +113,20 @@ class PythonProtocol(Model):
     )
 
 
+class SketchOdometry(Model):
+    """Where a sketch tells how far the wheels have turned, as whole numbers that grow forward and wrap."""
+
+    left: GraphName = Field(examples=["lwheel"], description="The topic that counts for the left wheel.")
+    right: GraphName = Field(examples=["rwheel"], description="The topic that counts for the right wheel.")
+    counts_per_turn: float = Field(gt=0, examples=[20], description="How far one turn of a wheel counts.")
+
+
 class RosserialProtocol(Model):
-    """A sketch that speaks rosserial. It names its topics itself; `rosserial_python` publishes and hears them
-    in the robot's namespace, as the robot's driver.
+    """A sketch that speaks rosserial. It names its topics itself; the robot's driver publishes and hears
+    them in the robot's namespace.
     """
 
-    kind: Literal["rosserial"] = Field(description="rosserial, as `rosserial_python` speaks it.")
+    kind: Literal["rosserial"] = Field(description="rosserial, of ROS hydro to noetic.")
     board: Name = Field(examples=["arduino-uno"], description="The microcontroller that the sketch runs on.")
     firmware: Literal["uno-l298n"] | None = Field(
         None,
@@ -139,6 +147,12 @@ class RosserialProtocol(Model):
     subscribes: Annotated[tuple[Topic, ...], Field(strict=False)] = Field(
         examples=[[{"topic": "cmd_vel", "type": "geometry_msgs/Twist"}]],
         description="Topics that the sketch hears; `cmd_vel` is one of them.",
+    )
+
+    odometry: SketchOdometry | None = Field(
+        None,
+        examples=[{"left": "lwheel", "right": "rwheel", "counts_per_turn": 20}],
+        description="The topics of `publishes` that the driver makes `odom` from; needs `wheel_radius`.",
     )
 
     @model_validator(mode="after")
@@ -171,6 +185,22 @@ class RosserialProtocol(Model):
         if len({one.rate for one in self.publishes}) > 1:
             raise ValueError(f"the sketch `{self.firmware}` publishes both wheels' pulses at one rate")
 
+    @model_validator(mode="after")
+    def _counts_what_it_publishes(self) -> RosserialProtocol:
+        published = {one.topic: one.type for one in self.publishes}
+        for side in (self.odometry.left, self.odometry.right) if self.odometry else ():
+            if published.get(side) not in COUNTERS:
+                raise ValueError(
+                    f"`odometry` counts on `{side}`: add it to `publishes`, as {' or '.join(COUNTERS)}"
+                )
+        return self
+
+
+#: Who drives a robot whose board speaks rosserial.
+DriverName = Literal["swarmctl", "rosserial_python"]
+
+#: What odometry can be made from.
+COUNTERS = ("std_msgs/Int16", "std_msgs/Int32")
 
 #: A protocol in which our own driver asks and the robot answers.
 Asked = LineProtocol | BinaryProtocol | PythonProtocol

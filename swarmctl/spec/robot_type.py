@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from swarmctl.spec.firmware import clashes
-from swarmctl.spec.protocols import Asked, Protocol, RosserialProtocol
+from swarmctl.spec.protocols import Asked, DriverName, Protocol, RosserialProtocol
 from swarmctl.spec.queries import BinaryQuery, CodedQuery, Query
 from swarmctl.spec.sensors import FRAME_TOPICS, Actuator, Positive, Sensor, SensorName
 from swarmctl.spec.settings import (
@@ -173,6 +173,10 @@ class RobotType(Model):
         """What runs on its board."""
         return self.protocol if isinstance(self.protocol, RosserialProtocol) else None
 
+    def foreign(self, driver: DriverName) -> RosserialProtocol | None:
+        """Its sketch, where `rosserial_python` is the robot's driver."""
+        return self.sketch if driver == "rosserial_python" else None
+
     def query_of(self, name: str) -> Query | BinaryQuery | CodedQuery | None:
         """The query that a sensor's numbers come from."""
         return self.asked.queries.get(self.sensors[name].read or name) if self.asked else None
@@ -246,11 +250,12 @@ class RobotType(Model):
             raise ValueError(
                 "what a sketch measures and hears stands under `protocol`; remove `sensors` and `actuators`"
             )
-        ours = self.sketch is not None and self.sketch.firmware is not None
-        if ours:
+        if self.sketch and self.sketch.firmware:
             self._fits_our_sketch()
-        if self.settings.model_fields_set - ({"firmware"} if ours else set()):
-            raise ValueError("what is tuned for a rosserial robot is tuned in its sketch; remove `settings`")
+        if self.sketch and self.sketch.odometry and self.kinematics.wheel_radius is None:
+            raise ValueError(
+                "`odometry` needs to know how large the wheels are: add `kinematics.wheel_radius`"
+            )
         if not self.firmware_dead_man:
             raise ValueError(
                 "nothing but the sketch stops a rosserial robot whose line breaks; build a dead-man into it,"
@@ -266,7 +271,5 @@ def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
 
 def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
     """Seconds without an order after which a robot is stopped. ``layers`` as for ``merged``."""
-    if robot_type.sketch is not None:
-        return robot_type.sketch.firmware_timeout
     said = (one.command_timeout for one in reversed(layers) if one.command_timeout is not None)
     return float(next(said, COMMAND_TIMEOUT))

@@ -237,7 +237,7 @@ def _sensors(spec: Spec, types: Mapping[str, RobotType], heard: Mapping[str, set
         host, robot_type = modes.driving_host(spec, name), types[robot.type]
         if host is None:
             continue
-        for one in driver_topics(robot_type, merged(*layers(spec, robot_type, robot.settings))):
+        for one in driver_topics(robot_type, merged(*layers(spec, robot_type, robot.settings)), robot.driver):
             yield from _to_each(f"{prefix}/{one.name}", host, heard, one.rate, one.size)
 
 

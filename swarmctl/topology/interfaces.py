@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from swarmctl.spec.messages import size_of
 from swarmctl.spec.model import Program, Spec
+from swarmctl.spec.protocols import DriverName
 from swarmctl.spec.robot_type import ODOM, RobotType, rates_of
 from swarmctl.spec.sensors import Quantity, Range, Raw, Sensor
 from swarmctl.spec.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
@@ -74,24 +75,32 @@ class DriverTopic:
     part: bool = False  # made from the same reading as another topic, and as often
 
 
-def driver_topics(robot_type: RobotType, settings: RobotSettings) -> tuple[DriverTopic, ...]:
+def driver_topics(
+    robot_type: RobotType, settings: RobotSettings, driver: DriverName
+) -> tuple[DriverTopic, ...]:
     """What a driver publishes with these merged ``settings``; a sensor that is turned off is left out.
 
     `rosserial_python` publishes what its sketch does; it has diagnostics only when something goes wrong.
     """
-    if robot_type.sketch is not None:
-        return tuple(_of_sketch(robot_type))
+    said = tuple(_of_sketch(robot_type))
+    if robot_type.foreign(driver):
+        return said
     rates = rates_of(robot_type, settings)
     on = [name for name in robot_type.sensors if rates[name] > 0]
     sensed = [one for name in on for one in _of_sensor(robot_type, name, rates[name])]
-    return (*sensed, DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates[DIAGNOSTICS_RATE]))
+    return (
+        *said,
+        *_counted(robot_type),
+        *sensed,
+        DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates[DIAGNOSTICS_RATE]),
+    )
 
 
-def sensors_of(robot_type: RobotType) -> Mapping[str, str]:
+def sensors_of(robot_type: RobotType, driver: DriverName) -> Mapping[str, str]:
     """The message types of what a driver has of sensors, turned off or not, by topic in its namespace."""
-    if robot_type.sketch is not None:
-        return {one.topic: one.type for one in robot_type.sketch.publishes}
-    return {one.name: one.type for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)}
+    counted = () if robot_type.foreign(driver) else _counted(robot_type)
+    sensed = [one for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)]
+    return {one.name: one.type for one in (*_of_sketch(robot_type), *counted, *sensed)}
 
 
 def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
@@ -113,6 +122,16 @@ def _of_sketch(robot_type: RobotType) -> Iterator[DriverTopic]:
     for one in robot_type.sketch.publishes if robot_type.sketch else ():
         if one.rate is not None:
             yield DriverTopic(one.topic, one.type, one.rate, one.size or _bytes(one.type))
+
+
+def _counted(robot_type: RobotType) -> Iterator[DriverTopic]:
+    """What our driver makes of a sketch's counts: a pose of each pair."""
+    sketch = robot_type.sketch
+    if sketch is not None and sketch.odometry is not None:
+        rates = {one.topic: one.rate or 0.0 for one in sketch.publishes}
+        message = MESSAGES["wheels"]
+        rate = min(rates[sketch.odometry.left], rates[sketch.odometry.right])
+        yield DriverTopic(ODOM, message, rate, _bytes(message))
 
 
 def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[DriverTopic]:

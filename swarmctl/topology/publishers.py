@@ -46,7 +46,10 @@ class Publishers:
         """The robot whose driver has ``topic`` for what it senses, and its message type."""
         space, name = names.parted(topic)
         robot = self.robots.get(space)
-        kind = sensors_of(self._types[self._spec.robots[robot].type]).get(name) if robot else None
+        if robot is None:
+            return None
+        said = self._spec.robots[robot]
+        kind = sensors_of(self._types[said.type], said.driver).get(name)
         return (robot, kind) if robot and kind else None
 
     def island(self, robot: str) -> str | None:

@@ -99,6 +99,7 @@ def _robots(document: Document, authority: Authority) -> Mapping[str, Robot]:
             optional=given.optional,
             commanders=authority.over(name),
             codec=document.catalog.codecs.get(given.type, b""),
+            driver=given.driver,
         )
     return robots
 

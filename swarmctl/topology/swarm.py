@@ -9,6 +9,7 @@ from functools import cached_property
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Usb
 from swarmctl.spec.multimaster import Multimaster
+from swarmctl.spec.protocols import DriverName, RosserialProtocol
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.settings import RobotSettings
 from swarmctl.topology import names
@@ -126,11 +127,17 @@ class Robot:
     baud: int | None
     optional: bool
     commanders: tuple[Commander, ...]
+    driver: DriverName
     codec: bytes = b""  # the file with its protocol class, where its type has one
 
     @property
     def namespace(self) -> str:
         return names.namespace(self.name)
+
+    @property
+    def foreign_sketch(self) -> RosserialProtocol | None:
+        """What runs on its board, where `rosserial_python` is its driver."""
+        return self.type.foreign(self.driver)
 
     @property
     def driver_node(self) -> str:

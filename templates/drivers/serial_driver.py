@@ -21,11 +21,13 @@ from swarm_driver.authority import Authority
 from swarm_driver.codec import Values
 from swarm_driver.config import Config, ConfigError, Sensor, load
 from swarm_driver.driver import Driver, run
+from swarm_driver.forward import RosRelay
 from swarm_driver.gate import Gate
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
 from swarm_driver.port import Port
+from swarm_driver.relay import Mailbox
 from swarm_driver.report import Level, Report
 from swarm_shared.systemd import Notifier
 
@@ -101,11 +103,13 @@ def _drive(config: Config) -> None:
     orders, notifier = Orders(), Notifier()
     gate = Gate(Authority(config.commanders, config.command_timeout), orders)
     news, outputs = News(notifier), Outputs(config.actuators, orders.ring)
+    relay = RosRelay(Mailbox(orders.ring))
     driver = Driver(
         config,
         orders,
         news,
         outputs,
+        relay,
         open_port=lambda: Port(config.port, config.serial),
         standing=gate.standing,
     )
@@ -122,6 +126,7 @@ def _drive(config: Config) -> None:
         news.ros = ros.join(config, orders, gate, outputs)
         for complaint in news.ros.left_out:
             print(complaint, file=sys.stderr, flush=True)
+        relay.join()
         _watch(loop, ros.forgotten)
 
 

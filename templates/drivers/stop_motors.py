@@ -2,23 +2,29 @@
 """Stop a robot whose driver is gone: ``stop_motors.py --config FILE``. Needs no ROS, ends within two seconds.
 
 Exit status 0: the robot confirmed the stop, or its line is absent or belongs to someone else (it says which).
+A sketch confirms nothing, and stops its robot by itself.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 import time
 from pathlib import Path
 
-from swarm_driver.config import Config, ConfigError, load
-from swarm_driver.driver import linked
+from swarm_driver.asked import linked
+from swarm_driver.config import Config, ConfigError, RosserialProtocol, load
 from swarm_driver.kinematics import STANDSTILL
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.port import Port, PortError
 from swarm_driver.report import Tally
+from swarm_rosserial.conversation import Conversation, UnsendableError
+from swarm_rosserial.messages import TWIST_MD5, TWIST_TYPE, twist
+from swarm_rosserial.topics import MessageType
 
 _PATIENCE = 1.8  # s
+_LAST_WORD = 0.05  # s for the last bytes to leave before the port is closed
 
 
 def stop(config: Config) -> tuple[int, str]:
@@ -29,15 +35,15 @@ def stop(config: Config) -> tuple[int, str]:
     except PortError as error:
         return (0 if error.busy or error.absent else 1), f"nothing to stop here: {error}"
     try:
-        link = linked(port, config, Tally())
-    except LinkLostError as error:
-        return 1, f"nobody knows how to stop {config.robot}: {error}"
-    try:
-        return _told(link, config, deadline)
+        if isinstance(config.protocol, RosserialProtocol):
+            return _told_board(port, config, config.protocol, deadline)
+        return _told(linked(port, config.protocol, Tally()), config, config.protocol.reply_timeout, deadline)
     except PortError as error:
         return (0 if error.absent else 1), f"the line went away: {error}"
+    except LinkLostError as error:
+        return 1, f"nobody knows how to stop {config.robot}: {error}"
     finally:
-        link.close()
+        port.close()
 
 
 def _opened(config: Config, deadline: float) -> Port:
@@ -51,15 +57,30 @@ def _opened(config: Config, deadline: float) -> Port:
             time.sleep(0.1)
 
 
-def _told(link: Link, config: Config, deadline: float) -> tuple[int, str]:
+def _told(link: Link, config: Config, reply_timeout: float, deadline: float) -> tuple[int, str]:
     """Say stop before the line has settled, in case the robot hears it, and until it confirms."""
     while True:
         try:
             link.set_speed(*STANDSTILL)
             return 0, f"{config.robot} confirmed the stop"
         except FAILED_EXCHANGE as error:  # noqa: PERF203
-            if time.monotonic() + config.protocol.reply_timeout > deadline:
+            if time.monotonic() + reply_timeout > deadline:
                 return 1, f"{config.robot} did not confirm the stop: {error}; {config.serial.hint}"
+
+
+def _told_board(port: Port, config: Config, protocol: RosserialProtocol, deadline: float) -> tuple[int, str]:
+    """No board confirms anything; and one that is reset when its line is opened hears nothing for a while."""
+    types = {TWIST_TYPE: MessageType(TWIST_MD5, len(twist(0.0, 0.0)))}
+    board = Conversation(port.write, types.get, settle=0.0, clock=time.monotonic, wall=time.time_ns)
+    while time.monotonic() < deadline:
+        board.step(port.read(min(board.due(), deadline) - time.monotonic()))
+        with contextlib.suppress(UnsendableError):
+            board.send("cmd_vel", twist(0.0, 0.0))
+            board.stop()
+            port.read(_LAST_WORD)
+            return 0, f"{config.robot} was told to stop"
+    dead_man = f"its sketch stops it {protocol.firmware_timeout:g} s after its last order"
+    return 0, f"{config.robot} does not answer: {dead_man}"
 
 
 def main(arguments: list[str]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from swarm_driver.codec import Values
@@ -11,7 +12,9 @@ from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
 from swarm_driver.port import PortError
+from swarm_driver.relay import Outgoing, Parameter
 from swarm_driver.report import Level, Report
+from swarm_rosserial.topics import MessageType, Topic
 
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.params import params_of
@@ -140,13 +143,48 @@ class Memory:
         self.events.append((level, text))
 
 
-class Bench:
-    """A driver with a fake Koala, on a fake clock."""
+class FakeRelay:
+    """ROS as a board sees it: knows some types, remembers what it is given, has what a test puts in."""
 
-    def __init__(self, config: Config | None = None) -> None:
+    def __init__(self) -> None:
+        self.types = {
+            "std_msgs/Int32": MessageType("da5909fbe378aeaf85e547e830cc1bb7", 4),
+            "geometry_msgs/Twist": MessageType("9f195f881246fdfa2798d1d3eebca84a", 48),
+        }
+        self.served: list[Topic] = []
+        self.published: list[tuple[str, bytes]] = []
+        self.logged: list[tuple[int, str]] = []
+        self.asked: list[str] = []
+        self.mail: list[Outgoing | Parameter] = []
+
+    def type_of(self, name: str) -> MessageType | None:
+        return self.types.get(name)
+
+    def serve(self, topics: Sequence[Topic]) -> None:
+        self.served = list(topics)
+
+    def publish(self, topic: Topic, message: bytes) -> None:
+        self.published.append((topic.name, message))
+
+    def log(self, level: int, text: str) -> None:
+        self.logged.append((level, text))
+
+    def ask(self, name: str) -> None:
+        self.asked.append(name)
+
+    def taken(self) -> list[Outgoing | Parameter]:
+        mail, self.mail = self.mail, []
+        return mail
+
+
+class Bench:
+    """A driver with a fake Koala, or another robot, on a fake clock."""
+
+    def __init__(self, config: Config | None = None, robot: Callable[[Clock], Any] = FakeKoala) -> None:
         self.clock = Clock()
-        self.robot = FakeKoala(self.clock)
+        self.robot = robot(self.clock)
         self.sink = Memory()
+        self.relay = FakeRelay()
         self.orders = Orders(self.clock)
         self.config = config or config_for("koala")
         self.outputs = Outputs(self.config.actuators, self.orders.ring, self.clock)
@@ -155,6 +193,7 @@ class Bench:
             self.orders,
             self.sink,
             self.outputs,
+            self.relay,
             open_port=self.robot.open,
             clock=self.clock,
             jitter=lambda: 1.0,

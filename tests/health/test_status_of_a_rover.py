@@ -1,8 +1,10 @@
-"""A robot driven by rosserial_python: what is expected of it, and that it obeys strangers."""
+"""A robot whose board speaks rosserial: what is expected of its driver, ours or rosserial_python."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+import pytest
 
 from swarmctl.checks.check import read
 from swarmctl.health import authority, verdicts
@@ -11,19 +13,40 @@ from swarmctl.health.seen import Answer, NodeSeen, SenderSeen, UnitSeen
 from swarmctl.health.verdicts import State
 from swarmctl.topology.interfaces import COMMAND_TYPE
 
-SPEC = Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml"
+EXAMPLE = Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml"
 ADDRESS = "192.168.77.30"
 
 
-def rover() -> ExpectedRobot:
-    swarm, found = read(SPEC)
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    """The example, with rosserial_python."""
+    told = EXAMPLE.read_text("utf-8")
+    foreign = told.replace("{type: arduino-rover}", "{type: arduino-rover, driver: rosserial_python}")
+    assert foreign != told
+    (tmp_path / "swarm.yaml").write_text(foreign, "utf-8")
+    return tmp_path / "swarm.yaml"
+
+
+def rover(spec: Path) -> ExpectedRobot:
+    swarm, found = read(spec)
     assert swarm is not None, found
     [robot] = expected_graph(swarm, {"rover-pi": Release("a" * 16, ())}).robots
     return robot
 
 
-def test_its_node_its_orders_and_what_the_sketch_publishes_are_expected() -> None:
-    robot = rover()
+def test_our_driver_tells_strangers_and_makes_odometry() -> None:
+    robot = rover(EXAMPLE)
+    assert robot.guarded
+    assert [(one.name, one.type, one.rate) for one in robot.topics] == [
+        ("/rover/lwheel", "std_msgs/Int32", 10.0),
+        ("/rover/rwheel", "std_msgs/Int32", 10.0),
+        ("/rover/odom", "nav_msgs/Odometry", 10.0),
+        ("/diagnostics", "diagnostic_msgs/DiagnosticArray", 1.0),
+    ]
+
+
+def test_its_node_its_orders_and_what_the_sketch_publishes_are_expected(spec: Path) -> None:
+    robot = rover(spec)
     assert (robot.unit, robot.node, robot.device) == (
         "swarm-rover.rover.service",
         "/rover/driver",
@@ -36,8 +59,8 @@ def test_its_node_its_orders_and_what_the_sketch_publishes_are_expected() -> Non
     ]
 
 
-def test_whoever_publishes_its_orders_is_obeyed_and_that_is_no_mere_warning() -> None:
-    robot = rover()
+def test_whoever_publishes_its_orders_is_obeyed_and_that_is_no_mere_warning(spec: Path) -> None:
+    robot = rover(spec)
     stranger = SenderSeen("192.168.77.99", {robot.command: COMMAND_TYPE})
     hub = Answer(commanders={robot.command: ("/rostopic_7",)}, senders={"/rostopic_7": stranger})
     verdict = authority.strangers(robot, hub)
@@ -47,8 +70,8 @@ def test_whoever_publishes_its_orders_is_obeyed_and_that_is_no_mere_warning() ->
     assert "keys may" in verdict.hint
 
 
-def test_its_node_is_a_child_of_its_unit_and_no_second_driver() -> None:
-    robot = rover()
+def test_its_node_is_a_child_of_its_unit_and_no_second_driver(spec: Path) -> None:
+    robot = rover(spec)
     unit = UnitSeen("loaded", "active", "running", "success", "", 42, 0, 0, False)
     node = NodeSeen(
         registered=True,

@@ -1,4 +1,4 @@
-"""A robot whose board speaks rosserial: `rosserial_python` is its driver, and nothing of ours is."""
+"""A robot whose board speaks rosserial: our driver drives it, or `rosserial_python` and nothing of ours."""
 
 from __future__ import annotations
 
@@ -13,21 +13,56 @@ from swarmctl.render.host import bundles
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = Path(__file__).parent / "golden/arduino-rover"
-FILES = ("launch/rover.launch", "units/swarm-rover.rover.service", "bin/keys")
+FILES = ("launch/rover.launch", "units/swarm-rover.rover.service")
 UNIT = "swarm-rover.rover.service"
 
 
+EXAMPLE = ROOT / "examples/arduino-rover/swarm.yaml"
+
+
 @pytest.fixture(scope="module")
-def bundle() -> Bundle:
-    swarm, found = read(ROOT / "examples/arduino-rover/swarm.yaml")
+def ours() -> Bundle:
+    return rendered(EXAMPLE)
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Bundle:
+    """The example, with rosserial_python."""
+    told = EXAMPLE.read_text("utf-8")
+    foreign = told.replace("{type: arduino-rover}", "{type: arduino-rover, driver: rosserial_python}")
+    assert foreign != told
+    spec = tmp_path_factory.mktemp("foreign") / "swarm.yaml"
+    spec.write_text(foreign, "utf-8")
+    return rendered(spec)
+
+
+def rendered(spec: Path) -> Bundle:
+    swarm, found = read(spec)
     assert swarm is not None, found
     return bundles(swarm)["rover-pi"]
 
 
-@pytest.mark.parametrize("path", FILES)
-def test_golden(path: str, bundle: Bundle, golden: Callable[[Path, str], None]) -> None:
+def text_of(bundle: Bundle, path: str) -> str:
     [file] = (one for one in bundle.files if one.path == path)
-    golden(GOLDEN / path, file.content.decode())
+    return file.content.decode()
+
+
+@pytest.mark.parametrize("path", FILES)
+def test_golden_of_rosserial_python(path: str, bundle: Bundle, golden: Callable[[Path, str], None]) -> None:
+    golden(GOLDEN / "rosserial_python" / path, text_of(bundle, path))
+
+
+@pytest.mark.parametrize("path", [*FILES, "params/rover.yaml", "bin/keys"])
+def test_golden_of_our_driver(path: str, ours: Bundle, golden: Callable[[Path, str], None]) -> None:
+    golden(GOLDEN / path, text_of(ours, path))
+
+
+def test_our_driver_needs_no_package_of_rosserial(ours: Bundle) -> None:
+    assert "package:rosserial_python" not in ours.requires
+    assert {"rospy", "pyserial"} <= set(ours.requires)
+    assert "drivers/swarm_rosserial/frames.py" in [one.path for one in ours.files]
+    [unit] = (one for one in ours.units if one.name == UNIT)
+    assert {"params/rover.yaml", "drivers/swarm_driver/board.py"} <= set(unit.needs)
 
 
 def test_the_host_needs_rosserial_python_and_gets_no_driver_of_ours(bundle: Bundle) -> None:

@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Mapping, Pattern
+from typing import Any, Mapping, Pattern, Union
 
 import yaml
 
@@ -127,6 +127,31 @@ class PythonProtocol:
 
 
 @dataclass(frozen=True)
+class Ticks:
+    """The topics of a sketch that count how far the wheels have turned. ``wheel_radius`` in metres."""
+
+    left: str
+    right: str
+    counts_per_turn: float
+    wheel_radius: float
+
+
+@dataclass(frozen=True)
+class RosserialProtocol:
+    """What a sketch should announce: types by topic, and rates, Hz. ``firmware``: its digest; empty: any."""
+
+    firmware_timeout: float
+    firmware: str
+    publishes: Mapping[str, str]
+    subscribes: Mapping[str, str]
+    rates: Mapping[str, float]
+    ticks: Ticks | None
+
+
+Protocol = Union[LineProtocol, BinaryProtocol, PythonProtocol, RosserialProtocol]
+
+
+@dataclass(frozen=True)
 class Sensor:
     """What is read, at ``rate`` Hz: ``count`` numbers from ``first`` on of the reply to the query ``read``.
 
@@ -176,7 +201,7 @@ class Config:
     commanders: tuple[Commander, ...]
     diagnostics_rate: float
     kinematics: Kinematics
-    protocol: LineProtocol | BinaryProtocol | PythonProtocol
+    protocol: Protocol
     sensors: tuple[Sensor, ...]
     actuators: tuple[Actuator, ...]
 
@@ -214,7 +239,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         commanders=tuple(_commander(one) for one in data["commanders"]),
         diagnostics_rate=_between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
         kinematics=_kinematics(data["kinematics"]),
-        protocol=_protocol(data["protocol"], folder),
+        protocol=_protocol(data["protocol"], folder, data["kinematics"].get("wheel_radius")),
         sensors=tuple(_sensor(name, one) for name, one in data["sensors"].items()),
         actuators=tuple(_actuator(name, one) for name, one in data["actuators"].items()),
     )
@@ -265,7 +290,9 @@ def _scale(data: Mapping[str, Any]) -> Scale:
     )
 
 
-def _protocol(data: Mapping[str, Any], folder: Path) -> LineProtocol | BinaryProtocol | PythonProtocol:
+def _protocol(data: Mapping[str, Any], folder: Path, wheel_radius: Any) -> Protocol:
+    if data["kind"] == "rosserial":
+        return _sketch(data, wheel_radius)
     timeout = _between("protocol.reply_timeout", data["reply_timeout"], 0.01, 2.0)
     if data["kind"] == "line":
         return LineProtocol(
@@ -295,7 +322,26 @@ def _protocol(data: Mapping[str, Any], folder: Path) -> LineProtocol | BinaryPro
             identify=bool(data["identify"]),
             values={str(name): int(one["values"]) for name, one in data["queries"].items()},
         )
-    raise ValueError("this driver speaks lines of text or bytes, not `{}`".format(data["kind"]))
+    raise ValueError("this driver speaks lines of text, bytes or rosserial, not `{}`".format(data["kind"]))
+
+
+def _sketch(data: Mapping[str, Any], wheel_radius: Any) -> RosserialProtocol:
+    ticks = data.get("odometry")
+    return RosserialProtocol(
+        firmware_timeout=_positive("protocol.firmware_timeout", data["firmware_timeout"]),
+        firmware=str(data.get("digest", "")),
+        publishes={str(one["topic"]): str(one["type"]) for one in data["publishes"]},
+        subscribes={str(one["topic"]): str(one["type"]) for one in data["subscribes"]},
+        rates={str(one["topic"]): _positive("rate", one["rate"]) for one in data["publishes"]},
+        ticks=None
+        if ticks is None
+        else Ticks(
+            left=str(ticks["left"]),
+            right=str(ticks["right"]),
+            counts_per_turn=_positive("counts_per_turn", ticks["counts_per_turn"]),
+            wheel_radius=_positive("wheel_radius", wheel_radius),
+        ),
+    )
 
 
 def _line_query(data: Mapping[str, Any]) -> LineQuery:

@@ -22,17 +22,23 @@ def plausible(components: Sequence[float]) -> bool:
 
 def wheel_units(linear: float, angular: float, kinematics: Kinematics, scale: Scale) -> Units:
     """Left and right wheel speed in the robot's own units. An order too fast is slowed along its curve."""
-    if not plausible((linear, angular)):
-        return STANDSTILL
+    linear, angular = within_limits(linear, angular, kinematics)
     half = angular * kinematics.wheel_separation / 2
-    left, right = linear - half, linear + half
+    return _units(linear - half, kinematics, scale), _units(linear + half, kinematics, scale)
+
+
+def within_limits(linear: float, angular: float, kinematics: Kinematics) -> tuple[float, float]:
+    """An order (m/s, rad/s), slowed along its curve if it is too fast; a senseless one becomes a stop."""
+    if not plausible((linear, angular)):
+        return 0.0, 0.0
+    fastest_wheel = abs(linear) + abs(angular) * kinematics.wheel_separation / 2
     excess = max(
         1.0,
         abs(linear) / kinematics.linear_max,
         abs(angular) / kinematics.angular_max,
-        max(abs(left), abs(right)) / kinematics.wheel_speed_max,
+        fastest_wheel / kinematics.wheel_speed_max,
     )
-    return _units(left / excess, kinematics, scale), _units(right / excess, kinematics, scale)
+    return linear / excess, angular / excess
 
 
 def _units(speed: float, kinematics: Kinematics, scale: Scale) -> int:

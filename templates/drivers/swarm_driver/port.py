@@ -73,6 +73,9 @@ class Port:
         except _FAULTS as error:
             raise self._gone(error) from error
 
+    def fileno(self) -> int:
+        return int(self._serial.fileno())
+
     def close(self) -> None:
         with contextlib.suppress(*_FAULTS):  # what is gone is closed
             self._serial.close()

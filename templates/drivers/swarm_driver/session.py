@@ -13,7 +13,7 @@ from swarm_driver.codec import BadReplyError, Values
 from swarm_driver.config import Config, Scale, Sensor
 from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
-from swarm_driver.orders import Order, Orders
+from swarm_driver.orders import DeadMan, Orders
 from swarm_driver.outputs import Change, Outputs, Shown
 from swarm_driver.report import Level, Meter, Report, Tally
 
@@ -79,7 +79,7 @@ class Session:
         self._link = link
         self._config = config
         self._scale = scale
-        self._orders = orders
+        self._dead_man = DeadMan(orders, config.command_timeout, clock)
         self._sink = sink
         self._tally = tally
         self._clock = clock
@@ -92,7 +92,7 @@ class Session:
     def step(self) -> float:
         """One exchange at most, the most urgent one; then the moment at which the next is due."""
         now = self._clock()
-        aim = self._wanted(now)
+        aim = self._wanted()
         if self._speed_due(aim) <= now:
             self._say_speed(aim)
         else:
@@ -101,12 +101,7 @@ class Session:
 
     def activity(self) -> str:
         """What the robot is doing, in words."""
-        order = self._order()
-        if self._live(order, self._clock()):
-            return "driving" if self._aim != STANDSTILL else "standing still, as ordered"
-        return "standing still: {}".format(
-            "no order yet" if order is None else f"no order for {self._config.command_timeout:g} s"
-        )
+        return self._dead_man.activity(self._aim != STANDSTILL)
 
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every sensor, in Hz."""
@@ -114,17 +109,9 @@ class Session:
         feeds = (feed for poll in self._polls for feed in poll.feeds)
         return [(feed.sensor.name, feed.meter.rate(now), feed.sensor.rate) for feed in feeds]
 
-    def _order(self) -> Order | None:
-        """The latest order that was given to this session: an older one was meant for another moment."""
-        order = self._orders.latest
-        return order if order is not None and order.stamp >= self.since else None
-
-    def _live(self, order: Order | None, now: float) -> bool:
-        return order is not None and now < order.stamp + self._config.command_timeout
-
-    def _wanted(self, now: float) -> Units:
-        order = self._order()
-        if order is None or not self._live(order, now):
+    def _wanted(self) -> Units:
+        order = self._dead_man.in_force()
+        if order is None:
             return STANDSTILL
         return wheel_units(order.linear, order.angular, self._config.kinematics, self._scale)
 
@@ -135,7 +122,7 @@ class Session:
         return -math.inf if self._confirmed is None or aim == STANDSTILL else self._said_at + _BREATH
 
     def _say_speed(self, aim: Units) -> None:
-        if aim == STANDSTILL and self._aim != STANDSTILL and not self._live(self._order(), self._clock()):
+        if aim == STANDSTILL != self._aim and self._dead_man.in_force() is None:
             self._tally.dead_man_trips += 1
         self._aim = aim
         try:
@@ -187,12 +174,10 @@ class Session:
                 self._take(feed.sensor, reply.values, arrived)
 
     def _dead_man_due(self) -> float:
-        order = self._order()
-        moving = order is not None and self._aim != STANDSTILL
-        return order.stamp + self._config.command_timeout if order is not None and moving else math.inf
+        return self._dead_man.due() if self._aim != STANDSTILL else math.inf
 
     def _next_due(self) -> float:
-        speed_due = self._speed_due(self._wanted(self._clock()))
+        speed_due = self._speed_due(self._wanted())
         show_due = self._show_at if self._shown.next() else math.inf
         return min([speed_due, self._dead_man_due(), show_due, *(poll.due for poll in self._polls)])
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Sequence
 
 INTEGERS = {"std_msgs/Int16": "<h", "std_msgs/Int32": "<i"}
-TWIST_TYPE = "geometry_msgs/Twist"
+TWIST_TYPE, TWIST_MD5 = "geometry_msgs/Twist", "9f195f881246fdfa2798d1d3eebca84a"
 _INT32 = range(-(1 << 31), 1 << 31)
 
 

@@ -1,0 +1,148 @@
+"""A robot that answers requests, over one open port: it confirms a stop, says what it is, is then served."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Callable, Iterator, Union
+
+from swarm_driver.binary import BinaryCodec
+from swarm_driver.codec import BadReplyError, Codec
+from swarm_driver.config import BinaryProtocol, LineProtocol, PythonProtocol
+from swarm_driver.connection import Around
+from swarm_driver.kinematics import STANDSTILL, Odometry
+from swarm_driver.lines import LineCodec, firmware_version
+from swarm_driver.link import BytePort, Link, LinkLostError
+from swarm_driver.own import OwnCodec
+from swarm_driver.report import Level, Tally
+from swarm_driver.session import Session
+
+
+class AskedRobot:
+    """A ``Connection`` of one request, one reply."""
+
+    def __init__(self, link: Link, odometry: Odometry, around: Around) -> None:
+        self.trouble = ""
+        self.firmware = "unknown"
+        self._link = link
+        self._odometry = odometry
+        self._around = around
+        self._settled_at = around.clock() + around.config.serial.settle
+        self._session: Session | None = None
+        self._unprepared: list[str] = []
+        self._failures_told = around.tally.failed_exchanges
+
+    @property
+    def since(self) -> float | None:
+        return self._session.since if self._session else None
+
+    @property
+    def odometry(self) -> Odometry:
+        return self._session.odometry if self._session else self._odometry
+
+    def step(self) -> float:
+        """One exchange at most once the robot is known."""
+        if self._session is not None:
+            return self._session.step()
+        if self._around.clock() < self._settled_at:
+            return self._settled_at
+        self._session = self._identified()
+        return self._session.since
+
+    def listens_to(self) -> list[BytePort]:
+        """Nothing: what comes unasked is noise."""
+        return []
+
+    def stop(self) -> None:
+        self._link.twice(lambda: self._link.set_speed(*STANDSTILL))
+
+    def blurt_stop(self) -> None:
+        self._link.blurt_stop()
+
+    def close(self) -> None:
+        self._link.close()
+
+    def activity(self) -> str:
+        return self._session.activity() if self._session else ""
+
+    def rates(self) -> list[tuple[str, float, float]]:
+        return self._session.rates() if self._session else []
+
+    def complaints(self) -> list[str]:
+        failures = self._around.tally.failed_exchanges - self._failures_told
+        self._failures_told += failures
+        return [*([f"{failures} exchanges failed"] if failures else []), *self._unprepared]
+
+    def figures(self) -> dict[str, str]:
+        return {}
+
+    def _identified(self) -> Session:
+        """A session, once the robot has confirmed a stop (so it is there) and its units are known."""
+        config, around = self._around.config, self._around
+        try:
+            self.stop()
+        except LinkLostError as error:
+            advice = "; " + config.serial.hint if config.serial.hint else ""
+            raise LinkLostError(f"{error} at {config.serial.baud} baud{advice}") from error
+        self.firmware = self._asked_firmware()
+        scale = config.kinematics.scale_for(firmware_version(self.firmware))
+        if scale is None:
+            raise LinkLostError(f"without the firmware's version ({self.firmware}) speeds have no unit")
+        self._unprepared = list(self._refused_setup())
+        around.tally.connections += 1
+        around.sink.event(Level.OK, f"connected to {config.port}, firmware {self.firmware}")
+        return Session(
+            self._link,
+            config,
+            scale,
+            odometry=self._odometry,
+            orders=around.orders,
+            outputs=around.outputs,
+            sink=around.sink,
+            tally=around.tally,
+            clock=around.clock,
+        )
+
+    def _asked_firmware(self) -> str:
+        try:
+            request = self._link.codec.identify()
+            return (self._link.twice(lambda: self._link.ask(request)).text if request else "") or "unknown"
+        except (BadReplyError, LinkLostError):
+            return "unknown"
+
+    def _refused_setup(self) -> Iterator[str]:
+        """Prepare the robot; what it does not confirm costs some readings, and is no reason not to drive."""
+        try:
+            requests = self._link.codec.setup()
+        except BadReplyError as error:
+            yield f"the setup cannot be made: {error}"
+            return
+        for request in requests:
+            try:
+                self._link.twice(partial(self._link.ask, request))
+            except LinkLostError as error:  # noqa: PERF203
+                trouble = f"the setup `{request.name}` is not confirmed: {error}"
+                self._around.sink.event(Level.WARN, trouble)
+                yield trouble
+
+
+Asked = Union[LineProtocol, BinaryProtocol, PythonProtocol]
+
+
+def linked(
+    port: BytePort, protocol: Asked, tally: Tally, clock: Callable[[], float] = time.monotonic
+) -> Link:
+    """The conversation with a robot that speaks ``protocol``, over an open port; LinkLostError if nobody can."""
+    try:
+        return Link(port, _codec(protocol), protocol.reply_timeout, tally, clock)
+    except BadReplyError as error:  # a class of the robot type's own that cannot even be made
+        port.close()
+        raise LinkLostError(str(error)) from error
+
+
+def _codec(protocol: Asked) -> Codec:
+    if isinstance(protocol, BinaryProtocol):
+        return BinaryCodec(protocol)
+    if isinstance(protocol, PythonProtocol):
+        return OwnCodec(protocol)
+    return LineCodec(protocol)

@@ -1,0 +1,54 @@
+"""Where a sketch differs from what its robot's type says of it. Pure."""
+
+from __future__ import annotations
+
+from swarm_rosserial.conversation import Negotiated
+
+from swarm_driver.config import RosserialProtocol
+
+_MOST_NAMED = 3
+
+
+class Drift:
+    """What a sketch announced last, held against what is known of it."""
+
+    def __init__(self, protocol: RosserialProtocol) -> None:
+        self._protocol = protocol
+        self._found: list[str] = []
+        self._refused: dict[str, str] = {}
+
+    def negotiated(self, event: Negotiated) -> None:
+        self._refused = {one.name: one.reason for one in event.refusals}
+        said = {(one.name, one.published): one.type for one in event.topics}
+        known = {(name, True): kind for name, kind in self._protocol.publishes.items()}
+        known |= {(name, False): kind for name, kind in self._protocol.subscribes.items()}
+        missing = [key for key in known if key not in said and key[0] not in self._refused]
+        strange = [key for key in said if key not in known]
+        other = [key for key in said if key in known and said[key] != known[key]]
+        self._found = [
+            *self._refused.values(),
+            *_told("the sketch does not {} {}, as its type says", missing),
+            *_told("the sketch does {} {}, of which the type does not tell", strange),
+            *(
+                f"`{name}` is {said[name, way]}, not {known[name, way]} as the type says"
+                for name, way in other
+            ),
+        ]
+
+    def why_not(self, name: str) -> str:
+        return self._refused.get(name, f"the sketch does not hear `{name}`")
+
+    def complaints(self, firmware: str) -> list[str]:
+        wanted = self._protocol.firmware
+        if wanted and firmware != wanted:
+            other = f"the sketch is {firmware}, the spec makes {wanted}"
+            return [f"{other}: `swarmctl firmware flash` brings it", *self._found]
+        return self._found
+
+
+def _told(sentence: str, topics: list[tuple[str, bool]]) -> list[str]:
+    return [
+        sentence.format(verb, ", ".join(f"`{name}`" for name in names[:_MOST_NAMED]))
+        for verb, way in (("publish", True), ("hear", False))
+        if (names := [name for name, published in topics if published is way])
+    ]

@@ -1,0 +1,44 @@
+"""Odometry from two topics of a sketch: how far each wheel has turned, as whole numbers that wrap. Pure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from swarm_rosserial.messages import INTEGERS, integer
+from swarm_rosserial.topics import Topic
+
+from swarm_driver.config import Kinematics, Scale, Ticks
+from swarm_driver.kinematics import Counters, Odometry, Pose
+
+_BITS = {"std_msgs/Int16": 16, "std_msgs/Int32": 32}
+
+
+class Wheels:
+    """Takes the counts of both wheels as they come; a pose comes of each pair. Without ``ticks``: none."""
+
+    def __init__(self, ticks: Ticks | None, kinematics: Kinematics, odometry: Odometry) -> None:
+        self.odometry = odometry
+        self._sides = (ticks.left, ticks.right) if ticks else ()
+        self._kinematics = kinematics
+        way = 2 * math.pi * ticks.wheel_radius / ticks.counts_per_turn if ticks else 0.0
+        self._scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
+        self._counts: dict[str, int] = {}
+
+    def forget(self) -> None:
+        """The board starts to count anew."""
+        self.odometry, self._counts = self.odometry.forget(), {}
+
+    def take(self, topic: Topic, message: bytes, arrived: float) -> Pose | None:
+        """The new pose, if ``message`` completes a pair. Raises BadMessageError."""
+        if topic.name not in self._sides or topic.type not in INTEGERS:
+            return None
+        self._counts[topic.name] = integer(topic.type, message)
+        if len(self._counts) < 2:
+            return None
+        left, right = (self._counts[side] for side in self._sides)
+        counters = Counters(left, right, arrived)
+        self._counts = {}
+        kinematics = replace(self._kinematics, counter_bits=_BITS[topic.type])
+        self.odometry = self.odometry.update(counters, kinematics, self._scale)
+        return self.odometry.pose

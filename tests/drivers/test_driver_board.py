@@ -1,0 +1,351 @@
+"""A driver and a board that speaks rosserial, on a clock that only moves when both have nothing to do."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from driver_fakes import Bench, Clock, config_for
+from rosserial_fakes import CMD_VEL, LWHEEL, RWHEEL, TWIST, TWIST_MD5, announcement, framed
+from rosserial_sketch import Sketch
+from swarm_driver.driver import Phase
+from swarm_driver.port import PortError
+from swarm_driver.relay import Outgoing, Parameter
+from swarm_driver.report import Level, Report
+
+STILL = (0.0, 0.0)
+
+
+class BoardBench(Bench):
+    """The board speaks when it likes, and wakes the driver by that."""
+
+    def __init__(self, **settings) -> None:
+        config = config_for("arduino-rover", **settings)
+        config = replace(config, protocol=replace(config.protocol, firmware="0123456789ab"))
+        super().__init__(config, robot=plugged_sketch)
+
+    def run(self, seconds: float, *, at_most: int = 5_000) -> None:
+        end = self.clock.now + seconds
+        for _ in range(at_most):
+            self.robot.live()
+            due = self.clock.now + self.driver.step()
+            if self.driver.listens_to() and self.robot.waiting:
+                continue
+            due = min(due, self.robot.due())
+            if due >= end:
+                self.clock.now = end
+                return
+            self.clock.now = max(self.clock.now, due) + 1e-6
+        raise AssertionError(f"{at_most} steps in {seconds} s: the driver is spinning")
+
+    def keep_ordering(self, seconds: float, linear: float = 0.2, angular: float = 0.0) -> None:
+        for _ in range(round(seconds / 0.1)):
+            self.order(linear, angular)
+            self.run(0.1)
+
+    @property
+    def said(self) -> list[tuple[float, float]]:
+        return [(linear, angular) for _, linear, angular in self.robot.orders]
+
+    @property
+    def report(self) -> Report:
+        return self.sink.reports[-1]
+
+
+def plugged_sketch(clock: Clock) -> Sketch:
+    return Sketch(clock, PortError)
+
+
+def ready(**settings) -> BoardBench:
+    bench = BoardBench(**settings)
+    bench.run(4.0)
+    assert bench.driver.phase is Phase.READY, bench.sink.events
+    return bench
+
+
+def test_the_first_order_to_a_board_is_a_stop():
+    bench = ready()
+    assert bench.said[0] == STILL
+    assert bench.sink.events[-1][1] == (
+        "connected to /dev/robot: publishes lwheel, publishes rwheel, hears cmd_vel"
+    )
+
+
+def test_an_uno_is_given_time_to_start():
+    bench = BoardBench()
+    bench.run(1.9)
+    assert bench.robot.heard == []
+    bench.run(0.5)
+    assert bench.driver.phase is Phase.READY
+
+
+def test_a_board_without_orders_is_told_nothing_but_to_stand():
+    bench = ready()
+    bench.run(10.0)
+    assert set(bench.said) == {STILL}
+    assert (bench.report.level, bench.report.message) == (Level.OK, "standing still: no order yet")
+
+
+def test_an_order_is_said_at_once_and_kept_up():
+    bench = ready()
+    given = bench.clock.now
+    bench.order(0.2, -0.5)
+    bench.run(0.4)
+    moves = [at for at, *order in bench.robot.orders if order == [0.2, -0.5]]
+    assert moves[0] - given < 0.04
+    assert max(later - before for before, later in pairwise(moves)) <= 0.21
+
+
+def test_an_order_too_fast_is_slowed_along_its_curve():
+    bench = ready()
+    bench.order(2.0, 4.0)
+    bench.run(0.1)
+    linear, angular = bench.said[-1]
+    assert linear / angular == pytest.approx(0.5)
+    assert abs(linear) + abs(angular) * 0.13 / 2 == pytest.approx(0.5)
+
+
+def test_the_limits_of_the_robots_settings_hold():
+    bench = ready(limits={"linear": 0.1})
+    bench.order(0.4)
+    bench.run(0.1)
+    assert bench.said[-1] == (0.1, 0.0)
+
+
+@pytest.mark.parametrize("timeout", [0.3, 0.5, 2.0])
+def test_silence_stops_the_robot_in_time(timeout):
+    bench = ready(command_timeout=timeout)
+    bench.order(0.2)
+    given = bench.clock.now
+    bench.run(timeout + 1.0)
+    stopped = next(at for at, *order in bench.robot.orders if at > given + 0.05 and order == [0.0, 0.0])
+    assert 0 <= round(stopped - given - timeout, 4) <= 0.01
+    assert bench.report.values["dead-man trips"] == "1"
+
+
+@pytest.mark.parametrize("senseless", [math.nan, math.inf, 1e308])
+def test_a_senseless_order_stops_the_robot_at_once(senseless):
+    bench = ready()
+    bench.keep_ordering(0.5)
+    bench.order(senseless)
+    bench.run(0.05)
+    assert bench.said[-1] == STILL
+
+
+def test_fast_orders_leave_the_line_room():
+    bench = ready()
+    start = len(bench.robot.orders)
+    for number in range(500):
+        bench.order(0.1 + 0.001 * (number % 2))
+        bench.run(0.01)
+    per_second = (len(bench.robot.orders) - start) / 5.0
+    assert 20 < per_second * 56 * 10 / 57600 * 100 < 40  # percent of the line
+
+
+def test_the_end_is_a_stop_and_the_end_of_the_sending():
+    bench = ready()
+    bench.keep_ordering(0.5)
+    bench.driver.close()
+    assert bench.said[-1] == STILL
+    assert not bench.robot.configured
+
+
+def test_ticks_become_odometry():
+    bench = ready()
+    bench.run(0.5)
+    for _ in range(10):
+        bench.robot.ticks = [bench.robot.ticks[0] + 2, bench.robot.ticks[1] + 2]
+        bench.run(0.1)
+    bench.run(0.2)
+    pose = bench.sink.poses[-1]
+    assert pose.x == pytest.approx(20 / 20 * math.pi * 0.065, rel=1e-6)  # one turn of the wheel
+    assert (pose.y, pose.yaw) == (0.0, 0.0)
+
+
+def test_counters_that_wrap_are_followed():
+    bench = BoardBench()
+    int16 = bench.relay.types["std_msgs/Int16"] = replace(
+        bench.relay.types["std_msgs/Int32"], md5sum="8524586e34fbd7cb1c08c5f5f1ca0e57"
+    )
+    bench.robot.announces = [
+        *(
+            announcement(0, 125 + n, name, "std_msgs/Int16", md5=int16.md5sum)
+            for n, name in enumerate(("lwheel", "rwheel"))
+        ),
+        CMD_VEL,
+    ]
+    bench.run(4.0)
+    for ticks in (32767, -32768):
+        for topic_id in (125, 126):
+            bench.robot.say(framed(topic_id, struct.pack("<h", ticks)))
+        bench.run(0.1)
+    assert bench.sink.poses[-1].x == pytest.approx(math.pi * 0.065 / 20)
+
+
+def test_a_boards_reset_moves_no_robot_on_the_map():
+    bench = ready()
+    bench.robot.ticks = [2, 2]
+    bench.run(0.5)
+    before = bench.sink.poses[-1]
+    bench.robot.reset()
+    bench.run(10.0)
+    assert bench.driver.phase is Phase.READY
+    after = bench.sink.poses[-1]
+    assert (after.x, after.yaw) == (before.x, before.yaw)
+
+
+def test_other_topics_pass_as_they_are_and_orders_do_not():
+    bench = BoardBench()
+    bench.relay.types["std_msgs/String"] = replace(bench.relay.types["std_msgs/Int32"], md5sum="5" * 32)
+    bench.robot.announces = [
+        LWHEEL,
+        RWHEEL,
+        announcement(0, 127, "words", "std_msgs/String", md5="5" * 32),
+        CMD_VEL,
+        announcement(1, 101, "lamp", "std_msgs/String", md5="5" * 32),
+    ]
+    bench.run(4.0)
+    assert [one.name for one in bench.relay.served] == ["lwheel", "rwheel", "words", "lamp"]
+    bench.robot.say(framed(127, b"\x02\0\0\0hi"))
+    bench.run(0.01)
+    assert ("words", b"\x02\0\0\0hi") in bench.relay.published
+    bench.relay.mail.append(Outgoing("lamp", b"\x02\0\0\0on"))
+    bench.run(0.3)
+    assert (101, b"\x02\0\0\0on") in [(topic_id, message) for _, topic_id, message in bench.robot.heard]
+
+
+def test_what_is_too_large_for_the_board_is_told_and_not_sent():
+    bench = BoardBench()
+    bench.relay.types["std_msgs/String"] = replace(bench.relay.types["std_msgs/Int32"], md5sum="5" * 32)
+    bench.robot.announces.append(announcement(1, 101, "lamp", "std_msgs/String", md5="5" * 32, size=100))
+    bench.run(4.0)
+    bench.relay.mail.append(Outgoing("lamp", bytes(101)))
+    bench.run(1.1)
+    assert 101 not in [topic_id for _, topic_id, _ in bench.robot.heard]
+    told = [report for report in bench.sink.reports if "did not pass" in report.message]
+    assert "`lamp` has 101 bytes; the board's buffer takes 100" in told[0].message
+    assert told[0].level is Level.WARN
+
+
+def test_parameters_and_logs_go_their_way():
+    bench = ready()
+    bench.robot.say(framed(6, b"\x03\0\0\0~kp"))
+    bench.robot.log(2, "low battery")
+    bench.run(0.01)
+    assert bench.relay.asked == ["~kp"]
+    assert (2, "low battery") in bench.relay.logged
+    bench.relay.mail.append(Parameter("~kp", 7))
+    bench.run(0.3)
+    assert 6 in [topic_id for _, topic_id, _ in bench.robot.heard]
+
+
+def test_a_sketch_that_is_not_the_specs_is_told():
+    bench = BoardBench()
+    bench.robot.firmware = "ffffffffffff"
+    bench.run(5.0)
+    assert bench.report.level is Level.WARN
+    assert (
+        "the sketch is ffffffffffff, the spec makes 0123456789ab: `swarmctl firmware flash`"
+        in bench.report.message
+    )
+    assert ready().report.values["firmware"] == "0123456789ab"
+
+
+@pytest.mark.parametrize(
+    ("announces", "complaint"),
+    [
+        ([LWHEEL, CMD_VEL], "the sketch does not publish `rwheel`, as its type says"),
+        (
+            [LWHEEL, RWHEEL, CMD_VEL, announcement(0, 127, "extra")],
+            "publish `extra`, of which the type",
+        ),
+        (
+            [LWHEEL, RWHEEL, CMD_VEL, announcement(1, 101, "lamp")],
+            "hear `lamp`, of which the type",
+        ),
+        ([LWHEEL, announcement(0, 126, "rwheel", "my_msgs/Odd"), CMD_VEL], "install my_msgs"),
+        (
+            [LWHEEL, announcement(0, 126, "rwheel", TWIST, md5=TWIST_MD5), CMD_VEL],
+            "`rwheel` is geom",
+        ),
+    ],
+)
+def test_a_sketch_that_differs_from_its_type_is_told(announces, complaint):
+    bench = BoardBench()
+    bench.robot.announces = announces
+    bench.run(5.0)
+    assert bench.driver.phase is Phase.READY
+    assert bench.report.level is Level.WARN
+    assert complaint in bench.report.message
+
+
+def test_a_sketch_that_hears_no_orders_is_no_robot():
+    bench = BoardBench()
+    bench.robot.announces = [LWHEEL, announcement(1, 100, "cmd_vel", TWIST, md5=TWIST_MD5, size=40)]
+    bench.run(4.0)
+    assert bench.driver.phase is not Phase.READY
+    assert "its buffer has room for 40" in bench.report.message
+
+
+def test_a_silent_board_is_told_of_and_its_line_opened_anew():
+    bench = BoardBench()
+    bench.robot.silent = True
+    bench.run(60.0)
+    assert 3 <= len(bench.robot.opened) <= 5
+    assert Level.ERROR in {report.level for report in bench.sink.reports}
+    assert "the board has said nothing for 15 s (at 57600 baud); check the USB cable" in bench.report.message
+
+
+def test_a_board_that_falls_silent_is_lost_and_told_nothing_but_to_speak():
+    bench = ready()
+    bench.keep_ordering(1.0)
+    bench.robot.silent = True
+    bench.keep_ordering(17.0)
+    assert bench.driver.phase is not Phase.READY
+    assert bench.report.level is Level.ERROR
+    assert bench.report.message == "no sync with the board: it has not asked for the time for 15 s"
+    since = len(bench.robot.orders)
+    bench.keep_ordering(5.0)
+    assert len(bench.robot.orders) == since
+    bench.robot.silent = False
+    bench.run(25.0)
+    assert bench.driver.phase is Phase.READY
+
+
+def test_orders_from_before_a_loss_move_nothing_after_it():
+    bench = ready()
+    bench.keep_ordering(1.0)
+    bench.robot.plugged = False
+    bench.order(0.3)
+    bench.run(0.2)
+    assert bench.driver.phase is Phase.DISCONNECTED
+    bench.robot.plugged = True
+    bench.robot.resets_on_open = False
+    count = len(bench.robot.orders)
+    bench.run(10.0)
+    assert bench.driver.phase is Phase.READY
+    assert set(bench.said[count:]) == {STILL}
+
+
+def test_a_lost_line_is_opened_again_with_growing_pauses():
+    bench = ready()
+    bench.robot.plugged = False
+    bench.robot.opened.clear()
+    bench.run(30.0)
+    pauses = [later - before for before, later in pairwise(bench.robot.opened)]
+    assert pauses[0] < 0.5
+    assert pauses[-1] == pytest.approx(5.0, rel=0.01)
+    bench.robot.plugged = True
+    bench.run(10.0)
+    assert bench.driver.phase is Phase.READY
+
+
+def test_topics_that_come_too_slowly_are_told():
+    bench = ready()
+    bench.robot.due = lambda: bench.clock.now + 0.5
+    bench.run(10.0)
+    assert "lwheel comes at" in bench.report.message
+    assert bench.report.values["lwheel rate"].endswith("of 10 Hz")
