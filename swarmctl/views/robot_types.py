@@ -71,7 +71,7 @@ def detailed(one: Shown) -> dict[str, Any]:
         "topics": {
             "publishes": [
                 {"topic": topic.name, "type": topic.type, "rate": topic.rate}
-                for topic in driver_topics(one.type, one.type.settings)
+                for topic in driver_topics(one.type, one.type.settings, "swarmctl")
             ],
             "subscribes": [{"topic": name, "type": kind} for name, kind in _hears(one.type)],
         },
@@ -180,7 +180,7 @@ def _sizes(exchange: CodedExchange) -> tuple[str, str]:
 
 
 def _published(kind: RobotType) -> Iterator[tuple[str, ...]]:
-    topics = driver_topics(kind, kind.settings)
+    topics = driver_topics(kind, kind.settings, "swarmctl")
     for (name, message, rate), alike in groupby(topics, lambda one: (_family(one), one.type, one.rate)):
         elements = [one.name.rpartition("/")[2] for one in alike]
         each = (f"for each of {', '.join(elements)}",) if name.endswith("/") else ()
@@ -216,8 +216,9 @@ def _budgets(kind: RobotType) -> Iterator[tuple[str, ...]]:
 
 
 def _dead_man(kind: RobotType) -> Iterator[tuple[str, ...]]:
-    who = "the sketch" if kind.sketch is not None else "the driver"
-    yield who, f"stops it after {command_timeout_of(kind, kind.settings):g} s"
+    yield "the driver", f"stops it after {command_timeout_of(kind, kind.settings):g} s"
+    if kind.sketch is not None:
+        yield "the sketch", f"stops it after {kind.sketch.firmware_timeout:g} s"
     itself = "stops by itself as well" if kind.firmware_dead_man else "goes on with its last speed"
     yield "without a driver", f"it {itself}"
 
