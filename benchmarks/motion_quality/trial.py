@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterator
 
 from swarm_driver.config import Config
 from swarm_driver.driver import Driver, Phase
+from swarm_driver.forward import RosRelay
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
+from swarm_driver.relay import Mailbox
 
 from motion_quality.line import Clock, TimedLine
 from motion_quality.papers import Formula
@@ -61,6 +63,7 @@ class Ride:
             self._orders,
             self._track,
             Outputs(config.actuators, self._orders.ring, self._clock),
+            RosRelay(Mailbox(self._orders.ring)),
             open_port=lambda: self._line,
             clock=self._clock,
             jitter=lambda: 1.0,

@@ -81,7 +81,7 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
     yield from of_ros_itself()
     for host in island.hosts:
         for robot in spec.robots_on(host):
-            topics = [topic.name for topic in driver_topics(robot.type, robot.settings)]
+            topics = [topic.name for topic in driver_topics(robot.type, robot.settings, robot.driver)]
             full = [one if one.startswith("/") else f"{robot.namespace}/{one}" for one in topics]
             placed = ["/tf_static"] if any("/" in one for one in topics if not one.startswith("/")) else []
             yield from publishes(robot.driver_node, *full, "/tf", *placed)

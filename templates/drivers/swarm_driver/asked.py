@@ -132,7 +132,7 @@ Asked = Union[LineProtocol, BinaryProtocol, PythonProtocol]
 def linked(
     port: BytePort, protocol: Asked, tally: Tally, clock: Callable[[], float] = time.monotonic
 ) -> Link:
-    """The conversation with a robot that speaks ``protocol``, over an open port; LinkLostError if nobody can."""
+    """The conversation over an open port, in ``protocol``; LinkLostError if nobody can speak that."""
     try:
         return Link(port, _codec(protocol), protocol.reply_timeout, tally, clock)
     except BadReplyError as error:  # a class of the robot type's own that cannot even be made
