@@ -106,7 +106,7 @@ def test_a_robot_type_that_does_not_hold_together_is_refused(path, value, compla
         (("protocol", "kind"), "line", "set_speed"),
         (("kinematics", "scales"), [{"speed_units_per_mps": 1, "metres_per_count": 1}], "m/s and rad/s"),
         (("protocol", "odometry", "left"), "cmd_vel", "`odometry` counts on `cmd_vel`"),
-        (("kinematics", "wheel_radius"), None, "how large the wheels are"),
+        (("kinematics", "wheel_radius"), None, "wheel_radius"),
         (("firmware_dead_man",), False, "dead-man"),
     ],
 )
