@@ -13,11 +13,13 @@ from swarmctl.spec.settings import merged
 def pins_used_twice(case: Case) -> Iterator[Diagnostic]:
     """BOARD010: each pin of a board has one use."""
     general = case.spec.defaults.robot
-    for name, robot in case.spec.robots.items():
-        sketch = case.types[robot.type].sketch
+    ours = {name for name, kind in case.types.items() if kind.sketch is not None and kind.sketch.firmware}
+    for name, robot in case.spec.robots.items() if ours else ():
+        if robot.type not in ours:
+            continue
         layers = {("robots", name, "settings"): robot.settings, ("defaults", "robot"): general}
         said = {loc: one.firmware for loc, one in layers.items() if "firmware" in one.model_fields_set}
-        if not said or sketch is None or sketch.firmware is None:
+        if not said:
             continue
         wiring = merged(general, case.types[robot.type].settings, robot.settings).firmware
         for second, first, pin in clashes(wiring):
