@@ -26,7 +26,6 @@ class TimedLine:
     """What a driver's link needs of a port. The robot lives exactly as long as the clock says."""
 
     def __init__(self, robot: Robot, serial: Serial, clock: Clock) -> None:
-        self.robot = robot
         self._port = VirtualPort(robot)
         self._byte = (1 + serial.bytesize + (serial.parity != "none") + serial.stopbits) / serial.baud
         self._clock = clock

@@ -40,12 +40,20 @@ The command ends with 1 when a robot is beyond a bar.
 """
 
 FORMULAS_SAID = """\
+## The papers' formulas
+
 The order for a wheel in the robot's units, v in m/s and ω in rad/s, cut to a whole number; the upper sign is
 the left wheel's. Gansari and Buiu, *Software System Integration of Heterogeneous Swarms of Robots*, print the
 Koala's (Fig. 7) and point to https://github.com/pktehgm/newswarm for the others. They suit a gamepad that
 gives up to 4 on both axes, as turtlesim wants it. The paper's loop sends 1000 lines a second, more than
 115200 baud carry; here each order is sent once, at once.
 
+"""
+
+EQUATION_2 = """
+The second paper, *Mobile Robot Control Using Robot Operating System*, has v/r ∓ (ω/r)(d/2) for the wheels of
+its Arduino rover (equation 2). That is right for the radius r; the paper puts in 65 mm, which is the wheel's
+diameter: half the speed, half the way, half the turn ([firmware](firmware.md)).
 """
 
 HEAD = (
@@ -66,7 +74,7 @@ def page(
 ) -> str:
     """The rows by robot, the formulas by type, and why a type is left out."""
     parts = [INTRODUCTION, *(f"## {name}\n\n{table(rows)}" for name, rows in results.items())]
-    parts.append("## The papers' formulas\n\n" + FORMULAS_SAID + "".join(map(_formula, formulas.items())))
+    parts.append("".join([FORMULAS_SAID, *map(_formula, formulas.items()), EQUATION_2]))
     if left_out:
         parts.append("## Left out\n\n" + "".join(f"- {name}: {why}.\n" for name, why in left_out.items()))
     return "\n".join(parts)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from swarm_driver.config import Config, Kinematics, Scale, parse
 
@@ -17,7 +18,7 @@ from swarmctl.spec.params import params_of
 #: Types that are another language of the same robot.
 EMULATED_BY = {"epuck-binary": "epuck"}
 #: Settings of an emulator that make another row of the same type.
-VARIANTS = {"khepera3": ({"firmware": 2}, {"firmware": 3})}
+VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {"khepera3": ({"firmware": 2}, {"firmware": 3})}
 BOARD = "its board makes wheel speeds of orders; `tests/firmware` drives it, on a simulated board"
 UNKNOWN = "it has no emulator"
 
