@@ -1,0 +1,31 @@
+"""What a check of a robot finds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from enum import Enum
+from typing import Any
+
+
+class Verdict(Enum):
+    OK = "ok"
+    WARN = "warn"
+    FAIL = "fail"
+
+
+@dataclass(frozen=True)
+class Result:
+    """One line of the table: what was tried, how it went, the figure, and how to mend it."""
+
+    check: str
+    verdict: Verdict
+    figure: str = ""
+    mend: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self) | {"verdict": self.verdict.value}
+
+
+def passed(results: Iterable[Result]) -> bool:
+    return all(one.verdict is not Verdict.FAIL for one in results)

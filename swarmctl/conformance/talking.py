@@ -1,0 +1,187 @@
+"""Checks of what is said: the stop, the firmware, every question, every light; and how fast answers come."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from statistics import median
+
+from swarm_driver import readings
+from swarm_driver.codec import Values
+from swarm_driver.config import Actuator, Sensor
+from swarm_driver.link import FAILED_EXCHANGE, LinkLostError
+
+from swarmctl.conformance.bench import Bench
+from swarmctl.conformance.results import Result, Verdict
+
+_ROUNDS = 3  # of every question
+_CLOSE = 0.7  # of the reply timeout, above which replies are almost too late
+_WARMTH = (-20.0, 90.0)  # degrees Celsius of what is no nonsense
+
+
+def confirms_a_stop(bench: Bench) -> Iterator[Result]:
+    """Before all else: a robot that cannot be stopped is asked for nothing."""
+    hint = bench.config.serial.hint or "check that the robot is on, the port, and the baud rate"
+    try:
+        attempts = bench.stop()
+    except LinkLostError as error:
+        yield Result("stop", Verdict.FAIL, f"{error} at {bench.config.serial.baud} baud", hint)
+        return
+    told = "confirmed" if attempts == 1 else f"confirmed at attempt {attempts}"
+    yield Result("stop", Verdict.OK if attempts <= 2 else Verdict.WARN, told, "" if attempts <= 2 else hint)
+
+
+def says_its_firmware(bench: Bench) -> Iterator[Result]:
+    request = bench.link.codec.identify()
+    if request is None:
+        yield Result("firmware", Verdict.OK, "the type does not ask for it")
+        return
+    try:
+        bench.firmware = bench.ask(request).text or "unknown"
+        scale = bench.scale
+    except (*FAILED_EXCHANGE, LinkLostError) as error:
+        yield Result("firmware", Verdict.FAIL, str(error), "mend `identify`, or the bounds in `scales`")
+        return
+    yield Result("firmware", Verdict.OK, f"{bench.firmware}: {scale.speed_units_per_mps:g} units are 1 m/s")
+
+
+def takes_its_setup(bench: Bench) -> Iterator[Result]:
+    for request in bench.link.codec.setup():
+        try:
+            bench.ask(request)
+        except FAILED_EXCHANGE as error:  # noqa: PERF203
+            yield Result(f"setup {request.name}", Verdict.FAIL, str(error), "mend `setup` of the protocol")
+        else:
+            yield Result(f"setup {request.name}", Verdict.OK, "confirmed")
+
+
+def answers_questions(bench: Bench) -> Iterator[Result]:
+    """Each question a few times: the right count of numbers, each in its range."""
+    queries = dict.fromkeys(sensor.read for sensor in bench.config.sensors)
+    for name in queries:
+        sensors = [one for one in bench.config.sensors if one.read == name]
+        yield from _answers(bench, name, sensors)
+
+
+def _answers(bench: Bench, name: str, sensors: list[Sensor]) -> Iterator[Result]:
+    try:
+        replies = [bench.ask(bench.link.codec.query(name)).values for _ in range(_ROUNDS)]
+    except FAILED_EXCHANGE as error:
+        yield Result(
+            f"question {name}", Verdict.FAIL, str(error), f"mend the query `{name}`: its request or its reply"
+        )
+        return
+    for sensor in sensors:
+        values = [reply[sensor.first : sensor.first + sensor.count] for reply in replies]
+        wrong = next((told for one in values if (told := _implausible(sensor, one))), "")
+        figure = wrong or _shown(sensor, values[-1])
+        mend = f"is it the right query, `first` and scale for `{sensor.name}`?" if wrong else ""
+        yield Result(f"sensor {sensor.name}", Verdict.WARN if wrong else Verdict.OK, figure, mend)
+
+
+def _implausible(sensor: Sensor, values: Values) -> str:
+    """What cannot be, in words; nothing if it may be."""
+    settings = sensor.settings
+    if sensor.kind == "range":
+        largest = settings["max_reading"]
+        outside = [one for one in readings.every(values, settings["stride"]) if not 0 <= one <= largest]
+        return f"{outside[0]:g} is outside 0 to {largest}" if outside else ""
+    if sensor.kind == "battery":
+        volts = readings.charge(values, settings).volts
+        return f"{volts:.2f} V" if not 0.5 * settings["empty"] <= volts <= 1.5 * settings["full"] else ""
+    if sensor.kind == "temperature":
+        [degrees] = readings.scaled(values, settings)
+        return f"{degrees:.1f} degrees" if not _WARMTH[0] <= degrees <= _WARMTH[1] else ""
+    return ""
+
+
+def _shown(sensor: Sensor, values: Values) -> str:
+    if sensor.kind == "battery":
+        return f"{readings.charge(values, sensor.settings).volts:.2f} V"
+    if sensor.kind == "temperature":
+        return f"{readings.scaled(values, sensor.settings)[0]:.1f} degrees"
+    return ", ".join(f"{one:g}" for one in values[:8]) + (" ..." if len(values) > 8 else "")
+
+
+def takes_settings(bench: Bench) -> Iterator[Result]:
+    """Every light and sound: its largest value, and back to 0."""
+    for actuator in bench.config.actuators:
+        try:
+            for value in (actuator.max, 0):
+                _set(bench, actuator, value)
+        except FAILED_EXCHANGE as error:  # noqa: PERF203
+            yield Result(
+                f"actuator {actuator.name}",
+                Verdict.FAIL,
+                str(error),
+                f"mend `send` or `reply` of `{actuator.name}`",
+            )
+        else:
+            yield Result(f"actuator {actuator.name}", Verdict.OK, f"0 to {actuator.max}, and back to 0")
+
+
+def _set(bench: Bench, actuator: Actuator, value: int) -> None:
+    if actuator.at_once:
+        bench.ask(bench.link.codec.actuator(actuator, 0, (value,) * len(actuator.channels)))
+        return
+    for index in range(len(actuator.channels)):
+        bench.ask(bench.link.codec.actuator(actuator, index, (value,)))
+
+
+def answers_in_time(bench: Bench) -> Iterator[Result]:
+    """Many questions as fast as they are answered, and all that was measured before."""
+    names = list(dict.fromkeys(sensor.read for sensor in bench.config.sensors))
+    for number in range(bench.pace.questions):
+        request = (
+            bench.link.codec.query(names[number % len(names)]) if names else bench.link.codec.speed(0, 0)
+        )
+        try:
+            bench.ask(request)
+        except FAILED_EXCHANGE:
+            continue
+    timeout = bench.config.protocol.reply_timeout
+    if not bench.latencies:
+        yield Result("replies", Verdict.OK, "the robot does not answer, as its type says")
+        return
+    ordered = sorted(bench.latencies)
+    p99 = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
+    figure = (
+        f"median {median(ordered) * 1000:.1f}, p99 {p99 * 1000:.1f}, max {ordered[-1] * 1000:.1f} ms "
+        f"of {timeout * 1000:g} ms; {bench.unanswered} of {len(ordered) + bench.unanswered} failed"
+    )
+    share = bench.unanswered / (len(ordered) + bench.unanswered)
+    if share > 0.02:
+        yield Result("replies", Verdict.FAIL, figure, "raise `reply_timeout`, or look at the line")
+    elif bench.unanswered or p99 > _CLOSE * timeout:
+        yield Result(
+            "replies", Verdict.WARN, figure, "raise `reply_timeout`: some replies come late or never"
+        )
+    else:
+        yield Result("replies", Verdict.OK, figure)
+
+
+def recovers_from_half_a_request(bench: Bench) -> Iterator[Result]:
+    """A cable that was cut in the middle of a request, and put back in."""
+    whole = bench.link.codec.speed(0, 0).data
+    if len(whole) > 1:
+        bench.wire.write(whole[: len(whole) // 2])
+    yield _recovered("half a request", bench.stop())
+
+
+def recovers_from_a_reconnect(bench: Bench) -> Iterator[Result]:
+    bench.disconnect()
+    began = time.monotonic()
+    bench.connect()
+    result = _recovered("reconnect", bench.stop())
+    yield Result(
+        result.check, result.verdict, f"{result.figure}, {time.monotonic() - began:.2f} s", result.mend
+    )
+
+
+def _recovered(check: str, attempts: int) -> Result:
+    if attempts <= 2:  # a driver says everything twice before it gives a line up
+        return Result(check, Verdict.OK, f"a stop is confirmed at attempt {attempts}")
+    return Result(
+        check, Verdict.WARN, f"a stop is confirmed only at attempt {attempts}",
+        "a driver closes the line after two; it will take a second longer to recover",
+    )  # fmt: skip

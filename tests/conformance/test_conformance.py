@@ -1,0 +1,198 @@
+"""Every check of `driver test` passes on a robot that is as its type says, and fails on one that is not."""
+
+from __future__ import annotations
+
+import pytest
+from beetles import TYPE, beetle
+
+from swarmctl.conformance import moving, talking
+from swarmctl.conformance.bench import Bench, NotStoppedError, Pace
+from swarmctl.conformance.core import PortError, config_for, open_port
+from swarmctl.conformance.examine import Check, examine
+from swarmctl.conformance.results import Result, Verdict, passed
+from swarmctl.lab.emulated import SAME_ROBOT
+from swarmctl.lab.emulators import emulator
+from swarmctl.lab.emulators.faults import Faults
+from swarmctl.lab.emulators.port import Port
+from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.source import parse
+
+FAST = Pace(settle=0.05, measure=0.2, silence=0.7, questions=30)
+CHECKS = [
+    "stop", "firmware", "sensor odom", "sensor battery", "sensor eyes", "actuator lamp", "forward, slow",
+    "backward, slow", "forward, at the limit", "backward, at the limit", "left wheel alone",
+    "right wheel alone", "turn to the left", "stands after a stop", "limits", "dead-man of the driver",
+    "driver killed in motion", "half a request", "reconnect", "replies",
+]  # fmt: skip
+
+
+def type_of(text: str) -> RobotType:
+    source, _ = parse(text, "beetle.yaml")
+    return RobotType.model_validate(source.data)
+
+
+def bench_for(port: Port, text: str = TYPE) -> Bench:
+    robot_type = type_of(text)
+    config = config_for(robot_type, "beetle", str(port.path), None, "")
+    dead_man = robot_type.firmware_dead_man
+    return Bench(config, lambda: open_port(config), firmware_dead_man=dead_man, pace=FAST)
+
+
+def tried(
+    fault: str = "", check: Check | None = None, text: str = TYPE, faults: Faults | None = None
+) -> dict[str, Result]:
+    """Results of all checks, or of one, by name; and whatever happened, the robot stands."""
+    with beetle(fault) as port:
+        bench = bench_for(port, text)
+        port.faults = faults or Faults()
+        if check is None:
+            results = list(examine(bench))
+        else:
+            bench.connect()
+            results = list(check(bench))
+            bench.leave()
+        assert fault == "never stops" or not port.snapshot().v
+    assert len({one.check for one in results}) == len(results)
+    return {one.check: one for one in results}
+
+
+def test_a_robot_that_is_as_its_type_says_passes_every_check() -> None:
+    results = tried()
+    assert list(results) == CHECKS
+    assert {one.check for one in results.values() if one.verdict is not Verdict.OK} == set()
+    assert results["firmware"].figure == "beetle,1: 1000 units are 1 m/s"
+    assert results["limits"].figure == "2.5 m/s is said as 250 250"
+    assert results["sensor battery"].figure == "3.80 V"
+
+
+FAULTS: dict[Check, list[tuple[str, str, Verdict, str]]] = {
+    talking.says_its_firmware: [("no firmware", "firmware", Verdict.FAIL, "identify")],
+    talking.answers_questions: [
+        ("short reply", "question position", Verdict.FAIL, "has 1 values instead of 2"),
+        ("wild eyes", "sensor eyes", Verdict.WARN, "999 is outside 0 to 255"),
+        ("flat battery", "sensor battery", Verdict.WARN, "0.38 V"),
+    ],
+    talking.takes_settings: [("no lamp", "actuator lamp", Verdict.FAIL, "the robot answers `!`")],
+    moving.drives_as_ordered: [
+        ("twice as fast", "forward, slow", Verdict.FAIL, "times as fast as ordered"),
+        ("a bit fast", "forward, at the limit", Verdict.WARN, "times as fast as ordered"),
+        ("swapped", "left wheel alone", Verdict.FAIL, "the sides are swapped"),
+        ("swapped", "turn to the left", Verdict.FAIL, "the sides are swapped"),
+        ("backward", "forward, slow", Verdict.FAIL, "runs the wrong way"),
+        ("left counter backward", "forward, slow", Verdict.FAIL, "runs the wrong way"),
+        ("one wheel", "right wheel alone", Verdict.FAIL, "the counters stand"),
+        ("no wheels", "forward, slow", Verdict.FAIL, "the counters stand"),
+        ("counters stand", "forward, slow", Verdict.FAIL, "the counters stand"),
+    ],
+    moving.stands_after_a_stop: [("never stops", "stands after a stop", Verdict.FAIL, "and goes on")],
+    moving.stops_by_itself: [
+        ("dead-man", "driver killed in motion", Verdict.WARN, "firmware_dead_man: true")
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("check", "fault", "name", "verdict", "told"),
+    [(check, *one) for check, faults in FAULTS.items() for one in faults],
+)
+def test_each_fault_of_a_robot_is_found(
+    check: Check, fault: str, name: str, verdict: Verdict, told: str
+) -> None:
+    result = tried(fault, check)[name]
+    assert result.verdict is verdict, result
+    assert told in f"{result.figure} {result.mend}"
+
+
+def test_a_wrong_scale_is_told_with_the_right_one() -> None:
+    mend = tried("twice as fast", moving.drives_as_ordered)["forward, at the limit"].mend
+    units, metres = (
+        float(mend.split(f"{name}: ")[1].split(",")[0].split(";")[0])
+        for name in ("speed_units_per_mps", "metres_per_count")
+    )
+    assert units == pytest.approx(500, rel=0.05)
+    assert metres == pytest.approx(0.00025, rel=0.05)
+
+
+def test_a_dead_man_that_is_declared_must_be_there() -> None:
+    declared = TYPE.replace("firmware_dead_man: false", "firmware_dead_man: true")
+    [found] = tried("", moving.stops_by_itself, declared).values()
+    assert found.verdict is Verdict.FAIL
+    [found] = tried("dead-man", moving.stops_by_itself, declared).values()
+    assert found.verdict is Verdict.OK
+    assert 0.2 < float(found.figure.split()[5]) < 0.6
+
+
+@pytest.mark.parametrize(
+    ("faults", "verdict", "told"),
+    [
+        (Faults(delay=0.17), Verdict.WARN, "of 200 ms"),
+        (Faults(drop=0.15, seed=3), Verdict.FAIL, "raise `reply_timeout`"),
+    ],
+    ids=["late replies", "lost replies"],
+)
+def test_a_bad_line_is_found(faults: Faults, verdict: Verdict, told: str) -> None:
+    [result] = tried("", talking.answers_in_time, faults=faults).values()
+    assert result.verdict is verdict
+    assert told in f"{result.figure} {result.mend}"
+
+
+def test_garbage_before_replies_is_no_fault_of_the_robots() -> None:
+    """Half a line before a reply spoils it now and then; the driver asks again."""
+    results = tried(faults=Faults(garbage=0.02, seed=5))
+    assert results["reconnect"].verdict is not Verdict.FAIL
+
+
+def test_nothing_is_asked_of_a_robot_that_cannot_be_stopped() -> None:
+    results: list[Result] = []
+    with beetle("mute") as port, pytest.raises(NotStoppedError, match="no reply to `S,0,0`"):
+        results.extend(examine(bench_for(port)))
+    assert [(one.check, one.verdict, one.mend) for one in results] == [
+        ("stop", Verdict.FAIL, "is it asleep?")
+    ]
+    assert port.robot.state.last_command == "S,0,0"
+
+
+def test_a_cable_that_is_pulled_ends_the_test() -> None:
+    results: list[Result] = []
+    with beetle() as port:
+        running = examine(bench_for(port))
+        while not results or results[-1].check != "forward, slow":
+            results.append(next(running))
+        port.unplug()
+        with pytest.raises(NotStoppedError, match=r"is missing|is gone"):
+            results.extend(running)
+    assert results[-1].check == "line"
+    assert not passed(results)
+
+
+def test_a_port_that_is_not_there() -> None:
+    with beetle() as port:
+        bench = bench_for(port)
+    with pytest.raises(PortError, match="is missing"):
+        next(examine(bench))
+
+
+@pytest.mark.parametrize(
+    "interrupted_after", ["stop", "sensor odom", "forward, slow", "limits", "half a request"]
+)
+def test_whenever_it_is_given_up_the_robot_stands(interrupted_after: str) -> None:
+    with beetle() as port:
+        running = examine(bench_for(port))
+        for one in running:
+            if one.check == interrupted_after:
+                break
+        running.close()
+        assert not port.snapshot().v
+
+
+@pytest.mark.parametrize("name", sorted(name for name, one in load_catalog().types.items() if one.asked))
+def test_every_emulated_robot_is_as_its_shipped_type_says(name: str) -> None:
+    """Types and emulators are written from the manuals by themselves: here they meet."""
+    robot_type = load_catalog().types[name]
+    with Port(emulator(SAME_ROBOT.get(name, name))) as port:
+        config = config_for(robot_type, name, str(port.path), None, "")
+        bench = Bench(config, lambda: open_port(config), firmware_dead_man=False, pace=FAST)
+        results = list(examine(bench))
+        assert not port.snapshot().v
+    assert [one for one in results if one.verdict is Verdict.FAIL] == []
