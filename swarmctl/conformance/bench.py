@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from swarm_driver.asked import Asked, linked
 from swarm_driver.codec import Reply, Request
-from swarm_driver.config import Config, Scale, Sensor
-from swarm_driver.driver import linked
+from swarm_driver.config import Config, RosserialProtocol, Scale, Sensor
 from swarm_driver.kinematics import STANDSTILL, Counters, Units, wheel_units
 from swarm_driver.lines import firmware_version
 from swarm_driver.link import FAILED_EXCHANGE, BytePort, Link, LinkLostError
@@ -19,6 +19,13 @@ from swarm_driver.report import Tally
 _KEEP_UP = 0.2  # s after which a speed is said again, as a driver does
 _LOOK_EVERY = 0.03  # s between two readings of the counters
 _STOPS = 5  # attempts
+
+
+def asked(config: Config) -> Asked:
+    """The protocol of a robot that is asked; ValueError for one that speaks by itself."""
+    if isinstance(config.protocol, RosserialProtocol):
+        raise ValueError(f"a {config.robot} is asked nothing")
+    return config.protocol
 
 
 class NotStoppedError(Exception):
@@ -61,6 +68,9 @@ class Wire:
     def drain(self) -> None:
         self.port.drain()
 
+    def fileno(self) -> int:
+        return self.port.fileno()
+
     def close(self) -> None:
         self.port.close()
 
@@ -77,6 +87,7 @@ class Bench:
         pace: Pace | None = None,
     ) -> None:
         self.config = config
+        self.protocol = asked(config)
         self.firmware_dead_man = firmware_dead_man  # as its type says
         self.open_port = open_port
         self.pace = pace or Pace()
@@ -113,7 +124,7 @@ class Bench:
     def connect(self) -> None:
         if self._link is None:
             self._wire = Wire(self.open_port())
-            self._link = linked(self._wire, self.config, Tally())
+            self._link = linked(self._wire, self.protocol, Tally())
             time.sleep(self.config.serial.settle)
 
     def disconnect(self) -> None:

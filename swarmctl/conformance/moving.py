@@ -10,6 +10,7 @@ from swarm_driver.driver import Driver, Phase
 from swarm_driver.kinematics import STANDSTILL, wheel_units
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
+from swarm_driver.relay import Outgoing, Parameter
 
 from swarmctl.conformance.bench import Bench, Motion, Wire
 from swarmctl.conformance.results import Result, Verdict
@@ -136,7 +137,7 @@ def stops_for_its_dead_man(bench: Bench) -> Iterator[Result]:
         yield Result("dead-man of the driver", Verdict.FAIL, "no stop is seen on the wire", "report this")
         return
     took = stopped - last[1]
-    late = took > timeout + bench.config.protocol.reply_timeout + _LATE
+    late = took > timeout + bench.protocol.reply_timeout + _LATE
     mend = "replies that come late hold it up: see there" if late else ""
     yield Result(
         "dead-man of the driver", Verdict.FAIL if late else Verdict.OK,
@@ -152,7 +153,7 @@ def _ordered(bench: Bench, orders: Orders, wires: list[Wire]) -> tuple[float, fl
         return wires[-1]
 
     outputs = Outputs(bench.config.actuators, orders.ring)
-    driver = Driver(bench.config, orders, Silence(), outputs, open_port=opened)
+    driver = Driver(bench.config, orders, Silence(), outputs, NoBoard(), open_port=opened)
     try:
         _run(driver, orders, _READY, until=lambda: driver.phase is Phase.READY)
         first = time.monotonic()
@@ -160,7 +161,7 @@ def _ordered(bench: Bench, orders: Orders, wires: list[Wire]) -> tuple[float, fl
             orders.put((_MUCH * bench.config.kinematics.wheel_speed_max, 0.0, 0.0), (0.0, 0.0, 0.0))
             _run(driver, orders, 0.05)
         last = orders.latest.stamp if orders.latest else last
-        _run(driver, orders, bench.config.command_timeout + 2 * bench.config.protocol.reply_timeout + 0.3)
+        _run(driver, orders, bench.config.command_timeout + 2 * bench.protocol.reply_timeout + 0.3)
     finally:
         driver.close()
     return first, last
@@ -181,7 +182,7 @@ def _limited(bench: Bench, told: list[tuple[float, bytes]], first: float) -> Res
         "limits",
         "{:g} m/s is said as {} {}".format(_MUCH * bench.config.kinematics.wheel_speed_max, *most),
     )
-    if isinstance(bench.config.protocol, PythonProtocol):
+    if isinstance(bench.protocol, PythonProtocol):
         return Result(check, Verdict.OK, f"{figure} to the class")
     codec = bench.link.codec
     allowed = {codec.speed(*most).data, codec.speed(*STANDSTILL).data}
@@ -224,6 +225,24 @@ def _judged_silence(moving: bool, seconds: float, bench: Bench) -> Result:
             "good: write `firmware_dead_man: true`",
         )  # fmt: skip
     return Result(check, Verdict.OK, f"it stops by itself after {seconds:.2f} s, as its type says")
+
+
+class NoBoard:
+    """The topics of a board that is none."""
+
+    def type_of(self, name: str) -> None:
+        return None
+
+    def serve(self, topics: object) -> None: ...
+
+    def publish(self, topic: object, message: bytes) -> None: ...
+
+    def log(self, level: int, text: str) -> None: ...
+
+    def ask(self, name: str) -> None: ...
+
+    def taken(self) -> list[Outgoing | Parameter]:
+        return []
 
 
 class Silence:

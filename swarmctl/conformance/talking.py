@@ -139,7 +139,7 @@ def answers_in_time(bench: Bench) -> Iterator[Result]:
             bench.ask(request)
         except FAILED_EXCHANGE:
             continue
-    timeout = bench.config.protocol.reply_timeout
+    timeout = bench.protocol.reply_timeout
     if not bench.latencies:
         yield Result("replies", Verdict.OK, "the robot does not answer, as its type says")
         return

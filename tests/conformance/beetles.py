@@ -19,7 +19,7 @@ kinematics:
 protocol:
   kind: line
   error_heads: ["!"]
-  reply_timeout: 0.2
+  reply_timeout: 1.0   # a loaded machine is late
   set_speed: {send: "S,{left},{right}", reply: s}
   identify: {send: B, reply: b}
   queries:

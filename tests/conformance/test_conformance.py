@@ -18,7 +18,8 @@ from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import parse
 
-FAST = Pace(settle=0.05, measure=0.2, silence=0.7, questions=30)
+FAST = Pace(settle=0.05, measure=0.2, silence=0.7, questions=20)
+HASTY = TYPE.replace("reply_timeout: 1.0", "reply_timeout: 0.5")
 CHECKS = [
     "stop", "firmware", "sensor odom", "sensor battery", "sensor eyes", "actuator lamp", "forward, slow",
     "backward, slow", "forward, at the limit", "backward, at the limit", "left wheel alone",
@@ -126,13 +127,13 @@ def test_a_dead_man_that_is_declared_must_be_there() -> None:
 @pytest.mark.parametrize(
     ("faults", "verdict", "told"),
     [
-        (Faults(delay=0.17), Verdict.WARN, "of 200 ms"),
+        (Faults(delay=0.42), Verdict.WARN, "of 500 ms"),
         (Faults(drop=0.15, seed=3), Verdict.FAIL, "raise `reply_timeout`"),
     ],
     ids=["late replies", "lost replies"],
 )
 def test_a_bad_line_is_found(faults: Faults, verdict: Verdict, told: str) -> None:
-    [result] = tried("", talking.answers_in_time, faults=faults).values()
+    [result] = tried("", talking.answers_in_time, HASTY, faults).values()
     assert result.verdict is verdict
     assert told in f"{result.figure} {result.mend}"
 
@@ -146,7 +147,7 @@ def test_garbage_before_replies_is_no_fault_of_the_robots() -> None:
 def test_nothing_is_asked_of_a_robot_that_cannot_be_stopped() -> None:
     results: list[Result] = []
     with beetle("mute") as port, pytest.raises(NotStoppedError, match="no reply to `S,0,0`"):
-        results.extend(examine(bench_for(port)))
+        results.extend(examine(bench_for(port, HASTY)))
     assert [(one.check, one.verdict, one.mend) for one in results] == [
         ("stop", Verdict.FAIL, "is it asleep?")
     ]
