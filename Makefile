@@ -15,7 +15,7 @@ TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test experiments motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test experiments dead-man motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -26,13 +26,16 @@ demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 
 test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; two labs at a time
 	$(BIN)/pytest -n auto -m "not lab" $(PYTEST_ARGS)
-	$(BIN)/pytest -n 2 --dist loadfile -m lab $(PYTEST_ARGS)
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_e2e_paper.py $(PYTEST_ARGS)
 
 motion: $(VENV)/.run ## what each robot is told against what it drives, beside the papers' formulas; writes docs/motion-quality.md
 	$(BIN)/python benchmarks/motion.py --page docs/motion-quality.md
+
+dead-man: $(VENV)/.dev lab-tools ## how soon robots stand, whatever fails: the table of docs/dead-man.md anew (needs root)
+	$(BIN)/pytest -m lab tests/e2e/test_e2e_5_dead_man.py --regenerate $(PYTEST_ARGS)
 
 lint: $(VENV)/.dev ## style, types, and who may import whom
 	$(BIN)/ruff check .
