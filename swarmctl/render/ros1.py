@@ -10,6 +10,7 @@ from swarmctl.render.bundle import ROOT, File, Unit, workspace
 from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
 from swarmctl.spec.params import params_of
+from swarmctl.spec.robot_type import watchdog_of
 from swarmctl.topology import names
 from swarmctl.topology.address import ip_of
 from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, Swarm
@@ -147,7 +148,10 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
     if robot.foreign_sketch is not None:
         file = rosserial.unit_file(swarm.name, robot, robot.foreign_sketch, values)
         return file, Unit(name, (file.path, *RUNNING, ROS_CLIENT, _launch_path(robot)), robot=robot.name)
-    text = render("driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE)
+    text = render(
+        "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
+        watchdog=f"{watchdog_of(robot.type):g}",
+    )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped.folder("drivers"))
     codec = (_codec_path(robot),) if robot.codec else ()

@@ -29,6 +29,7 @@ from swarmctl.spec.settings import (
 from swarmctl.spec.words import Model
 
 ODOM = "odom"
+SHORTEST_WATCHDOG = 1.0  # s
 _TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"
 
 Text = Annotated[str, Field(pattern=_TEXT, max_length=200)]
@@ -273,3 +274,9 @@ def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
     """Seconds without an order after which a robot is stopped. ``layers`` as for ``merged``."""
     said = (one.command_timeout for one in reversed(layers) if one.command_timeout is not None)
     return float(next(said, COMMAND_TIMEOUT))
+
+
+def watchdog_of(robot_type: RobotType) -> float:
+    """Seconds without a sign of life after which a driver hangs; it gives one every two exchanges."""
+    asked = robot_type.asked
+    return max(SHORTEST_WATCHDOG, 4 * asked.reply_timeout if asked else 0.0)

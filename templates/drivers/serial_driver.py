@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import faulthandler
 import os
 import signal
 import sys
@@ -77,6 +78,7 @@ class News:
 
 
 def main(arguments: list[str]) -> int:
+    faulthandler.enable()  # systemd's watchdog sends SIGABRT: the journal then says where the driver hung
     parser = argparse.ArgumentParser(description="Drive a robot on a serial line.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")
     options = parser.parse_args([argument for argument in arguments if ":=" not in argument])

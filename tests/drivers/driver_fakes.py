@@ -73,7 +73,7 @@ class FakeKoala:
     def open(self) -> FakeKoala:
         self.tried.append(self.clock.now)
         if not self.plugged:
-            raise PortError("/dev/robot is missing", absent=True)
+            raise PortError("/dev/robot is missing", missing=True)
         self.opened += 1
         self.waiting = b"Koala BIOS says hello\r\n"
         return self

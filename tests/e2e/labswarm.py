@@ -272,15 +272,15 @@ class LabSwarm:
 
     def reboot(self, host: str) -> float:
         """Reboot from within and wait until SSH answers again. Gives the seconds that took."""
-        boots, began = self._boots(host), time.monotonic()
+        boots, began = self.boots(host), time.monotonic()
         with suppress(SshError, subprocess.TimeoutExpired):
             self.shell(host, "sudo systemctl reboot", timeout=5)
         self.hang_up(host)
-        within(BOOT, lambda: self._boots(host) == boots + 1, f"{host} does not reboot")
+        within(BOOT, lambda: self.boots(host) == boots + 1, f"{host} does not reboot")
         self.start(host)
         return time.monotonic() - began
 
-    def _boots(self, host: str) -> int:
+    def boots(self, host: str) -> int:
         return next(one["boots"] for one in lab.status(self.name)["hosts"] if one["name"] == host)
 
     # Robots

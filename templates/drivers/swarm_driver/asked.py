@@ -30,6 +30,7 @@ class AskedRobot:
         self._settled_at = around.clock() + around.config.serial.settle
         self._session: Session | None = None
         self._unprepared: list[str] = []
+        self._meeting = self._met()
         self._failures_told = around.tally.failed_exchanges
 
     @property
@@ -41,13 +42,13 @@ class AskedRobot:
         return self._session.odometry if self._session else self._odometry
 
     def step(self) -> float:
-        """One exchange at most once the robot is known."""
+        """One exchange at most. Before the robot is known, that has a second chance."""
         if self._session is not None:
             return self._session.step()
         if self._around.clock() < self._settled_at:
             return self._settled_at
-        self._session = self._identified()
-        return self._session.since
+        self._session = next(self._meeting)
+        return self._around.clock()
 
     def listens_to(self) -> list[BytePort]:
         """Nothing: what comes unasked is noise."""
@@ -76,22 +77,26 @@ class AskedRobot:
     def figures(self) -> dict[str, str]:
         return {}
 
-    def _identified(self) -> Session:
-        """A session, once the robot has confirmed a stop (so it is there) and its units are known."""
+    def _met(self) -> Iterator[Session | None]:
+        """Exchange by exchange to a session: the robot confirms a stop, so it is there; its units are known."""
         config, around = self._around.config, self._around
         try:
             self.stop()
         except LinkLostError as error:
             advice = "; " + config.serial.hint if config.serial.hint else ""
             raise LinkLostError(f"{error} at {config.serial.baud} baud{advice}") from error
+        yield None
         self.firmware = self._asked_firmware()
         scale = config.kinematics.scale_for(firmware_version(self.firmware))
         if scale is None:
             raise LinkLostError(f"without the firmware's version ({self.firmware}) speeds have no unit")
-        self._unprepared = list(self._refused_setup())
+        yield None
+        for trouble in self._set_up():
+            self._unprepared += [trouble] if trouble else []
+            yield None
         around.tally.connections += 1
         around.sink.event(Level.OK, f"connected to {config.port}, firmware {self.firmware}")
-        return Session(
+        yield Session(
             self._link,
             config,
             scale,
@@ -110,20 +115,24 @@ class AskedRobot:
         except (BadReplyError, LinkLostError):
             return "unknown"
 
-    def _refused_setup(self) -> Iterator[str]:
-        """Prepare the robot; what it does not confirm costs some readings, and is no reason not to drive."""
+    def _set_up(self) -> Iterator[str]:
+        """Prepare the robot, request by request: what is wrong with each, or nothing.
+
+        What is not confirmed costs some readings, and is no reason not to drive.
+        """
         try:
             requests = self._link.codec.setup()
         except BadReplyError as error:
             yield f"the setup cannot be made: {error}"
             return
         for request in requests:
+            trouble = ""
             try:
                 self._link.twice(partial(self._link.ask, request))
-            except LinkLostError as error:  # noqa: PERF203
+            except LinkLostError as error:
                 trouble = f"the setup `{request.name}` is not confirmed: {error}"
                 self._around.sink.event(Level.WARN, trouble)
-                yield trouble
+            yield trouble
 
 
 Asked = Union[LineProtocol, BinaryProtocol, PythonProtocol]

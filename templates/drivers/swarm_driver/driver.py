@@ -74,12 +74,12 @@ class Driver:
         return Phase.IDENTIFYING if self._connection.since is None else Phase.READY
 
     def step(self) -> float:
-        """Do what is due, one exchange at most once the robot is known; the seconds until more is due."""
+        """Do what is due, one exchange at most or two attempts at one; the seconds until more is due."""
         if self._connection is not None or self._due <= self._clock():
             try:
                 self._due = self._advance()
             except (LinkLostError, PortError) as error:
-                self._due = self._give_up(str(error))
+                self._due = self._give_up(str(error), missing=isinstance(error, PortError) and error.missing)
         now = self._clock()
         if self._report_due <= now:
             self._report_due = now + 1 / self._config.diagnostics_rate
@@ -115,7 +115,7 @@ class Driver:
         link = linked(port, protocol, self._tally, self._clock)
         return AskedRobot(link, self._odometry.forget(), around)
 
-    def _give_up(self, trouble: str) -> float:
+    def _give_up(self, trouble: str, *, missing: bool) -> float:
         """Close the line, with a stop if it still takes one; the moment of the next attempt."""
         connection, self._connection = self._connection, None
         known = connection is not None and connection.since is not None
@@ -131,6 +131,8 @@ class Driver:
         if known or trouble != self._trouble:
             self._sink.event(Level.ERROR, trouble)
         self._trouble = self._tally.last_error = trouble
+        if missing:  # looking for it costs nothing, and a robot that is plugged in again may be driving
+            return self._clock() + _FIRST_RETRY
         delay: float = min(_LAST_RETRY, _FIRST_RETRY * 2 ** min(self._attempt, 16))
         self._attempt += 1
         return self._clock() + delay * (0.75 + 0.25 * self._jitter())

@@ -22,12 +22,18 @@ _FAULTS = (OSError, serial.SerialException, termios.error)
 
 
 class PortError(Exception):
-    """The port cannot be opened, or is gone. ``busy`` and ``absent`` tell the two harmless reasons apart."""
+    """The port cannot be opened, or is gone. ``busy`` and ``absent`` tell the two harmless reasons apart.
 
-    def __init__(self, reason: str, *, busy: bool = False, absent: bool = False) -> None:
+    ``missing``: absent, and not even its name is there.
+    """
+
+    def __init__(
+        self, reason: str, *, busy: bool = False, absent: bool = False, missing: bool = False
+    ) -> None:
         super().__init__(reason)
         self.busy = busy
-        self.absent = absent
+        self.absent = absent or missing
+        self.missing = missing
 
 
 class Port:
@@ -107,7 +113,7 @@ def _turn(path: str) -> Iterator[None]:
 def _open_error(path: str, error: Exception) -> PortError:
     number = _number(error)
     if number == errno.ENOENT or not os.path.lexists(path):
-        return PortError(f"{path} is missing: is the cable plugged in, the robot on?", absent=True)
+        return PortError(f"{path} is missing: is the cable plugged in, the robot on?", missing=True)
     if number == errno.EACCES:
         return PortError(f"no permission for {path}: the driver's account must be in its group (dialout)")
     if number in (errno.EAGAIN, errno.EBUSY):
