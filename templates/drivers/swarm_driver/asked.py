@@ -78,7 +78,7 @@ class AskedRobot:
         return {}
 
     def _met(self) -> Iterator[Session | None]:
-        """Exchange by exchange to a session: the robot confirms a stop, so it is there; its units are known."""
+        """Exchange by exchange to a session: the robot confirms a stop, so it is there; units are known."""
         config, around = self._around.config, self._around
         try:
             self.stop()
