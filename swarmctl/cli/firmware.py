@@ -12,7 +12,7 @@ from swarmctl.cli import access, console, exits
 if TYPE_CHECKING:
     from swarmctl.firmware.build import Built
     from swarmctl.render.firmware import Sketch
-    from swarmctl.topology.swarm import Swarm
+    from swarmctl.topology.swarm import Robot, Swarm
 
 firmware = typer.Typer(
     name="firmware",
@@ -100,6 +100,28 @@ def flash(
             code=exits.HOSTS_FAILED,
         )
     console.out().print(f"{robot}: runs firmware {sketch.digest}")
+
+
+def simulated(swarm: Swarm) -> dict[str, Path]:
+    """What a lab needs to run every sketch of a swarm on a simulated board, by robot."""
+    return {name: _wired(swarm.robots[name], sketch) for name, sketch in _chosen(swarm, None).items()}
+
+
+def _wired(robot: Robot, sketch: Sketch) -> Path:
+    """The built sketch of a robot, and the board that it is to run on."""
+    from swarmctl.lab.boards import wired
+    from swarmctl.lab.emulators.uno import Motor
+    from swarmctl.render.firmware import settings_of
+
+    assert robot.type.sketch is not None  # it has a sketch of ours
+    values = settings_of(robot, robot.type.sketch).values()
+    pins = ("encoder", "enable", "forward", "backward")
+    left, right = (
+        Motor(**{pin: values[side][pin] for pin in pins}, pulses=values["pulses_per_turn"])
+        for side in ("left", "right")
+    )
+    shape = {key: values[key] for key in ("baud", "wheel_radius", "wheel_separation")}
+    return wired(_built(robot.name, sketch, BUILT, None).hex, **shape, left=left, right=right)
 
 
 def _chosen(swarm: Swarm, robot: str | None) -> dict[str, Sketch]:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import access, console, exits
+from swarmctl.cli import access, console, exits, firmware
 from swarmctl.cli.layers import Layers
 
 lab = typer.Typer(
@@ -58,6 +58,12 @@ def up(
             "--workspace", metavar="DIR", help="A built catkin workspace, to be found by ROS on every host."
         ),
     ] = None,
+    boards: Annotated[
+        bool,
+        typer.Option(
+            "--boards", help="Build the sketches of robots with an Arduino, and run them on simulated ones."
+        ),
+    ] = False,
 ) -> None:
     """Boot the hosts of a spec, at its own addresses, with its robots on their lines. Needs root."""
     from swarmctl.lab import lab as labs
@@ -67,7 +73,8 @@ def up(
 
     swarm = console.read_spec(spec)
     with _told():
-        plan = plan_of(swarm, name or None, own_emulators(spec.files[0].resolve().parent / "robots"))
+        own = own_emulators(spec.files[0].resolve().parent / "robots")
+        plan = plan_of(swarm, name or None, own, firmware.simulated(swarm) if boards else {})
         if workspace is not None:
             place = swarm.workspace or f"/opt/ros/{swarm.distro}"
             plan = replace(plan, workspace=workspace_of(workspace, place))

@@ -124,10 +124,15 @@ def _named(things: Iterable[Named], name: str, complaint: str) -> Named:
     return known[name]
 
 
-def plan_of(swarm: Swarm, name: str | None = None, own: Mapping[str, Path] | None = None) -> LabPlan:
+def plan_of(
+    swarm: Swarm,
+    name: str | None = None,
+    own: Mapping[str, Path] | None = None,
+    boards: Mapping[str, Path] | None = None,
+) -> LabPlan:
     """The lab of a resolved swarm. Raises ``LabError`` for a swarm whose addresses no lab can have.
 
-    ``own`` are emulators of one's own, by robot type.
+    ``own`` are emulators of one's own, by robot type; ``boards`` what runs a robot's own firmware, by robot.
     """
     addresses = {host.name: _address(host.name, host.address) for host in swarm.hosts.values()}
     _refuse_operator(addresses)
@@ -169,7 +174,7 @@ def plan_of(swarm: Swarm, name: str | None = None, own: Mapping[str, Path] | Non
                 robot.host,
                 robot.line.path,
                 isinstance(robot.line, RfcommLine),
-                emulator_of(robot.type_name, own or {}),
+                emulator_of(robot.name, robot.type_name, own or {}, boards or {}),
             )
             for robot in swarm.robots.values()
         ),

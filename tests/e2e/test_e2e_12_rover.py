@@ -1,0 +1,88 @@
+"""The rover's own firmware on a simulated UNO in the lab: orders at the ROS end become PWM and metres."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from labswarm import SWARM, LabSwarm, Note, Pose, lab_of, within, wrapped
+
+from swarmctl.firmware import toolchain
+from swarmctl.lab.emulators.uno import program
+from swarmctl.lab.errors import LabError
+
+EXAMPLE = Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml"
+HOST, ROBOT = "rover-pi", "rover"
+SIDE = 2.0  # m
+SPEED, TURN = 0.35, 1.2  # m/s, rad/s
+STANDS = 1.2  # s: the driver's dead-man, a wheel that rolls out, and a look at the robot
+GOOD = 0.05  # of the way: how far odometry may be off
+
+
+@pytest.fixture(scope="module")
+def rover(workplace: Path) -> Iterator[LabSwarm]:
+    """The example, where people on the host may command as well, with its board simulated."""
+    try:
+        toolchain.find()
+        program()
+    except (toolchain.FirmwareError, LabError) as error:
+        pytest.skip(str(error))
+    folder = workplace / "rover"
+    folder.mkdir()
+    spec = folder / "swarm.yaml"
+    text = EXAMPLE.read_text().replace("by: keys, of", f"by: {HOST}, of")
+    spec.write_text(text.replace("name: rover\n", f"name: {SWARM}\n", 1))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        with lab_of("e2e-rover", spec, workplace, "--boards") as swarm:
+            swarm.deploy()
+            within(40, lambda: "standing still" in swarm.diagnosis(HOST, ROBOT), "the driver is not ready")
+            yield swarm
+
+
+def driven(swarm: LabSwarm, linear: float, angular: float, arrived: Callable[[Pose, Pose], bool]) -> None:
+    """Order until ``arrived`` finds that the way from the first pose is done; then wait until it stands."""
+    start = swarm.truth(ROBOT)
+    with swarm.publishing(HOST, ROBOT, linear, angular):
+        within(30, lambda: arrived(start, swarm.truth(ROBOT)), "the rover does not get there")
+    swarm.seconds_to_standstill(ROBOT)
+
+
+def far(start: Pose, now: Pose) -> bool:
+    return math.hypot(now.x - start.x, now.y - start.y) >= SIDE - 0.1
+
+
+def turned(start: Pose, now: Pose) -> bool:
+    return abs(wrapped(now.theta - start.theta)) >= math.radians(75)
+
+
+def test_orders_at_the_ros_end_drive_a_square_and_odometry_agrees(rover: LabSwarm, note: Note) -> None:
+    truth, odometry = rover.truth(ROBOT), rover.odometry(HOST, ROBOT)
+    before = rover.robot(ROBOT)["distance"]
+    for _ in range(4):
+        driven(rover, SPEED, 0.0, far)
+        driven(rover, 0.0, TURN, turned)
+    way = rover.robot(ROBOT)["distance"] - before
+    true, believed = rover.truth(ROBOT).seen_from(truth), rover.odometry(HOST, ROBOT).seen_from(odometry)
+    error = math.hypot(true.x - believed.x, true.y - believed.y)
+    note(f"odometry's place after {way:.1f} m in a square", f"{error:.2f} m off", f"{GOOD * way:.2f}")
+    assert way > 3.5 * SIDE
+    assert error <= GOOD * way
+
+
+def test_silence_stops_it(rover: LabSwarm, note: Note) -> None:
+    with rover.publishing(HOST, ROBOT, SPEED, 0.0) as publisher:
+        within(15, lambda: abs(rover.robot(ROBOT)["v"] - SPEED) < 0.1 * SPEED, "the wheels do not reach it")
+        rover.shell(HOST, f"kill -9 {publisher.pid}")
+        stood = rover.seconds_to_standstill(ROBOT)[ROBOT]
+    note("the rover stands after its commander's death", f"{stood:.2f} s", f"{STANDS}")
+    assert stood < STANDS
+
+
+def test_the_driver_knows_the_firmware_that_the_spec_renders(rover: LabSwarm) -> None:
+    [built] = rover.run("firmware", "build", str(rover.spec), "--json").json()["firmware"]
+    diagnostics = rover.diagnosis(HOST, ROBOT)
+    assert built["digest"] in diagnostics
+    assert "firmware flash" not in diagnostics
