@@ -22,6 +22,7 @@ FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 COMMAND_RATE = 10.0  # Hz of orders where no program says how often it sends them
 MOST_COMMANDS = 50.0  # Hz; a driver says a new speed every 20 ms at most
 LEAST_COMMANDS = 5.0  # Hz; it says an unchanged one again after 200 ms
+_OFTEN = 0.5  # Hz
 _SIXTEEN_BITS = len("-32768")
 CAREFUL = 0.7  # share of its time above which a line has no room for a reply that comes late
 
@@ -42,7 +43,7 @@ class Exchange:
     rate: float
     request: int
     reply: int
-    sensors: tuple[str, ...] = ()  # whose numbers the reply has
+    sensors: tuple[tuple[str, float], ...] = ()  # whose numbers the reply has, and how often they want them
 
     @property
     def bytes(self) -> int:
@@ -86,16 +87,22 @@ class Load:
     @cached_property
     def cycle(self) -> float:
         """Seconds until every exchange has had its turn."""
-        return sum(self.seconds(one) for one in self.exchanges if one.rate > 0)
+        return sum(self.seconds(one) for one in self.exchanges)
 
     def fitting(self) -> dict[str, float]:
-        """The sensors' rates scaled down until they fit with room to spare; none if orders alone do not."""
-        orders = sum(one.rate * self.seconds(one) for one in self.exchanges if one.name == COMMAND)
-        questions = [one for one in self.exchanges if one.sensors and one.rate > 0]
+        """The sensors' rates scaled down until they fit with room to spare; none if that is not enough.
+
+        What comes rarely, as a battery's voltage does, stays: it is not what fills the line.
+        """
+        questions = [one for one in self.exchanges if one.sensors and one.rate >= _OFTEN]
+        kept = sum(one.rate * self.seconds(one) for one in self.exchanges if one not in questions)
         asked = sum(one.rate * self.seconds(one) for one in questions)
-        factor = (CAREFUL - orders) / asked if asked else 0.0
+        factor = (CAREFUL - kept) / asked if asked else 0.0
         fitting = {
-            name: _rounded_down(one.rate * min(factor, 1.0)) for one in questions for name in one.sensors
+            name: fit
+            for one in questions
+            for name, rate in one.sensors
+            if (fit := _rounded_down(one.rate * min(factor, 1.0))) < rate
         }
         return fitting if all(rate > 0 for rate in fitting.values()) else {}
 
@@ -209,12 +216,16 @@ def _order(robot_type: RobotType, protocol: Asked) -> tuple[int, int]:
 
 
 def _questions(robot_type: RobotType, protocol: Asked, rates: Mapping[str, float]) -> Iterator[Exchange]:
-    """One exchange a query, as often as the sensor wants it that wants it most often."""
+    """One exchange a query, as often as the sensor wants it that wants it most often; it gives its name."""
     for name, query in protocol.queries.items():
         fed = {key: one for key, one in robot_type.sensors.items() if (one.read or key) == name}
-        digits = max((_digits(robot_type, one) for one in fed.values()), default=0)
-        rate = max((rates[key] for key in fed), default=0.0)
-        yield Exchange(" + ".join(fed), rate, *query.length(digits), sensors=tuple(fed))
+        on = tuple((key, rates[key]) for key in fed if rates[key] > 0)
+        if not on:
+            continue
+        rate = max(wanted for _, wanted in on)
+        digits = max(_digits(robot_type, one) for one in fed.values())
+        called = " + ".join(key for key, wanted in on if wanted == rate)
+        yield Exchange(called, rate, *query.length(digits), sensors=on)
 
 
 def _digits(robot_type: RobotType, sensor: Sensor) -> int:

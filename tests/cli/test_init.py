@@ -25,7 +25,9 @@ CHOICES = [chosen for size in (1, 2, 3) for chosen in combinations(sorted(CATALO
 @pytest.mark.parametrize("types", CHOICES, ids="+".join)
 @pytest.mark.parametrize("mode", list(Mode), ids=lambda mode: mode.value)
 def test_it_is_free_of_findings_in_every_mode_with_every_robot(mode: Mode, types: tuple[str, ...]) -> None:
-    robots = {name: name for name in types} | {f"{name}-2": name for name in types}
+    named = {name.replace(".", "-"): name for name in types}
+    twice = len(types) < 3  # more than four robots by Bluetooth ask for a second adapter
+    robots = named | ({f"{robot}-2": name for robot, name in named.items()} if twice else {})
     text = starting_spec("lab", mode, robots, CATALOG.types)
     document, found = load_text(text, "swarm.yaml", CATALOG)
     assert found == ()

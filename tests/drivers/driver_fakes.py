@@ -22,7 +22,13 @@ from swarmctl.spec.settings import RobotSettings
 
 #: Whom a robot of these tests obeys, as its parameter file says it.
 TESTER = {"name": "tester", "priority": 0, "nodes": ["/tester"], "namespace": None, "addresses": []}
-TYPES = ("koala", "khepera3", "epuck")
+#: Every type that our own driver asks.
+TYPES = ("koala", "koala-2.5", "khepera3", "epuck", "epuck-binary", "epuck2")
+
+
+def ros_name(type_name: str) -> str:
+    """A robot called as its type, as far as ROS allows that."""
+    return type_name.translate(str.maketrans("-.", "__"))
 
 
 def params_for(
@@ -30,8 +36,8 @@ def params_for(
 ) -> dict[str, Any]:
     params = params_of(
         load_catalog().types[type_name],
-        robot=type_name,
-        namespace=f"/{type_name}",
+        robot=ros_name(type_name),
+        namespace=f"/{ros_name(type_name)}",
         port=port,
         settings=RobotSettings.model_validate(settings),
     )
@@ -111,9 +117,12 @@ class FakeKoala:
     def _reply(self, request: str) -> bytes:
         if request[0] in self.refuses:
             return b"z,Protocol error\r\n"
-        numbers = {"H": ",{},{}".format(*self.counters), "N": "," + ",".join(["7"] * 16), "B": ",5,1"}.get(
-            request[0], ""
-        )
+        numbers = {
+            "H": ",{},{}".format(*self.counters),
+            "N": "," + ",".join(["7"] * 16),
+            "B": ",5,1",
+            "M": ",600",
+        }.get(request[0], "")
         return (request[0].lower() + numbers + "\r\n").encode()
 
     def _check(self) -> None:

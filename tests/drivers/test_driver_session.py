@@ -268,7 +268,7 @@ def test_a_silent_sensor_is_reported_and_left_alone_for_a_while():
 
 
 def test_rates_of_zero_leave_the_sensors_alone():
-    bench = ready(rates={"odom": 0.0, "proximity": 0.0})
+    bench = ready(rates={"odom": 0.0, "proximity": 0.0, "battery": 0.0})
     bench.run(5.0)
     assert {request[0] for _, request in bench.robot.said} == {"D", "B"}
     assert bench.sink.reports[-1].level is Level.OK

@@ -6,7 +6,7 @@ import ast
 
 import pytest
 import yaml
-from driver_fakes import TYPES, config_for, params_for
+from driver_fakes import TYPES, config_for, params_for, ros_name
 from pydantic import ValidationError
 from swarm_driver.config import parse
 
@@ -21,7 +21,7 @@ def type_data(name: str):
     return yaml.safe_load((templates() / "robots" / f"{name}.yaml").read_text())
 
 
-def test_the_catalog_has_the_three_robots_and_no_complaints():
+def test_the_catalog_has_all_robots_and_no_complaints():
     catalog = load_catalog()
     assert set(TYPES) <= set(catalog.types)
     assert catalog.diagnostics == ()
@@ -31,7 +31,7 @@ def test_the_catalog_has_the_three_robots_and_no_complaints():
 def test_what_is_written_for_a_driver_is_what_it_reads(type_name):
     params = params_for(type_name)
     assert yaml.safe_load(yaml.safe_dump(params)) == params
-    assert parse(params).robot == type_name
+    assert parse(params).robot == ros_name(type_name)
 
 
 def test_special_settings_win_over_general_ones_key_by_key():

@@ -28,6 +28,11 @@ TYPES = load_catalog().types
 DEFAULT = {"odom": 10.0, "proximity": 5.0}
 
 
+def alone(type_name: str, rates: dict[str, float]) -> dict[str, float]:
+    """These sensors on, all others off."""
+    return {**dict.fromkeys(TYPES[type_name].sensors, 0.0), **rates}
+
+
 @pytest.mark.parametrize(
     ("type_name", "size"),
     [
@@ -64,26 +69,26 @@ def test_every_type_of_the_catalog_has_a_size() -> None:
     [
         # D,-100,-100 LF and d CR LF; H LF and h,-2147483648,-2147483648 CR LF; N LF and n,1023 times 16 CR LF
         ("koala", {"cmd_vel": (12, 3), "odom": (2, 27), "proximity": (2, 83)}),
-        # D,l-65179,l-65179 CR; N brings eleven readings up to 4095 and a time stamp
-        ("khepera3", {"cmd_vel": (18, 3), "odom": (2, 27), "proximity": (2, 69)}),
+        # D,l-65179,l-65179 CR; N brings eleven readings, counted as 16 bits each, and a time stamp
+        ("khepera3", {"cmd_vel": (18, 3), "odom": (2, 27), "proximity": (2, 91)}),
         # D,-1000,-1000 CR; counters of 16 bits; eight readings, and two more on the second serial line
         ("epuck", {"cmd_vel": (14, 3), "odom": (2, 17), "proximity": (2, 65)}),
     ],
 )
 def test_requests_and_replies_at_their_longest(robot: str, exchanges: dict[str, tuple[int, int]]) -> None:
-    load = load_of(TYPES[robot], "usb", 115200, 10.0, DEFAULT)
+    load = load_of(TYPES[robot], "usb", 115200, 10.0, alone(robot, DEFAULT))
     assert {one.name: (one.request, one.reply) for one in load.exchanges} == exchanges
 
 
 def test_the_koalas_longest_reply_takes_as_long_as_its_manual_says() -> None:
     """85 bytes with two stop bits: 96 ms at 9600 baud, 24 ms at 38400."""
     for baud, seconds in ((9600, 0.0974), (38400, 0.0243)):
-        load = load_of(TYPES["koala"], "uart", baud, 10.0, DEFAULT)
+        load = load_of(TYPES["koala"], "uart", baud, 10.0, alone("koala", DEFAULT))
         assert load.exchanges[2].bytes / load.available == pytest.approx(seconds, rel=0.01)
 
 
 def koala(baud: int, kind: str = "usb", odom: float = 10.0, proximity: float = 5.0) -> Load:
-    return load_of(TYPES["koala"], kind, baud, 10.0, {"odom": odom, "proximity": proximity})
+    return load_of(TYPES["koala"], kind, baud, 10.0, alone("koala", {"odom": odom, "proximity": proximity}))
 
 
 def test_an_ftdi_adapter_bounds_the_requests_whatever_the_baud_rate() -> None:
@@ -96,9 +101,10 @@ def test_an_ftdi_adapter_bounds_the_requests_whatever_the_baud_rate() -> None:
 def test_the_rates_that_are_said_to_fit_do_fit(odom: float, proximity: float, baud: int) -> None:
     fitting = koala(baud, odom=odom, proximity=proximity).fitting()
     if fitting:
-        assert fitting["odom"] <= odom
-        assert fitting["proximity"] <= proximity
-        assert koala(baud, odom=fitting["odom"], proximity=fitting["proximity"]).share <= 0.7 + 1e-9
+        rates = {"odom": odom, "proximity": proximity, **fitting}
+        assert rates["odom"] <= odom
+        assert rates["proximity"] <= proximity
+        assert koala(baud, **rates).share <= 0.7 + 1e-9
 
 
 @given(
