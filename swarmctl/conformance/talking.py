@@ -121,11 +121,9 @@ def takes_settings(bench: Bench) -> Iterator[Result]:
 
 
 def _set(bench: Bench, actuator: Actuator, value: int) -> None:
-    if actuator.at_once:
-        bench.ask(bench.link.codec.actuator(actuator, 0, (value,) * len(actuator.channels)))
-        return
-    for index in range(len(actuator.channels)):
-        bench.ask(bench.link.codec.actuator(actuator, index, (value,)))
+    values = (value,) * len(actuator.channels)
+    for index in range(1 if actuator.at_once else len(values)):
+        bench.ask(bench.link.codec.actuator(actuator, index, values))
 
 
 def answers_in_time(bench: Bench) -> Iterator[Result]:

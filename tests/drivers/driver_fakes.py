@@ -98,6 +98,8 @@ class FakeKoala:
 
     def read(self, timeout: float) -> bytes:
         self._check()
+        if timeout <= 0:
+            return b""
         if not self.waiting:
             self.clock.now += timeout
         self.clock.now += self.takes

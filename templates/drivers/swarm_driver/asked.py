@@ -11,7 +11,7 @@ from swarm_driver.codec import BadReplyError, Codec
 from swarm_driver.config import BinaryProtocol, LineProtocol, PythonProtocol
 from swarm_driver.connection import Around
 from swarm_driver.kinematics import STANDSTILL, Odometry
-from swarm_driver.lines import LineCodec, firmware_version
+from swarm_driver.lines import LineCodec, firmware_version, overheard
 from swarm_driver.link import BytePort, Link, LinkLostError
 from swarm_driver.own import OwnCodec
 from swarm_driver.report import Level, Tally
@@ -83,7 +83,7 @@ class AskedRobot:
         try:
             self.stop()
         except LinkLostError as error:
-            advice = "; " + config.serial.hint if config.serial.hint else ""
+            advice = "; " + config.serial.hint if config.serial.hint and not around.tally.told else ""
             raise LinkLostError(f"{error} at {config.serial.baud} baud{advice}") from error
         yield None
         self.firmware = self._asked_firmware()
@@ -95,6 +95,7 @@ class AskedRobot:
             self._unprepared += [trouble] if trouble else []
             yield None
         around.tally.connections += 1
+        around.tally.told = ""
         around.sink.event(Level.OK, f"connected to {config.port}, firmware {self.firmware}")
         yield Session(
             self._link,
@@ -143,10 +144,17 @@ def linked(
 ) -> Link:
     """The conversation over an open port, in ``protocol``; LinkLostError if nobody can speak that."""
     try:
-        return Link(port, _codec(protocol), protocol.reply_timeout, tally, clock)
+        codec, overhear = _codec(protocol), _overhear(protocol)
+        return Link(port, codec, protocol.reply_timeout, tally, clock, overhear=overhear)
     except BadReplyError as error:  # a class of the robot type's own that cannot even be made
         port.close()
         raise LinkLostError(str(error)) from error
+
+
+def _overhear(protocol: Asked) -> Callable[[bytes], str]:
+    if isinstance(protocol, LineProtocol):
+        return partial(overheard, protocol=protocol)
+    return lambda _: ""
 
 
 def _codec(protocol: Asked) -> Codec:

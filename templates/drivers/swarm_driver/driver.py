@@ -174,6 +174,7 @@ class Driver:
             "refused settings": str(self._outputs.refused),
             "odometry jumps": str(odometry.jumps),
             "last error": tally.last_error,
+            **({"the robot says": tally.told} if tally.told else {}),
         }
 
 

@@ -109,6 +109,12 @@ def told_by(line: bytes, protocol: LineProtocol) -> str:
     return ""
 
 
+def overheard(data: bytes, protocol: LineProtocol) -> str:
+    """What lines that nobody asked for say about the robot: the last of them that the robot type knows."""
+    told = (told_by(line, protocol) for line in LineBuffer().feed(data + b"\n"))
+    return next((one for one in reversed(list(told)) if one), "")
+
+
 def _text(line: bytes) -> str:
     return line.decode("ascii", "backslashreplace").strip()
 

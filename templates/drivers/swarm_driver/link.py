@@ -44,13 +44,21 @@ class Link:
     """The conversation with one robot. Exchanges raise what FAILED_EXCHANGE names, or ``PortError``."""
 
     def __init__(
-        self, port: BytePort, codec: Codec, reply_timeout: float, tally: Tally, clock: Callable[[], float]
+        self,
+        port: BytePort,
+        codec: Codec,
+        reply_timeout: float,
+        tally: Tally,
+        clock: Callable[[], float],
+        *,
+        overhear: Callable[[bytes], str] = lambda _: "",
     ) -> None:
         self._port = port
         self.codec = codec
         self._reply_timeout = reply_timeout
         self._tally = tally
         self._clock = clock
+        self._overhear = overhear
         self._unsettled = False  # an answer that has no frame may still be coming
 
     def set_speed(self, left: int, right: int) -> None:
@@ -61,6 +69,7 @@ class Link:
         deadline = self._clock() + timeout
         if self._unsettled and not request.urgent:
             self._settle(deadline)
+        self._tally.told = self._overhear(self._port.read(0.0)) or self._tally.told
         self._port.drain()
         self._port.write(request.data)
         if not request.answered:
@@ -101,8 +110,9 @@ class Link:
             while True:
                 remaining = deadline - self._clock()
                 if remaining <= 0:
-                    raise NoReplyError(reader.stray or f"no reply to `{request.name}`")
+                    raise NoReplyError(self._tally.told or f"no reply to `{request.name}`")
                 reply = reader.feed(self._port.read(remaining))
+                self._tally.told = reader.stray or self._tally.told
                 if reply is not None:
                     return reply
         finally:

@@ -32,6 +32,7 @@ class Tally:
     noise_lines: int = 0
     dead_man_trips: int = 0
     last_error: str = "none"
+    told: str = ""  # by the robot, of what is wrong with it
 
     def failed(self, error: Exception) -> None:
         self.failed_exchanges += 1

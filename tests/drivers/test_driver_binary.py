@@ -1,0 +1,141 @@
+"""Bytes without frames: nothing that arrives is taken for what it is not, and nothing hurts."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+
+import pytest
+from driver_fakes import TYPES, Clock, config_for
+from hypothesis import given
+from hypothesis import strategies as st
+from swarm_driver.asked import linked
+from swarm_driver.binary import BinaryReader
+from swarm_driver.codec import BadReplyError, Reply
+from swarm_driver.link import FAILED_EXCHANGE, NoReplyError
+from swarm_driver.report import Tally
+
+SENSES = struct.pack("<3h8h8h2h3h", *range(24))
+
+
+class Script:
+    """A port that gives what was written down for each request, piece by piece; ``late`` comes unasked."""
+
+    def __init__(self, clock: Clock, *answers: list[bytes]) -> None:
+        self.clock = clock
+        self.answers = list(answers)
+        self.pieces: list[bytes] = []
+        self.late: list[bytes] = []
+        self.written: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        self.written.append(data)
+        self.pieces = [*self.late, *self.answers.pop(0)]
+        self.late = []
+
+    def read(self, timeout: float) -> bytes:
+        if self.pieces:
+            return self.pieces.pop(0)
+        self.clock.now += timeout
+        return b""
+
+    def drain(self) -> None:
+        """What is on its way is not there yet."""
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+def wired(*answers: list[bytes], type_name: str = "epuck-binary"):
+    clock = Clock()
+    port = Script(clock, *answers)
+    return port, linked(port, config_for(type_name).protocol, Tally(), clock)
+
+
+def test_a_reply_in_pieces_is_whole_at_its_last_byte():
+    _, link = wired([SENSES[:1], SENSES[1:40], SENSES[40:]])
+    assert link.ask(link.codec.query("senses")).values == tuple(range(24))
+
+
+def test_a_reply_one_byte_short_is_none():
+    _, link = wired([SENSES[:-1]])
+    with pytest.raises(NoReplyError):
+        link.ask(link.codec.query("senses"))
+
+
+def test_a_reply_one_byte_too_long_is_none():
+    _, link = wired([SENSES + b"\0"])
+    with pytest.raises(BadReplyError, match="49 bytes or more instead of 48"):
+        link.ask(link.codec.query("senses"))
+
+
+def test_an_echo_of_another_speed_is_no_confirmation():
+    _, link = wired([struct.pack("<2h", 500, 500)])
+    with pytest.raises(BadReplyError, match="repeats"):
+        link.set_speed(500, -500)
+
+
+def test_the_end_of_a_late_reply_is_not_the_beginning_of_the_next():
+    """The robot answers too late: the rest comes after the driver has given up, and is let pass."""
+    port, link = wired([SENSES[:40]], [SENSES])
+    with pytest.raises(NoReplyError):
+        link.ask(link.codec.query("senses"))
+    port.pieces = [SENSES[40:]]  # 8 bytes, which with 40 of the next reply would make one of wrong numbers
+    assert link.ask(link.codec.query("senses")).values == tuple(range(24))
+
+
+def test_a_stop_waits_for_no_late_bytes_and_is_believed_only_if_it_is_repeated():
+    port, link = wired([SENSES[:40]], [SENSES[40:44], struct.pack("<2h", 0, 0)], [struct.pack("<2h", 0, 0)])
+    with pytest.raises(NoReplyError):
+        link.ask(link.codec.query("senses"))
+    asked = link._clock()
+    with pytest.raises(BadReplyError):
+        link.set_speed(0, 0)
+    assert link._clock() == asked, "it was said at once"
+    link.set_speed(0, 0)
+    assert port.written[-1] == port.written[-2] == bytes.fromhex("bc 00 00 00 00 bb 00")
+
+
+def test_a_babbling_robot_does_not_hold_up_its_driver():
+    clock = Clock()
+
+    class Babbler(Script):
+        def read(self, timeout: float) -> bytes:
+            self.clock.now += 0.001
+            return b"\x55"
+
+    link = linked(Babbler(clock, *[[]] * 9), config_for("epuck-binary").protocol, Tally(), clock)
+    with pytest.raises(BadReplyError):
+        link.set_speed(0, 0)
+    before = clock.now
+    with contextlib.suppress(*FAILED_EXCHANGE):
+        link.ask(link.codec.query("battery"), 0.1)
+    assert clock.now - before <= 0.1 + 0.002
+
+
+@given(layout=st.sampled_from(["<2h", "<3h8h8h2h3h", "<H", "<3f"]), pieces=st.lists(st.binary(max_size=300)))
+def test_no_stream_of_bytes_upsets_the_reader_or_fills_the_memory(layout, pieces):
+    reader = BinaryReader(struct.Struct(layout), None)
+    for piece in pieces:
+        try:
+            reply = reader.feed(piece)
+        except BadReplyError:
+            return
+        assert len(reader._arrived) <= struct.calcsize(layout)
+        if reply is not None:
+            assert isinstance(reply, Reply)
+            return
+
+
+@pytest.mark.parametrize("type_name", TYPES)
+@given(noise=st.lists(st.binary(max_size=200), max_size=10))
+def test_whatever_a_robot_of_any_type_sends_an_exchange_ends_in_its_time(type_name, noise):
+    clock = Clock()
+    protocol = config_for(type_name).protocol
+    link = linked(Script(clock, *[list(noise) for _ in range(40)]), protocol, Tally(), clock)
+    asked = [link.codec.speed(1, -1), *(link.codec.query(name) for name in protocol.queries)]
+    for request in asked[:10]:
+        before = clock.now
+        with contextlib.suppress(*FAILED_EXCHANGE):
+            link.ask(request)
+        assert clock.now - before <= 2 * protocol.reply_timeout + 1e-6
