@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 
 from swarm_driver.config import Serial
 
 from swarmctl.lab.emulators import Robot
+from swarmctl.lab.emulators.robot import NoticesPort
 from swarmctl.lab.emulators.virtual import VirtualPort
 
+SOON = 1e-5  # s; a robot that speaks unasked is listened to as often at most
 ADAPTER = 0.016  # s for which a USB adapter of FTDI keeps an answer back, as it comes out of the box
 
 
@@ -27,6 +30,8 @@ class TimedLine:
 
     def __init__(self, robot: Robot, serial: Serial, clock: Clock) -> None:
         self._port = VirtualPort(robot)
+        if isinstance(robot, NoticesPort):
+            robot.opened()
         self._byte = (1 + serial.bytesize + (serial.parity != "none") + serial.stopbits) / serial.baud
         self._clock = clock
         self._sent: deque[tuple[float, bytes]] = deque()  # and when the robot has it all
@@ -42,7 +47,7 @@ class TimedLine:
         self.catch_up()
         end = self._clock.now + timeout
         while not self._arrived() and self._clock.now < end:
-            self._clock.now = min([end, *(each[0][0] for each in (self._sent, self._answered) if each)])
+            self._clock.now = min([end, *self._moments()])
             self.catch_up()
         data = bytearray()
         while self._arrived():
@@ -68,6 +73,11 @@ class TimedLine:
         said = self._port.advance(max(0.0, moment - self._port.time))
         if said:
             self._answered.append((self._port.time + len(said) * self._byte + ADAPTER, said))
+
+    def _moments(self) -> Iterator[float]:
+        """When something comes next that can be foreseen."""
+        yield from (each[0][0] for each in (self._sent, self._answered) if each)
+        yield self._port.time + max(SOON, self._port.robot.unasked_due())
 
     def _arrived(self) -> bool:
         return bool(self._answered) and self._answered[0][0] <= self._clock.now

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from motion_quality.papers import Formula
+from motion_quality.papers import Formula, OnBoard
 from motion_quality.paths import Place
 from motion_quality.verdict import BEND, MARGIN, WAIT, Row
 
@@ -46,14 +46,9 @@ The order for a wheel in the robot's units, v in m/s and ω in rad/s, cut to a w
 the left wheel's. Gansari and Buiu, *Software System Integration of Heterogeneous Swarms of Robots*, print the
 Koala's (Fig. 7) and point to https://github.com/pktehgm/newswarm for the others. They suit a gamepad that
 gives up to 4 on both axes, as turtlesim wants it. The paper's loop sends 1000 lines a second, more than
-115200 baud carry; here each order is sent once, at once.
+115200 baud carry; here each order is sent once, at once. The rover's formula is worked out on its board
+([firmware](firmware.md)).
 
-"""
-
-EQUATION_2 = """
-The second paper, *Mobile Robot Control Using Robot Operating System*, has v/r ∓ (ω/r)(d/2) for the wheels of
-its Arduino rover (equation 2). That is right for the radius r; the paper puts in 65 mm, which is the wheel's
-diameter: half the speed, half the way, half the turn ([firmware](firmware.md)).
 """
 
 HEAD = (
@@ -70,11 +65,13 @@ HEAD = (
 
 
 def page(
-    results: Mapping[str, Sequence[Row]], formulas: Mapping[str, Formula], left_out: Mapping[str, str]
+    results: Mapping[str, Sequence[Row]],
+    formulas: Mapping[str, Formula | OnBoard],
+    left_out: Mapping[str, str],
 ) -> str:
     """The rows by robot, the formulas by type, and why a type is left out."""
     parts = [INTRODUCTION, *(f"## {name}\n\n{table(rows)}" for name, rows in results.items())]
-    parts.append("".join([FORMULAS_SAID, *map(_formula, formulas.items()), EQUATION_2]))
+    parts.append("".join([FORMULAS_SAID, *map(_formula, formulas.items())]))
     if left_out:
         parts.append("## Left out\n\n" + "".join(f"- {name}: {why}.\n" for name, why in left_out.items()))
     return "\n".join(parts)
@@ -105,7 +102,7 @@ def _cells(row: Row) -> tuple[str, ...]:
     )
 
 
-def _formula(item: tuple[str, Formula]) -> str:
+def _formula(item: tuple[str, Formula | OnBoard]) -> str:
     name, formula = item
     return f"- {name}: {formula.source}; {formula.mistakes}.\n"
 

@@ -1,13 +1,14 @@
 """How the papers' own code makes wheel orders of a Twist: each with its source, and with its mistakes. Pure.
 
-Gansari and Buiu, "Software System Integration of Heterogeneous Swarms of Robots": Fig. 7, and the drivers
-that it points to, https://github.com/pktehgm/newswarm, robot_drivers/.
+The rover's is of "Mobile Robot Control Using Robot Operating System". All others are of Gansari and Buiu,
+"Software System Integration of Heterogeneous Swarms of Robots": Fig. 7, and the drivers that it points to,
+https://github.com/pktehgm/newswarm, robot_drivers/.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from motion_quality.paths import Twist
@@ -26,6 +27,20 @@ class Formula:
 
     def request(self, twist: Twist) -> bytes:
         return self.line.format(*self.units(twist)).encode("ascii")
+
+
+@dataclass(frozen=True)
+class OnBoard:
+    """A formula that the robot's own sketch works out: ``driven`` is the twist that comes of an order."""
+
+    source: str
+    mistakes: str
+    driven: Callable[[Twist], Twist]
+
+
+def rover(twist: Twist) -> Twist:
+    """What is divided by 65 mm for a radius turns wheels of 32.5 mm half as fast."""
+    return Twist(twist.linear / 2, twist.angular / 2)
 
 
 def koala(twist: Twist) -> Units:
@@ -64,7 +79,7 @@ def _clamped(units: Units, most: int) -> Units:
 MIXED = "m/s are divided by cm, and each wheel is clamped by itself"
 DIAMETER = "a diameter stands for a radius"
 COMMA = "the separation `8,6` counts as 6"
-FORMULAS = {
+FORMULAS: Mapping[str, Formula | OnBoard] = {
     "koala": Formula(
         "(v ∓ 14.5 ω/4) / 8.5 · 200, at most 100 (Fig. 7)", f"{MIXED}; {DIAMETER}", "D,{},{}\n", koala
     ),
@@ -79,5 +94,10 @@ FORMULAS = {
         f"{MIXED}; {COMMA}, and is another robot's",
         "D,{},{}\n",
         epuck,
+    ),
+    "arduino-rover": OnBoard(
+        "v/r ∓ (ω/r)(d/2) with r = 65 mm (equation 2 of the second paper)",
+        f"{DIAMETER}, so that everything is half of what was ordered",
+        rover,
     ),
 }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 CRAWL = (0.015, 0.010)  # m/s; a Khepera III regulates nothing below 13.9 mm/s
 
@@ -37,6 +37,10 @@ class Manoeuvre:
 
     name: str
     legs: tuple[Leg, ...]
+
+    def each(self, driven: Callable[[Twist], Twist]) -> Manoeuvre:
+        """The same times with other twists."""
+        return replace(self, legs=tuple(replace(leg, twist=driven(leg.twist)) for leg in self.legs))
 
     @property
     def curved(self) -> Twist | None:

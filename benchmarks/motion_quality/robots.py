@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from swarm_driver.config import Config, Kinematics, Scale, parse
+from swarm_driver.config import Config, Kinematics, RosserialProtocol, parse
 
-from motion_quality.papers import FORMULAS, Formula
+from motion_quality.papers import FORMULAS, Formula, OnBoard
 from motion_quality.paths import Wheels
 from swarmctl.lab.emulators import TYPES, Robot, emulator
 from swarmctl.spec.catalog import load_catalog
@@ -19,7 +20,7 @@ from swarmctl.spec.params import params_of
 EMULATED_BY = {"epuck-binary": "epuck"}
 #: Settings of an emulator that make another row of the same type.
 VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {"khepera3": ({"firmware": 2}, {"firmware": 3})}
-BOARD = "its board makes wheel speeds of orders; `tests/firmware` drives it, on a simulated board"
+BOARD_STEP = 1e-6  # m/s: an order to a board is a fraction, not a whole number of units
 UNKNOWN = "it has no emulator"
 
 
@@ -29,18 +30,16 @@ class Entrant:
 
     name: str
     config: Config
-    scale: Scale
+    count: float  # m of a wheel's way for one count of it
     wheels: Wheels
     make: Callable[[], Robot]
-    formula: Formula | None
+    formula: Formula | OnBoard | None
 
 
 def left_out() -> dict[str, str]:
     """Types that do not drive here, each with the reason."""
     types = load_catalog().types
-    boards = {name: BOARD for name in types if types[name].sketch}
-    unknown = {name: UNKNOWN for name in types if _emulator_of(name) not in TYPES}
-    return dict(sorted((unknown | boards).items()))
+    return {name: UNKNOWN for name in sorted(types) if _emulator_of(name) not in TYPES}
 
 
 def entrants() -> Iterator[Entrant]:
@@ -50,12 +49,12 @@ def entrants() -> Iterator[Entrant]:
         params = params_of(types[name], robot="robot", namespace="/robot", port="/dev/robot")
         config = parse({**params, "commanders": []})
         for settings in VARIANTS.get(name, ({},)):
-            scale = _scale(config, settings.get("firmware"))
+            unit, count = _units(config, settings.get("firmware"))
             yield Entrant(
                 name=", ".join([name, *(f"{key} {value}" for key, value in settings.items())]),
                 config=config,
-                scale=scale,
-                wheels=_wheels(config.kinematics, scale),
+                count=count,
+                wheels=_wheels(config.kinematics, unit),
                 make=partial(emulator, _emulator_of(name), **settings),
                 formula=FORMULAS.get(name),
             )
@@ -65,17 +64,22 @@ def _emulator_of(type_name: str) -> str:
     return EMULATED_BY.get(type_name, type_name)
 
 
-def _wheels(kinematics: Kinematics, scale: Scale) -> Wheels:
+def _wheels(kinematics: Kinematics, unit: float) -> Wheels:
     return Wheels(
         separation=kinematics.wheel_separation,
         fastest=kinematics.wheel_speed_max,
-        unit=1 / scale.speed_units_per_mps,
+        unit=unit,
         slowest=kinematics.wheel_speed_min,
     )
 
 
-def _scale(config: Config, firmware: float | None) -> Scale:
+def _units(config: Config, firmware: float | None) -> tuple[float, float]:
+    """One step of the speed ordered (m/s), and one count of a wheel (m)."""
+    if isinstance(config.protocol, RosserialProtocol):
+        ticks = config.protocol.ticks
+        assert ticks is not None  # the catalog's rover counts
+        return BOARD_STEP, math.tau * ticks.wheel_radius / ticks.counts_per_turn
     scale = config.kinematics.scale_for(firmware)
     if scale is None:
         raise ValueError(f"{config.title} needs a firmware among VARIANTS")
-    return scale
+    return 1 / scale.speed_units_per_mps, scale.metres_per_count

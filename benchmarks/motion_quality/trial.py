@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import ClassVar
 
 from swarm_driver.config import Config
 from swarm_driver.driver import Driver, Phase
-from swarm_driver.forward import RosRelay
 from swarm_driver.kinematics import Pose
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
-from swarm_driver.relay import Mailbox
+from swarm_driver.relay import Outgoing, Parameter
+from swarm_rosserial.topics import MessageType
 
 from motion_quality.line import Clock, TimedLine
 from motion_quality.papers import Formula
@@ -39,6 +40,29 @@ class Track:
     def event(self, *_: object) -> None: ...
 
 
+class Unheard:
+    """Stands for ROS: knows the types that a rover speaks, and passes nothing on."""
+
+    types: ClassVar = {
+        "std_msgs/Int32": MessageType("da5909fbe378aeaf85e547e830cc1bb7", 4),
+        "geometry_msgs/Twist": MessageType("9f195f881246fdfa2798d1d3eebca84a", 48),
+    }
+
+    def type_of(self, name: str) -> MessageType | None:
+        return self.types.get(name)
+
+    def serve(self, *_: object) -> None: ...
+
+    def publish(self, *_: object) -> None: ...
+
+    def log(self, *_: object) -> None: ...
+
+    def ask(self, *_: object) -> None: ...
+
+    def taken(self) -> list[Outgoing | Parameter]:
+        return []
+
+
 def orders_of(manoeuvre: Manoeuvre) -> Iterator[tuple[float, Twist]]:
     """Each order with its moment: a new one at once, an old one again and again, at the end a stop."""
     begun = 0.0
@@ -63,7 +87,7 @@ class Ride:
             self._orders,
             self._track,
             Outputs(config.actuators, self._orders.ring, self._clock),
-            RosRelay(Mailbox(self._orders.ring)),
+            Unheard(),
             open_port=lambda: self._line,
             clock=self._clock,
             jitter=lambda: 1.0,

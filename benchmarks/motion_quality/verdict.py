@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from motion_quality.papers import Formula, OnBoard
 from motion_quality.paths import Manoeuvre, Place, Wheels, bend, commanded, reachable
 from motion_quality.robots import Entrant
 from motion_quality.trial import Ride, by_paper
@@ -69,9 +70,18 @@ def row(entrant: Entrant, manoeuvre: Manoeuvre) -> Row:
             end=math.hypot(believed.x - driven.x, believed.y - driven.y),
             heading=abs(math.remainder(believed.yaw - driven.heading, math.tau)),
         ),
-        odometry_bar=odometry_bar(manoeuvre, wheels, entrant.scale.metres_per_count),
-        paper=by_paper(entrant.formula, manoeuvre, entrant.make) if entrant.formula else None,
+        odometry_bar=odometry_bar(manoeuvre, wheels, entrant.count),
+        paper=_by_paper(entrant, manoeuvre),
     )
+
+
+def _by_paper(entrant: Entrant, manoeuvre: Manoeuvre) -> Place | None:
+    match entrant.formula:
+        case Formula() as formula:
+            return by_paper(formula, manoeuvre, entrant.make)
+        case OnBoard(driven=driven):
+            return Ride(entrant.config, entrant.make()).drive(manoeuvre.each(driven))[0]
+    return None
 
 
 def off(place: Place, wanted: Place, manoeuvre: Manoeuvre) -> Off:
