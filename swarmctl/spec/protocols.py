@@ -23,6 +23,7 @@ from swarmctl.spec.words import GraphName, Model, Name, Value
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
+_MOST = 64  # requests, and lines, that a robot is made to know
 UNO_BOARDS = ("arduino-uno", "arduino-nano")  # an ATmega328P at 16 MHz, pins as on an UNO
 ClassName = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9_]{0,60}$", examples=["BeetleCodec"])]
 Text = Annotated[str, Field(min_length=1, max_length=200)]
@@ -51,13 +52,13 @@ class LineProtocol(Model):
     error_heads: Annotated[tuple[Head, ...], Field(strict=False)] = Field(
         (), examples=[["z"]], description="A reply that begins so says that the robot refused the request."
     )
-    strays: Annotated[tuple[Stray, ...], Field(strict=False)] = Field(
+    strays: Annotated[tuple[Stray, ...], Field(max_length=_MOST, strict=False)] = Field(
         (),
         examples=[[{"begins": "Selector pos", "means": "turn the selector to position 3"}]],
         description="Lines that tell what is wrong, such as a banner of another program.",
     )
     identify: Identify | None = Field(None, description="Asks for the firmware version.")
-    setup: Annotated[tuple[Setup, ...], Field(strict=False)] = Field(
+    setup: Annotated[tuple[Setup, ...], Field(max_length=_MOST, strict=False)] = Field(
         (),
         examples=[[{"send": "C,0,d31", "reply": "c"}]],
         description="What the robot is told once after each connection, before the first reading, such as to "
@@ -80,7 +81,7 @@ class BinaryProtocol(Model):
     set_speed: BinarySpeedCommand = Field(
         description="Sets both wheel speeds; with zeros it stops the robot."
     )
-    setup: Annotated[tuple[BinaryQuery, ...], Field(strict=False)] = Field(
+    setup: Annotated[tuple[BinaryQuery, ...], Field(max_length=_MOST, strict=False)] = Field(
         (),
         examples=[[{"send": "f1 01 00", "reply": "b"}]],
         description="What the robot is told once after each connection, before the first reading, such as to "

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
+from swarmctl.spec.patterns import bounded
 from swarmctl.spec.words import Model
 
 _REQUEST = r"^[\x20-\x7e]{1,80}$"
@@ -22,11 +24,7 @@ SIDES, INDEX, VALUE, VALUES = ("left", "right"), "index", "value", "values"
 
 
 def _pattern(value: str) -> str:
-    try:
-        groups = re.compile(value).groups
-    except re.error as error:
-        raise ValueError(f"`{value}` is no regular expression: {error}") from None
-    if groups == 0:
+    if re.compile(bounded(value)).groups == 0:
         raise ValueError("each value of the reply is a group, like (-?[0-9]+)")
     return value
 
@@ -68,7 +66,8 @@ class Query(Model):
     pattern: Pattern | None = Field(
         None,
         description="For a reply that is no list of numbers: what follows the head and its comma, as a "
-        "regular expression with a group for each number.",
+        "regular expression with a group for each number. Only characters and classes are repeated, and none "
+        "before what it could take itself.",
     )
 
     @model_validator(mode="after")
@@ -127,6 +126,14 @@ class BinaryQuery(Model):
         found = (_LAYOUT.fullmatch(token) for token in self.reply.split())
         return sum(int(one["count"] or 1) for one in found if one is not None)
 
+    @model_validator(mode="after")
+    def _places(self) -> BinaryQuery:
+        """None here: nothing would fill them."""
+        place = _PLACE.search(self.send)
+        if place is not None:
+            raise ValueError(f"nothing fills `{place.group()}` here; write the bytes themselves")
+        return self
+
     def length(self, _: int) -> tuple[int, int]:
         """Bytes of the request and of its reply."""
         sizes = (_PLACE.fullmatch(token) for token in self.send.split())
@@ -147,7 +154,7 @@ class BinarySpeedCommand(BinaryQuery):
     )
 
     @model_validator(mode="after")
-    def _both_sides(self) -> BinarySpeedCommand:
+    def _places(self) -> BinarySpeedCommand:
         if sorted(one["name"] for one in _PLACE.finditer(self.send)) != sorted(SIDES):
             raise ValueError("`send` of `set_speed` needs {left:h} and {right:h}, once each")
         if self.echo and self.values != len(SIDES):
@@ -184,8 +191,25 @@ def is_binary(send: str) -> bool:
     return _PLACE.search(send) is not None
 
 
+def room_of(send: str, *names: str) -> tuple[float, float]:
+    """The smallest and the largest number that all places of a request in bytes with these names hold."""
+    bounds = [_bounds(one["code"]) for one in _PLACE.finditer(send) if one["name"] in names]
+    return max(low for low, _ in bounds), min(high for _, high in bounds)
+
+
+def _bounds(code: str) -> tuple[float, float]:
+    if code == "f":
+        return -math.inf, math.inf
+    bits = 8 * struct.calcsize("<" + code)
+    return (0, 2**bits - 1) if code.isupper() else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+
+
 def is_text(send: str) -> bool:
     return re.fullmatch(_REQUEST, send) is not None
+
+
+def is_head(reply: str) -> bool:
+    return re.fullmatch(_HEAD, reply) is not None
 
 
 def places_of(send: str) -> frozenset[str]:

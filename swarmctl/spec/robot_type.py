@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from swarmctl.spec.firmware import clashes
 from swarmctl.spec.protocols import Asked, DriverName, Protocol, RosserialProtocol
-from swarmctl.spec.queries import BinaryQuery, CodedQuery, Query
+from swarmctl.spec.queries import SIDES, BinaryQuery, CodedQuery, Query, room_of
 from swarmctl.spec.sensors import FRAME_TOPICS, Actuator, Positive, Sensor, SensorName
 from swarmctl.spec.settings import (
     COMMAND_TIMEOUT,
@@ -77,11 +77,12 @@ class Scale(Model):
         None, examples=[3.0], description="Holds for firmware older than this; for all when left out."
     )
     speed_units_per_mps: Positive = Field(
+        le=1e9,
         examples=[218720],
         description="Units of the speed command for one metre per second at the wheel.",
     )
     metres_per_count: Positive = Field(
-        examples=[3.0678e-5], description="Way of the wheel per count of its position counter, m."
+        le=1, examples=[3.0678e-5], description="Way of the wheel per count of its position counter, m."
     )
 
 
@@ -194,7 +195,9 @@ class RobotType(Model):
         return self
 
     def _fits_its_line(self, protocol: Asked) -> None:
-        for complaint in (*self._ill_named(), *self._misread(protocol), *self._misset(protocol)):
+        for complaint in (
+            *self._ill_named(), *self._misread(protocol), *self._misset(protocol), *self._too_fast(protocol),
+        ):  # fmt: skip
             raise ValueError(complaint)
         if not self.kinematics.scales:
             raise ValueError("wheels count in the robot's own units; add `kinematics.scales`")
@@ -237,6 +240,19 @@ class RobotType(Model):
                 yield f"`send` of actuator `{name}` is missing; write the request for one channel"
             elif actuator.binary != (protocol.kind == "binary"):
                 yield f"`send` of actuator `{name}` is not written for a protocol of kind `{protocol.kind}`"
+
+    def _too_fast(self, protocol: Asked) -> Iterator[str]:
+        if protocol.kind != "binary" or not self.kinematics.scales:
+            return
+        lowest, highest = room_of(protocol.set_speed.send, *SIDES)
+        units = self.kinematics.wheel_speed_max * max(
+            one.speed_units_per_mps for one in self.kinematics.scales
+        )
+        if round(units) > min(-lowest, highest):
+            yield (
+                f"`wheel_speed_max` is {units:g} units of speed, and `set_speed` has room for {lowest:g} to "
+                f"{highest:g}; write larger places, like {{left:i}}, or mend `scales`"
+            )
 
     def _fits_our_sketch(self) -> None:
         if self.kinematics.wheel_radius is None:

@@ -11,7 +11,18 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints, field_validator, model_validator
 
 from swarmctl.spec.protocols import QueryName
-from swarmctl.spec.queries import INDEX, VALUE, VALUES, binary_request, is_binary, is_text, layout, places_of
+from swarmctl.spec.queries import (
+    INDEX,
+    VALUE,
+    VALUES,
+    binary_request,
+    is_binary,
+    is_head,
+    is_text,
+    layout,
+    places_of,
+    room_of,
+)
 from swarmctl.spec.words import Model
 
 SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
@@ -301,6 +312,14 @@ class Actuator(Model):
         if self.binary:
             binary_request(self.send)
             layout(self.reply or "")
+            largest = room_of(self.send, VALUE, VALUES)[1]
+            if self.max > largest:
+                raise ValueError(
+                    f"`send` has room for {largest:g} at most, and `max` is {self.max}; write a larger "
+                    "place, like {value:B}"
+                )
         elif not is_text(self.send):
             raise ValueError("`send` is 80 printable characters at most; shorten it")
+        elif self.reply and not is_head(self.reply):
+            raise ValueError("`reply` is what the reply begins with, up to its first comma, without blanks")
         return self

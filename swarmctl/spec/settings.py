@@ -15,8 +15,8 @@ DIAGNOSTICS = "diagnostics"
 DIAGNOSTICS_RATE = 1.0  # Hz
 COMMAND_TIMEOUT = 0.5  # s
 
-Metres = Annotated[Positive, Field(examples=[0.088])]
-Speed = Annotated[Positive, Field(examples=[0.3])]
+Metres = Annotated[float, Field(ge=0.001, le=100, examples=[0.088])]
+Speed = Annotated[Positive, Field(le=100, examples=[0.3])]
 Rate = Annotated[float, Field(ge=0, le=50, examples=[10.0])]
 
 
