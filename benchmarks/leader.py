@@ -167,7 +167,7 @@ class Leader:
         return {
             f"{namespace(name)}/{one.name}": one.rate
             for name, robot in self.swarm.robots.items()
-            for one in driver_topics(robot.type, robot.settings)
+            for one in driver_topics(robot.type, robot.settings, robot.driver)
             if not one.name.startswith("/")
         }
 

@@ -68,7 +68,7 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
             publisher.kill()
     assert changed(before, swarm.pids()) == {"k3-pi:k3"}
     assert swarm.units("k3-pi")["k3"].restarts == 0
-    assert "odom: 20" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
+    assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
 
 
 def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
