@@ -22,7 +22,7 @@ FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 COMMAND_RATE = 10.0  # Hz of orders where no program says how often it sends them
 MOST_COMMANDS = 50.0  # Hz; a driver says a new speed every 20 ms at most
 LEAST_COMMANDS = 5.0  # Hz; it says an unchanged one again after 200 ms
-_OFTEN = 0.5  # Hz
+_OFTEN = 2.0  # Hz; below that a sensor fills no line
 _SIXTEEN_BITS = len("-32768")
 CAREFUL = 0.7  # share of its time above which a line has no room for a reply that comes late
 
