@@ -175,8 +175,10 @@ def no_serial_port(robot: str) -> Spoil:
     return both(
         with_device(robot, exists=False),
         with_node(robot, report=Report(2, missing)),
-        with_topic(robot, f"/{robot}/odom", count=0, rate=None),
-        with_topic(robot, f"/{robot}/proximity", count=0, rate=None),
+        *(
+            with_topic(robot, f"/{robot}/{sensor}", count=0, rate=None)
+            for sensor in ("odom", "proximity", "ground", "battery")
+        ),
     )
 
 

@@ -70,7 +70,16 @@ def test_a_host_is_asked_about_its_own_part() -> None:
         "units": [WLAN, UNIT["k3"], "swarm-newswarm.target"],
         "master": "http://192.168.77.10:11311",
         "nodes": [
-            {"name": "/k3/driver", "topics": {"/k3/odom": 2.0, "/k3/proximity": 2.0, "/diagnostics": 2.5}}
+            {
+                "name": "/k3/driver",
+                "topics": {
+                    "/k3/odom": 2.0,
+                    "/k3/proximity": 2.0,
+                    "/k3/ground": 2.0,
+                    "/k3/battery": 2.5,
+                    "/diagnostics": 2.5,
+                },
+            }
         ],
         "graph": None,
         "commands": [],
@@ -87,6 +96,7 @@ def test_a_robot_publishes_what_its_type_has() -> None:
     assert {topic.name for topic in graph().robots[0].topics} == {
         "/koala/odom",
         "/koala/proximity",
+        "/koala/battery",
         "/diagnostics",
     }
 

@@ -76,7 +76,7 @@ class Fault:
     says: str = ""
 
 
-K3_TOPICS = ["topic /k3/odom of k3", "topic /k3/proximity of k3"]
+K3_TOPICS = [f"topic /k3/{sensor} of k3" for sensor in ("odom", "proximity", "ground", "battery")]
 UNIT_K3 = f"unit {UNIT['k3']} on {K3_PI}"
 UNIT_WLAN = f"unit {WLAN} on {K3_PI}"
 DEAD = {"active": "inactive", "sub": "dead", "pid": 0}
@@ -234,7 +234,7 @@ FAULTS = {
     "driver that publishes nothing": Fault(
         K3_PI,
         with_node("k3", publishes={}),
-        {f"topic {name} of k3": ("bad", []) for name in ("/k3/odom", "/k3/proximity", "/diagnostics")},
+        dict.fromkeys((*K3_TOPICS, "topic /diagnostics of k3"), ("bad", [])),
         says="is not published",
     ),
     "no Bluetooth adapter, but a device": Fault(
