@@ -8,7 +8,7 @@ from swarm_driver.codec import Values
 from swarm_driver.config import Config
 from swarm_driver.report import Tally
 
-from swarmctl.lab.emulated import emulator_of
+from swarmctl.lab.emulated import SAME_ROBOT
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.robot import Robot
 
@@ -41,7 +41,7 @@ class Emulated:
     """One robot of a type: what its driver is told, and what it reads of it."""
 
     def __init__(self, type_name: str, config: Config | None = None, **scene: object) -> None:
-        self.robot = emulator(emulator_of(type_name, {}), **scene)
+        self.robot = emulator(SAME_ROBOT.get(type_name, type_name), **scene)
         self.config = config or config_for(type_name)
         self.tally = Tally()
         self.wire = Wire(self.robot)

@@ -19,7 +19,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import yaml
 from driver_fakes import params_for
 
-from swarmctl.lab.emulated import emulator_of
+from swarmctl.lab.emulated import SAME_ROBOT
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.port import Port as Pty
 from swarmctl.resources import templates
@@ -45,7 +45,7 @@ class Wiring:
     """An emulated robot behind a stable device name, as udev gives it, and its driver's parameter file."""
 
     def __init__(self, type_name: str, folder: Path, **settings: Any) -> None:
-        self.pty = Pty(emulator(emulator_of(type_name, {})))
+        self.pty = Pty(emulator(SAME_ROBOT.get(type_name, type_name)))
         self.device = folder / "device"
         self.config = folder / "params.yaml"
         self.config.write_text(yaml.safe_dump(params_for(type_name, str(self.device), **settings)))
