@@ -18,10 +18,8 @@ def own_emulators(folder: Path) -> dict[str, Path]:
     return {file.name.removesuffix(OWN): file.resolve() for file in sorted(folder.glob(f"*{OWN}"))}
 
 
-def emulator_of(name: str, type_name: str, own: Mapping[str, Path], boards: Mapping[str, Path]) -> str:
-    """What emulates a robot: its own board, a file for its type, or a type of ours; empty if none."""
-    if name in boards:
-        return str(boards[name])
+def emulator_of(type_name: str, own: Mapping[str, Path]) -> str:
+    """What emulates a robot of this type: the path of a file, or a type of ours; nothing if there is none."""
     if type_name in own:
         return str(own[type_name])
     ours = SAME_ROBOT.get(type_name, type_name)
@@ -29,7 +27,10 @@ def emulator_of(name: str, type_name: str, own: Mapping[str, Path], boards: Mapp
 
 
 def robot_of(emulator: str) -> Robot:
-    """A robot at rest, from what ``emulator_of`` has found. Raises ``OwnRobotError`` for a wrong file."""
+    """A robot at rest: what ``emulator_of`` has found, or what ``boards.wired`` has written.
+
+    Raises ``OwnRobotError`` for a wrong file.
+    """
     if emulator.endswith(WIRED):
         return board_of(Path(emulator))
     return built(load(Path(emulator)) if emulator.endswith(OWN) else TYPES[emulator], {})

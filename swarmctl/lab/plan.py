@@ -174,7 +174,7 @@ def plan_of(
                 robot.host,
                 robot.line.path,
                 isinstance(robot.line, RfcommLine),
-                emulator_of(robot.name, robot.type_name, own or {}, boards or {}),
+                str((boards or {}).get(robot.name) or emulator_of(robot.type_name, own or {})),
             )
             for robot in swarm.robots.values()
         ),

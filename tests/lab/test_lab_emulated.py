@@ -31,12 +31,12 @@ class Beetle(LineRobot):
 def test_every_type_of_the_catalog_has_an_emulator() -> None:
     types = [file.stem for file in (ROOT / "templates/robots").glob("*.yaml")]
     assert types
-    assert all(emulator_of("one", name, {}, {}) in TYPES for name in types)
+    assert all(emulator_of(name, {}) in TYPES for name in types)
 
 
 def test_a_type_that_is_another_way_to_speak_has_the_same_robot() -> None:
-    assert emulator_of("one", "epuck-binary", {}, {}) == "epuck"
-    assert emulator_of("one", "nobody-knows", {}, {}) == ""
+    assert emulator_of("epuck-binary", {}) == "epuck"
+    assert emulator_of("nobody-knows", {}) == ""
 
 
 def test_the_rover_of_the_example_is_emulated() -> None:
@@ -49,8 +49,8 @@ def test_an_emulator_beside_a_type_of_ones_own_stands_for_it(tmp_path: Path) -> 
     (tmp_path / "beetle.emulator.py").write_text(BEETLE)
     (tmp_path / "beetle.yaml").write_text("")
     own = own_emulators(tmp_path)
-    assert emulator_of("one", "beetle", own, {}) == str(tmp_path / "beetle.emulator.py")
-    robot = robot_of(emulator_of("one", "beetle", own, {}))
+    assert emulator_of("beetle", own) == str(tmp_path / "beetle.emulator.py")
+    robot = robot_of(emulator_of("beetle", own))
     assert (robot.type_name, robot.receive(b"x\r")) == ("beetle", b"ok")
 
 
