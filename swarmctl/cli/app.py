@@ -12,6 +12,7 @@ from swarmctl import __version__
 from swarmctl.cli import access, exits
 from swarmctl.cli.deploy import deploy
 from swarmctl.cli.driver import driver
+from swarmctl.cli.driver_new import new
 from swarmctl.cli.driver_test import put_to_the_test
 from swarmctl.cli.emulate import emulate
 from swarmctl.cli.firmware import firmware
@@ -55,6 +56,7 @@ for verb, codes in VERBS.items():
     app.command(epilog=exits.told(*codes))(verb)
 app.add_typer(mode, name="mode")
 app.add_typer(lab, name="lab")
+driver.command(epilog=exits.told())(new)
 driver.command(name="test", epilog=exits.told())(put_to_the_test)
 app.add_typer(driver, name="driver")
 app.add_typer(firmware, name="firmware")

@@ -117,6 +117,10 @@ def section(value: Any) -> str:
 
 def scalar(value: Any) -> str:
     """A scalar that YAML 1.1 and 1.2 read alike: names, addresses and numbers bare, others in quotes."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise UnsafeValueError(f"{value} is no number that a file may hold")
+        return re.sub(r"^(-?[0-9]+)e", r"\1.0e", repr(value))  # YAML 1.1 wants the dot
     text = _plain(value)
     bare = isinstance(value, (bool, int)) or _YAML_WORD.fullmatch(text)
     return text if bare else json.dumps(text, ensure_ascii=False)
