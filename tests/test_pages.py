@@ -38,7 +38,7 @@ def anchors(page: Path) -> set[str]:
 def commands(page: Path) -> Iterator[list[str]]:
     """The arguments of each `swarmctl ...`, in blocks and in sentences."""
     text = page.read_text("utf-8")
-    lines = "\n".join(blocks(page, "sh", "console")).splitlines()
+    lines = "\n".join(blocks(page, "sh", "console")).replace("\\\n", " ").splitlines()
     shown = [re.sub(r"^\$ ", "", line) for line in lines]
     shown += [" ".join(one.split()) for one in re.findall(r"`(swarmctl [^`]+)`", text)]
     for line in shown:

@@ -1,0 +1,62 @@
+"""docs/own-robot.md followed to the letter: its files and commands, in their order, in an empty folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[2] / "docs/own-robot.md"
+_BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def script(*, lab: bool) -> str:
+    """The page as one script. A block that names a file is that file; `sh lab` needs a lab."""
+    lines = ["set -eum"]  # -m: a program in the background is `%1`, as at a prompt
+    for language, name, text in _BLOCK.findall(PAGE.read_text("utf-8")):
+        if language == "sh" and (not name or lab):
+            lines.append(text)
+        elif language != "sh" and name:
+            lines.append(f"mkdir -p $(dirname {name}); cat > {name} <<'END-OF-FILE'\n{text}END-OF-FILE\n")
+    return "\n".join(lines)
+
+
+def followed(folder: Path, *, lab: bool) -> subprocess.CompletedProcess[str]:
+    path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    return subprocess.run(
+        ["bash", "-c", script(lab=lab)], cwd=folder, env={**os.environ, "PATH": path, "NO_COLOR": "1"},
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240, check=False,
+    )  # fmt: skip
+
+
+def test_the_page_does_what_it_says(tmp_path: Path, note: Callable[[str, str, str], None]) -> None:
+    began = time.monotonic()
+    ran = followed(tmp_path, lab=False)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    note("docs/own-robot.md, followed by a machine", f"{time.monotonic() - began:.0f} s", "<= 10 min by hand")
+    assert ran.stdout.count("the robot is as its type says") == 2
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert (report["passed"], {one["verdict"] for one in report["results"]}) == (True, {"ok"})
+    assert {"sensor floor", "actuator lamp"} <= {one["check"] for one in report["results"]}
+    assert "swarm `garden` is valid" in ran.stdout
+    assert (tmp_path / "out/pi/params/benny.yaml").is_file()
+
+
+@pytest.mark.lab
+def test_the_page_drives_its_robot_in_the_lab(tmp_path: Path) -> None:
+    ran = followed(tmp_path, lab=True)
+    subprocess.run(
+        [str(Path(sys.executable).with_name("swarmctl")), "lab", "down", "--name", "garden"],
+        capture_output=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    driven = re.search(r"^benny .*$", ran.stdout, re.MULTILINE)
+    assert driven is not None
+    assert re.search(r"0\.[23]\d", driven[0]), driven[0]
