@@ -75,7 +75,9 @@ def config(tmp_path: Path) -> Callable[..., Config]:
         module = tmp_path / "koala.py"
         module.write_text(text)
         protocol = PythonProtocol(0.15, module, "KoalaCodec", {}, True, {"position": 2, "proximity": 16})
-        return replace(config_for("koala"), protocol=protocol)
+        koala = config_for("koala")
+        sensors = tuple(one for one in koala.sensors if one.read in protocol.values)
+        return replace(koala, protocol=protocol, sensors=sensors, actuators=())
 
     return made
 
