@@ -17,6 +17,7 @@ from swarmctl.lab.emulators.uno import Fault
 
 Benches = Callable[..., Bench]
 DEAD_MAN = 0.4  # s
+BOOT = 1.5  # s an UNO's boot loader takes
 BRAKING = 0.25  # s, from 0.4 m/s; the motors' own
 
 
@@ -110,6 +111,24 @@ def test_a_wheel_that_gives_no_pulses_stops_both(bench: Benches, fault: Fault) -
     rover.run(0.2, (0.0, 0.0))
     rover.run(1.0, (0.2, 0.0))
     assert min(rover.speeds) > 0.1
+
+
+def test_after_its_reset_it_is_asked_at_once(bench: Benches, note: Callable[[str, str, str], None]) -> None:
+    """It says its version when it starts, and nothing more until somebody asks."""
+    rover = bench(boot=BOOT)
+    rover.run(1.0, (0.4, 0.0))
+    rover.board.power_cycle()
+    reset, counted = rover.board.truth.time, len(rover.ticks("lwheel"))
+    while len(rover.ticks("lwheel")) == counted:
+        rover.run(0.1, (0.4, 0.0))
+        assert rover.board.truth.time - reset < 2 * BOOT, "no pulses come"
+    taken = rover.board.truth.time - reset
+    note(
+        "the rover's firmware: reset while driving, until pulses come again", f"{taken:.2f} s", f"{BOOT} boot"
+    )
+    assert taken <= BOOT + 0.5
+    rover.run(1.0, (0.4, 0.0))
+    assert min(rover.speeds) > 0.3
 
 
 def test_the_reset_button_lets_go_of_the_motors(bench: Benches) -> None:

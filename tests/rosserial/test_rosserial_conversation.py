@@ -39,6 +39,7 @@ TX_STOP = bytes.fromhex("ff fe 00 00 ff 0b 00 f4")
 OLD_REQUEST = bytes.fromhex("ff ff 00 00 00 00 ff 00")
 TICKS = framed(125, struct.pack("<i", 1234))
 ORDER = framed(100, twist(0.2, -0.5))
+GREETING = framed(7, b"\x01" + text("swarmctl firmware 0123456789ab"))
 
 
 def negotiated(table: Table) -> list[Negotiated]:
@@ -148,6 +149,27 @@ def test_a_board_that_was_reset_is_found_again_without_a_word():
     assert [type(one) for one in table.hear(TIME_REQUEST, *TOPICS, TICKS)] == [Received]
     table.run(4.0)
     assert table.host.phase is Phase.CONNECTED
+
+
+def test_a_board_that_says_that_it_started_is_asked_at_once():
+    table = Table().connected()
+    table.hear(TIME_REQUEST)
+    table.run(1.0)
+    table.said()
+    assert table.hear(GREETING) == [Log(1, "swarmctl firmware 0123456789ab")]
+    assert table.said() == [REQUEST]
+    assert [type(one) for one in table.hear(TIME_REQUEST, *TOPICS, GREETING, TICKS)] == [Log, Received]
+    assert table.said() == [TIME_REPLY]
+
+
+def test_a_version_behind_the_announcements_is_no_start_even_if_they_are_lost():
+    table = Table().settled()
+    table.said()
+    for _ in range(3):
+        table.hear(GREETING)
+    assert table.said() == []
+    table.hear(TIME_REQUEST, *TOPICS, GREETING)
+    assert table.said() == [TIME_REPLY]
 
 
 def test_a_board_with_another_sketch_replaces_all_it_announced():
@@ -296,6 +318,7 @@ WORDS = (
     TICKS,
     TIME_REQUEST,
     framed(7, b"\x01" + text("hi")),
+    GREETING,
     framed(6, text("~a")),
     framed(0, b"short"),
     framed(10, b""),

@@ -9,6 +9,7 @@ import contextlib
 import time
 
 from swarm_rosserial.conversation import (
+    GREETING,
     Conversation,
     Event,
     Lost,
@@ -35,7 +36,6 @@ _STANDSTILL = (0.0, 0.0)
 _KEEP_UP = 0.2  # s after which an unchanged order is said again
 _BREATH = 3  # times what an order takes on the line, between two changes of it
 _LAST_WORD = 0.05  # s for the last bytes to leave before the port is closed
-_FIRMWARE = "swarmctl firmware "  # so a sketch of swarmctl begins to speak
 
 
 class Board:
@@ -177,8 +177,8 @@ class Board:
             self._sink.odometry(pose)
 
     def _logged(self, log: Log) -> None:
-        if log.text.startswith(_FIRMWARE):
-            self.firmware = log.text[len(_FIRMWARE) :].strip()
+        if log.text.startswith(GREETING):
+            self.firmware = log.text[len(GREETING) :].strip()
             self._wheels.forget()  # it says so when it has started
         self._relay.log(log.level, log.text)
 

@@ -15,6 +15,7 @@ from swarm_rosserial.frames import Frame, FrameReader
 from swarm_rosserial.messages import BadMessageError, Log, TopicInfo
 from swarm_rosserial.topics import Refusal, Topic, Types, judge, unserved_service
 
+GREETING = "swarmctl firmware "  # so a sketch of swarmctl begins to speak, and ends what it announces
 LOST = 15.0  # s without a request for the time, as rosserial_python has it
 _ASK_AGAIN = 2.0  # s between two requests for topics while none is answered
 _DOUBT = 6.0  # s without a request for the time after which topics are asked for again: was the board reset?
@@ -221,7 +222,10 @@ class Conversation:
                 self._deadline = now + LOST
             return []
         if frame.topic_id == frames.ID_LOG:
-            return [Log.decode(frame.message)]
+            log = Log.decode(frame.message)
+            if log.text.startswith(GREETING) and now >= max(self._asked_at, self._announced_at) + _QUIET:
+                self._ask(now)  # it has just started, and knows of no host
+            return [log]
         if frame.topic_id == frames.ID_PARAMETER:
             return [ParameterAsked(messages.parameter_name(frame.message))]
         topic = self._topics.get((True, frame.topic_id))
