@@ -22,6 +22,7 @@ from driver_fakes import params_for
 from swarmctl.lab.emulated import SAME_ROBOT
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.port import Port as Pty
+from swarmctl.lab.emulators.robot import Robot
 from swarmctl.resources import templates
 
 DRIVERS = templates() / "drivers"
@@ -44,8 +45,8 @@ def wait_for(what: Callable[[], Any], seconds: float = 10.0) -> Any:
 class Wiring:
     """An emulated robot behind a stable device name, as udev gives it, and its driver's parameter file."""
 
-    def __init__(self, type_name: str, folder: Path, **settings: Any) -> None:
-        self.pty = Pty(emulator(SAME_ROBOT.get(type_name, type_name)))
+    def __init__(self, type_name: str, folder: Path, *, robot: Robot | None = None, **settings: Any) -> None:
+        self.pty = Pty(robot or emulator(SAME_ROBOT.get(type_name, type_name)))
         self.device = folder / "device"
         self.config = folder / "params.yaml"
         self.config.write_text(yaml.safe_dump(params_for(type_name, str(self.device), **settings)))
@@ -94,6 +95,11 @@ class Node:
 
     def set(self, actuator: str, *values: int) -> None:
         self.process.stdin.write(f"{actuator}={','.join(map(str, values))}\n")
+        self.process.stdin.flush()
+
+    def tell(self, topic: str, message: bytes) -> None:
+        """Have somebody publish a message of any type."""
+        self.process.stdin.write(f"{topic}:{message.hex()}\n")
         self.process.stdin.flush()
 
     def drive(self, seconds: float, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:

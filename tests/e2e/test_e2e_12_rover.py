@@ -7,39 +7,20 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from labswarm import SWARM, LabSwarm, Note, Pose, lab_of, within, wrapped
+from labrover import HOST, PULSE, ROBOT, SPEED, WHEELS, pulses, rover_lab
+from labswarm import LabSwarm, Note, Pose, within, wrapped
 
-from swarmctl.firmware import toolchain
-from swarmctl.lab.emulators.uno import program
-from swarmctl.lab.errors import LabError
-
-EXAMPLE = Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml"
-HOST, ROBOT = "rover-pi", "rover"
 SIDE = 2.0  # m
-SPEED, TURN = 0.35, 1.2  # m/s, rad/s
+TURN = 1.2  # rad/s
 STANDS = 1.2  # s: the driver's dead-man, a wheel that rolls out, and a look at the robot
 GOOD = 0.05  # of the way: how far odometry may be off
 
 
 @pytest.fixture(scope="module")
 def rover(workplace: Path) -> Iterator[LabSwarm]:
-    """The example, where people on the host may command as well, with its board simulated."""
-    try:
-        toolchain.find()
-        program()
-    except (toolchain.FirmwareError, LabError) as error:
-        pytest.skip(str(error))
-    folder = workplace / "rover"
-    folder.mkdir()
-    spec = folder / "swarm.yaml"
-    text = EXAMPLE.read_text().replace("by: keys, of", f"by: {HOST}, of")
-    spec.write_text(text.replace("name: rover\n", f"name: {SWARM}\n", 1))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        with lab_of("e2e-rover", spec, workplace, "--boards") as swarm:
-            swarm.deploy()
-            within(40, lambda: "standing still" in swarm.diagnosis(HOST, ROBOT), "the driver is not ready")
-            yield swarm
+    with rover_lab("e2e-rover", workplace) as swarm:
+        within(40, lambda: "standing still" in swarm.diagnosis(HOST, ROBOT), "the driver is not ready")
+        yield swarm
 
 
 def driven(swarm: LabSwarm, linear: float, angular: float, arrived: Callable[[Pose, Pose], bool]) -> None:
@@ -69,6 +50,7 @@ def test_orders_at_the_ros_end_drive_a_square_and_odometry_agrees(rover: LabSwar
     error = math.hypot(true.x - believed.x, true.y - believed.y)
     note(f"odometry's place after {way:.1f} m in a square", f"{error:.2f} m off", f"{GOOD * way:.2f}")
     assert way > 3.5 * SIDE
+    assert sum(pulses(rover, wheel) for wheel in WHEELS) * PULSE > 2 * way  # turns count too
     assert error <= GOOD * way
 
 

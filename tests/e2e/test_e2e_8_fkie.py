@@ -13,15 +13,12 @@ from pathlib import Path
 
 import pytest
 from labmasters import allowed, crossed, due, registered
-from labswarm import SOURCE, LabSwarm, Note, SshError, lab_of, within
+from labswarm import SOURCE, LabSwarm, Note, SshError, lab_of, within, workspace_with
 
 from swarmctl.checks.check import read
-from swarmctl.lab.errors import LabError
-from swarmctl.lab.workspace import workspace_of
 from swarmctl.topology.fkie import FAMILIES
 from swarmctl.topology.swarm import Swarm
 
-GIVEN = "SWARMCTL_WORKSPACE"
 SPEC = Path(__file__).with_name("three-islands.yaml")
 SYNCED = 60.0  # s within which what must cross has crossed
 STILL = 6.0  # s for which nothing else may cross: longer than all of fkie's own delays
@@ -65,23 +62,10 @@ def settled(lab: LabSwarm, islands: Swarm) -> float:
     return time.monotonic() - began
 
 
-def workspace_with(family: str) -> str:
-    """The first of the given workspaces that has the packages; without any the test is skipped."""
-    wanted = (FAMILIES[family].discovery.package, FAMILIES[family].sync.package)
-    for folder in filter(None, os.environ.get(GIVEN, "").split(":")):
-        try:
-            space = Path(workspace_of(Path(folder), "").space)
-        except LabError as error:
-            pytest.fail(f"{GIVEN}: {error}")
-        if all((space / "share" / name).is_dir() for name in wanted):
-            return folder
-    pytest.skip(f"no {' and no '.join(wanted)}: set {GIVEN} to a built catkin workspace that has them")
-
-
 @pytest.fixture(scope="module", params=FAMILIES)
 def joined(request: pytest.FixtureRequest, workplace: Path) -> Iterator[Joined]:
     family: str = request.param
-    workspace = workspace_with(family)
+    workspace = workspace_with(FAMILIES[family].discovery.package, FAMILIES[family].sync.package)
     folder = workplace / family
     folder.mkdir()
     spec = folder / "spec.yaml"

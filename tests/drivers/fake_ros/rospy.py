@@ -1,8 +1,9 @@
 """As much of rospy as the driver node touches, without a master.
 
-Orders come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, and settings as ``<topic>=<numbers>``;
-publications go out on stdout, one JSON object a line. With FAKE_MASTER=away in the environment no node ever
-joins; FAKE_LISTENERS=0 says that nobody listens, FAKE_LACKS names a package that is not installed.
+Orders come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``, and
+messages of any other kind as ``<topic>:<bytes in hex>``; publications go out on stdout, one JSON object a
+line. With FAKE_MASTER=away in the environment no node ever joins; FAKE_LISTENERS=0 says that nobody listens,
+FAKE_LACKS names a package that is not installed.
 """
 
 from __future__ import annotations
@@ -78,12 +79,26 @@ class Time:
     now = staticmethod(time.time)
 
 
+class AnyMsg:
+    """A message whose bytes nobody looks into."""
+
+    _buff: bytes
+
+
 class Publisher:
-    def __init__(self, topic: str, *_: Any, **__: Any) -> None:
+    def __init__(self, topic: str, data_class: Any, **_: Any) -> None:
+        self.data_class = data_class
         self._topic = topic
 
-    def publish(self, message: Message) -> None:
+    def publish(self, message: Message | AnyMsg) -> None:
+        if isinstance(message, AnyMsg):
+            kind = type(message)
+            _say({"topic": self._topic, "is": [kind._type, kind._md5sum], "bytes": message._buff.hex()})
+            return
         _say({"topic": self._topic, **vars(message)})
+
+    def unregister(self) -> None:
+        _say({"topic": "no more", "name": self._topic})
 
     def get_num_connections(self) -> int:
         return int(os.environ.get("FAKE_LISTENERS", "1"))
@@ -95,19 +110,24 @@ class Subscriber:
     subscribers: ClassVar[dict[str, Subscriber]] = {}
 
     def __init__(self, topic: str, _type: Any, take: Any, **__: Any) -> None:
-        self._take = take
-        self._connections: dict[str, queue.Queue[Message]] = {}
+        self._topic, self._take = topic, take
+        self._connections: dict[str, queue.Queue[Any]] = {}
         self.subscribers[topic] = self
         if len(self.subscribers) == 1:
             threading.Thread(target=_listen, daemon=True).start()
+        _say({"topic": "hears", "name": topic})
 
-    def hear(self, sender: str, message: Message) -> None:
+    def unregister(self) -> None:
+        del self.subscribers[self._topic]
+        _say({"topic": "no more", "name": self._topic})
+
+    def hear(self, sender: str, message: Message | AnyMsg) -> None:
         if sender not in self._connections:
             self._connections[sender] = queue.Queue()
             threading.Thread(target=self._receive, args=(self._connections[sender],), daemon=True).start()
         self._connections[sender].put(message)
 
-    def _receive(self, connection: queue.Queue[Message]) -> None:
+    def _receive(self, connection: queue.Queue[Any]) -> None:
         while True:
             self._take(connection.get())
 
@@ -120,6 +140,12 @@ def _listen() -> None:
             values = [int(number) for number in numbers.split(",")]
             message = Message(data=bytes(values) if len(values) > 1 else values[0])
             Subscriber.subscribers[topic].hear("somebody", message)
+            continue
+        if ":" in line:
+            topic, _, data = line.strip().partition(":")
+            anything = AnyMsg()
+            anything._buff = bytes.fromhex(data)
+            Subscriber.subscribers[topic].hear("somebody", anything)
             continue
         sender, linear, angular = line.split()
         message = Message(
