@@ -13,7 +13,7 @@ from swarmctl.lab.emulators.faults import Faults
 from swarmctl.lab.emulators.rosserial_device import Device
 from swarmctl.lab.emulators.rosserial_frames import Message, Topic
 
-ROVER = "arduino-rover"
+ROVER, NAME = "arduino-rover", "arduino_rover"
 STRING, STRING_MD5 = "std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1"
 INT32 = ["std_msgs/Int32", "da5909fbe378aeaf85e547e830cc1bb7"]
 #: As String has it, and bytes that are no text: nobody is to look into them.
@@ -103,7 +103,7 @@ def test_a_board_whose_driver_was_killed_is_told_to_stop(tmp_path):
         node.process.wait()
         assert wiring.moving()
         stopped = wiring.stop_motors()
-        assert (stopped.returncode, stopped.stdout) == (0, f"{ROVER} was told to stop\n")
+        assert (stopped.returncode, stopped.stdout) == (0, f"{NAME} was told to stop\n")
         wait_for(lambda: not wiring.moving(), 1.0)
         assert wiring.pty.snapshot().last_command == "tx stop"
 
@@ -116,5 +116,5 @@ def test_a_board_that_does_not_answer_is_left_to_its_own_dead_man_in_time(tmp_pa
         assert time.monotonic() - began < 2.0 + 1.0  # what starting it may take on a busy machine
         assert (stopped.returncode, stopped.stdout) == (
             0,
-            f"{ROVER} does not answer: its sketch stops it 0.4 s after its last order\n",
+            f"{NAME} does not answer: its sketch stops it 0.4 s after its last order\n",
         )
