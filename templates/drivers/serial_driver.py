@@ -119,9 +119,9 @@ def _drive(config: Config) -> None:
     with contextlib.ExitStack() as stack:
         stack.callback(news.leave)
         pool = stack.enter_context(ThreadPoolExecutor(1, "serial-line"))
-        loop = pool.submit(run, driver, orders, notifier.beat, wait)
-        stack.callback(orders.stop)
+        stack.callback(orders.stop)  # a signal at any moment from here on ends the loop
         stack.callback(notifier.stopping)
+        loop = pool.submit(run, driver, orders, notifier.beat, wait)
         notifier.ready()  # the robot is watched over; a master that is away may take as long as it takes
         from swarm_driver import ros  # noqa: PLC0415  importing ROS takes longer than stopping the robot
 

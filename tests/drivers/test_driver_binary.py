@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import struct
+from dataclasses import replace
 
 import pytest
-from driver_fakes import TYPES, Clock, config_for
+from driver_fakes import TYPES, Bench, Clock, config_for
 from hypothesis import given
 from hypothesis import strategies as st
 from swarm_driver.asked import linked
 from swarm_driver.binary import BinaryReader
 from swarm_driver.codec import BadReplyError, Reply
+from swarm_driver.config import BinaryProtocol, BinaryQuery
 from swarm_driver.link import FAILED_EXCHANGE, NoReplyError
 from swarm_driver.report import Tally
 
@@ -139,3 +142,49 @@ def test_whatever_a_robot_of_any_type_sends_an_exchange_ends_in_its_time(type_na
         with contextlib.suppress(*FAILED_EXCHANGE):
             link.ask(request)
         assert clock.now - before <= 2 * protocol.reply_timeout + 1e-6
+
+
+class Overtaken:
+    """Repeats speeds and tells still wheels, ``takes`` s after each request and in their order."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.takes = 0.01
+        self.coming: list[tuple[float, bytes]] = []
+        self.last = 0.0
+
+    def open(self) -> Overtaken:
+        return self
+
+    def write(self, data: bytes) -> None:
+        self.last = max(self.last, self.clock.now) + self.takes
+        self.coming.append((self.last, data[1:] if data[0] == 0xBC else struct.pack("<hh", 1000, 1000)))
+
+    def read(self, timeout: float) -> bytes:
+        end = self.clock.now + timeout
+        arrives = self.coming[0][0] if self.coming else math.inf
+        self.clock.now = max(self.clock.now, min(arrives, end))
+        return self.coming.pop(0)[1] if arrives <= end else b""
+
+    def drain(self) -> None:
+        self.coming = [one for one in self.coming if one[0] > self.clock.now]
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+@pytest.mark.parametrize("takes", [0.11, 0.13, 0.18])
+def test_the_answer_to_a_speed_that_was_said_anew_is_no_position(takes):
+    """A stop waits for no late answer, and may take it for its own: then its own is still to come."""
+    said = BinaryQuery("bc {left:h} {right:h}", "2h")
+    protocol = BinaryProtocol(0.1, "little", (), said, {"position": BinaryQuery("af", "2h")})
+    koala = config_for("koala")
+    config = replace(koala, protocol=protocol, actuators=(), sensors=(koala.sensor("odom"),))
+    bench = Bench(config, Overtaken)
+    bench.run(1.0)
+    for number in range(100):
+        bench.robot.takes = takes if number % 20 == 10 else 0.01
+        bench.order(0.01 * (number % 5))
+        bench.run(0.1)
+    assert int(bench.sink.reports[-1].values["failed exchanges"]) > 2
+    assert bench.sink.poses[-1].driven == 0.0

@@ -349,3 +349,63 @@ def test_topics_that_come_too_slowly_are_told():
     bench.run(10.0)
     assert "lwheel comes at" in bench.report.message
     assert bench.report.values["lwheel rate"].endswith("of 10 Hz")
+
+
+def test_what_ros_sends_in_floods_leaves_the_stop_the_line():
+    """A serial port takes 4 KB at once: a stop behind that would come a second late."""
+    bench = BoardBench()
+    bench.relay.types["std_msgs/String"] = replace(bench.relay.types["std_msgs/Int32"], md5sum="5" * 32)
+    bench.robot.announces.append(announcement(1, 101, "words", "std_msgs/String", md5="5" * 32))
+    bench.run(4.0)
+    since = len(bench.robot.heard)
+    for number in range(200):
+        bench.relay.mail += [Outgoing("words", bytes(200))] * 10
+        bench.order(0.1 + 0.001 * (number % 2))
+        bench.run(0.01)
+    sent = sum(len(message) + 8 for _, _, message in bench.robot.heard[since:])
+    assert 101 in [topic_id for _, topic_id, _ in bench.robot.heard]
+    assert sent < 2.0 * 57600 / 10
+
+
+@pytest.mark.parametrize(
+    ("hears", "told"),
+    [
+        (
+            [("cmd_vel", "std_msgs/String", "5" * 32)],
+            "hears `cmd_vel` as std_msgs/String, not once as geometry",
+        ),
+        (
+            [("cmd_vel", TWIST, TWIST_MD5)] * 2,
+            "hears `cmd_vel` as geometry_msgs/Twist and geometry_msgs/Twist",
+        ),
+    ],
+    ids=["another-type", "twice"],
+)
+def test_orders_go_out_as_what_the_sketch_hears_or_not_at_all(hears, told):
+    bench = BoardBench()
+    bench.relay.types["std_msgs/String"] = replace(bench.relay.types["std_msgs/Int32"], md5sum="5" * 32)
+    bench.robot.announces = [
+        announcement(1, 100 + n, name, kind, md5=md5) for n, (name, kind, md5) in enumerate(hears)
+    ]
+    bench.run(4.0)
+    assert bench.driver.phase is not Phase.READY
+    assert told in bench.report.message
+    assert bench.said == []
+
+
+def test_a_sketch_cannot_go_round_the_gate():
+    """Orders reach it, and come from it, on no topic but the driver's own; nothing leaves its namespace."""
+    bench = BoardBench()
+    bench.robot.announces = [
+        CMD_VEL,
+        announcement(0, 130, "cmd_vel", TWIST, md5=TWIST_MD5),
+        *(
+            announcement(1, 101 + n, name, TWIST, md5=TWIST_MD5)
+            for n, name in enumerate(["/cmd_vel", "~cmd_vel"])
+        ),
+        announcement(0, 131, "/other/cmd_vel", TWIST, md5=TWIST_MD5),
+    ]
+    bench.run(4.0)
+    assert bench.driver.phase is Phase.READY
+    assert bench.relay.served == []
+    assert "not within the robot's namespace: write the name without `/`" in bench.report.message

@@ -28,6 +28,7 @@ def test_a_speed_is_said_as_the_robot_wants_it(type_name, request_line):
     [
         (b"d", SPEED, Reply((), "")),
         (b"h,-5,70000", POSITION, Reply((-5, 70000), "-5,70000")),
+        (b"h,18446744073709551615,0", POSITION, Reply((2**64 - 1, 0), "18446744073709551615,0")),
         (b"h, -5 ,+7", POSITION, Reply((-5, 7), " -5 ,+7")),
         (b"n," + b",".join([b"1"] * 12), PROXIMITY, Reply((1,) * 11, ",".join("1" * 12))),
         (

@@ -139,3 +139,18 @@ def test_a_light_that_keeps_silent_does_not_hold_up_the_dead_man():
     stopped = [at for at, request in bench.robot.said if request == "D,0,0"][-1]
     ordered = next(at for at, request in bench.robot.said if request == "D,22,22")
     assert stopped - ordered == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_flood_of_sounds_that_no_robot_answers_leaves_the_line_to_the_stop():
+    """A serial port takes 4 KB at once: a stop behind that would come seconds late."""
+    beep = Actuator("beep", "T,{value}", None, ("tone",), max=255, momentary=True)
+    koala = config_for("koala")
+    bench = Bench(replace(koala, actuators=(beep,), serial=replace(koala.serial, baud=9600)))
+    bench.run(1.0)
+    for number in range(1000):
+        bench.outputs.put(beep, [number % 256])
+        bench.clock.now += 0.001
+        bench.run(0.001)
+    beeps = [request + "\r" for _, request in bench.robot.said if request.startswith("T,")]
+    assert len(beeps) > 20
+    assert len("".join(beeps)) < 0.5 * 2.0 * 960

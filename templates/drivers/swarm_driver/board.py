@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections import deque
 
 from swarm_rosserial.conversation import (
     GREETING,
@@ -19,7 +20,7 @@ from swarm_rosserial.conversation import (
     UnsendableError,
 )
 from swarm_rosserial.frames import OVERHEAD
-from swarm_rosserial.messages import BadMessageError, Log, twist
+from swarm_rosserial.messages import TWIST_TYPE, BadMessageError, Log, twist
 
 from swarm_driver.config import RosserialProtocol
 from swarm_driver.connection import Around
@@ -27,7 +28,7 @@ from swarm_driver.drift import Drift
 from swarm_driver.kinematics import Odometry, within_limits
 from swarm_driver.link import BytePort, LinkLostError
 from swarm_driver.orders import DeadMan
-from swarm_driver.relay import Outgoing, Relay
+from swarm_driver.relay import MOST_WAITING, Outgoing, Parameter, Relay
 from swarm_driver.report import Level, Meter
 from swarm_driver.wheels import Wheels
 
@@ -35,6 +36,7 @@ COMMAND = "cmd_vel"
 _STANDSTILL = (0.0, 0.0)
 _KEEP_UP = 0.2  # s after which an unchanged order is said again
 _BREATH = 3  # times what an order takes on the line, between two changes of it
+_ROOM = 2  # times what another message takes on the line, before the next one: a stop waits for all before it
 _LAST_WORD = 0.05  # s for the last bytes to leave before the port is closed
 
 
@@ -69,9 +71,12 @@ class Board:
         self._wanted_rates = protocol.rates
         self._dead_man = DeadMan(around.orders, config.command_timeout, clock)
         self._keep_up = min(_KEEP_UP, protocol.firmware_timeout / 2)
-        self._breath = _BREATH * (len(twist(*_STANDSTILL)) + OVERHEAD) * 10 / config.serial.baud
+        self._breath = _BREATH * self._seconds(twist(*_STANDSTILL))
         self._aim = _STANDSTILL
         self._said_at = clock()
+        self._hears_orders = False
+        self._outbox: deque[Outgoing | Parameter] = deque(maxlen=MOST_WAITING)
+        self._free_at = self._said_at
         self._damaged_told = self._unsent = 0
 
     @property
@@ -91,7 +96,8 @@ class Board:
             return self._conversation.due()
         self._say_speed()
         self._pass_on()
-        return min(self._conversation.due(), self._speed_due(self._wanted()), self._dead_man_due())
+        post_due = self._free_at if self._outbox else float("inf")
+        return min(self._conversation.due(), self._speed_due(self._wanted()), self._dead_man_due(), post_due)
 
     def stop(self) -> None:
         """The last words. No board confirms them."""
@@ -103,8 +109,9 @@ class Board:
                 self._port.read(end - self._clock())
 
     def blurt_stop(self) -> None:
-        with contextlib.suppress(UnsendableError):
-            self._conversation.send(COMMAND, twist(*_STANDSTILL))
+        if self._hears_orders:  # bytes of another type would write anywhere in the sketch's memory
+            with contextlib.suppress(UnsendableError):
+                self._conversation.send(COMMAND, twist(*_STANDSTILL))
 
     def close(self) -> None:
         self._port.close()
@@ -151,9 +158,11 @@ class Board:
 
     def _negotiated(self, event: Negotiated) -> None:
         self._drift.negotiated(event)
-        if not any(one.name == COMMAND and not one.published for one in event.topics):
-            raise LinkLostError(self._drift.why_not(COMMAND))
-        self._relay.serve([one for one in event.topics if one.published or one.name != COMMAND])
+        heard = [one.type for one in event.topics if one.name == COMMAND and not one.published]
+        self._hears_orders = heard == [TWIST_TYPE]
+        if not self._hears_orders:
+            raise LinkLostError(self._drift.why_not(COMMAND, heard))
+        self._relay.serve([one for one in event.topics if one.name != COMMAND])
         self._wheels.forget()
         if self.since is None:
             self._tally.connections += 1
@@ -216,15 +225,22 @@ class Board:
         return self._dead_man.due() if self._aim != _STANDSTILL else float("inf")
 
     def _pass_on(self) -> None:
-        """What ROS has for the board."""
-        for one in self._relay.taken():
+        """What ROS has for the board, no faster than the line carries it."""
+        self._outbox.extend(self._relay.taken())
+        while self._outbox and self._clock() >= self._free_at:
+            one = self._outbox.popleft()
             try:
                 if isinstance(one, Outgoing):
                     self._conversation.send(one.name, one.message)
+                    self._free_at = self._clock() + _ROOM * self._seconds(one.message)
                 else:
                     self._conversation.parameter(one.name, one.value)
-            except UnsendableError as error:  # noqa: PERF203
+            except UnsendableError as error:
                 self._failed(str(error))
+
+    def _seconds(self, message: bytes) -> float:
+        """How long a message takes on the line."""
+        return (len(message) + OVERHEAD) * 10 / self._config.serial.baud
 
     def _failed(self, reason: str) -> None:
         self._unsent += 1

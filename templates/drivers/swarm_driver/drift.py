@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Sequence
+
 from swarm_rosserial.conversation import Negotiated
+from swarm_rosserial.messages import TWIST_TYPE
 
 from swarm_driver.config import RosserialProtocol
 
@@ -35,7 +38,10 @@ class Drift:
             ),
         ]
 
-    def why_not(self, name: str) -> str:
+    def why_not(self, name: str, heard: Sequence[str]) -> str:
+        """Why the sketch cannot be sent ``name``, which it hears as these types."""
+        if heard:
+            return f"the sketch hears `{name}` as {' and '.join(heard)}, not once as {TWIST_TYPE}"
         return self._refused.get(name, f"the sketch does not hear `{name}`")
 
     def complaints(self, firmware: str) -> list[str]:

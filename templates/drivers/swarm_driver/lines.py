@@ -11,7 +11,7 @@ from swarm_driver.config import Actuator, LineProtocol, LineQuery
 # Longer than any reply; what is longer is noise and not worth keeping.
 _LONGEST_LINE = 512
 _LINE_END = re.compile(rb"[\r\n]+")
-_WHOLE = re.compile(r"[+-]?[0-9]{1,18}", re.ASCII)
+_WHOLE = re.compile(r"[+-]?[0-9]{1,20}", re.ASCII)  # 64 bits
 _DECIMAL = re.compile(r"[+-]?[0-9]{1,18}(?:\.[0-9]{1,18})?", re.ASCII)
 _VERSION = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?", re.ASCII)
 

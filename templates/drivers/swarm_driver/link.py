@@ -60,6 +60,7 @@ class Link:
         self._clock = clock
         self._overhear = overhear
         self._unsettled = False  # an answer that has no frame may still be coming
+        self._answer_due = -math.inf  # until when the last one may
 
     def set_speed(self, left: int, right: int) -> None:
         self.ask(self.codec.speed(left, right))
@@ -69,14 +70,17 @@ class Link:
         deadline = self._clock() + timeout
         if self._unsettled and not request.urgent:
             self._settle(deadline)
+            self._unsettled = False
+        doubtful = self._unsettled  # what is read now may be the answer to the request before
         self._tally.told = self._overhear(self._port.read(0.0)) or self._tally.told
         self._port.drain()
         self._port.write(request.data)
         if not request.answered:
             return Reply()
-        self._unsettled = not request.framed
-        reply = self._answer(request, min(deadline, self._clock() + self._reply_timeout))
-        self._unsettled = False
+        self._unsettled = doubtful or not request.framed
+        self._answer_due = self._clock() + self._reply_timeout
+        reply = self._answer(request, min(deadline, self._answer_due))
+        self._unsettled = doubtful
         return reply
 
     def twice(self, exchange: Callable[[], T]) -> T:
@@ -101,8 +105,9 @@ class Link:
     def _settle(self, deadline: float) -> None:
         """Let a late answer pass: its bytes would be taken for the next one's."""
         deadline = min(deadline, self._clock() + self._reply_timeout)
-        while self._port.read(min(_QUIET, deadline - self._clock())) and self._clock() < deadline:
-            pass
+        while (now := self._clock()) < deadline:
+            if not self._port.read(min(_QUIET, deadline - now)) and now >= self._answer_due:
+                return
 
     def _answer(self, request: Request, deadline: float) -> Reply:
         reader = request.reader()

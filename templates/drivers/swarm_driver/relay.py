@@ -8,7 +8,7 @@ from typing import Any, Callable, Protocol, Sequence
 
 from swarm_rosserial.topics import MessageType, Topic
 
-_MOST_WAITING = 32  # messages for the board; its line is slow, and what is old is not worth sending
+MOST_WAITING = 32  # messages for the board; its line is slow, and what is old is not worth sending
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Mailbox:
 
     def __init__(self, ring: Callable[[], None]) -> None:
         self._ring = ring
-        self._waiting: deque[Outgoing | Parameter] = deque(maxlen=_MOST_WAITING)
+        self._waiting: deque[Outgoing | Parameter] = deque(maxlen=MOST_WAITING)
 
     def put(self, one: Outgoing | Parameter) -> None:
         self._waiting.append(one)

@@ -21,6 +21,7 @@ _KEEP_UP = 0.2  # s after which an unchanged speed is said again: a robot that i
 _BREATH = 0.02  # s between two changes of speed, so that fast orders leave the sensors room
 _EARLY = 0.5  # of a poll's period by which a slower sensor may have its turn before it is due
 _SULK = 1.0  # s for which a sensor or a light that failed is left alone
+_ROOM = 3  # times what a request takes on the line, after one that no reply holds up
 _PERIODS = 3  # of a slow sensor, over which its rate is measured
 
 
@@ -156,6 +157,9 @@ class Session:
             if not isinstance(error, BadReplyError):
                 self._show_at = self._clock() + _SULK
                 return
+        else:
+            if not request.answered:  # what the line has not carried yet would hold up a stop
+                self._show_at = self._clock() + _ROOM * len(request.data) * 10 / self._config.serial.baud
         self._shown.said(change)  # a robot that refuses it is not pestered
 
     def _read(self, poll: Poll, patience: float) -> None:

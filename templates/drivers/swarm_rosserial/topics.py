@@ -56,6 +56,11 @@ def _hindrance(info: TopicInfo, room: int, types: Types, verb: str) -> str:
     claim = f"the sketch {verb} `{info.topic_name}` as {info.message_type}"
     if info.topic_id < FIRST_TOPIC_ID:
         return f"{claim} under the id {info.topic_id}, which is the protocol's own"
+    if info.topic_name.startswith(("/", "~")):
+        return (
+            f"{claim}, which is not within the robot's namespace: "
+            f"write the name without `{info.topic_name[0]}`"
+        )
     known = types(info.message_type)
     if known is None:
         return f"{claim}, which no package on this host has: install {info.message_type.split('/')[0]}"
