@@ -13,7 +13,7 @@ import time
 import pytest
 from driver_fakes import TESTER, TYPES, config_for, ros_name
 from driver_process import DRIVERS, SHARED, master, no_master, running, wait_for, wired
-from swarm_driver.port import Port
+from swarm_driver.port import Port, PortError
 
 from swarmctl.lab.emulators.faults import Faults
 
@@ -314,3 +314,8 @@ def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path):
             for _ in range(50):
                 node.order(0.4, sender="/rostopic_77")
         assert time.monotonic() - last <= 0.6 + 0.25
+
+
+def test_a_file_that_is_no_serial_port_is_called_so():
+    with pytest.raises(PortError, match=r"^/dev/null is no serial port$"):
+        Port("/dev/null", config_for("koala").serial)

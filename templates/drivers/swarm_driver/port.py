@@ -111,13 +111,15 @@ def _turn(path: str) -> Iterator[None]:
 
 
 def _open_error(path: str, error: Exception) -> PortError:
-    number = _number(error)
+    number = _number(error) or _number(error.__context__)
     if number == errno.ENOENT or not os.path.lexists(path):
         return PortError(f"{path} is missing: is the cable plugged in, the robot on?", missing=True)
     if number == errno.EACCES:
         return PortError(f"no permission for {path}: the driver's account must be in its group (dialout)")
     if number in (errno.EAGAIN, errno.EBUSY):
         return PortError(f"{path} is in use by another program (see `fuser {path}`)", busy=True)
+    if number == errno.ENOTTY:
+        return PortError(f"{path} is no serial port")
     unplugged = number in (errno.EIO, errno.ENODEV, errno.ENXIO, errno.EHOSTDOWN, errno.EHOSTUNREACH)
     return PortError(f"cannot open {path}: {_short(error)}", absent=unplugged)
 
@@ -127,7 +129,7 @@ def _short(error: Exception) -> str:
     return os.strerror(number) if number else str(error)
 
 
-def _number(error: Exception) -> int | None:
+def _number(error: BaseException | None) -> int | None:
     """The errno of ``error``; termios.error carries it as its first argument only."""
-    given = getattr(error, "errno", None) or next(iter(error.args), None)
+    given = getattr(error, "errno", None) or next(iter(getattr(error, "args", ())), None)
     return given if isinstance(given, int) else None
