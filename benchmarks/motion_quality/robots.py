@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from swarm_driver.config import Config, Kinematics, RosserialProtocol, parse
+from swarm_driver.config import Config, Kinematics, parse
+from swarm_driver.protocols import RosserialProtocol
 
 from motion_quality.papers import FORMULAS, Formula, OnBoard
 from motion_quality.paths import Wheels

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 
 from swarm_driver.asked import Asked, linked
 from swarm_driver.codec import Reply, Request
-from swarm_driver.config import Config, RosserialProtocol, Scale, Sensor
+from swarm_driver.config import Config, Scale, Sensor
 from swarm_driver.kinematics import STANDSTILL, Counters, Units, wheel_units
 from swarm_driver.lines import firmware_version
 from swarm_driver.link import FAILED_EXCHANGE, BytePort, Link, LinkLostError
 from swarm_driver.port import PortError
+from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.report import Tally
 
 _KEEP_UP = 0.2  # s after which a speed is said again, as a driver does

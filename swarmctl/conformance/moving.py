@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from swarm_driver.config import PythonProtocol, Sensor
+from swarm_driver.config import Sensor
 from swarm_driver.driver import Driver, Phase
 from swarm_driver.kinematics import STANDSTILL, wheel_units
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
+from swarm_driver.protocols import PythonProtocol
 from swarm_driver.relay import Outgoing, Parameter
 
 from swarmctl.conformance.bench import Bench, Motion, Wire

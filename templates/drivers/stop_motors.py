@@ -14,10 +14,11 @@ import time
 from pathlib import Path
 
 from swarm_driver.asked import linked
-from swarm_driver.config import Config, ConfigError, RosserialProtocol, load
+from swarm_driver.config import Config, ConfigError, load
 from swarm_driver.kinematics import STANDSTILL
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.port import Port, PortError
+from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.report import Tally
 from swarm_rosserial.conversation import Conversation, UnsendableError
 from swarm_rosserial.messages import TWIST_MD5, TWIST_TYPE, twist

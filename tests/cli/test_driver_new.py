@@ -59,8 +59,8 @@ def test_flags_make_a_type(name: str, folder: Path, golden: Callable[[Path, str]
 
 def test_the_class_to_begin_with_speaks_lines(folder: Path) -> None:
     """The skeleton is a whole codec: numbers in, bytes out, and back."""
-    from swarm_driver.config import PythonProtocol
     from swarm_driver.own import OwnCodec
+    from swarm_driver.protocols import PythonProtocol
 
     run(["driver", "new", "snail", *ROBOTS["snail"]])
     protocol = PythonProtocol(0.2, folder / "robots/snail.py", "SnailCodec", {}, True, {"position": 2})

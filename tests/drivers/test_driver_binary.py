@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from swarm_driver.asked import linked
 from swarm_driver.binary import BinaryReader
 from swarm_driver.codec import BadReplyError, Reply
-from swarm_driver.config import BinaryProtocol, BinaryQuery
 from swarm_driver.link import FAILED_EXCHANGE, NoReplyError
+from swarm_driver.protocols import BinaryProtocol, BinaryQuery
 from swarm_driver.report import Tally
 
 SENSES = struct.pack("<3h8h8h2h3h", *range(24))

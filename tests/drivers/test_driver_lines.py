@@ -7,8 +7,8 @@ from driver_fakes import config_for
 from hypothesis import given
 from hypothesis import strategies as st
 from swarm_driver.codec import BadReplyError, Reply
-from swarm_driver.config import LineQuery as Query
 from swarm_driver.lines import LineBuffer, LineCodec, firmware_version, understand
+from swarm_driver.protocols import LineQuery as Query
 
 POSITION = Query("H", "h", values=2)
 PROXIMITY = Query("N", "n", values=11, extra=1)

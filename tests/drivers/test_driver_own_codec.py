@@ -12,9 +12,10 @@ import yaml
 from driver_fakes import Bench, config_for, params_for
 from driver_process import running, wired
 from swarm_driver.codec import BadReplyError
-from swarm_driver.config import Config, PythonProtocol, parse
+from swarm_driver.config import Config, parse
 from swarm_driver.driver import Phase
 from swarm_driver.own import OwnCodec
+from swarm_driver.protocols import PythonProtocol
 from swarm_driver.report import Level
 
 CODEC = """\

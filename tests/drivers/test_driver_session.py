@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import pytest
 from driver_fakes import Bench, config_for
-from swarm_driver.config import LineQuery
 from swarm_driver.driver import Phase, run
+from swarm_driver.protocols import LineQuery
 from swarm_driver.report import Level
 
 STOP, AHEAD = "D,0,0", "D,44,44"

@@ -8,12 +8,12 @@ from typing import Callable, Iterator, Union
 
 from swarm_driver.binary import BinaryCodec
 from swarm_driver.codec import BadReplyError, Codec
-from swarm_driver.config import BinaryProtocol, LineProtocol, PythonProtocol
 from swarm_driver.connection import Around
 from swarm_driver.kinematics import STANDSTILL, Odometry
 from swarm_driver.lines import LineCodec, firmware_version, overheard
 from swarm_driver.link import BytePort, Link, LinkLostError
 from swarm_driver.own import OwnCodec
+from swarm_driver.protocols import BinaryProtocol, LineProtocol, PythonProtocol
 from swarm_driver.report import Level, Tally
 from swarm_driver.session import Session
 

@@ -7,7 +7,8 @@ import struct
 from typing import Mapping, Sequence
 
 from swarm_driver.codec import BadReplyError, Reply, Request
-from swarm_driver.config import Actuator, BinaryProtocol, BinaryQuery
+from swarm_driver.config import Actuator
+from swarm_driver.protocols import BinaryProtocol, BinaryQuery
 
 _PLACE = re.compile(r"\{([a-z]+):([bBhHiIf])\}")
 _ORDERS = {"little": "<", "big": ">"}

@@ -22,12 +22,12 @@ from swarm_rosserial.conversation import (
 from swarm_rosserial.frames import OVERHEAD
 from swarm_rosserial.messages import TWIST_TYPE, BadMessageError, Log, twist
 
-from swarm_driver.config import RosserialProtocol
 from swarm_driver.connection import Around
 from swarm_driver.drift import Drift
 from swarm_driver.kinematics import Odometry, within_limits
 from swarm_driver.link import BytePort, LinkLostError
 from swarm_driver.orders import DeadMan
+from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.relay import MOST_WAITING, Outgoing, Parameter, Relay
 from swarm_driver.report import Level, Meter
 from swarm_driver.wheels import Wheels

@@ -6,11 +6,13 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Mapping, Pattern, Union
+from typing import Any, Mapping
 
 import yaml
 
 from swarm_driver.authority import Commander
+from swarm_driver.bounds import between, positive
+from swarm_driver.protocols import Protocol, protocol_of
 
 
 class ConfigError(Exception):
@@ -58,97 +60,6 @@ class Kinematics:
         if firmware is None:
             return self.scales[0] if len(self.scales) == 1 else None
         return next((scale for scale in self.scales if firmware < scale.firmware_below), None)
-
-
-@dataclass(frozen=True)
-class LineQuery:
-    """A request, and its reply: a head, ``values`` numbers, up to ``extra`` numbers that are ignored."""
-
-    send: str
-    reply: str
-    values: int = 0
-    extra: int = 0
-    pattern: Pattern[str] | None = None
-
-
-@dataclass(frozen=True)
-class Stray:
-    """A line that begins with ``begins`` tells what is wrong, unless with one of ``unless``."""
-
-    begins: str
-    means: str
-    unless: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class LineProtocol:
-    """What is said on a line of text. ``identify`` is answered with text."""
-
-    reply_timeout: float
-    terminator: str
-    error_heads: tuple[str, ...]
-    strays: tuple[Stray, ...]
-    identify: LineQuery | None
-    setup: tuple[LineQuery, ...]
-    set_speed: LineQuery
-    queries: Mapping[str, LineQuery]
-
-
-@dataclass(frozen=True)
-class BinaryQuery:
-    """A request in hexadecimal digits with places, and the layout of its reply."""
-
-    send: str
-    reply: str
-    echo: bool = False
-
-
-@dataclass(frozen=True)
-class BinaryProtocol:
-    """What is said in bytes."""
-
-    reply_timeout: float
-    byte_order: str
-    setup: tuple[BinaryQuery, ...]
-    set_speed: BinaryQuery
-    queries: Mapping[str, BinaryQuery]
-
-
-@dataclass(frozen=True)
-class PythonProtocol:
-    """The class ``codec`` in the file ``module``. ``values``: how many numbers each query's reply makes."""
-
-    reply_timeout: float
-    module: Path
-    codec: str
-    options: Mapping[str, Any]
-    identify: bool
-    values: Mapping[str, int]
-
-
-@dataclass(frozen=True)
-class Ticks:
-    """The topics of a sketch that count how far the wheels have turned. ``wheel_radius`` in metres."""
-
-    left: str
-    right: str
-    counts_per_turn: float
-    wheel_radius: float
-
-
-@dataclass(frozen=True)
-class RosserialProtocol:
-    """What a sketch should announce: types by topic, and rates, Hz. ``firmware``: its digest; empty: any."""
-
-    firmware_timeout: float
-    firmware: str
-    publishes: Mapping[str, str]
-    subscribes: Mapping[str, str]
-    rates: Mapping[str, float]
-    ticks: Ticks | None
-
-
-Protocol = Union[LineProtocol, BinaryProtocol, PythonProtocol, RosserialProtocol]
 
 
 @dataclass(frozen=True)
@@ -235,11 +146,11 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         frame_prefix=str(data["frame_prefix"]),
         port=str(data["port"]),
         serial=_serial(data["serial"]),
-        command_timeout=_between("command_timeout", data["command_timeout"], 0.05, 2.0),
+        command_timeout=between("command_timeout", data["command_timeout"], 0.05, 2.0),
         commanders=tuple(_commander(one) for one in data["commanders"]),
-        diagnostics_rate=_between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
+        diagnostics_rate=between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
         kinematics=_kinematics(data["kinematics"]),
-        protocol=_protocol(data["protocol"], folder, data["kinematics"].get("wheel_radius")),
+        protocol=protocol_of(data["protocol"], folder, data["kinematics"].get("wheel_radius")),
         sensors=tuple(_sensor(name, one) for name, one in data["sensors"].items()),
         actuators=tuple(_actuator(name, one) for name, one in data["actuators"].items()),
     )
@@ -261,7 +172,7 @@ def _serial(data: Mapping[str, Any]) -> Serial:
         bytesize=int(data["bytesize"]),
         parity=str(data["parity"]),
         stopbits=int(data["stopbits"]),
-        settle=_between("serial.settle", data["settle"], 0.0, 10.0),
+        settle=between("serial.settle", data["settle"], 0.0, 10.0),
         hint=str(data["hint"]),
     )
 
@@ -269,84 +180,25 @@ def _serial(data: Mapping[str, Any]) -> Serial:
 def _kinematics(data: Mapping[str, Any]) -> Kinematics:
     error = data["odometry_error"]
     return Kinematics(
-        wheel_separation=_positive("wheel_separation", data["wheel_separation"]),
-        wheel_speed_max=_positive("wheel_speed_max", data["wheel_speed_max"]),
-        wheel_speed_min=_between("wheel_speed_min", data["wheel_speed_min"], 0.0, data["wheel_speed_max"]),
-        linear_max=_positive("linear_max", data["linear_max"]),
-        angular_max=_positive("angular_max", data["angular_max"]),
+        wheel_separation=positive("wheel_separation", data["wheel_separation"]),
+        wheel_speed_max=positive("wheel_speed_max", data["wheel_speed_max"]),
+        wheel_speed_min=between("wheel_speed_min", data["wheel_speed_min"], 0.0, data["wheel_speed_max"]),
+        linear_max=positive("linear_max", data["linear_max"]),
+        angular_max=positive("angular_max", data["angular_max"]),
         counter_bits=int(data["counter_bits"]),
-        linear_error=_positive("odometry_error.linear", error["linear"]),
-        angular_error=_positive("odometry_error.angular", error["angular"]),
+        linear_error=positive("odometry_error.linear", error["linear"]),
+        angular_error=positive("odometry_error.angular", error["angular"]),
         scales=tuple(_scale(scale) for scale in data["scales"]),
-        wheel_radius=_positive("wheel_radius", data["wheel_radius"]) if "wheel_radius" in data else None,
+        wheel_radius=positive("wheel_radius", data["wheel_radius"]) if "wheel_radius" in data else None,
     )
 
 
 def _scale(data: Mapping[str, Any]) -> Scale:
     return Scale(
         firmware_below=float(data.get("firmware_below", math.inf)),
-        speed_units_per_mps=_positive("speed_units_per_mps", data["speed_units_per_mps"]),
-        metres_per_count=_positive("metres_per_count", data["metres_per_count"]),
+        speed_units_per_mps=positive("speed_units_per_mps", data["speed_units_per_mps"]),
+        metres_per_count=positive("metres_per_count", data["metres_per_count"]),
     )
-
-
-def _protocol(data: Mapping[str, Any], folder: Path, wheel_radius: Any) -> Protocol:
-    if data["kind"] == "rosserial":
-        return _sketch(data, wheel_radius)
-    timeout = _between("protocol.reply_timeout", data["reply_timeout"], 0.01, 2.0)
-    if data["kind"] == "line":
-        return LineProtocol(
-            reply_timeout=timeout,
-            terminator=str(data["terminator"]),
-            error_heads=tuple(str(head) for head in data["error_heads"]),
-            strays=tuple(Stray(**{**one, "unless": tuple(one["unless"])}) for one in data["strays"]),
-            identify=LineQuery(**data["identify"]) if "identify" in data else None,
-            setup=tuple(LineQuery(**one) for one in data["setup"]),
-            set_speed=_line_query(data["set_speed"]),
-            queries={name: _line_query(one) for name, one in data["queries"].items()},
-        )
-    if data["kind"] == "binary":
-        return BinaryProtocol(
-            reply_timeout=timeout,
-            byte_order=str(data["byte_order"]),
-            setup=tuple(BinaryQuery(**one) for one in data["setup"]),
-            set_speed=BinaryQuery(**data["set_speed"]),
-            queries={name: BinaryQuery(**one) for name, one in data["queries"].items()},
-        )
-    if data["kind"] == "python":
-        return PythonProtocol(
-            reply_timeout=timeout,
-            module=folder / str(data["module"]),
-            codec=str(data["codec"]),
-            options=dict(data["options"]),
-            identify=bool(data["identify"]),
-            values={str(name): int(one["values"]) for name, one in data["queries"].items()},
-        )
-    raise ValueError("this driver speaks lines of text, bytes or rosserial, not `{}`".format(data["kind"]))
-
-
-def _sketch(data: Mapping[str, Any], wheel_radius: Any) -> RosserialProtocol:
-    ticks = data.get("odometry")
-    return RosserialProtocol(
-        firmware_timeout=_positive("protocol.firmware_timeout", data["firmware_timeout"]),
-        firmware=str(data.get("digest", "")),
-        publishes={str(one["topic"]): str(one["type"]) for one in data["publishes"]},
-        subscribes={str(one["topic"]): str(one["type"]) for one in data["subscribes"]},
-        rates={str(one["topic"]): _positive("rate", one["rate"]) for one in data["publishes"]},
-        ticks=None
-        if ticks is None
-        else Ticks(
-            left=str(ticks["left"]),
-            right=str(ticks["right"]),
-            counts_per_turn=_positive("counts_per_turn", ticks["counts_per_turn"]),
-            wheel_radius=_positive("wheel_radius", wheel_radius),
-        ),
-    )
-
-
-def _line_query(data: Mapping[str, Any]) -> LineQuery:
-    pattern = {"pattern": re.compile(data["pattern"], re.ASCII)} if "pattern" in data else {}
-    return LineQuery(**{**data, **pattern})
 
 
 def _sensor(name: str, data: Mapping[str, Any]) -> Sensor:
@@ -357,7 +209,7 @@ def _sensor(name: str, data: Mapping[str, Any]) -> Sensor:
         read=str(data["read"]),
         first=int(data["first"]),
         count=int(data["count"]),
-        rate=_between(f"sensors.{name}.rate", data["rate"], 0.0, 50.0),
+        rate=between(f"sensors.{name}.rate", data["rate"], 0.0, 50.0),
         settings={key: value for key, value in data.items() if key not in own},
     )
 
@@ -372,17 +224,3 @@ def _actuator(name: str, data: Mapping[str, Any]) -> Actuator:
         max=int(data["max"]),
         momentary=bool(data["momentary"]),
     )
-
-
-def _between(name: str, value: Any, low: float, high: float) -> float:
-    number = float(value)
-    if not low <= number <= high:
-        raise ValueError(f"`{name}` must be from {low} to {high}, not {value}")
-    return number
-
-
-def _positive(name: str, value: Any) -> float:
-    number = float(value)
-    if not 0 < number < math.inf:
-        raise ValueError(f"`{name}` must be greater than 0, not {value}")
-    return number

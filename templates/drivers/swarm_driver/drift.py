@@ -7,7 +7,7 @@ from typing import Sequence
 from swarm_rosserial.conversation import Negotiated
 from swarm_rosserial.messages import TWIST_TYPE
 
-from swarm_driver.config import RosserialProtocol
+from swarm_driver.protocols import RosserialProtocol
 
 _MOST_NAMED = 3
 

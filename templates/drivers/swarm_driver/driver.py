@@ -11,13 +11,14 @@ from typing import Callable, Sequence
 from swarm_driver.asked import AskedRobot, linked
 from swarm_driver.authority import Standing
 from swarm_driver.board import Board
-from swarm_driver.config import Config, RosserialProtocol
+from swarm_driver.config import Config
 from swarm_driver.connection import Around, Connection, Listened
 from swarm_driver.kinematics import Odometry
 from swarm_driver.link import BytePort, LinkLostError
 from swarm_driver.orders import Orders
 from swarm_driver.outputs import Outputs
 from swarm_driver.port import PortError
+from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.relay import Relay
 from swarm_driver.report import Level, Report, Tally
 from swarm_driver.session import Sink

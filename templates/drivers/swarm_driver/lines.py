@@ -6,7 +6,8 @@ import re
 from typing import Sequence
 
 from swarm_driver.codec import BadReplyError, Number, Reply, Request
-from swarm_driver.config import Actuator, LineProtocol, LineQuery
+from swarm_driver.config import Actuator
+from swarm_driver.protocols import LineProtocol, LineQuery
 
 # Longer than any reply; what is longer is noise and not worth keeping.
 _LONGEST_LINE = 512

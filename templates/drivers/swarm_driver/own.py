@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any, Callable, Iterator, Sequence
 
 from swarm_driver.codec import BadReplyError, Codec, Reply, Request
-from swarm_driver.config import Actuator, PythonProtocol
+from swarm_driver.config import Actuator
+from swarm_driver.protocols import PythonProtocol
 
 _PATIENCE = 0.25  # s for one call: what only turns numbers into bytes needs a thousandth of it
 _LONGEST_REQUEST = 4096

@@ -8,8 +8,9 @@ from dataclasses import replace
 from swarm_rosserial.messages import INTEGERS, integer
 from swarm_rosserial.topics import Topic
 
-from swarm_driver.config import Kinematics, Scale, Ticks
+from swarm_driver.config import Kinematics, Scale
 from swarm_driver.kinematics import Counters, Odometry, Pose
+from swarm_driver.protocols import Ticks
 
 _BITS = {"std_msgs/Int16": 16, "std_msgs/Int32": 32}
 

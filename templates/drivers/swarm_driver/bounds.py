@@ -1,0 +1,20 @@
+"""Numbers of a parameter file, each within its bounds. Raises ValueError."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+def between(name: str, value: Any, low: float, high: float) -> float:
+    number = float(value)
+    if not low <= number <= high:
+        raise ValueError(f"`{name}` must be from {low} to {high}, not {value}")
+    return number
+
+
+def positive(name: str, value: Any) -> float:
+    number = float(value)
+    if not 0 < number < math.inf:
+        raise ValueError(f"`{name}` must be greater than 0, not {value}")
+    return number
