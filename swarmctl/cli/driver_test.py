@@ -43,8 +43,9 @@ def put_to_the_test(
     shown = the_type(name, folder)
     if shown.type.asked is None:
         console.fail(
-            f"`{name}` speaks rosserial by itself, and is not asked for anything",
-            "`swarmctl emulate` and `swarmctl firmware build` try its sketch; `swarmctl status` its driver",
+            f"`{name}` answers no questions: its board speaks rosserial, which is not asked",
+            "deploy the swarm: `swarmctl status` tells how its line and its sketch are; without a robot, "
+            "`swarmctl lab up SPEC --boards` runs the sketch on a simulated board",
             code=exits.USAGE,
         )
     _agreed(name, yes)

@@ -102,6 +102,7 @@ def _type(name: str | None) -> type[Robot]:
     """The robot of that name, or of that file."""
     import difflib
 
+    from swarmctl.lab.emulated import SAME_ROBOT
     from swarmctl.lab.emulators import TYPES
     from swarmctl.lab.emulators.own import OwnRobotError, load
 
@@ -113,6 +114,7 @@ def _type(name: str | None) -> type[Robot]:
             return load(Path(name))
         except OwnRobotError as error:
             console.fail(str(error))
+    name = SAME_ROBOT.get(name, name)
     if name not in TYPES:
         near = difflib.get_close_matches(name.lower(), TYPES, 1)
         meant = f"did you mean `{near[0]}`? " if near else ""

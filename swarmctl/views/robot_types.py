@@ -13,7 +13,14 @@ from rich.text import Text
 from swarmctl.spec.queries import CodedExchange
 from swarmctl.spec.robot_type import RobotType, command_timeout_of, rates_of
 from swarmctl.topology import lines
-from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, DriverTopic, driver_topics
+from swarmctl.topology.interfaces import (
+    COMMAND,
+    COMMAND_TYPE,
+    MESSAGES,
+    DriverTopic,
+    actuators_of,
+    driver_topics,
+)
 from swarmctl.views.text import printable
 
 SHIPPED = "swarmctl"
@@ -161,18 +168,22 @@ def _requests(kind: RobotType) -> Iterator[tuple[str, ...]]:
     if protocol.kind == "python":
         yield "set speed", *_sizes(protocol.set_speed)
         for name, coded in protocol.queries.items():
-            yield name, *_sizes(coded), f"{coded.values} numbers"
+            yield name, *_sizes(coded), _numbers(coded.values)
     else:
         yield "set speed", printable(protocol.set_speed.send), f"-> {protocol.set_speed.reply or 'no reply'}"
         if protocol.kind == "line" and protocol.identify is not None:
             yield "identify", printable(protocol.identify.send), f"-> {protocol.identify.reply},firmware"
         for name, query in protocol.queries.items():
-            numbers = f" with {query.values} numbers" if protocol.kind == "line" else ""
+            numbers = f" with {_numbers(query.values)}" if protocol.kind == "line" else ""
             yield name, printable(query.send), f"-> {query.reply}{numbers}"
     for name, one in kind.actuators.items():
         span = f"0 to {one.max} for {', '.join(one.channels)}"
         reply = "" if one.send is None else f"-> {one.reply or 'no reply'}"
         yield name, printable(one.send or "its class"), reply, span
+
+
+def _numbers(count: int) -> str:
+    return "1 number" if count == 1 else f"{count} numbers"
 
 
 def _sizes(exchange: CodedExchange) -> tuple[str, str]:
@@ -187,7 +198,7 @@ def _published(kind: RobotType) -> Iterator[tuple[str, ...]]:
         yield f"{name}*" if each else name, message, f"{rate:g} Hz", *each
     off = [name for name, rate in rates_of(kind, kind.settings).items() if rate == 0]
     for name in off:
-        yield name, kind.sensors[name].kind, "off; `rates` turns it on"
+        yield name, MESSAGES[kind.sensors[name].kind], "off; `rates` turns it on"
 
 
 def _family(topic: DriverTopic) -> str:
@@ -200,6 +211,7 @@ def _hears(kind: RobotType) -> Iterator[tuple[str, str]]:
         yield from ((one.topic, one.type) for one in kind.sketch.subscribes)
         return
     yield COMMAND, COMMAND_TYPE
+    yield from actuators_of(kind).items()
 
 
 def _loads(kind: RobotType) -> Iterator[tuple[str, lines.Load]]:

@@ -88,6 +88,8 @@ def test_every_shipped_type_has_a_page(name: str, capsys: pytest.CaptureFixture[
     shown = capsys.readouterr().out
     assert shown.startswith(f"{name}: ")
     assert all(topic in shown for topic in ("cmd_vel", "/diagnostics") if name != "arduino-rover")
+    heard = shown.partition("\nHears\n")[2]
+    assert all(f"\n  {light} " in heard for light in load_catalog().types[name].actuators)
 
 
 def test_a_type_that_is_not_there(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -93,7 +93,7 @@ def test_ports_that_cannot_be_opened_are_one_line(port: Port, folder: Path) -> N
 def test_a_robot_that_speaks_by_itself_is_not_asked() -> None:
     ran = run("arduino-rover", "--port", "/dev/null", "--yes")
     assert ran.returncode == exits.USAGE
-    assert "speaks rosserial by itself" in ran.stderr
+    assert "its board speaks rosserial, which is not asked" in ran.stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

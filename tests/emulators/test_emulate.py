@@ -152,7 +152,8 @@ def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> No
     [
         (["koalla"], "did you mean `koala`?"),
         ([], "which robot?"),
-        (["koala", "--set", "firmware=2"], "unknown setting 'firmware'"),
+        (["koala", "--set", "firmware=2"], "unknown setting 'firmware'. There are: "),
+        (["epuck-binary", "--set", "selector=16"], "a position from 0 to 15"),
         (["khepera3", "--set", "firmware=4"], "firmware 2 or 3"),
         (["khepera3", "--set", "firmware=new"], "'firmware' is a whole number"),
         (["khepera3", "--set", "server=perhaps"], "'server' is true or false"),

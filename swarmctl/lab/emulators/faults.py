@@ -76,7 +76,7 @@ class Faults:
         for name, value in settings.items():
             if name not in kinds:
                 near = difflib.get_close_matches(name, kinds, 1)
-                meant = f"; did you mean {near[0]!r}?" if near else ""
+                meant = f"; did you mean {near[0]!r}?" if near else "."
                 raise ValueError(f"unknown fault {name!r}{meant} There are: {', '.join(kinds)}")
             try:
                 values[name] = number_or_switch(kinds[name], value)

@@ -73,7 +73,7 @@ def change(robot: Robot, settings: Mapping[str, Any]) -> None:
 def _value(kinds: Mapping[str, type], name: str, value: Any) -> Any:
     if name not in kinds:
         near = difflib.get_close_matches(name, kinds, 1)
-        meant = f"; did you mean {near[0]!r}?" if near else ""
+        meant = f"; did you mean {near[0]!r}?" if near else "."
         raise ValueError(f"unknown setting {name!r}{meant} There are: {', '.join(kinds)}")
     try:
         return number_or_switch(kinds[name], value)
