@@ -78,7 +78,7 @@ def test_nothing_is_sent_before_the_wheels_are_off_the_ground(port: Port) -> Non
 def test_ports_that_cannot_be_opened_are_one_line(port: Port, folder: Path) -> None:
     missing = run("beetle", "--port", str(folder / "nothing"), "--yes")
     plain = run("beetle", "--port", str(folder / "robots/beetle.yaml"), "--yes")
-    for ran, told in ((missing, "is missing"), (plain, "cannot open")):
+    for ran, told in ((missing, "is missing"), (plain, "is no serial port")):
         assert (ran.returncode, ran.stdout) == (exits.ERROR, "")
         assert told in ran.stderr
         assert "/dev/serial/by-id" in ran.stderr
