@@ -104,7 +104,7 @@ def test_large_hostile_files(name: str, tmp_path: Path, counted: list[str]) -> N
     assert int(code) in (exits.OK, exits.ERROR)
     assert "bug in swarmctl" not in told
     assert "Traceback" not in told
-    assert float(seconds) <= SECONDS * 1.5  # two at a time on a busy machine take longer than one alone
+    assert float(seconds) <= SECONDS * 3  # as much lies between a quick machine and a slow and busy one
     assert float(megabytes) <= MEGABYTES * 1.1  # as much differs between builds of Python
     counted.append(name)
 
