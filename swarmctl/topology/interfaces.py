@@ -132,6 +132,7 @@ def _counted(robot_type: RobotType) -> Iterator[DriverTopic]:
         message = MESSAGES["wheels"]
         rate = min(rates[sketch.odometry.left], rates[sketch.odometry.right])
         yield DriverTopic(ODOM, message, rate, _bytes(message))
+        yield from _joints(robot_type, rate)
 
 
 def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[DriverTopic]:
@@ -141,7 +142,12 @@ def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[Driver
     if isinstance(sensor, Range):
         for one in sensor.elements:
             yield DriverTopic(f"{name}/{one.name}", _RANGE, rate, _bytes(_RANGE), part=True)
-    if sensor.kind == "wheels" and robot_type.kinematics.wheel_radius is not None:
+    if sensor.kind == "wheels":
+        yield from _joints(robot_type, rate)
+
+
+def _joints(robot_type: RobotType, rate: float) -> Iterator[DriverTopic]:
+    if robot_type.kinematics.wheel_radius is not None:
         yield DriverTopic(JOINTS, _JOINT_STATE, rate, _bytes(_JOINT_STATE) + _JOINTS_BYTES, part=True)
 
 

@@ -66,7 +66,7 @@ class Board:
             port.write, relay.type_of, settle=config.serial.settle, clock=clock, wall=time.time_ns
         )
         self._drift = Drift(protocol)
-        self._wheels = Wheels(protocol.ticks, config.kinematics, odometry)
+        self._wheels = Wheels(protocol, config.kinematics, odometry)
         self._meters = {name: Meter() for name in protocol.rates}
         self._wanted_rates = protocol.rates
         self._dead_man = DeadMan(around.orders, config.command_timeout, clock)

@@ -10,21 +10,29 @@ from swarm_rosserial.topics import Topic
 
 from swarm_driver.config import Kinematics, Scale
 from swarm_driver.kinematics import Counters, Odometry, Pose
-from swarm_driver.protocols import Ticks
+from swarm_driver.protocols import RosserialProtocol
 
+_APART = 0.03  # s between both counts of a pair at most: two frames, and an adapter that holds one back
 _BITS = {"std_msgs/Int16": 16, "std_msgs/Int32": 32}
 
 
 class Wheels:
-    """Takes the counts of both wheels as they come; a pose comes of each pair. Without ``ticks``: none."""
+    """Takes the counts of both wheels as they come; a pose comes of each pair, if the sketch counts at all.
 
-    def __init__(self, ticks: Ticks | None, kinematics: Kinematics, odometry: Odometry) -> None:
+    A count whose other half does not come soon has lost it, and is not paired with that of the next turn.
+    """
+
+    def __init__(self, protocol: RosserialProtocol, kinematics: Kinematics, odometry: Odometry) -> None:
+        ticks = protocol.ticks
         self.odometry = odometry
         self._sides = (ticks.left, ticks.right) if ticks else ()
         self._kinematics = kinematics
         way = 2 * math.pi * ticks.wheel_radius / ticks.counts_per_turn if ticks else 0.0
         self._scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
         self._counts: dict[str, int] = {}
+        fastest = max((protocol.rates[side] for side in self._sides), default=1.0)
+        self._apart = min(_APART, 0.5 / fastest)  # s
+        self._begun = 0.0  # when the first half of a pair came
 
     def forget(self) -> None:
         """The board starts to count anew."""
@@ -34,6 +42,8 @@ class Wheels:
         """The new pose, if ``message`` completes a pair. Raises BadMessageError."""
         if topic.name not in self._sides or topic.type not in INTEGERS:
             return None
+        if not self._counts or arrived - self._begun > self._apart:
+            self._counts, self._begun = {}, arrived
         self._counts[topic.name] = integer(topic.type, message)
         if len(self._counts) < 2:
             return None
