@@ -13,6 +13,8 @@ TEST_TOOLS := sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrd
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
+# Tests wait for clocks more than they compute.
+WORKERS := $(shell expr $$(nproc) + 1)
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
 .PHONY: demo test experiments dead-man motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
@@ -25,7 +27,7 @@ demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
 test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; two labs at a time
-	$(BIN)/pytest -n auto -m "not lab" $(PYTEST_ARGS)
+	$(BIN)/pytest -n $(WORKERS) -m "not lab" $(PYTEST_ARGS)
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
