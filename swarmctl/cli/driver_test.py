@@ -77,7 +77,7 @@ def _bench(shown: Shown, port: Path, baud: int | None) -> Bench:
 def _examined(bench: Bench, *, json: bool) -> list[Result]:
     """Every result, told as it comes; what keeps it from beginning or from ending well ends the program."""
     from swarmctl.conformance.bench import NotStoppedError
-    from swarmctl.conformance.core import PortError, TooLongError
+    from swarmctl.conformance.core import BreakOffError, PortError, TooLongError
     from swarmctl.conformance.examine import examine
     from swarmctl.views import conformance as view
 
@@ -88,7 +88,7 @@ def _examined(bench: Bench, *, json: bool) -> list[Result]:
                 results.append(one)
                 if not json:
                     console.out().print(view.line(one))
-    except KeyboardInterrupt:
+    except BreakOffError:
         console.fail("interrupted; the robot has confirmed a stop", code=exits.INTERRUPTED)
     except TooLongError as error:
         console.fail(str(error), "on a host this ends the driver, and then stops the motors")
@@ -102,15 +102,14 @@ def _examined(bench: Bench, *, json: bool) -> list[Result]:
 @contextmanager
 def _signals() -> Iterator[None]:
     """The first signal ends the test in order; those after it do not disturb the stop."""
+    from swarmctl.conformance.core import BreakOffError, TooLongError
 
     def end(*_: Any) -> None:
         for number in _SIGNALS:
             signal.signal(number, signal.SIG_IGN)
-        raise KeyboardInterrupt
+        raise BreakOffError
 
     def too_long(*_: Any) -> None:
-        from swarmctl.conformance.core import TooLongError
-
         raise TooLongError("a call of the protocol's class takes longer than a driver waits")
 
     before = {number: signal.signal(number, end) for number in _SIGNALS}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_format
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -53,6 +54,8 @@ def emulate(
     The port's path comes first, then the pose: live on a terminal, elsewhere a line when the wheels change.
     """
     from swarmctl.cli.emulation import run
+    from swarmctl.lab.emulators import TYPES
+    from swarmctl.lab.emulators.own import OwnRobotError, blamed_on
     from swarmctl.lab.emulators.port import Port
 
     if list_types:
@@ -61,7 +64,12 @@ def emulate(
     port = Port(_robot(type_name, settings or []))
     _set_faults(port, fault or [])
     steps = _steps(script, port.robot) if script else ()
-    run(port, link, steps, seconds, json=json)
+    own = type(port.robot) not in TYPES.values()
+    try:
+        with blamed_on(str(type_name), typer.Exit, KeyboardInterrupt) if own else nullcontext():
+            run(port, link, steps, seconds, json=json)
+    except OwnRobotError as error:
+        console.fail(str(error))
     if port.failure:
         console.fail(port.failure)
 

@@ -9,10 +9,10 @@ import sys
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from swarmctl.cli import console
 
@@ -25,9 +25,12 @@ PLUG_AGAIN_AFTER = 2.0  # s, once a fault has pulled the cable
 
 
 def run(port: Port, link: Path | None, steps: Sequence[Step], seconds: float | None, *, json: bool) -> None:
-    """Let the robot live, for some seconds or until Ctrl-C, and tell of it."""
-    with _ended_by_signals(), port, _Link(link) as shown:
-        report = _Report(json=json, live=sys.stdout.isatty() and not json)
+    """Let the robot live, for some seconds or until Ctrl-C, and tell of it.
+
+    What a robot of one's own prints is no result: it goes to stderr.
+    """
+    report = _Report(sys.stdout, json=json)
+    with _ended_by_signals(), redirect_stdout(sys.stderr), port, _Link(link) as shown:
         try:
             _Show(port, shown, report, steps).watch(seconds)
         except KeyboardInterrupt:
@@ -80,31 +83,35 @@ class _Link:
 class _Report:
     """Prints where the robot is: one live line, or a line whenever its wheels change."""
 
-    def __init__(self, *, json: bool, live: bool) -> None:
+    def __init__(self, out: TextIO, *, json: bool) -> None:
+        self._out = out
         self._json = json
-        self._live = live
+        self._live = out.isatty() and not json
         self._began = time.monotonic()
         self._wheels = (0.0, 0.0)
         self._shown_at: float | None = None
 
     def port(self, path: Path) -> None:
-        print(json_format.dumps({"port": str(path)}) if self._json else path, flush=True)
+        self._print(json_format.dumps({"port": str(path)}) if self._json else str(path))
 
     def state(self, snapshot: Snapshot) -> None:
         wheels = (snapshot.left, snapshot.right)
         if self._live:
-            print(f"\r{self._line(snapshot)}\x1b[K", end="", flush=True)
+            self._print(f"\r{self._line(snapshot)}\x1b[K", end="")
         elif wheels != self._wheels:
             self._shown_at = snapshot.distance  # before the line is out: an interrupt may be the answer to it
-            print(self._line(snapshot), flush=True)
+            self._print(self._line(snapshot))
         self._wheels = wheels
 
     def end(self, snapshot: Snapshot) -> None:
         """The last word: where the robot came to be, unless that stands there already."""
         if self._live:
-            print(f"\r{self._line(snapshot)}\x1b[K", flush=True)
+            self._print(f"\r{self._line(snapshot)}\x1b[K")
         elif self._shown_at is not None and self._shown_at != snapshot.distance:
-            print(self._line(snapshot), flush=True)
+            self._print(self._line(snapshot))
+
+    def _print(self, text: str, end: str = "\n") -> None:
+        print(text, end=end, file=self._out, flush=True)
 
     def _line(self, snapshot: Snapshot) -> str:
         since = time.monotonic() - self._began

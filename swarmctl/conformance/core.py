@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from swarm_driver.config import Config, parse
+from swarm_driver.own import InterruptionError
 from swarm_driver.port import Port, PortError
 
 from swarmctl.spec.params import params_of
 from swarmctl.spec.robot_type import RobotType
 
 
-class TooLongError(BaseException):
+class TooLongError(InterruptionError):
     """A protocol's class does not come back. Not an Exception, so that the class cannot catch it."""
+
+
+class BreakOffError(InterruptionError):
+    """Somebody ends the test by a signal."""
 
 
 def config_for(robot_type: RobotType, name: str, port: str, baud: int | None, module: str) -> Config:
@@ -24,4 +29,4 @@ def open_port(config: Config) -> Port:
     return Port(config.port, config.serial)
 
 
-__all__ = ["Port", "PortError", "TooLongError", "config_for", "open_port"]
+__all__ = ["BreakOffError", "Port", "PortError", "TooLongError", "config_for", "open_port"]

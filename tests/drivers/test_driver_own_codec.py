@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +15,7 @@ from driver_process import running, wired
 from swarm_driver.codec import BadReplyError
 from swarm_driver.config import Config, parse
 from swarm_driver.driver import Phase
-from swarm_driver.own import OwnCodec
+from swarm_driver.own import InterruptionError, OwnCodec
 from swarm_driver.protocols import PythonProtocol
 from swarm_driver.report import Level
 
@@ -168,6 +169,10 @@ def test_a_class_that_fails_on_the_stop_stops_the_robot_all_the_same(config: Cal
         (("import LineBuffer", "import LineBufer"), "koala.py:2: ImportError"),
         (("class Reader:", "class Reader"), "koala.py:25: SyntaxError"),
         ((ASK, "        0 / 0\n" + ASK), "koala.py:22: ZeroDivisionError"),
+        (("        pass", "        raise SystemExit(0)"), "koala.py:7: SystemExit"),
+        (("        pass", "        raise KeyboardInterrupt"), "koala.py:7: KeyboardInterrupt"),
+        (("class Reader:", "quit()\nclass Reader:"), "koala.py:25: SystemExit"),
+        (("def speed", "def speeds"), "koala.py: AttributeError: 'KoalaCodec' object has no attribute"),
     ],
     ids=lambda value: value[-40:] if isinstance(value, str) else "",
 )
@@ -184,6 +189,43 @@ def test_a_class_that_cannot_be_made_is_told_and_tried_again(
     config()  # mended meanwhile
     bench.run(10.0)
     assert bench.driver.phase is Phase.READY
+
+
+@pytest.mark.parametrize("method", ["speed", "query", "identify", "feed", "setup"])
+@pytest.mark.parametrize("raised", ["SystemExit(0)", "KeyboardInterrupt", "GeneratorExit"])
+def test_no_method_can_end_the_driver(config: Callable[..., Config], method: str, raised: str) -> None:
+    """After the first stop, which is kept: the robot is stopped whatever the class does then."""
+    ends = f"        if getattr(KoalaCodec, 'late', False): raise {raised}\n        KoalaCodec.late = True\n"
+    if method == "setup":  # which the class lacks
+        change = ("    def speed", f"    def setup(self):\n        raise {raised}\n\n    def speed")
+    else:
+        head = next(line for line in CODEC.splitlines() if f"def {method}(" in line) + "\n"
+        change = (head, head + (ends if method != "identify" else f"        raise {raised}\n"))
+    bench = driving(config(change))
+    bench.run(3.0)
+    assert bench.robot.speed == (0, 0)
+    name = raised.partition("(")[0]
+    report = bench.sink.reports[-1]
+    told = [*(text for _, text in bench.sink.events), report.values["last error"], report.message]
+    assert any(name in text for text in told)
+
+
+def test_what_a_signal_raises_is_no_fault_of_the_class(config: Callable[..., Config]) -> None:
+    """Else a test that is broken off would go on."""
+    calls = "        from swarm_driver.own import InterruptionError\n        raise InterruptionError\n"
+    with pytest.raises(InterruptionError):
+        OwnCodec(config(("        pass\n", calls)).protocol)
+
+
+def test_a_copy_that_the_class_forks_does_not_come_back_to_the_driver(
+    config: Callable[..., Config], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    forks = "        import os, sys\n        print('made')\n        os.fork()\n"
+    OwnCodec(config(("        pass\n", forks)).protocol)
+    (tmp_path / "came-back").open("a").write("once\n")
+    assert os.wait()[1] != 0
+    assert (tmp_path / "came-back").read_text() == "once\n"
+    assert capfd.readouterr().out == ""
 
 
 def test_a_file_that_is_gone(config: Callable[..., Config]) -> None:

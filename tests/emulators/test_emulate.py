@@ -135,6 +135,62 @@ def test_a_robot_of_ones_own_runs_and_its_mistake_is_one_line(
     assert process.returncode == 1
 
 
+OWN = """\
+import os, sys
+from swarmctl.lab.emulators import Chassis, LineRobot
+print("loaded")
+class Beetle(LineRobot):
+    def __init__(self):
+        super().__init__(Chassis(wheel_separation=0.1, metres_per_count=1.0, counter_bits=16))
+        print("made")
+    def answer(self, line):
+        print("asked")
+        return b"1"
+    def advance(self, dt):
+        super().advance(dt)
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "line"),
+    [("import os, sys\n", 2), ('        print("made")\n', 8), ("        super().advance(dt)\n", 13)],
+    ids=["import", "__init__", "method"],
+)
+def test_a_robot_of_ones_own_that_exits_does_not_end_in_silence(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path, place: str, line: int
+) -> None:
+    own = tmp_path / "beetle.py"
+    indent = place[: len(place) - len(place.lstrip())]
+    own.write_text(OWN.replace(place, f"{place}{indent}sys.exit(0)\n"))
+    process = start(str(own), "--seconds", "5")
+    said = process.communicate(timeout=10)[1]
+    assert f"error: {own}:{line}: SystemExit: it ends the whole program" in said
+    assert process.returncode == 1
+
+
+def test_what_a_robot_of_ones_own_prints_is_no_result(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    own = tmp_path / "beetle.py"
+    own.write_text(OWN)
+    process = start(str(own), "--json", "--seconds", "1")
+    assert process.stdout
+    with serial.Serial(json.loads(process.stdout.readline())["port"], timeout=5.0) as driver:
+        driver.write(b"?\r")
+        assert driver.read(1) == b"1"
+        assert process.communicate(timeout=10) == ("", "loaded\nmade\nasked\n")
+
+
+def test_a_copy_that_a_file_forks_is_no_second_robot(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    own = tmp_path / "beetle.py"
+    own.write_text(OWN.replace('print("loaded")', "os.fork()"))
+    out, said = start(str(own), "--seconds", "0.5").communicate(timeout=10)
+    assert out.count("/dev/pts/") == 1
+    assert f"error: {own}: it forks; the copy of this process ends" in said
+
+
 def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> None:
     listed = start("--list").communicate(timeout=5)[0]
     for name in ("koala", "koala-2.5", "khepera3", "epuck", "epuck2", "arduino-rover"):

@@ -58,6 +58,10 @@ def test_a_robot_is_no_longer_than_a_page() -> None:
         ("def f(:\n", "beetle.py:1: "),
         ("\nimport no_such_thing\n", "beetle.py:2: ModuleNotFoundError: No module named 'no_such_thing'"),
         ("\n\n1 / 0\n", "beetle.py:3: ZeroDivisionError"),
+        ("\nimport sys\nsys.exit(0)\n", "beetle.py:3: SystemExit: it ends the whole program"),
+        ("\nquit()\n", "beetle.py:2: SystemExit: it ends the whole program"),
+        ("raise KeyboardInterrupt\n", "beetle.py:1: KeyboardInterrupt"),
+        ("class Quit(BaseException): pass\nraise Quit('now')\n", "beetle.py:2: Quit: now"),
         (BEETLE.replace("def answer", "def reply_to"), "lacks the method `answer`"),
         (BEETLE + "\n\nclass Other(Beetle):\n    pass\n", "several robots, Beetle, Other"),
         (BEETLE.replace("model: int", "model: nothing"), "name 'nothing' is not defined"),
@@ -76,6 +80,7 @@ def test_a_wrong_file_is_told_in_one_line(beetle: Path, text: str, message: str)
     [
         ("model: int = 1", "model: int", "beetle.py: TypeError: Beetle.__init__() missing 1 required"),
         ("self.model = model", "self.model = 1 / 0", "beetle.py:13: ZeroDivisionError"),
+        ("self.model = model", "raise SystemExit(0)", "beetle.py:13: SystemExit"),
     ],
 )
 def test_a_wrong_constructor_is_told_in_one_line(beetle: Path, before: str, after: str, message: str) -> None:
@@ -108,10 +113,11 @@ def test_what_it_raises_in_a_reply_ends_it_and_is_blamed_on_its_line(beetle: Pat
         assert not port.snapshot().plugged
 
 
+@pytest.mark.parametrize("raised", ["OSError('no')", "SystemExit('no')"])
 @pytest.mark.parametrize("method", ["unasked_due", "opened"])
-def test_what_it_raises_elsewhere_ends_it_too(beetle: Path, method: str) -> None:
+def test_what_it_raises_elsewhere_ends_it_too(beetle: Path, method: str, raised: str) -> None:
     closed = "    def closed(self):\n        pass\n" if method == "opened" else ""
-    beetle.write_text(BEETLE + f"\n    def {method}(self):\n        raise OSError('no')\n" + closed)
+    beetle.write_text(BEETLE + f"\n    def {method}(self):\n        raise {raised}\n" + closed)
     with Port(build(load(beetle), {})) as port:
         end = time.monotonic() + 5.0
         reader = serial.Serial(str(port.path), timeout=0.1) if method == "opened" else None
@@ -120,4 +126,12 @@ def test_what_it_raises_elsewhere_ends_it_too(beetle: Path, method: str) -> None
         if reader:
             reader.close()
         assert port.failure is not None
-        assert "OSError: no" in port.failure
+        assert raised.partition("(")[0] in port.failure
+
+
+def test_a_state_that_cannot_be_told_is_that_of_before_and_ends_it(beetle: Path) -> None:
+    """In a lab one robot's mistake leaves the others alone."""
+    beetle.write_text(BEETLE + "\n    @property\n    def state(self):\n        raise SystemExit\n")
+    with Port(build(load(beetle), {})) as port:
+        assert (port.snapshot().x, port.snapshot().plugged) == (0.0, False)
+        assert "SystemExit" in str(port.failure)

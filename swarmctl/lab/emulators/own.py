@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import importlib.util
 import inspect
+import os
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +30,8 @@ def load(path: Path) -> type[Robot]:
         raise OwnRobotError(f"{path} is no Python file; its name ends with .py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses look their module up
-    try:
+    with redirect_stdout(sys.stderr), blamed_on(path):
         spec.loader.exec_module(module)
-    except SyntaxError as error:
-        raise OwnRobotError(f"{error.filename}:{error.lineno}: {error.msg}") from None
-    except Exception as error:  # noqa: BLE001 (the file may raise anything)
-        raise OwnRobotError(blame(error, path)) from None
     return _checked(path, [one for one in vars(module).values() if _is_robot_of(one, name)])
 
 
@@ -55,19 +53,34 @@ def _checked(path: Path, found: list[type[Robot]]) -> type[Robot]:
         robot.type_name = path.name.partition(".")[0]
     try:
         settings_of(robot)
-    except Exception as error:  # noqa: BLE001 (annotations are code of theirs)
+    except BaseException as error:  # noqa: BLE001 (annotations are code of theirs)
         raise OwnRobotError(f"{place_of(robot)}: {robot.__name__}: {error}") from None
     return robot
 
 
 def built(robot_type: type[Robot], settings: Mapping[str, Any]) -> Robot:
     """``build``, where what the constructor raises is told in one line. Wrong settings are ``ValueError``."""
-    try:
+    with redirect_stdout(sys.stderr), blamed_on(inspect.getfile(robot_type), ValueError):
         return build(robot_type, settings)
-    except ValueError:
-        raise
-    except Exception as error:  # noqa: BLE001 (the constructor may raise anything)
-        raise OwnRobotError(blame(error, inspect.getfile(robot_type))) from None
+
+
+@contextmanager
+def blamed_on(path: Path | str, *others: type[BaseException]) -> Iterator[None]:
+    """Whatever the code of ``path`` raises, ``sys.exit()`` too, is an ``OwnRobotError``; but not ``others``.
+
+    A copy of this process that it has forked ends here: there is one robot on one port.
+    """
+    process = os.getpid()
+    try:
+        yield
+    except BaseException as error:
+        if isinstance(error, (OwnRobotError, *others)):
+            raise
+        raise OwnRobotError(blame(error, path)) from None
+    finally:
+        if os.getpid() != process:
+            os.write(2, f"error: {path}: it forks; the copy of this process ends\n".encode())
+            os._exit(1)
 
 
 def place_of(robot: type[Robot]) -> str:
@@ -77,8 +90,12 @@ def place_of(robot: type[Robot]) -> str:
 
 def blame(error: BaseException, path: Path | str) -> str:
     """``error`` in one line, with the line of ``path`` that it came through last."""
+    if isinstance(error, SyntaxError) and error.filename == str(path):
+        return f"{path}:{error.lineno}: {error.msg}"
     lines = [
         frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)
     ]
     where = f"{path}:{lines[-1]}" if lines else str(path)
-    return f"{where}: {type(error).__name__}: {error}"
+    if isinstance(error, SystemExit):
+        return f"{where}: SystemExit: it ends the whole program; a robot only answers, so take that out"
+    return f"{where}: {type(error).__name__}: {error}".rstrip(": ")

@@ -18,7 +18,7 @@ from swarmctl.lab.emulators.cable import Cable
 from swarmctl.lab.emulators.faults import Faults
 from swarmctl.lab.emulators.line import Line
 from swarmctl.lab.emulators.own import blame
-from swarmctl.lab.emulators.robot import NoticesPort, Robot, State
+from swarmctl.lab.emulators.robot import AT_REST, NoticesPort, Robot, State
 
 PTMX = Path("/dev/ptmx")
 LOOK_EVERY = 0.02  # for a robot that notices its port: a pty tells when it is closed, not when opened, s
@@ -48,6 +48,7 @@ class Port:
         self._is_open = False  # as the robot was last told
         self._thread: threading.Thread | None = None
         self._line = Line(robot)
+        self._state = AT_REST  # as it was last seen
         self.failure: str | None = None  # what a robot of one's own raised; it is dead then
 
     @property
@@ -107,12 +108,13 @@ class Port:
         """The robot's state now."""
         with self._lock:
             self._catch_up()
-            state = asdict(self.robot.state)
-            return Snapshot(**state, plugged=self._cable is not None, failure=self.failure)
+            with self._blamed():
+                self._state = self.robot.state
+            return Snapshot(**asdict(self._state), plugged=self._cable is not None, failure=self.failure)
 
     def power_cycle(self) -> None:
         """Switch the robot off and on: it stands, forgets, and prints its banner."""
-        with self.now() as robot:
+        with self.now() as robot, self._blamed():
             self.send(robot.power_cycle())
 
     @contextmanager
@@ -147,7 +149,9 @@ class Port:
         """A robot of one's own may raise anything. It is dead then: its cable is pulled, it does no more."""
         try:
             yield
-        except Exception as error:  # noqa: BLE001
+        except BaseException as error:  # sys.exit() too: the robot would go on, and be mute
+            if isinstance(error, KeyboardInterrupt) and _signals_come_here():
+                raise
             self.failure = self.failure or blame(error, inspect.getfile(type(self.robot)))
             self._pull()
 
@@ -208,3 +212,8 @@ class Port:
         with self._blamed():
             return self.robot.unasked_due()
         return math.inf
+
+
+def _signals_come_here() -> bool:
+    """Whether a Ctrl-C is raised in this thread; in all others it can only be somebody's own."""
+    return threading.current_thread() is threading.main_thread()

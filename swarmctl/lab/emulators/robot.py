@@ -41,6 +41,11 @@ class State:
     sound: int = 0
 
 
+AT_REST = State(
+    x=0.0, y=0.0, theta=0.0, left=0.0, right=0.0, v=0.0, omega=0.0, distance=0.0, commands=0, last_command=""
+)
+
+
 class Robot(ABC):
     """One robot without clock or wire: ``receive`` bytes, ``live`` some time, see its ``state``.
 

@@ -113,8 +113,11 @@ class AskedRobot:
         try:
             request = self._link.codec.identify()
             return (self._link.twice(lambda: self._link.ask(request)).text if request else "") or "unknown"
-        except (BadReplyError, LinkLostError):
-            return "unknown"
+        except BadReplyError as error:  # a class that cannot even ask
+            self._around.tally.failed(error)
+        except LinkLostError:
+            pass
+        return "unknown"
 
     def _set_up(self) -> Iterator[str]:
         """Prepare the robot, request by request: what is wrong with each, or nothing.

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import os
 import signal
 import sys
 import traceback
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Callable, Iterator, Sequence
+from typing import Any, Callable, Iterator, Sequence, TypeVar
 
 from swarm_driver.codec import BadReplyError, Codec, Reply, Request
 from swarm_driver.config import Actuator
@@ -23,8 +24,12 @@ _PATIENCE = 0.25  # s for one call: what only turns numbers into bytes needs a t
 _LONGEST_REQUEST = 4096
 _LARGEST = 2.0**64  # no robot counts further
 _MODULE = "swarm_own_codec"
-# sys.exit() in such a class ends no driver either.
-_FAULTS = (Exception, SystemExit)
+
+T = TypeVar("T")
+
+
+class InterruptionError(BaseException):
+    """What a signal raises here while the class works. No fault of the class: all else that comes out is."""
 
 
 class OwnCodec:
@@ -32,13 +37,13 @@ class OwnCodec:
 
     def __init__(self, protocol: PythonProtocol) -> None:
         self._protocol = protocol
-        self._codec = self._call("__init__", lambda: _made(protocol))
-        self._stop = replace(self._request(self._codec.speed, 0, 0), urgent=True)
+        self._codec: Codec = self._call(lambda: _made(protocol))
+        self._stop = replace(self._request("speed", 0, 0), urgent=True)
 
     def speed(self, left: int, right: int) -> Request:
         """Zeros are always said: where the class fails now, in the bytes that it had for them at first."""
         try:
-            return replace(self._request(self._codec.speed, left, right), urgent=True)
+            return replace(self._request("speed", left, right), urgent=True)
         except BadReplyError as failed:
             if (left, right) != (0, 0):
                 raise
@@ -46,24 +51,27 @@ class OwnCodec:
             return replace(self._stop, reader=lambda: FailedReader(error), answered=True)
 
     def query(self, name: str) -> Request:
-        return self._request(self._codec.query, name, values=self._protocol.values[name])
+        return self._request("query", name, values=self._protocol.values[name])
 
     def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
-        return self._request(self._codec.actuator, actuator, index, tuple(values))
+        return self._request("actuator", actuator, index, tuple(values))
 
     def setup(self) -> list[Request]:
         """A class need not have that."""
-        made = self._call("setup", getattr(self._codec, "setup", list))
+        return self._call(self._setup)
+
+    def _setup(self) -> list[Request]:
+        made = getattr(self._codec, "setup", list)()
         if not isinstance(made, (list, tuple)):
             raise BadReplyError(f"{self._name}: `setup` returns {_shown(made)} instead of a list of Requests")
         return [self._checked("setup", one, None) for one in made]
 
     def identify(self) -> Request | None:
-        return self._request(self._codec.identify) if self._protocol.identify else None
+        return self._request("identify") if self._protocol.identify else None
 
     def read(self, method: str, call: Callable[[], Any], values: int | None) -> Reply | None:
         """What a reader makes of bytes: nothing yet, or a reply that is one."""
-        reply = self._call(method, call)
+        reply = self._call(call)
         if reply is None:
             return None
         if not isinstance(reply, Reply) or not isinstance(reply.text, str):
@@ -79,9 +87,11 @@ class OwnCodec:
             raise BadReplyError(f"{self._name}: `{method}` returns {len(numbers)} values instead of {values}")
         return Reply(numbers, reply.text)
 
-    def _request(self, method: Callable[..., Any], *arguments: Any, values: int | None = None) -> Request:
-        name = getattr(method, "__name__", "a method")
-        return self._checked(name, self._call(name, lambda: method(*arguments)), values)
+    def _request(self, method: str, *arguments: Any, values: int | None = None) -> Request:
+        def made() -> Request:
+            return self._checked(method, getattr(self._codec, method)(*arguments), values)
+
+        return self._call(made)
 
     def _checked(self, name: str, made: Any, values: int | None) -> Request:
         if not isinstance(made, Request) or not isinstance(made.data, bytes) or not callable(made.reader):
@@ -92,13 +102,13 @@ class OwnCodec:
             raise BadReplyError(f"{self._name}: `{name}` makes a request of {len(made.data)} bytes")
         return replace(made, name=str(made.name), reader=lambda: OwnReader(self, made.reader, values))
 
-    def _call(self, method: str, call: Callable[[], Any]) -> Any:
+    def _call(self, call: Callable[[], T]) -> T:
         try:
-            with _in_time():
+            with _kept():
                 return call()
-        except BadReplyError:
+        except (BadReplyError, InterruptionError):
             raise
-        except _FAULTS as error:
+        except BaseException as error:  # sys.exit() ends no driver either
             raise BadReplyError(f"{_place(error, self._protocol.module)}: {_told(error)}") from error
 
     @property
@@ -155,11 +165,16 @@ def _made(protocol: PythonProtocol) -> Codec:
 
 
 @contextlib.contextmanager
-def _in_time() -> Iterator[None]:
+def _kept() -> Iterator[None]:
+    """In time, and with nothing on stdout, where results are; a copy that is forked ends here."""
+    process = os.getpid()
     signal.setitimer(signal.ITIMER_REAL, _PATIENCE)
     try:
-        yield
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
     finally:
+        if os.getpid() != process:
+            os._exit(1)
         signal.setitimer(signal.ITIMER_REAL, 0)
 
 
@@ -182,7 +197,10 @@ def _place(error: BaseException, module: Path) -> str:
 
 def _told(error: BaseException) -> str:
     try:
-        text = str(error)
-    except _FAULTS:
+        with _kept():
+            text = str(error)
+    except InterruptionError:
+        raise
+    except BaseException:  # noqa: BLE001
         text = ""
     return f"{type(error).__name__}: {text}"[:200].rstrip(": ")
