@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Literal, NamedTuple
 
 import pytest
-from firmware_bench import RADIUS, Bench
+from firmware_bench import PULSES, RADIUS, SEPARATION, Bench
 
 from swarmctl.firmware.build import Built
 from swarmctl.lab.emulators.board import SimulatedBoard
-from swarmctl.lab.emulators.uno import LEFT, RIGHT, Motor
+from swarmctl.lab.emulators.uno import LEFT, Motor
 from swarmctl.render.firmware import FirmwareSettings
 from swarmctl.spec.firmware import Firmware, WheelDrive, completed
 
 Benches = Callable[..., Bench]
 WEAK = replace(LEFT, free=0.8 * LEFT.free, dead=80.0, lag=0.2)  # beside a motor as the firmware expects it
+TICK = 2 * math.pi * RADIUS / PULSES / SEPARATION  # rad that the robot turns while one wheel does a tick
 
 
 @pytest.mark.parametrize("motor", [LEFT, WEAK], ids=["as expected", "weak"])
@@ -75,14 +77,25 @@ def test_load_is_made_up_for(bench: Benches) -> None:
     assert rover.drive(0.2, 0.0, 2.0) == (pytest.approx(0.2, rel=0.05), pytest.approx(0.2, rel=0.05))
 
 
-def test_pulses_know_the_way_back(bench: Benches) -> None:
+def apart(rover: Bench) -> list[float]:
+    """Ticks told beyond those turned, left and right: the first comes a quarter of a slot from the start."""
+    return [
+        rover.ticks(topic)[-1] - (angle / (2 * math.pi) * PULSES + 0.25)
+        for topic, angle in zip(("lwheel", "rwheel"), rover.board.truth.angles, strict=True)
+    ]
+
+
+@pytest.mark.parametrize(("speed", "rest"), [(0.1, 0.0), (0.3, 0.3), (0.5, 0.0)])
+def test_no_reversal_costs_a_tick(bench: Benches, speed: float, rest: float) -> None:
+    """One side of each slot is counted both ways, and a wheel that rolls out is still counted."""
     rover = bench()
-    for _ in range(3):
-        rover.run(1.5, (0.3, 0.0))
-        rover.run(1.5, (-0.3, 0.0))
+    for turn in range(4):
+        rover.run(1.0 + 0.07 * turn, (speed, 0.0))
+        rover.run(rest)
+        rover.run(1.0 + 0.05 * turn, (-speed, 0.0))
+        rover.run(rest)
     rover.run(1.0)
-    for topic, angle in zip(("lwheel", "rwheel"), rover.board.truth.angles, strict=True):
-        assert rover.ticks(topic)[-1] == pytest.approx(angle / (2 * math.pi) * 20, abs=6)  # one a reversal
+    assert apart(rover) == pytest.approx([0.0, 0.0], abs=0.51)
 
 
 def test_a_standing_wheel_counts_nothing(bench: Benches) -> None:
@@ -94,20 +107,50 @@ def test_a_standing_wheel_counts_nothing(bench: Benches) -> None:
     assert rover.ticks("lwheel")[-1] == stood
 
 
-def test_odometry_agrees_with_the_true_path(bench: Benches, note: Callable[[str, str, str], None]) -> None:
-    """Over a square of 2 m, with unlike motors and a host that steers by the pulses' odometry alone."""
-    rover = bench(left=replace(LEFT, free=0.9 * LEFT.free, dead=70.0), right=RIGHT)
-    for corner in range(1, 5):
-        x, y, _ = rover.odometry()
-        while math.dist(rover.odometry()[:2], (x, y)) < 2.0:
-            rover.run(0.1, (0.3, 0.0))
-        rover.run(0.5, (0.0, 0.0))
-        while rover.odometry()[2] < corner * math.pi / 2 - 0.1:
-            rover.run(0.1, (0.0, 1.0))
-        rover.run(0.5, (0.0, 0.0))
+class Square(NamedTuple):
+    """How one is driven, m/s and rad/s, and by which left motor."""
+
+    speed: float
+    turn: float
+    left: Motor
+    stop: Literal["brake", "coast"]
+
+    def __str__(self) -> str:
+        motors = "a weak left motor" if self.left is WEAK else "equal motors"
+        return f"{self.speed} m/s, {motors}, {self.stop}"
+
+
+@pytest.mark.parametrize(
+    "square",
+    [
+        Square(0.35, 1.2, LEFT, "brake"),
+        Square(0.35, 1.2, WEAK, "coast"),
+        Square(0.5, 2.0, LEFT, "coast"),
+        Square(0.5, 2.0, WEAK, "brake"),
+    ],
+    ids=str,
+)
+def test_the_last_corner_of_a_square_is_where_odometry_has_it(
+    boards: Callable[..., SimulatedBoard],
+    build_firmware: Callable[[FirmwareSettings], Built],
+    note: Callable[[str, str, str], None],
+    square: Square,
+) -> None:
+    """Odometry from the pulses alone, after a square of 2 m whose corners are stops."""
+    firmware = build_firmware(FirmwareSettings(completed(Firmware(stop=square.stop))))
+    rover = Bench(boards(firmware.hex, left=square.left)).negotiated()
+    for _ in range(4):
+        start = rover.board.state
+        while math.dist((rover.board.state.x, rover.board.state.y), (start.x, start.y)) < 2.0:
+            rover.run(0.1, (square.speed, 0.0))
+        rover.run(1.5)
+        while rover.board.state.theta < start.theta + math.radians(80):
+            rover.run(0.1, (0.0, square.turn))
+        rover.run(1.5)
     state, (x, y, theta) = rover.board.state, rover.odometry()
-    apart = math.dist((state.x, state.y), (x, y))
-    note("odometry against the true path, square of 2 m", f"{100 * apart / state.distance:.1f} %", "<= 5 %")
-    assert state.distance == pytest.approx(8.0, abs=0.5)
-    assert apart <= 0.05 * state.distance
-    assert theta == pytest.approx(state.theta, abs=0.25)  # three pulses of a wheel
+    off, astray = math.dist((state.x, state.y), (x, y)), theta - state.theta
+    how = f"{100 * off / state.distance:.1f} % of {state.distance:.1f} m, {math.degrees(astray):+.1f}°"
+    note(f"odometry at a square's last corner: {square}", how, "<= 1 %, 4.5°")
+    assert state.distance == pytest.approx(8.5, abs=1.5)
+    assert off <= 0.01 * state.distance
+    assert abs(astray) <= TICK, "half a tick of each wheel, however often it has turned"

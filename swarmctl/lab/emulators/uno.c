@@ -110,6 +110,13 @@ static int duty(int arduino) {
 static void set_encoder(motor_t *motor, int level) {
   if (motor->level == level) return;
   motor->level = level;
+  /* Said as an outside pull, too: else a write to any pin of the port puts the inner pull-up in the place of the disc. */
+  avr_ioport_external_t pulled = {.name = 'D'};
+  for (int i = 0; i < 2; ++i) {
+    pulled.mask |= 1u << board.motor[i].encoder;
+    pulled.value |= (board.motor[i].level == 1) << board.motor[i].encoder;
+  }
+  avr_ioctl(board.avr, AVR_IOCTL_IOPORT_SET_EXTERNAL('D'), &pulled);
   avr_raise_irq(avr_io_getirq(board.avr, AVR_IOCTL_IOPORT_GETIRQ('D'), motor->encoder), (uint32_t)level);
 }
 

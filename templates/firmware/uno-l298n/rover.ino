@@ -70,7 +70,7 @@ void setup() {
   left.begin();
   right.begin();
   wdt_enable(WDTO_250MS);
-  EICRA = _BV(ISC00) | _BV(ISC01) | _BV(ISC10) | _BV(ISC11);  // rising edges
+  EICRA = _BV(ISC00) | _BV(ISC10);  // both edges
   EIMSK = _BV(INT0) | _BV(INT1);
   Serial.begin(config::baud);
   host.introduce();

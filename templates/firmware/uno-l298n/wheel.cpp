@@ -1,10 +1,12 @@
 #include "wheel.h"
 
 namespace {
-// A braked wheel without an edge for so long stands, ms.
-constexpr uint32_t standstill = 100;
+// A wheel that is let go stands when it has not ticked for so long, ms: with its motor shorted, and with its ends open.
+// If it were taken for standing too soon, it would roll over an edge that nobody counts.
+constexpr uint32_t braked = 200;
+constexpr uint32_t coasted = 1000;
 
-// A driven one without an edge for so long, s, or for that many slots at the speed ordered, is blocked.
+// A driven one that does not tick for so long, s, or for that many slots at the speed ordered, is blocked.
 constexpr float patience = 1.0f;
 constexpr float slots = 3.0f;
 constexpr float slowest = 0.01f;  // rad/s, that an order is taken for here
@@ -24,20 +26,23 @@ void Wheel::control(float ordered) {
   // The encoder does not tell the direction: a wheel has to stand before it may turn the other way, and until then
   // its edges belong to the way it turned.
   if (wanted == 0 || (direction_ != 0 && direction_ != wanted)) {
-    stop();
+    let_go(config::brake || wanted != 0, now);
     waiting_ = now;
   } else {
     direction_ = wanted;
-    driven_at_ = now;
-    if (measured.edges) waiting_ = now;
+    braking_ = false;
+    let_go_at_ = now;
+    if (measured.ticked) waiting_ = now;
     motor_.drive(direction_, static_cast<uint8_t>(loop_.step(fabs(ordered_), measured.speed, measured.turned)));
   }
   encoder.turns(direction_);
 }
 
-void Wheel::stop() {
+void Wheel::let_go(bool brake, uint32_t now) {
   loop_.reset();
-  if (config::brake || ordered_ != 0.0f) {
+  if (brake != braking_) let_go_at_ = now;
+  braking_ = brake;
+  if (brake) {
     motor_.brake();
   } else {
     motor_.coast();
@@ -45,7 +50,8 @@ void Wheel::stop() {
 }
 
 bool Wheel::stands() const {
-  return millis() - driven_at_ > standstill && !encoder.edge_within(1000 * standstill);
+  const uint32_t enough = braking_ ? braked : coasted;
+  return millis() - let_go_at_ > enough && !encoder.ticked_within(1000 * enough);
 }
 
 bool Wheel::blocked() const {

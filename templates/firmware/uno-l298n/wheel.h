@@ -21,13 +21,14 @@ class Wheel {
   Encoder encoder;
 
  private:
-  void stop();
+  void let_go(bool brake, uint32_t now);
   bool stands() const;
 
   Motor motor_;
   SpeedLoop loop_;
   float ordered_ = 0.0f;
   int8_t direction_ = 0;  // the way the wheel turns, 0 once it stands
-  uint32_t driven_at_ = 0;  // ms
+  bool braking_ = false;    // shorted, to slow it down
+  uint32_t let_go_at_ = 0;  // ms, when it was driven last, or since when it is braked
   uint32_t waiting_ = 0;    // ms, since when a driven wheel has given no pulse
 };
