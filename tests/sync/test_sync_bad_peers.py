@@ -7,17 +7,18 @@ import socket
 import threading
 import time
 import xmlrpc.client
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import pytest
-from masters import Rosmaster, served
+from masters import Rosmaster, reply, served
 from swarm_sync import config, rpc
 from swarm_sync.bridge import Bridge
 from swarm_sync.slave import SlaveApi, methods
 
 KIND = "std_msgs/String"
+OWN = "http://127.0.0.1:11311"
 Behaviour = Callable[[socket.socket], None]
 OK = b"HTTP/1.0 200 OK\r\nContent-Length: %d\r\n\r\n"
 
@@ -201,6 +202,45 @@ def test_who_is_cancelled_ends_even_as_what_it_waits_for_comes(ticks: int) -> No
         assert task.cancelled()
 
     asyncio.run(scenario())
+
+
+@pytest.mark.parametrize("slow", ["registerPublisher", "registerSubscriber"])
+def test_what_a_master_still_does_as_the_node_ends_is_taken_back_too(
+    monkeypatch: pytest.MonkeyPatch, slow: str
+) -> None:
+    """A master goes on with what it was told, however the connection fares; it serves others meanwhile."""
+    own, peer = Rosmaster(), Rosmaster()
+    peer.registerPublisher("/b/driver", "/b/odom", KIND, "http://127.0.0.3:4711/")
+
+    async def scenario() -> None:
+        begun, ended = asyncio.Event(), asyncio.Event()
+
+        async def done(uri: str, calls: Sequence[rpc.Call]) -> bytes:
+            begins = any(call[0] == slow and call[2] == "/b/odom" for call in calls)
+            if begins:
+                begun.set()
+                await asyncio.sleep(0.2)
+            answer = reply(own if uri == OWN else peer, calls)
+            if begins:
+                ended.set()
+            return answer
+
+        async def exchange(uri: str, calls: Sequence[rpc.Call], *_: object) -> bytes:
+            return await asyncio.shield(asyncio.ensure_future(done(uri, calls)))
+
+        monkeypatch.setattr(rpc, "exchange", exchange)
+        bridge = Bridge(told(OWN, "http://127.0.0.2:1", "http://127.0.0.3:1"), "http://127.0.0.1:1/")
+        work = asyncio.ensure_future(bridge.run())
+        await asyncio.wait_for(begun.wait(), 10.0)
+        work.cancel()
+        await asyncio.wait([work])
+        await bridge.farewell()
+        await ended.wait()
+
+    asyncio.run(scenario())
+    assert own.publishers() == set()
+    assert own.parameters == {}
+    assert peer.subscribers() == set()
 
 
 def test_a_dead_name_server_is_asked_for_a_name_once_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:

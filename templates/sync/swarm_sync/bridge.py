@@ -185,7 +185,7 @@ class Bridge:
         await master.do([("unregisterSubscriber", me, topic, uri) for topic in sorted(graph.subscribed)])
 
     async def farewell(self) -> None:
-        """Take back all that was registered anywhere; who hangs is waited for as long as two calls take."""
+        """Take back all that was registered anywhere; who hangs is waited for as long as three calls take."""
         me = self.config.node
         calls: list[Call] = [
             ("unregisterPublisher", one.node, one.topic, one.uri) for one in self._brought or ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Callable, Collection, Sequence
 
 from swarm_sync import graph, rpc
@@ -21,9 +22,11 @@ class Master:
         self._hosts = rpc.Names()
         self._reply = b""
         self._graph: Graph | None = None
+        self._at_work: asyncio.Future[list[Answer]] | None = None
 
     async def look(self, wanted: Callable[[Graph], frozenset[str]]) -> Graph:
         """The graph now, with the URIs of the nodes ``wanted`` of it; PeerError when it is not to be had."""
+        await self._rest()
         found = await self._look(self._names)
         for _ in range(_ROUNDS):
             names = tuple(sorted(wanted(found) | {self._me}))
@@ -42,8 +45,22 @@ class Master:
         return self._graph
 
     async def do(self, calls: Sequence[Call]) -> list[Answer]:
-        """Have the master do all ``calls``, in their order."""
+        """Have the master do all ``calls``, in their order.
+
+        It goes on with them when the caller is cancelled, so whatever comes next waits until they are done:
+        a farewell in between would be followed by what it is to take back.
+        """
         if not calls:
             return []
+        await self._rest()
+        self._at_work = asyncio.ensure_future(self._do(calls))
+        return await asyncio.shield(self._at_work)
+
+    async def _do(self, calls: Sequence[Call]) -> list[Answer]:
         reply = await rpc.exchange(self._uri, calls, CALL_SECONDS, self._hosts)
         return await rpc.answers(reply, len(calls))
+
+    async def _rest(self) -> None:
+        """Until nothing that the master was told is under way, or was for too long."""
+        if self._at_work is not None and not self._at_work.done():
+            await asyncio.wait([self._at_work])
