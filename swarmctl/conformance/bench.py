@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 from swarm_driver.asked import Asked, linked
 from swarm_driver.codec import Reply, Request
@@ -14,8 +13,12 @@ from swarm_driver.kinematics import STANDSTILL, Counters, Units, wheel_units
 from swarm_driver.lines import firmware_version
 from swarm_driver.link import FAILED_EXCHANGE, BytePort, Link, LinkLostError
 from swarm_driver.port import PortError
-from swarm_driver.protocols import RosserialProtocol
+from swarm_driver.protocols import PythonProtocol, RosserialProtocol
+from swarm_driver.relay import Relay
 from swarm_driver.report import Tally
+
+from swarmctl.conformance.wheeled import Mends, Motion, NoBoard, NotStoppedError, Pace, TooLongError
+from swarmctl.conformance.wire import Wire
 
 _KEEP_UP = 0.2  # s after which a speed is said again, as a driver does
 _LOOK_EVERY = 0.03  # s between two readings of the counters
@@ -29,55 +32,9 @@ def asked(config: Config) -> Asked:
     return config.protocol
 
 
-class NotStoppedError(Exception):
-    """Nobody knows whether the robot stands."""
-
-
-@dataclass(frozen=True)
-class Pace:
-    """Seconds to reach a speed, to measure it, to wait whether a robot stops by itself; how often to ask."""
-
-    settle: float = 0.5
-    measure: float = 0.8
-    silence: float = 2.5
-    questions: int = 50
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Speeds of the left and the right wheel, m/s: as they were ordered, and as the counters have it."""
-
-    ordered: tuple[float, float]
-    measured: tuple[float, float]
-    resolution: float  # m/s that one count makes
-
-
-@dataclass
-class Wire:
-    """The driver's port, with the time of everything that goes out."""
-
-    port: BytePort
-    written: list[tuple[float, bytes]] = field(default_factory=list)
-
-    def write(self, data: bytes) -> None:
-        self.port.write(data)
-        self.written.append((time.monotonic(), data))
-
-    def read(self, timeout: float) -> bytes:
-        return self.port.read(timeout)
-
-    def drain(self) -> None:
-        self.port.drain()
-
-    def fileno(self) -> int:
-        return self.port.fileno()
-
-    def close(self) -> None:
-        self.port.close()
-
-
 class Bench:
-    """Exchanges raise what those of a driver do: ``FAILED_EXCHANGE``, ``LinkLostError``, ``PortError``."""
+    """A ``Wheeled`` robot that is asked. Exchanges raise what those of a driver do:
+    ``FAILED_EXCHANGE``, ``LinkLostError``, ``PortError``."""
 
     def __init__(
         self,
@@ -92,11 +49,31 @@ class Bench:
         self.firmware_dead_man = firmware_dead_man  # as its type says
         self.open_port = open_port
         self.pace = pace or Pace()
+        self.clock: Callable[[], float] = time.monotonic
+        self.sleep: Callable[[float], None] = time.sleep
+        self.relay: Relay = NoBoard()
+        self.reply_timeout = self.protocol.reply_timeout
         self.firmware = "unknown"
         self.latencies: list[float] = []
         self.unanswered = 0
         self._wire: Wire | None = None
         self._link: Link | None = None
+        self._halt = b""  # the request for a stop, as it was when the robot was met
+
+    @property
+    def mends(self) -> Mends:
+        return Mends(
+            still="the counters stand: do the wheels turn? mend the query of `odom`",
+            swapped="the sides are swapped: swap {left} and {right} in `set_speed`, or the order of the "
+            "counters",
+            wrong="a counter runs the wrong way, or with the wrong wheel: mend `set_speed` or the query of "
+            "`odom`",
+            off=self._scales,
+        )
+
+    @property
+    def counts(self) -> bool:
+        return self.odometer is not None
 
     @property
     def wire(self) -> Wire:
@@ -126,21 +103,24 @@ class Bench:
         if self._link is None:
             self._wire = Wire(self.open_port())
             self._link = linked(self._wire, self.protocol, Tally())
+            self._halt = self._link.codec.speed(*STANDSTILL).data
             time.sleep(self.config.serial.settle)
 
     def disconnect(self) -> None:
-        """Let go of the line as a killed driver does: without a word."""
         link, self._link = self._link, None
         if link is not None:
             link.close()
 
     def leave(self) -> None:
-        """The last word is a stop, said on a line that is opened again if need be. ``NotStoppedError``."""
+        """On a line that is opened again if need be; in the bytes of before, if its class hangs."""
         try:
             self.connect()
             self.stop()
         except (LinkLostError, PortError) as error:
             raise NotStoppedError(str(error)) from error
+        except TooLongError:
+            self.wire.write(self._halt)
+            raise
         finally:
             self.disconnect()
 
@@ -163,7 +143,7 @@ class Bench:
             return self.ask(request)
 
     def stop(self) -> int:
-        """Have the robot confirm a stop; the attempts it took."""
+        """The robot confirms it."""
         for attempt in range(1, _STOPS + 1):
             try:
                 self.link.set_speed(*STANDSTILL)
@@ -175,7 +155,6 @@ class Bench:
 
     @contextmanager
     def driving(self, linear: float, angular: float) -> Iterator[Units]:
-        """Moving for a while, and standing after it, whatever happens."""
         units = wheel_units(linear, angular, self.config.kinematics, self.scale)
         try:
             self.ask_twice(self.link.codec.speed(*units))
@@ -183,7 +162,10 @@ class Bench:
         finally:
             self.stop()
 
-    def counters(self, odometer: Sensor) -> Counters:
+    def counters(self) -> Counters:
+        odometer = self.odometer
+        if odometer is None:
+            raise LinkLostError("the type has no position counters")
         values = self.ask_twice(self.link.codec.query(odometer.read)).values
         arrived = time.monotonic() - self.latencies[-1] / 2
         left, right = (int(one) for one in values[odometer.first : odometer.first + 2])
@@ -198,11 +180,10 @@ class Bench:
         )
         return left * self.scale.metres_per_count, right * self.scale.metres_per_count
 
-    def motion(self, odometer: Sensor, linear: float, angular: float) -> Motion:
-        """Drive so for a while, and compare what was said with what the counters tell."""
+    def motion(self, linear: float, angular: float) -> Motion:
         with self.driving(linear, angular) as units:
             self.go_on(units, self.pace.settle)
-            first = latest = self.counters(odometer)
+            first = latest = self.counters()
             ways = [0.0, 0.0]
             said, end = time.monotonic(), first.stamp + self.pace.measure
             while latest.stamp < end:
@@ -210,7 +191,7 @@ class Bench:
                     self.ask_twice(self.link.codec.speed(*units))
                     said = time.monotonic()
                 time.sleep(_LOOK_EVERY)
-                reading = self.counters(odometer)
+                reading = self.counters()
                 ways = [sum(pair) for pair in zip(ways, self.way(latest, reading), strict=True)]
                 latest = reading
         seconds = latest.stamp - first.stamp
@@ -218,8 +199,25 @@ class Bench:
         return Motion(ordered, (ways[0] / seconds, ways[1] / seconds), self.scale.metres_per_count / seconds)
 
     def go_on(self, units: Units, seconds: float) -> None:
-        """Keep a speed up, as a driver does."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             time.sleep(min(left, _KEEP_UP))
             self.ask_twice(self.link.codec.speed(*units))
+
+    def speed_said(self, linear: float) -> tuple[bytes, str] | None:
+        if isinstance(self.protocol, PythonProtocol):  # a class may count what it says
+            return None
+        units = wheel_units(linear, 0.0, self.config.kinematics, self.scale)
+        request = self.link.codec.speed(*units)
+        return request.data, f"`{request.name}`"
+
+    def harmless(self) -> Callable[[bytes], bool]:
+        questions = {self.link.codec.query(sensor.read).data for sensor in self.config.sensors}
+        return lambda data: data in questions
+
+    def _scales(self, ratio: float) -> str:
+        units, metres = self.scale.speed_units_per_mps / ratio, self.scale.metres_per_count / ratio
+        return (
+            f"{ratio:.2f} times as fast as ordered: speed_units_per_mps: {units:.4g}, or metres_per_count: "
+            f"{metres:.4g}; a tape measure tells which"
+        )

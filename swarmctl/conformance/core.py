@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from swarm_driver.config import Config, parse
-from swarm_driver.own import InterruptionError
 from swarm_driver.port import Port, PortError
 
 from swarmctl.spec.params import params_of
 from swarmctl.spec.robot_type import RobotType
-
-
-class TooLongError(InterruptionError):
-    """A protocol's class does not come back. Not an Exception, so that the class cannot catch it."""
-
-
-class BreakOffError(InterruptionError):
-    """Somebody ends the test by a signal."""
 
 
 def config_for(robot_type: RobotType, name: str, port: str, baud: int | None, module: str) -> Config:
@@ -24,9 +18,16 @@ def config_for(robot_type: RobotType, name: str, port: str, baud: int | None, mo
     return parse({**params, "commanders": []})
 
 
+def config_of(params: Mapping[str, Any], port: str, baud: int | None, module: str) -> Config:
+    """What the driver of one robot of a swarm is told, but for its port; nobody commands it."""
+    serial = {**params["serial"], **({"baud": baud} if baud else {})}
+    protocol = {**params["protocol"], **({"module": module} if "module" in params["protocol"] else {})}
+    return parse({**params, "port": port, "serial": serial, "protocol": protocol, "commanders": []})
+
+
 def open_port(config: Config) -> Port:
     """The serial port, for nobody else. ``PortError`` says why not."""
     return Port(config.port, config.serial)
 
 
-__all__ = ["BreakOffError", "Port", "PortError", "TooLongError", "config_for", "open_port"]
+__all__ = ["Port", "PortError", "config_for", "config_of", "open_port"]

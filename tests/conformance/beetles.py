@@ -44,6 +44,27 @@ firmware_dead_man: false
 """
 
 
+OWN = """\
+title: Beetle
+link: {kinds: [serial], baud: 115200, settle: 0.01}
+kinematics:
+  wheel_separation: 0.08
+  wheel_speed_max: 0.25
+  counter_bits: 16
+  scales: [{speed_units_per_mps: 1000, metres_per_count: 0.0005}]
+protocol:
+  kind: python
+  codec: BeetleCodec
+  reply_timeout: 1.0
+  set_speed: {request: 16, reply: 16}
+  queries:
+    position: {values: 2, request: 2, reply: 16}
+sensors:
+  odom: {kind: wheels, read: position}
+firmware_dead_man: false
+"""
+
+
 class Beetle(LineRobot):
     """S sets speeds in mm/s, P reads the counters, E the eyes, V the battery, L is the lamp."""
 
@@ -54,8 +75,20 @@ class Beetle(LineRobot):
         super().__init__(Chassis(wheel_separation=0.08, metres_per_count=0.0005, counter_bits=16))
         self.fault = fault
         self.ordered_at = 0.0
+        self.openings = 0
+        self.sulks = 0  # requests that it will not answer
+
+    def opened(self) -> None:
+        self.openings += 1
+        if self.fault == "restarts" and self.openings > 1:
+            self.sulks = 8
+
+    def closed(self) -> None: ...
 
     def answer(self, line: str) -> bytes:
+        self.sulks -= self.sulks > 0
+        if self.sulks:
+            return b""
         match line.split(","):
             case ["B"]:
                 return b"" if self.fault == "no firmware" else reply("b", "beetle", 1)
@@ -69,6 +102,8 @@ class Beetle(LineRobot):
                 return reply("v", 38 if self.fault == "flat battery" else 380)
             case ["L", "0" | "1"] if self.fault != "no lamp":
                 return reply("l")
+        if self.fault == "takes offence":
+            self.sulks = 8
         return self.refusal
 
     def advance(self, dt: float) -> None:

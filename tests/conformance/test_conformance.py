@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-import pytest
-from beetles import TYPE, beetle
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
-from swarmctl.conformance import moving, talking
-from swarmctl.conformance.bench import Bench, NotStoppedError, Pace
+import pytest
+import swarm_driver.session
+from beetles import OWN, TYPE, beetle
+from swarm_driver.config import Kinematics, Scale
+from swarm_driver.kinematics import Units
+from swarm_driver.orders import DeadMan, Orders
+
+from swarmctl.conformance import moving, talking, whole_driver
+from swarmctl.conformance.bench import Bench
 from swarmctl.conformance.core import PortError, config_for, open_port
-from swarmctl.conformance.examine import Check, examine
+from swarmctl.conformance.examine import ASKED, examine
 from swarmctl.conformance.results import Result, Verdict, passed
+from swarmctl.conformance.wheeled import NotStoppedError, Pace
 from swarmctl.lab.emulated import SAME_ROBOT
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.faults import Faults
 from swarmctl.lab.emulators.port import Port
+from swarmctl.render.own_type import codec_text
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import parse
 
+Check = Callable[[Bench], Iterator[Result]]
 FAST = Pace(settle=0.05, measure=0.2, silence=0.7, questions=20)
 HASTY = TYPE.replace("reply_timeout: 1.0", "reply_timeout: 0.5")
 CHECKS = [
@@ -33,9 +43,9 @@ def type_of(text: str) -> RobotType:
     return RobotType.model_validate(source.data)
 
 
-def bench_for(port: Port, text: str = TYPE) -> Bench:
+def bench_for(port: Port, text: str = TYPE, module: Path = Path()) -> Bench:
     robot_type = type_of(text)
-    config = config_for(robot_type, "beetle", str(port.path), None, "")
+    config = config_for(robot_type, "beetle", str(port.path), None, str(module))
     dead_man = robot_type.firmware_dead_man
     return Bench(config, lambda: open_port(config), firmware_dead_man=dead_man, pace=FAST)
 
@@ -48,7 +58,7 @@ def tried(
         bench = bench_for(port, text)
         port.faults = faults or Faults()
         if check is None:
-            results = list(examine(bench))
+            results = list(examine(bench, ASKED))
         else:
             bench.connect()
             results = list(check(bench))
@@ -63,7 +73,7 @@ def test_a_robot_that_is_as_its_type_says_passes_every_check() -> None:
     assert list(results) == CHECKS
     assert {one.check for one in results.values() if one.verdict is not Verdict.OK} == set()
     assert results["firmware"].figure == "beetle,1: 1000 units are 1 m/s"
-    assert results["limits"].figure == "2.5 m/s is said as 250 250"
+    assert results["limits"].figure == "2.5 m/s is said as `S,250,250`"
     assert results["sensor battery"].figure == "3.80 V"
 
 
@@ -90,6 +100,12 @@ FAULTS: dict[Check, list[tuple[str, str, Verdict, str]]] = {
     moving.stops_by_itself: [
         ("dead-man", "driver killed in motion", Verdict.WARN, "firmware_dead_man: true")
     ],
+    talking.recovers_from_half_a_request: [
+        ("takes offence", "half a request", Verdict.FAIL, "no stop is confirmed any more"),
+    ],
+    talking.recovers_from_a_reconnect: [
+        ("restarts", "reconnect", Verdict.FAIL, "raise `settle` of the link")
+    ],
 }
 
 
@@ -103,6 +119,72 @@ def test_each_fault_of_a_robot_is_found(
     result = tried(fault, check)[name]
     assert result.verdict is verdict, result
     assert told in f"{result.figure} {result.mend}"
+
+
+@pytest.mark.parametrize(
+    ("setup", "verdict", "told"),
+    [("{send: P, reply: p}", Verdict.OK, "confirmed"), ("{send: X, reply: x}", Verdict.FAIL, "answers `!`")],
+)
+def test_a_setup_that_the_robot_refuses_is_found(setup: str, verdict: Verdict, told: str) -> None:
+    [result] = tried(
+        "", talking.takes_its_setup, TYPE.replace("  queries:", f"  setup: [{setup}]\n  queries:")
+    ).values()
+    assert result.verdict is verdict
+    assert told in result.figure
+
+
+def test_a_driver_that_forgets_the_limits_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(swarm_driver.session, "wheel_units", unlimited)
+    results = tried("", whole_driver.stops_for_its_dead_man)
+    assert results["limits"].verdict is Verdict.FAIL
+    assert "S,2500,2500" in results["limits"].figure
+
+
+@pytest.mark.parametrize("factor", [4.0, 100.0])
+@pytest.mark.parametrize("own", [False, True], ids=["line", "python"])
+def test_a_driver_that_goes_on_by_itself_is_found(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, factor: float, own: bool
+) -> None:
+    def late(orders: Orders, timeout: float, clock: Callable[[], float]) -> DeadMan:
+        return DeadMan(orders, factor * timeout, clock)
+
+    monkeypatch.setattr(swarm_driver.session, "DeadMan", late)
+    results = of_a_class(tmp_path) if own else tried("", whole_driver.stops_for_its_dead_man)
+    assert results["limits"].verdict is Verdict.OK
+    assert results["dead-man of the driver"].verdict is Verdict.FAIL
+
+
+def unlimited(linear: float, angular: float, built: Kinematics, scale: Scale) -> Units:
+    speed = round(linear * scale.speed_units_per_mps)
+    return speed, speed
+
+
+def of_a_class(folder: Path, *change: str) -> dict[str, Result]:
+    """Limits and dead-man of a driver that speaks through a class, whose text is changed so."""
+    module = folder / "beetle.py"
+    module.write_text(codec_text("beetle").replace(*(change or ("", ""))))
+    with beetle() as port:
+        bench = bench_for(port, OWN, module)
+        bench.connect()
+        results = {one.check: one for one in whole_driver.stops_for_its_dead_man(bench)}
+        bench.leave()
+    return results
+
+
+def test_what_a_class_makes_of_the_limits_is_measured_at_the_wheels(tmp_path: Path) -> None:
+    """A class may number what it says: its bytes tell nothing."""
+    results = of_a_class(tmp_path)
+    assert {one.verdict for one in results.values()} == {Verdict.OK}
+    assert results["limits"].figure.endswith("the limit is 0.25")
+    fast = of_a_class(tmp_path, '(f"S,{left},{right}"', '(f"S,{2 * left},{2 * right}"')
+    assert fast["limits"].verdict is Verdict.FAIL
+
+
+def test_a_driver_of_a_class_that_forgets_the_limits_is_found(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(swarm_driver.session, "wheel_units", unlimited)
+    assert of_a_class(tmp_path)["limits"].verdict is not Verdict.OK
 
 
 def test_a_wrong_scale_is_told_with_the_right_one() -> None:
@@ -147,7 +229,7 @@ def test_garbage_before_replies_is_no_fault_of_the_robots() -> None:
 def test_nothing_is_asked_of_a_robot_that_cannot_be_stopped() -> None:
     results: list[Result] = []
     with beetle("mute") as port, pytest.raises(NotStoppedError, match="no reply to `S,0,0`"):
-        results.extend(examine(bench_for(port, HASTY)))
+        results.extend(examine(bench_for(port, HASTY), ASKED))
     assert [(one.check, one.verdict, one.mend) for one in results] == [
         ("stop", Verdict.FAIL, "is it asleep?")
     ]
@@ -157,7 +239,7 @@ def test_nothing_is_asked_of_a_robot_that_cannot_be_stopped() -> None:
 def test_a_cable_that_is_pulled_ends_the_test() -> None:
     results: list[Result] = []
     with beetle() as port:
-        running = examine(bench_for(port))
+        running = examine(bench_for(port), ASKED)
         while not results or results[-1].check != "forward, slow":
             results.append(next(running))
         port.unplug()
@@ -171,7 +253,7 @@ def test_a_port_that_is_not_there() -> None:
     with beetle() as port:
         bench = bench_for(port)
     with pytest.raises(PortError, match="is missing"):
-        next(examine(bench))
+        next(examine(bench, ASKED))
 
 
 @pytest.mark.parametrize(
@@ -179,7 +261,7 @@ def test_a_port_that_is_not_there() -> None:
 )
 def test_whenever_it_is_given_up_the_robot_stands(interrupted_after: str) -> None:
     with beetle() as port:
-        running = examine(bench_for(port))
+        running = examine(bench_for(port), ASKED)
         for one in running:
             if one.check == interrupted_after:
                 break
@@ -194,6 +276,6 @@ def test_every_emulated_robot_is_as_its_shipped_type_says(name: str) -> None:
     with Port(emulator(SAME_ROBOT.get(name, name))) as port:
         config = config_for(robot_type, name, str(port.path), None, "")
         bench = Bench(config, lambda: open_port(config), firmware_dead_man=False, pace=FAST)
-        results = list(examine(bench))
+        results = list(examine(bench, ASKED))
         assert not port.snapshot().v
     assert [one for one in results if one.verdict is Verdict.FAIL] == []

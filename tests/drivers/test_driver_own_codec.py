@@ -268,3 +268,17 @@ def test_a_class_that_hangs_ends_the_driver_by_a_signal_and_the_motors_are_stopp
         assert wiring.moving()
         assert wiring.stop_motors().returncode == 0
         assert not wiring.moving()
+
+
+def test_what_stops_the_motors_ends_in_time_with_a_class_that_hangs_on_its_first_stop(tmp_path: Path) -> None:
+    """No driver moves such a robot; and nothing waits for the class before the next one starts."""
+    (tmp_path / "koala.py").write_text(CODEC.replace(ASK, "        while True: pass\n" + ASK))
+    with wired("koala", tmp_path) as wiring:
+        params = yaml.safe_load(wiring.config.read_text())
+        params["protocol"] = {
+            "kind": "python", "module": "koala.py", "codec": "KoalaCodec", "options": {}, "identify": True,
+            "reply_timeout": 0.15, "queries": {"position": {"values": 2}},
+        }  # fmt: skip
+        wiring.config.write_text(yaml.safe_dump(params))
+        ran = wiring.stop_motors()
+        assert ran.returncode == -signal.SIGALRM

@@ -37,9 +37,11 @@ class Connection(Protocol):
     ``since``: when the robot was known and stood; none until then and while it is lost. ``trouble``: why.
     """
 
-    since: float | None
     trouble: str
     firmware: str
+
+    @property
+    def since(self) -> float | None: ...
 
     @property
     def odometry(self) -> Odometry: ...

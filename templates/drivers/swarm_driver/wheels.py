@@ -28,7 +28,7 @@ class Wheels:
         self._sides = (ticks.left, ticks.right) if ticks else ()
         self._kinematics = kinematics
         way = 2 * math.pi * ticks.wheel_radius / ticks.counts_per_turn if ticks else 0.0
-        self._scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
+        self.scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
         self._counts: dict[str, int] = {}
         fastest = max((protocol.rates[side] for side in self._sides), default=1.0)
         self._apart = min(_APART, 0.5 / fastest)  # s
@@ -51,5 +51,5 @@ class Wheels:
         counters = Counters(left, right, arrived)
         self._counts = {}
         kinematics = replace(self._kinematics, counter_bits=_BITS[topic.type])
-        self.odometry = self.odometry.update(counters, kinematics, self._scale)
+        self.odometry = self.odometry.update(counters, kinematics, self.scale)
         return self.odometry.pose
