@@ -8,8 +8,7 @@ from typing import Any
 from swarmctl.spec.diagnostics import Fix
 from swarmctl.spec.edits import Edits, mend, rename_key, replace_value
 from swarmctl.spec.source import Loc, Source
-
-KEY = "[key]"  # the last step of a place that is a key, as pydantic has it
+from swarmctl.spec.words import KEY
 
 _HOSTS, _ROBOTS, _PROGRAMS, _ISLANDS = "hosts", "robots", "programs", "islands"
 _COMMANDERS = (_PROGRAMS, _ROBOTS, _HOSTS)

@@ -19,7 +19,7 @@ from swarmctl.spec.queries import (
     SpeedCommand,
 )
 from swarmctl.spec.topics import Topic
-from swarmctl.spec.words import GraphName, Model, Name, Value
+from swarmctl.spec.words import GraphName, MisfitError, Model, Name, Value
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
@@ -158,17 +158,24 @@ class RosserialProtocol(Model):
 
     @model_validator(mode="after")
     def _is_a_robots(self) -> RosserialProtocol:
-        for one in (*self.publishes, *self.subscribes):
+        named = ("publishes", self.publishes), ("subscribes", self.subscribes)
+        for room, index, one in [(room, *each) for room, topics in named for each in enumerate(topics)]:
             if not one.topic[0].isalpha() or "/" in one.topic:
-                raise ValueError(
-                    f"`{one.topic}` is no name within a robot's namespace; write one word, like `lwheel`"
+                raise MisfitError(
+                    f"`{one.topic}` is no name within a robot's namespace; write one word, like `lwheel`",
+                    room, index, "topic",
+                )  # fmt: skip
+        for index, one in enumerate(self.publishes):
+            if one.rate is None:
+                raise MisfitError(
+                    f"how often does the sketch publish `{one.topic}`?; add its `rate`, Hz",
+                    "publishes",
+                    index,
                 )
-        silent = next((one.topic for one in self.publishes if one.rate is None), None)
-        if silent is not None:
-            raise ValueError(f"how often does the sketch publish `{silent}`?; add its `rate`, Hz")
         if ("cmd_vel", "geometry_msgs/Twist") not in ((one.topic, one.type) for one in self.subscribes):
-            raise ValueError(
-                "the sketch hears no orders; add {topic: cmd_vel, type: geometry_msgs/Twist} to `subscribes`"
+            raise MisfitError(
+                "the sketch hears no orders; add {topic: cmd_vel, type: geometry_msgs/Twist} to `subscribes`",
+                "subscribes",
             )
         if self.firmware:
             self._is_ours()
@@ -177,23 +184,31 @@ class RosserialProtocol(Model):
     def _is_ours(self) -> None:
         """Topics as our sketch has them, for a board that it is written for."""
         if self.board not in UNO_BOARDS:
-            raise ValueError(f"the sketch `{self.firmware}` is for {' and '.join(UNO_BOARDS)}")
+            raise MisfitError(f"the sketch `{self.firmware}` is for {' and '.join(UNO_BOARDS)}", "board")
         if [one.type for one in self.publishes] != ["std_msgs/Int32"] * 2 or len(self.subscribes) != 1:
-            raise ValueError(
+            raise MisfitError(
                 f"the sketch `{self.firmware}` publishes two std_msgs/Int32, the pulses of the left and of "
-                "the right wheel, and hears `cmd_vel` alone"
+                "the right wheel, and hears `cmd_vel` alone",
+                "subscribes" if len(self.subscribes) != 1 else "publishes",
             )
         if len({one.rate for one in self.publishes}) > 1:
-            raise ValueError(f"the sketch `{self.firmware}` publishes both wheels' pulses at one rate")
+            raise MisfitError(
+                f"the sketch `{self.firmware}` publishes both wheels' pulses at one rate",
+                "publishes",
+                1,
+                "rate",
+            )
 
     @model_validator(mode="after")
     def _counts_what_it_publishes(self) -> RosserialProtocol:
         published = {one.topic: one.type for one in self.publishes}
-        for side in (self.odometry.left, self.odometry.right) if self.odometry else ():
-            if published.get(side) not in COUNTERS:
-                raise ValueError(
-                    f"`odometry` counts on `{side}`: add it to `publishes`, as {' or '.join(COUNTERS)}"
-                )
+        for side in ("left", "right") if self.odometry else ():
+            topic = getattr(self.odometry, side)
+            if published.get(topic) not in COUNTERS:
+                raise MisfitError(
+                    f"`odometry` counts on `{topic}`: add it to `publishes`, as {' or '.join(COUNTERS)}",
+                    "odometry", side,
+                )  # fmt: skip
         return self
 
 

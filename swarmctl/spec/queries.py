@@ -10,7 +10,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from swarmctl.spec.patterns import bounded
-from swarmctl.spec.words import Model
+from swarmctl.spec.words import MisfitError, Model
 
 _REQUEST = r"^[\x20-\x7e]{1,80}$"
 _HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
@@ -73,7 +73,7 @@ class Query(Model):
     @model_validator(mode="after")
     def _a_group_for_each_value(self) -> Query:
         if self.pattern is not None and re.compile(self.pattern).groups != self.values:
-            raise ValueError(f"`pattern` needs as many groups as `values` says: {self.values}")
+            raise MisfitError(f"`pattern` needs as many groups as `values` says: {self.values}", "pattern")
         return self
 
     def length(self, digits: int) -> tuple[int, int]:
@@ -92,7 +92,7 @@ class SpeedCommand(Query):
     @model_validator(mode="after")
     def _both_sides(self) -> SpeedCommand:
         if any(self.send.count(f"{{{side}}}") != 1 for side in SIDES):
-            raise ValueError("`send` of `set_speed` needs {left} and {right}, once each")
+            raise MisfitError("`send` of `set_speed` needs {left} and {right}, once each", "send")
         return self
 
 
@@ -131,7 +131,7 @@ class BinaryQuery(Model):
         """None here: nothing would fill them."""
         place = _PLACE.search(self.send)
         if place is not None:
-            raise ValueError(f"nothing fills `{place.group()}` here; write the bytes themselves")
+            raise MisfitError(f"nothing fills `{place.group()}` here; write the bytes themselves", "send")
         return self
 
     def length(self, _: int) -> tuple[int, int]:
@@ -156,9 +156,9 @@ class BinarySpeedCommand(BinaryQuery):
     @model_validator(mode="after")
     def _places(self) -> BinarySpeedCommand:
         if sorted(one["name"] for one in _PLACE.finditer(self.send)) != sorted(SIDES):
-            raise ValueError("`send` of `set_speed` needs {left:h} and {right:h}, once each")
+            raise MisfitError("`send` of `set_speed` needs {left:h} and {right:h}, once each", "send")
         if self.echo and self.values != len(SIDES):
-            raise ValueError("an echo has two values; mend `reply` or leave `echo` out")
+            raise MisfitError("an echo has two values; mend `reply` or leave `echo` out", "reply")
         return self
 
 

@@ -7,15 +7,14 @@ Knows nothing of swarms.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from swarmctl.spec.firmware import clashes
+from swarmctl.spec.misfits import misfits
 from swarmctl.spec.protocols import Asked, DriverName, Protocol, RosserialProtocol
-from swarmctl.spec.queries import SIDES, BinaryQuery, CodedQuery, Query, room_of
-from swarmctl.spec.sensors import FRAME_TOPICS, Actuator, Positive, Sensor, SensorName
+from swarmctl.spec.queries import BinaryQuery, CodedQuery, Query
+from swarmctl.spec.sensors import Actuator, Positive, Sensor, SensorName
 from swarmctl.spec.settings import (
     COMMAND_TIMEOUT,
     DIAGNOSTICS,
@@ -26,9 +25,8 @@ from swarmctl.spec.settings import (
     Speed,
     last_rate,
 )
-from swarmctl.spec.words import Model
+from swarmctl.spec.words import MisfitError, Model
 
-ODOM = "odom"
 SHORTEST_WATCHDOG = 1.0  # s
 _TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"
 
@@ -126,11 +124,11 @@ class Kinematics(Model):
     def _scales_in_order(self) -> Kinematics:
         bounds = [scale.firmware_below or math.inf for scale in self.scales]
         if bounds and (bounds != sorted(set(bounds)) or bounds[-1] != math.inf):
-            raise ValueError(
-                "`scales` go from old firmware to new; only the last one has no `firmware_below`"
+            raise MisfitError(
+                "`scales` go from old firmware to new; only the last one has no `firmware_below`", "scales"
             )
         if self.wheel_speed_min >= self.wheel_speed_max:
-            raise ValueError("`wheel_speed_min` must be below `wheel_speed_max`")
+            raise MisfitError("`wheel_speed_min` must be below `wheel_speed_max`", "wheel_speed_min")
         return self
 
 
@@ -185,99 +183,9 @@ class RobotType(Model):
 
     @model_validator(mode="after")
     def _fits_together(self) -> RobotType:
-        if self.asked is None:
-            self._fits_its_sketch()
-        else:
-            self._fits_its_line(self.asked)
-        unknown = next((one for one in self.settings.rates if one not in {*self.sensors, DIAGNOSTICS}), None)
-        if unknown is not None:
-            raise ValueError(f"`settings` have a rate for `{unknown}`, which is none of the `sensors`")
+        for misfit in misfits(self):
+            raise misfit
         return self
-
-    def _fits_its_line(self, protocol: Asked) -> None:
-        for complaint in (
-            *self._ill_named(), *self._misread(protocol), *self._misset(protocol), *self._too_fast(protocol),
-        ):  # fmt: skip
-            raise ValueError(complaint)
-        if not self.kinematics.scales:
-            raise ValueError("wheels count in the robot's own units; add `kinematics.scales`")
-        if len(self.kinematics.scales) > 1 and not getattr(protocol, "identify", None):
-            raise ValueError(
-                "with more than one entry in `scales` the driver must ask for the firmware: add `identify`"
-            )
-
-    def _ill_named(self) -> Iterator[str]:
-        for name in (*self.sensors, *self.actuators):
-            if name in (*FRAME_TOPICS, DIAGNOSTICS) or (name in self.sensors and name in self.actuators):
-                yield f"the name `{name}` is taken; give the topic another one"
-        for name, sensor in self.sensors.items():
-            if (sensor.kind == "wheels") != (name == ODOM):
-                yield f"position counters, and nothing else, are called `{ODOM}`; rename `{name}`"
-
-    def _misread(self, protocol: Asked) -> Iterator[str]:
-        for name, sensor in self.sensors.items():
-            query = protocol.queries.get(sensor.read or name)
-            if query is None:
-                yield (
-                    f"sensor `{name}` reads `{sensor.read or name}`, which is none of the `queries`; "
-                    f"add it there, or name one of {', '.join(protocol.queries) or 'none yet'} under `read`"
-                )
-            elif sensor.first + sensor.count > query.values:
-                yield (
-                    f"the reply to `{sensor.read or name}` has {query.values} values, sensor `{name}` takes "
-                    f"{sensor.count} from number {sensor.first} on; mend `first`, or what the reply has"
-                )
-        used = {sensor.read or name for name, sensor in self.sensors.items()}
-        for idle in [name for name in protocol.queries if name not in used]:
-            yield f"no sensor reads the query `{idle}`; add one to `sensors`, or take the query out"
-
-    def _misset(self, protocol: Asked) -> Iterator[str]:
-        for name, actuator in self.actuators.items():
-            if protocol.kind == "python":
-                if actuator.send is not None:
-                    yield f"the class of the protocol writes the requests; remove `send` of actuator `{name}`"
-            elif actuator.send is None:
-                yield f"`send` of actuator `{name}` is missing; write the request for one channel"
-            elif actuator.binary != (protocol.kind == "binary"):
-                yield f"`send` of actuator `{name}` is not written for a protocol of kind `{protocol.kind}`"
-
-    def _too_fast(self, protocol: Asked) -> Iterator[str]:
-        if protocol.kind != "binary" or not self.kinematics.scales:
-            return
-        lowest, highest = room_of(protocol.set_speed.send, *SIDES)
-        units = self.kinematics.wheel_speed_max * max(
-            one.speed_units_per_mps for one in self.kinematics.scales
-        )
-        if round(units) > min(-lowest, highest):
-            yield (
-                f"`wheel_speed_max` is {units:g} units of speed, and `set_speed` has room for {lowest:g} to "
-                f"{highest:g}; write larger places, like {{left:i}}, or mend `scales`"
-            )
-
-    def _fits_our_sketch(self) -> None:
-        if self.kinematics.wheel_radius is None:
-            raise ValueError("a sketch divides by the wheels' radius; add `kinematics.wheel_radius`")
-        for second, first, pin in clashes(self.settings.firmware):
-            raise ValueError(f"pin {pin} has two uses, `{'.'.join(first)}` and `{'.'.join(second)}`")
-
-    def _fits_its_sketch(self) -> None:
-        if self.kinematics.scales:
-            raise ValueError("a sketch takes orders in m/s and rad/s; remove `kinematics.scales`")
-        if self.sensors or self.actuators:
-            raise ValueError(
-                "what a sketch measures and hears stands under `protocol`; remove `sensors` and `actuators`"
-            )
-        if self.sketch and self.sketch.firmware:
-            self._fits_our_sketch()
-        if self.sketch and self.sketch.odometry and self.kinematics.wheel_radius is None:
-            raise ValueError(
-                "`odometry` needs to know how large the wheels are: add `kinematics.wheel_radius`"
-            )
-        if not self.firmware_dead_man:
-            raise ValueError(
-                "nothing but the sketch stops a rosserial robot whose line breaks; build a dead-man into it,"
-                " and write `firmware_dead_man: true`"
-            )
 
 
 def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:

@@ -23,13 +23,14 @@ from swarmctl.spec.queries import (
     places_of,
     room_of,
 )
-from swarmctl.spec.words import Model
+from swarmctl.spec.words import MisfitError, Model
 
 SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ElementName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$", examples=["front_left"])]
 Positive = Annotated[float, Field(gt=0)]
 Unit = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
 Three = Annotated[tuple[float, float, float], Field(strict=False)]
+ODOM = "odom"
 FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
 
 
@@ -134,10 +135,12 @@ class Range(Reading):
     @model_validator(mode="after")
     def _holds_together(self) -> Range:
         if any(after[0] <= before[0] for before, after in pairwise(self.distances)):
-            raise ValueError("`distances` go from small readings to large ones; put them in order")
+            raise MisfitError(
+                "`distances` go from small readings to large ones; put them in order", "distances"
+            )
         names = [one.name for one in self.elements]
         if len(set(names)) < len(names):
-            raise ValueError("two of the `elements` have the same name; give each its own")
+            raise MisfitError("two of the `elements` have the same name; give each its own", "elements")
         return self
 
 
@@ -192,7 +195,7 @@ class Axes(Model):
     @model_validator(mode="after")
     def _a_permutation(self) -> Axes:
         if sorted(self.order) != [0, 1, 2]:
-            raise ValueError("`order` names each of 0, 1 and 2 once")
+            raise MisfitError("`order` names each of 0, 1 and 2 once", "order")
         return self
 
 
@@ -244,7 +247,7 @@ class Battery(Reading):
     @model_validator(mode="after")
     def _fuller_than_empty(self) -> Battery:
         if self.empty >= self.full:
-            raise ValueError("`empty` must be below `full`")
+            raise MisfitError("`empty` must be below `full`", "empty")
         return self
 
 
@@ -305,21 +308,25 @@ class Actuator(Model):
         places = places_of(self.send)
         by_channel = VALUE in places and (len(self.channels) == 1 or INDEX in places)
         if by_channel == (VALUES in places) or not places <= {INDEX, VALUE, VALUES}:
-            raise ValueError(
+            raise MisfitError(
                 "`send` of an actuator needs {value}, and {index} where it has several channels; or {values} "
-                "for all at once"
+                "for all at once",
+                "send",
             )
         if self.binary:
             binary_request(self.send)
             layout(self.reply or "")
             largest = room_of(self.send, VALUE, VALUES)[1]
             if self.max > largest:
-                raise ValueError(
+                raise MisfitError(
                     f"`send` has room for {largest:g} at most, and `max` is {self.max}; write a larger "
-                    "place, like {value:B}"
+                    "place, like {value:B}",
+                    "max",
                 )
         elif not is_text(self.send):
-            raise ValueError("`send` is 80 printable characters at most; shorten it")
+            raise MisfitError("`send` is 80 printable characters at most; shorten it", "send")
         elif self.reply and not is_head(self.reply):
-            raise ValueError("`reply` is what the reply begins with, up to its first comma, without blanks")
+            raise MisfitError(
+                "`reply` is what the reply begins with, up to its first comma, without blanks", "reply"
+            )
         return self

@@ -29,6 +29,7 @@ from swarmctl.spec.mending import (
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.spec.vocabulary import described, known_keys
+from swarmctl.spec.words import KEY, MisfitError
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -136,7 +137,7 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
     """A key that is right with a value that is not."""
     kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
     loc = without_tag(tagged)
-    span = source.span(loc, key=loc[-1:] == ("[key]",))
+    span = source.span(loc, key=loc[-1:] == (KEY,))
     if kind in ("literal_error", "enum"):
         key = next((part for part in reversed(loc) if isinstance(part, str)), "")
         known = choices(error)
@@ -156,7 +157,10 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
         help_ = (_NUMBERS_THAT_RANGE,) if quoted and not text else _help_for_type(kind, given, tagged, model)
         return Diagnostic("SPEC003", f"{_subject(loc)} {wrong}", span, help=help_)
     if kind == "value_error":  # raised by a validator of ours, which puts the way to mend last
-        message, _, mend = str(error["ctx"]["error"]).partition("; ")
+        raised = error["ctx"]["error"]
+        message, _, mend = str(raised).partition("; ")
+        if isinstance(raised, MisfitError):
+            span = source.span((*loc, *raised.at), key=raised.at[-1:] == (KEY,))
         return Diagnostic("SPEC003", message, span, help=(mend,) if mend else ())
     message = f"{_subject(loc)} cannot be {_shown(given)}"
     if kind == "string_pattern_mismatch":
@@ -177,7 +181,7 @@ def _help_for_unknown(key: str, tagged: tuple[str | int, ...], model: type[BaseM
 
 def _inside(loc: Loc) -> str:
     """`` of `koala` in `robots` ``: the last two named steps of a place."""
-    named = [part for part in loc if part != "[key]"]
+    named = [part for part in loc if part != KEY]
     if not named:
         return ""
     if isinstance(named[-1], int):
@@ -190,10 +194,10 @@ def _inside(loc: Loc) -> str:
 
 
 def _subject(loc: Loc) -> str:
-    named = [part for part in loc if part != "[key]"]
+    named = [part for part in loc if part != KEY]
     if not named:
         return "the spec"
-    if loc[-1] == "[key]":
+    if loc[-1] == KEY:
         return f"a name{_inside(named[:-1])}"
     return f"`{named[-1]}`" if isinstance(named[-1], str) else f"entry {named[-1] + 1} of `{named[-2]}`"
 

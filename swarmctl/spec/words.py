@@ -89,6 +89,17 @@ def _device_path(value: str) -> str:
     return value
 
 
+KEY = "[key]"  # the last step to a name itself, not to what it names; pydantic's own word
+
+
+class MisfitError(ValueError):
+    """Parts that are right by themselves and do not fit together; ``at`` leads to the one to look at."""
+
+    def __init__(self, message: str, *at: str | int) -> None:
+        super().__init__(message)
+        self.at = at
+
+
 class Model(BaseModel):
     """A part of a file: it does not change, has no keys but its own, and no value becomes another type's."""
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from swarmctl.spec.messages import size_of
 from swarmctl.spec.model import Program, Spec
 from swarmctl.spec.protocols import DriverName
-from swarmctl.spec.robot_type import ODOM, RobotType, rates_of
-from swarmctl.spec.sensors import Quantity, Range, Raw, Sensor
+from swarmctl.spec.robot_type import RobotType, rates_of
+from swarmctl.spec.sensors import ODOM, Quantity, Range, Raw, Sensor
 from swarmctl.spec.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
 from swarmctl.spec.settings import RobotSettings
 from swarmctl.spec.shipped import shipped
