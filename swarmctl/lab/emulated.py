@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.lab.boards import WIRED, board_of
@@ -11,6 +12,17 @@ from swarmctl.lab.emulators.own import built, load
 
 SAME_ROBOT = {"epuck-binary": "epuck"}  # types that are other ways to speak to a robot of another type
 OWN = ".emulator.py"  # robots/beetle.yaml has its emulator in robots/beetle.emulator.py
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a spec says was measured on a robot: in a lab that is how it really is, so odometry is right."""
+
+    distance_scale: float = 1.0
+    wheel_separation: float = 0.0  # m; that of its type for 0
+
+
+AS_ITS_TYPE = Measured()
 
 
 def own_emulators(folder: Path) -> dict[str, Path]:
@@ -26,11 +38,14 @@ def emulator_of(type_name: str, own: Mapping[str, Path]) -> str:
     return ours if ours in TYPES else ""
 
 
-def robot_of(emulator: str) -> Robot:
+def robot_of(emulator: str, measured: Measured = AS_ITS_TYPE) -> Robot:
     """A robot at rest: what ``emulator_of`` has found, or what ``boards.wired`` has written.
 
-    Raises ``OwnRobotError`` for a wrong file.
+    A board's wheels are as the spec has them already. Raises ``OwnRobotError`` for a wrong file.
     """
     if emulator.endswith(WIRED):
         return board_of(Path(emulator))
-    return built(load(Path(emulator)) if emulator.endswith(OWN) else TYPES[emulator], {})
+    robot = built(load(Path(emulator)) if emulator.endswith(OWN) else TYPES[emulator], {})
+    robot.chassis.stretch = measured.distance_scale
+    robot.chassis.wheel_separation = measured.wheel_separation or robot.chassis.wheel_separation
+    return robot

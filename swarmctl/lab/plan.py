@@ -8,8 +8,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from swarmctl.lab.emulated import emulator_of
+from swarmctl.lab.emulated import AS_ITS_TYPE, Measured, emulator_of
 from swarmctl.lab.errors import LabError
+from swarmctl.spec.settings import Calibration
 from swarmctl.topology.address import Ip, Subnet, ip_of, subnet_of, usual_subnet
 from swarmctl.topology.swarm import Network, RfcommLine, Swarm
 
@@ -53,7 +54,7 @@ class LabHost:
 @dataclass(frozen=True)
 class LabRobot:
     """A robot on a serial line. ``device`` is the path that the link names on the host; ``emulator`` is the
-    type or the file that stands for it, empty if nothing does.
+    type or the file that stands for it, empty if nothing does; ``measured`` is how the robot differs from it.
     """
 
     name: str
@@ -62,6 +63,7 @@ class LabRobot:
     device: str
     bluetooth: bool
     emulator: str = ""
+    measured: Measured = AS_ITS_TYPE
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,10 @@ class LabPlan:
                 for host in data["hosts"]
             ),
             networks=tuple(LabNetwork(**network) for network in data["networks"]),
-            robots=tuple(LabRobot(**robot) for robot in data["robots"]),
+            robots=tuple(
+                LabRobot(**{**robot, "measured": Measured(**robot.get("measured", {}))})
+                for robot in data["robots"]
+            ),
             workspace=None
             if data["workspace"] is None
             else Workspace(**{**data["workspace"], "folders": tuple(data["workspace"]["folders"])}),
@@ -175,10 +180,15 @@ def plan_of(
                 robot.line.path,
                 isinstance(robot.line, RfcommLine),
                 str((boards or {}).get(robot.name) or emulator_of(robot.type_name, own or {})),
+                _measured(robot.settings.calibration),
             )
             for robot in swarm.robots.values()
         ),
     )
+
+
+def _measured(said: Calibration) -> Measured:
+    return Measured(said.distance_scale or 1.0, said.wheel_separation or 0.0)
 
 
 def _address(host: str, given: str) -> Ip:

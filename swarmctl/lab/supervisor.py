@@ -37,7 +37,7 @@ class Line:
 
     def __init__(self, robot: LabRobot, place: Path) -> None:
         self.robot = robot
-        self.port = Port(robot_of(robot.emulator), place / "ptmx")
+        self.port = Port(robot_of(robot.emulator, robot.measured), place / "ptmx")
 
     def wire(self, leader: int | None) -> None:
         """Make the device appear in the running host, or vanish from it, as the cable is in or out."""

@@ -9,11 +9,14 @@ from lab_values import plan_from
 
 from swarmctl.checks.check import read
 from swarmctl.lab import lab
-from swarmctl.lab.emulated import emulator_of, own_emulators, robot_of
+from swarmctl.lab.emulated import Measured, emulator_of, own_emulators, robot_of
 from swarmctl.lab.emulators import TYPES
 from swarmctl.lab.emulators.own import OwnRobotError
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.plan import plan_of
+from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.params import params_of
+from swarmctl.spec.settings import Calibration, RobotSettings
 
 ROOT = Path(__file__).parents[2]
 BEETLE = """
@@ -52,6 +55,30 @@ def test_an_emulator_beside_a_type_of_ones_own_stands_for_it(tmp_path: Path) -> 
     assert emulator_of("beetle", own) == str(tmp_path / "beetle.emulator.py")
     robot = robot_of(emulator_of("beetle", own))
     assert (robot.type_name, robot.receive(b"x\r")) == ("beetle", b"ok")
+
+
+@pytest.mark.parametrize("type_name", ["koala", "epuck-binary", "koala-2.5"])
+def test_odometry_of_a_calibrated_robot_agrees_with_its_way(type_name: str) -> None:
+    """Its driver multiplies what the wheels count by what was measured; in the lab the robot is so."""
+    measured = {"distance_scale": 1.25, "wheel_separation": 0.4}
+    robot_type = load_catalog().types[type_name]
+    params = params_of(
+        robot_type,
+        robot="r",
+        namespace="/r",
+        port="",
+        settings=RobotSettings(calibration=Calibration(**measured)),
+    )
+    robot = robot_of(emulator_of(type_name, {}), Measured(**measured))
+    wheels = robot.chassis.wheels
+    robot.chassis.drive(0.05, 0.1)
+    robot.advance(2.0)
+    [scale] = params["kinematics"]["scales"]
+    left, right = (wheel.count * scale["metres_per_count"] for wheel in wheels)
+    state = robot.state
+    assert (left + right) / 2 == pytest.approx(state.distance, rel=0.02)
+    assert (right - left) / params["kinematics"]["wheel_separation"] == pytest.approx(state.theta, rel=0.02)
+    assert (state.left, state.right) == pytest.approx((0.0625, 0.125))
 
 
 def test_without_such_a_folder_there_are_none(tmp_path: Path) -> None:

@@ -120,7 +120,7 @@ def answered(text: str, catalog: Catalog, counted: list[str]) -> None:
 @many
 @given(st.sampled_from(ODD_TYPES))
 def test_an_odd_number_in_a_type_is_found_or_driven_with(
-    tmp_path: Path, odd: tuple[str, str], counted: list[str]
+    tmp_path: Path, counted: list[str], odd: tuple[str, str]
 ) -> None:
     name, text = odd
     (tmp_path / f"{name}.yaml").write_text(text)
@@ -132,5 +132,5 @@ def test_an_odd_number_in_a_type_is_found_or_driven_with(
 
 @many
 @given(st.sampled_from(ODD_SPECS))
-def test_an_odd_number_in_a_spec_is_found_or_rendered(odd: str, counted: list[str]) -> None:
+def test_an_odd_number_in_a_spec_is_found_or_rendered(counted: list[str], odd: str) -> None:
     answered(odd, CATALOG, counted)

@@ -21,7 +21,7 @@ def clamp(value: int, limit: int) -> int:
 class Wheel:
     """One driven wheel. It takes up a new speed at once: these robots' lag is shorter than a command period.
 
-    ``speed`` is in m/s on the ground, ``travelled`` in m; ``target`` is the travel at which it stops itself.
+    ``speed`` is in m/s at its rim, ``travelled`` in m; ``target`` is the travel at which it stops itself.
     """
 
     metres_per_count: float
@@ -71,7 +71,11 @@ class Wheel:
 
 
 class Chassis:
-    """Two wheels on one axle. x forward, y left, theta counter-clockwise, not wrapped: two turns are 4 pi."""
+    """Two wheels on one axle. x forward, y left, theta counter-clockwise, not wrapped: two turns are 4 pi.
+
+    ``stretch`` is the way on the ground for each metre that the wheels believe they go: how much larger they
+    are than their type's. What they are told and what they count knows nothing of it.
+    """
 
     def __init__(
         self,
@@ -83,6 +87,7 @@ class Chassis:
         if not wheel_separation > 0.0:
             raise ValueError(f"'wheel_separation' is a distance in m, not {wheel_separation!r}")
         self.wheel_separation = wheel_separation
+        self.stretch = 1.0
         self.x = self.y = self.theta = 0.0
         self.left = Wheel(metres_per_count, counter_bits)
         self.right = Wheel(metres_per_count, counter_bits)
@@ -100,12 +105,12 @@ class Chassis:
     @property
     def v(self) -> float:
         """Forward speed of the axle's centre, m/s."""
-        return (self.left.speed + self.right.speed) / 2
+        return self.stretch * (self.left.speed + self.right.speed) / 2
 
     @property
     def omega(self) -> float:
         """Turning rate, rad/s, positive to the left."""
-        return (self.right.speed - self.left.speed) / self.wheel_separation
+        return self.stretch * (self.right.speed - self.left.speed) / self.wheel_separation
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` s pass. Speeds are constant between commands and targets, so each piece is an arc."""
