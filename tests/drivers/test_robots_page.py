@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,6 +11,10 @@ from swarmctl.spec.robot_type import RobotType, rates_of
 from swarmctl.topology.interfaces import MESSAGES, actuators_of
 
 PAGE = Path(__file__).parents[2] / "docs/robots.md"
+ESTIMATES, END_OF_ESTIMATES = (
+    "<!-- estimates, made by tests/drivers/test_robots_page.py -->\n",
+    "<!-- end of estimates -->\n",
+)
 BEGIN, END = "<!-- made by tests/drivers/test_robots_page.py -->\n", "<!-- end -->\n"
 
 
@@ -29,6 +34,40 @@ def told(sensor: object) -> str:
     names = getattr(sensor, "names", None) or [one.name for one in getattr(sensor, "elements", ())]
     unit = getattr(sensor, "unit", "")
     return ", ".join(names) + (f", {unit}" if unit else "")
+
+
+def estimates(text: str) -> Iterator[str]:
+    """The key and the clause of each comment of a type that says that something is an estimate.
+
+    A comment on lines of its own belongs to the key that follows.
+    """
+    key, block = "", ""
+    for line in text.splitlines():
+        before, _, comment = line.partition("# ") if line.startswith("#") else line.partition(" # ")
+        if comment and not before.strip():
+            block = f"{block} {comment.strip()}".strip()
+            continue
+        key = named[0] if (named := re.findall(r"^ *([a-z_0-9]+):", before)) else key
+        for said in (block, comment.strip()):
+            clauses = re.split(r"(?<=[.;]) ", said)
+            yield from (f"`{key}`: {_what(one)}" for one in clauses if "estimate" in one.lower())
+        block = ""
+
+
+def _what(clause: str) -> str:
+    said = re.sub("^an estimate: | is an estimate", "", clause.rstrip(".;"), flags=re.IGNORECASE)
+    return said[0].lower() + said[1:]
+
+
+def test_it_lists_all_that_is_estimated(golden: Callable[[Path, str], None]) -> None:
+    """What a comment of a type calls an estimate stands on the page."""
+    text = PAGE.read_text("utf-8")
+    head, rest = text.split(ESTIMATES)
+    files = sorted((PAGE.parents[1] / "templates/robots").glob("*.yaml"))
+    found = [(file.stem, one) for file in files for one in estimates(file.read_text("utf-8"))]
+    rows = "".join(f"| `{name}` | {one} |\n" for name, one in found)
+    made = f"\n| type | what |\n|---|---|\n{rows}\n"
+    golden(PAGE, f"{head}{ESTIMATES}{made}{END_OF_ESTIMATES}{rest.split(END_OF_ESTIMATES)[1]}")
 
 
 def test_its_tables_are_what_the_types_say(golden: Callable[[Path, str], None]) -> None:
