@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import resource
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal, NamedTuple
@@ -154,3 +155,13 @@ def test_the_last_corner_of_a_square_is_where_odometry_has_it(
     assert state.distance == pytest.approx(8.5, abs=1.5)
     assert off <= 0.01 * state.distance
     assert abs(astray) <= TICK, "half a tick of each wheel, however often it has turned"
+
+
+def test_a_board_that_stands_costs_little(boards: Callable[..., SimulatedBoard]) -> None:
+    """A lab runs it in real time, beside much else."""
+    board = boards()
+    board.power_cycle()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    board.live(2.0)
+    board.close()
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 1.0
