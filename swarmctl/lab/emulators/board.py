@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import ClassVar
 
+from swarmctl.lab.emulators.bootloader import FLASH, WAIT, Bootloader
 from swarmctl.lab.emulators.motion import Chassis
 from swarmctl.lab.emulators.robot import Robot
-from swarmctl.lab.emulators.uno import LEFT, RIGHT, Fault, Motor, Truth, Uno
+from swarmctl.lab.emulators.uno import LEFT, RIGHT, Fault, Motor, Truth, Uno, image
 
 SLICE = 0.002  # s; the board is heard so often, and its path is made of arcs of this length
 
@@ -16,7 +17,8 @@ class SimulatedBoard(Robot):
     """A differential drive whose board runs ``firmware``, an Intel HEX file for an ATmega328P at 16 MHz.
 
     The board listens and speaks at its own pace, so ``replies`` never answers at once: what it sends comes by
-    ``unasked``. ``faults`` and ``load`` may be set at any time. Close it in the end: it is a process.
+    ``unasked``. ``faults`` and ``load`` may be set at any time. After a reset from outside its boot loader has
+    the board for a while, ``boot`` seconds unless it hears something. Close it in the end: it is a process.
     """
 
     type_name: ClassVar[str] = "arduino-rover"
@@ -32,14 +34,16 @@ class SimulatedBoard(Robot):
         wheel_separation: float = 0.13,
         left: Motor = LEFT,
         right: Motor = RIGHT,
-        boot: float = 0.0,
+        boot: float = WAIT,
     ) -> None:
         super().__init__(Chassis(wheel_separation=wheel_separation, metres_per_count=1.0, counter_bits=32))
         self.faults = Fault.NONE
         self.load = (0.0, 0.0)
         self._radius = wheel_radius
-        self._uno = Uno(firmware, baud=baud, boot=boot, left=left, right=right)
-        self._truth, self._said = self._uno.run(0, b"", self.faults, self.load)
+        program = image(firmware)
+        self.bootloader = Bootloader(bytearray(program.ljust(FLASH, b"\xff")), boot)
+        self._uno = Uno(baud=baud, left=left, right=right)
+        self._truth, self._said = self._uno.run(0, b"", self.faults, self.load, program)
         self._heard = b""
         self._time = 0.0  # s, as asked for; the board's own follows it to the microsecond
         self._silence = 0.0
@@ -57,7 +61,8 @@ class SimulatedBoard(Robot):
         return []
 
     def power_cycle(self) -> bytes:
-        """The reset button: pins are let go, and the program starts afresh. The wheels roll on."""
+        """The reset button: pins are let go, and the boot loader listens. The wheels roll on."""
+        self.bootloader.enter()
         self._run(0, Fault.RESET)
         return b""
 
@@ -94,6 +99,8 @@ class SimulatedBoard(Robot):
         before = self._truth.angles
         self._time += dt
         self._silence += dt
+        if self.bootloader.active:
+            self._load(dt)
         self._run(max(0, round((self._time - self._truth.time) * 1e6)))
         rolled = (after - angle for after, angle in zip(self._truth.angles, before, strict=True))
         left, right = (angle * self._radius for angle in rolled)
@@ -101,7 +108,19 @@ class SimulatedBoard(Robot):
         self.chassis.advance(dt)
         self.chassis.drive(*(speed * self._radius for speed in self._truth.speeds))
 
-    def _run(self, us: int, once: Fault = Fault.NONE) -> None:
-        self._truth, said = self._uno.run(us, self._heard, self.faults | once, self.load)
-        self._heard = b""
+    def _load(self, dt: float) -> None:
+        """Let the boot loader live; when it ends, the sketch starts that the flash then holds."""
+        loader = self.bootloader
+        heard, self._heard = self._heard, b""
+        self._said += loader.live(dt, heard)
+        if not loader.active:
+            self._run(0, Fault.RESET, bytes(loader.memory) if loader.has_written else b"")
+
+    def _run(self, us: int, once: Fault = Fault.NONE, flash: bytes = b"") -> None:
+        faults, heard = self.faults | once, b""
+        if self.bootloader.active:
+            faults |= Fault.HELD
+        else:
+            heard, self._heard = self._heard, b""
+        self._truth, said = self._uno.run(us, heard, faults, self.load, flash)
         self._said += said

@@ -1,10 +1,11 @@
 /* An Arduino UNO in libsimavr with two motors and two slotted discs on its pins, in lock-step with its caller.
  *
- *   uno HEX BAUD BOOT_US MOTOR MOTOR      MOTOR = encoder,enable,forward,backward,pulses,free,dead,lag,brake,coast
+ *   uno BAUD MOTOR MOTOR      MOTOR = encoder,enable,forward,backward,pulses,free,dead,lag,brake,coast
  *
- * The caller writes a request on stdin: let so much time pass, with these faults, and here are bytes for the UART. The
- * answer on stdout is what the board did in that time: the truth about its wheels, and the bytes that it sent. All
- * numbers are little-endian. Time is the board's own clock and nothing else, so the same requests give the same answers.
+ * The caller writes a request on stdin: let so much time pass, with these faults, and here are bytes for the UART, or
+ * another program for the flash. The answer on stdout is what the board did in that time: the truth about its wheels, and
+ * the bytes that it sent. All numbers are little-endian. Time is the board's own clock and nothing else, so the same
+ * requests give the same answers.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -17,20 +18,20 @@
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
-#include <simavr/sim_hex.h>
 #include <simavr/sim_time.h>
 
 enum { F_CPU_HZ = 16000000, CYCLES_PER_US = 16, PLANT_US = 100, FIFO = 1 << 16, RAM_START = 0x100, RAM_END = 0x8ff };
 enum { PAINT = 0xc5 };
 
 /* What a request may break; the second motor's bits are shifted by 4. */
-enum { BROKEN_WIRE = 1, STALLED = 2, NOISE = 4, RESET = 0x100, HANG = 0x200 };
+enum { BROKEN_WIRE = 1, STALLED = 2, NOISE = 4, RESET = 0x100, HANG = 0x200, HELD = 0x400 };
 
 typedef struct {
   uint32_t us;      /* let this time pass */
   uint32_t faults;  /* and while it does, these */
   float load[2];    /* part of each motor's speed that its load takes, 0..1 */
-  uint32_t count;   /* of the bytes that follow */
+  uint32_t count;   /* of the bytes for the UART that follow */
+  uint32_t program; /* and of those behind them: what the flash is to hold from its start; none: as it is */
 } request_t;
 
 typedef struct {
@@ -59,14 +60,13 @@ static struct {
   avr_t *avr;
   motor_t motor[2];
   uint32_t baud;
-  avr_cycle_count_t boot_us;
   uint32_t faults;
   float load[2];
   uint8_t in[FIFO], out[FIFO];
   uint32_t in_first, in_count, out_count;
   int xoff;
-  avr_cycle_count_t asleep_until; /* the boot loader has the processor until then */
   uint32_t resets;
+  int crashed; /* the processor does nothing more until it is reset */
 } board;
 
 /* ---- pins ---- */
@@ -186,11 +186,11 @@ static void flow(avr_irq_t *irq, uint32_t value, void *off) {
 
 static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *unused) {
   (void)unused;
-  if (board.in_count && (!board.xoff || board.asleep_until > avr->cycle)) {
+  if (board.in_count && (!board.xoff || board.faults & HELD)) {
     const uint8_t byte = board.in[board.in_first];
     board.in_first = (board.in_first + 1) % FIFO;
     --board.in_count;
-    if (uart_baud() > 0.0 && board.asleep_until <= avr->cycle)
+    if (uart_baud() > 0.0 && !(board.faults & HELD))
       avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), on_the_line(byte));
   }
   return when + 10ull * F_CPU_HZ / board.baud;
@@ -213,13 +213,13 @@ static void was_reset(avr_t *avr) {
   ++board.resets;
 }
 
-/* The reset button, or the DTR line: the boot loader looks for a new program before it starts the old one. */
+/* The reset button, or the DTR line. */
 static void reset(void) {
   const uint32_t resets = board.resets;
   avr_reset(board.avr);
   board.resets = resets;
+  board.crashed = 0;
   start_timers();
-  board.asleep_until = board.avr->cycle + board.boot_us * CYCLES_PER_US;
 }
 
 static uint32_t stack_used(void) {
@@ -232,17 +232,15 @@ static uint32_t stack_used(void) {
 static void pass(uint32_t us) {
   const avr_cycle_count_t end = board.avr->cycle + (avr_cycle_count_t)us * CYCLES_PER_US;
   while (board.avr->cycle < end) {
-    if (board.asleep_until > board.avr->cycle) {
+    if (board.faults & HELD || board.crashed) {
       board.avr->cycle += 16;
       avr_cycle_timer_process(board.avr);
       continue;
     }
     const uint32_t resets = board.resets;
     const int state = avr_run(board.avr);
-    if (state == cpu_Done || state == cpu_Crashed) {
-      fprintf(stderr, "the firmware crashed at %#x\n", board.avr->pc);
-      exit(3);
-    }
+    board.crashed = state == cpu_Done || state == cpu_Crashed;
+    if (board.crashed) fprintf(stderr, "the firmware crashed at %#x\n", board.avr->pc);
     if (board.resets != resets) start_timers();
   }
 }
@@ -272,17 +270,11 @@ static void connect_uart(void) {
   avr_irq_register_notify(avr_io_getirq(board.avr, uart, UART_IRQ_OUT_XOFF), flow, &board);
 }
 
-static int make_board(const char *hexfile) {
-  uint32_t size = 0, start = 0;
-  uint8_t *program = read_ihex_file(hexfile, &size, &start);
+static int make_board(void) {
   board.avr = avr_make_mcu_by_name("atmega328p");
-  if (!program || !board.avr) return 0;
+  if (!board.avr) return 0;
   board.avr->frequency = F_CPU_HZ;
   avr_init(board.avr);
-  if (start + size > board.avr->flashend + 1) return 0;
-  memcpy(board.avr->flash + start, program, size);
-  free(program);
-  board.avr->codeend = start + size;
   board.avr->sleep = asleep;
   board.avr->reset = was_reset;
   memset(board.avr->data + RAM_START, PAINT, RAM_END + 1 - RAM_START);
@@ -304,6 +296,11 @@ static int take(const request_t *request) {
     const int byte = getchar();
     if (byte == EOF) return 0;
     board.in[(board.in_first + board.in_count++) % FIFO] = (uint8_t)byte;
+  }
+  if (request->program > board.avr->flashend + 1) return 0;
+  if (request->program) {
+    if (fread(board.avr->flash, 1, request->program, stdin) != request->program) return 0;
+    board.avr->codeend = request->program;
   }
   board.faults = request->faults;
   memcpy(board.load, request->load, sizeof board.load);
@@ -328,16 +325,12 @@ static int give(void) {
 
 int main(int count, char **arguments) {
   avr_global_logger_set(quiet);
-  if (count != 6 || !make_motor(&board.motor[0], arguments[4]) || !make_motor(&board.motor[1], arguments[5])) {
-    fprintf(stderr, "usage: uno HEX BAUD BOOT_US MOTOR MOTOR\n");
+  if (count != 4 || !make_motor(&board.motor[0], arguments[2]) || !make_motor(&board.motor[1], arguments[3])) {
+    fprintf(stderr, "usage: uno BAUD MOTOR MOTOR\n");
     return 2;
   }
-  board.baud = (uint32_t)strtoul(arguments[2], NULL, 10);
-  board.boot_us = strtoul(arguments[3], NULL, 10);
-  if (!make_board(arguments[1])) {
-    fprintf(stderr, "cannot run %s\n", arguments[1]);
-    return 1;
-  }
+  board.baud = (uint32_t)strtoul(arguments[1], NULL, 10);
+  if (!make_board()) return 1;
   request_t request;
   while (fread(&request, sizeof request, 1, stdin) == 1) {
     if (!take(&request)) return 1;

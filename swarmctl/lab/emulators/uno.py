@@ -16,18 +16,19 @@ from pathlib import Path
 from swarmctl.lab.errors import LabError
 
 SOURCE = Path(__file__).with_name("uno.c")
-_REQUEST = struct.Struct("<IIffI")
+_REQUEST = struct.Struct("<IIffII")
 _ANSWER = struct.Struct("<5d2i4I")
 
 
 class Fault(IntFlag):
-    """What can go wrong with a board. RESET and HANG happen once; the others last as long as they are set."""
+    """What can happen to a board. RESET and HANG happen once; the others last as long as they are set."""
 
     NONE = 0
     LEFT_WIRE_BROKEN, LEFT_STALLED, LEFT_NOISE = 1, 2, 4  # the wire is the encoder's
     RIGHT_WIRE_BROKEN, RIGHT_STALLED, RIGHT_NOISE = 16, 32, 64
     RESET = 0x100  # the button, or the DTR line
     HANG = 0x200  # the program loses itself with interrupts off
+    HELD = 0x400  # its boot loader has the processor
 
 
 @dataclass(frozen=True)
@@ -74,25 +75,26 @@ class Truth:
 
 
 class Uno:
-    """One board. Its time passes only in ``run``, so the same calls give the same answers."""
+    """One board, without a program yet. Its time passes only in ``run``: the same calls, the same answers."""
 
-    def __init__(self, firmware: Path, *, baud: int, boot: float, left: Motor, right: Motor) -> None:
+    def __init__(self, *, baud: int, left: Motor, right: Motor) -> None:
         self._process = subprocess.Popen(
-            [program(), str(firmware), str(baud), str(round(boot * 1e6)), str(left), str(right)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
+            [program(), str(baud), str(left), str(right)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
 
-    def run(self, us: int, data: bytes, faults: Fault, load: tuple[float, float]) -> tuple[Truth, bytes]:
+    def run(
+        self, us: int, data: bytes, faults: Fault, load: tuple[float, float], flash: bytes = b""
+    ) -> tuple[Truth, bytes]:
         """Feed ``data`` to the UART, at its pace, and let ``us`` microseconds pass. Gives what it sent.
 
-        ``load`` is the part of each motor's speed that its load takes, 0..1.
+        ``load`` is the part of each motor's speed that its load takes, 0..1; ``flash`` what the processor's
+        flash is to hold before, from its start.
         """
         pipe_in, pipe_out = self._process.stdin, self._process.stdout
         assert pipe_in is not None
         assert pipe_out is not None
         try:
-            pipe_in.write(_REQUEST.pack(us, faults, *load, len(data)) + data)
+            pipe_in.write(_REQUEST.pack(us, faults, *load, len(data), len(flash)) + data + flash)
             pipe_in.flush()
             head = pipe_out.read(_ANSWER.size)
             *numbers, count = _ANSWER.unpack(head)
@@ -106,6 +108,21 @@ class Uno:
         """End the process."""
         self._process.kill()
         self._process.communicate()
+
+
+def image(firmware: Path) -> bytes:
+    """What a HEX file (Intel's) puts into a flash, from its start. Raises LabError."""
+    found = bytearray()
+    try:
+        for line in firmware.read_text("ascii").split():
+            count, high, low, kind, *data, _ = bytes.fromhex(line.removeprefix(":"))
+            at = high << 8 | low
+            if kind == 0:
+                found.extend(b"\xff" * (at - len(found)))
+                found[at : at + count] = data
+    except (OSError, ValueError) as error:
+        raise LabError(f"{firmware} is no program for a board: {error}") from None
+    return bytes(found)
 
 
 @cache
