@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from swarmctl.cli import access, console, exits
+from swarmctl.firmware import avrdude
 
 if TYPE_CHECKING:
+    from swarmctl.deploy.flash import Job
     from swarmctl.firmware.build import Built
+    from swarmctl.remote.transport import Target
     from swarmctl.render.firmware import Sketch
     from swarmctl.topology.swarm import Robot, Swarm
 
@@ -38,30 +42,36 @@ def build(
     json: access.Json = False,
 ) -> None:
     """Compile the sketch of every board that swarmctl programs; tell what it takes of flash and RAM."""
-    chosen = _chosen(console.read_spec(spec), robot)
+    from swarmctl.views import firmware as view
+
+    chosen = _chosen(console.read_spec(spec), [robot] if robot else [])
     made = {name: (sketch, _built(name, sketch, out, core)) for name, sketch in chosen.items()}
     if json:
         told = [{"robot": name, **_entry(sketch, one)} for name, (sketch, one) in made.items()]
         console.print_json({"v": 1, "firmware": told})
         return
     for name, (sketch, one) in made.items():
-        console.out().print(_told(name, sketch, one))
+        console.out().print(view.built(name, sketch.digest, one))
 
 
 @firmware.command(epilog=exits.told(exits.HOSTS_FAILED, exits.HOSTS_UNREACHABLE))
 def flash(
     spec: access.Spec,
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="The robot whose board it is.")],
+    robots: Annotated[
+        list[str] | None, typer.Argument(metavar="[ROBOT]...", help="Only these robots' boards.")
+    ] = None,
     overlays: access.Overlays = None,
     programmer: Annotated[
         str, typer.Option("--programmer", metavar="ID", help="What avrdude speaks to; see `avrdude -c ?`.")
-    ] = "arduino",
+    ] = avrdude.PROGRAMMER,
     speed: Annotated[
         int,
         typer.Option("--speed", metavar="BAUD", min=300, max=4_000_000,
                      help="The boot loader's baud rate: 115200 on an UNO, 57600 on an old Nano."),
-    ] = 115_200,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Print the commands, and run none.")] = False,
+    ] = avrdude.SPEED,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Build it, and tell what follows.")
+    ] = False,
     out: Out = BUILT,
     core: Core = None,
     lab: access.Lab = False,
@@ -71,40 +81,63 @@ def flash(
 
     Afterwards the driver has to hear the board name the new firmware.
     """
-    from swarmctl.deploy import flash as flashing
-    from swarmctl.remote.ssh import SshTransport
-    from swarmctl.remote.transport import HostError
-    from swarmctl.topology import names
+    from swarmctl.views import firmware as view
 
     swarm = console.read_spec(spec)
-    sketch = _chosen(swarm, robot)[robot]
-    built = _built(robot, sketch, out, core)
-    console.err().print(_told(robot, sketch, built))
-    placed = swarm.robots[robot]
-    unit, port = names.unit(swarm.name, robot), placed.line.path
-    job = flashing.Job(swarm.name, unit, port, built.hex.read_bytes(), sketch.digest, programmer, speed)
+    jobs = []
+    for name, sketch in _chosen(swarm, robots or []).items():
+        made = _built(name, sketch, out, core)
+        (console.out() if dry_run else console.err()).print(view.built(name, sketch.digest, made))
+        jobs.append(_job(swarm, name, sketch, made, programmer, speed))
     if dry_run:
-        for command in job.commands(built.hex.name):
-            print(f"{placed.host}: {' '.join(command)}")
+        for job in jobs:
+            host = swarm.hosts[job.host]
+            print(view.steps(job, f"{host.name} ({host.user}@{host.address})"))
         return
-    target = access.targets(spec, swarm, lab=lab, lab_name=lab_name)[placed.host]
-    result = flashing.flash(job, target, SshTransport(), lambda note: console.err().print(f"  {note}"))
-    if isinstance(result, HostError):
-        code = exits.HOSTS_FAILED if result.reached else exits.HOSTS_UNREACHABLE
-        console.fail(f"{placed.host}: {result.message}", *([result.hint] if result.hint else []), code=code)
-    if not result.told:
-        console.fail(
-            f"the board of `{robot}` was written and read back, but its driver has not heard from it since",
-            f"swarmctl status {spec}",
-            f"on {placed.host}: journalctl -u {unit}",
-            code=exits.HOSTS_FAILED,
-        )
-    console.out().print(f"{robot}: runs firmware {sketch.digest}")
+    raise typer.Exit(_flash(jobs, access.targets(spec, swarm, lab=lab, lab_name=lab_name)))
+
+
+def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, speed: int) -> Job:
+    from swarmctl.deploy.flash import Job
+    from swarmctl.topology import names
+
+    robot = swarm.robots[name]
+    port = robot.line.path
+    writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer=programmer, speed=speed)
+    return Job(swarm.name, name, robot.host, names.unit(swarm.name, name), port, sketch.digest, writing)
+
+
+def _flash(jobs: Sequence[Job], targets: Mapping[str, Target]) -> int:
+    """Carry them out and tell of each board; the exit code."""
+    from swarmctl.deploy import flash as flashing
+    from swarmctl.remote.fleet import Finished, Note, Skipped, interruptible
+    from swarmctl.remote.fleet import result_of as host_result
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.transport import HostError
+    from swarmctl.views import firmware as view
+
+    found: dict[str, flashing.Results | HostError] = {}
+    with interruptible(lambda text: console.err().print(text)) as stop:
+        for event in flashing.flash(jobs, targets, SshTransport(), stop):
+            if isinstance(event, Note):
+                console.err().print(f"  {event.host}: {event.text}")
+            elif isinstance(event, Finished | Skipped):
+                found[event.host] = host_result(event)
+    results = {job.robot: flashing.result_of(job, found[job.host]) for job in jobs}
+    for job in jobs:
+        console.out().print(view.verdict(job, results[job.robot]))
+    errors = [result for result in results.values() if isinstance(result, HostError)]
+    silent = any(isinstance(one, flashing.Flashed) and one.runs and not one.told for one in results.values())
+    if stop.requested:
+        return exits.INTERRUPTED
+    if silent or any(error.reached for error in errors):
+        return exits.HOSTS_FAILED
+    return exits.HOSTS_UNREACHABLE if errors else exits.OK
 
 
 def simulated(swarm: Swarm) -> dict[str, Path]:
     """What a lab needs to run every sketch of a swarm on a simulated board, by robot."""
-    return {name: _wired(swarm.robots[name], sketch) for name, sketch in _chosen(swarm, None).items()}
+    return {name: _wired(swarm.robots[name], sketch) for name, sketch in _chosen(swarm, []).items()}
 
 
 def _wired(robot: Robot, sketch: Sketch) -> Path:
@@ -124,21 +157,23 @@ def _wired(robot: Robot, sketch: Sketch) -> Path:
     return wired(_built(robot.name, sketch, BUILT, None).hex, **shape, left=left, right=right)
 
 
-def _chosen(swarm: Swarm, robot: str | None) -> dict[str, Sketch]:
-    """The sketches of the robots that have one of ours, or of ``robot`` alone."""
+def _chosen(swarm: Swarm, robots: Sequence[str]) -> dict[str, Sketch]:
+    """The sketches of ``robots``, of which each has one of ours; of all that have one if none is named."""
     from swarmctl.render.firmware import sketch_of
     from swarmctl.spec.suggest import did_you_mean
 
-    if robot is not None and robot not in swarm.robots:
-        console.fail(
-            f"there is no robot called `{robot}`", *did_you_mean(robot, swarm.robots, "the robots are")
-        )
-    wanted = swarm.robots if robot is None else {robot: swarm.robots[robot]}
+    for robot in robots:
+        if robot not in swarm.robots:
+            console.fail(
+                f"there is no robot called `{robot}`", *did_you_mean(robot, swarm.robots, "the robots are")
+            )
+    wanted = {name: swarm.robots[name] for name in robots or swarm.robots}
     found = {name: sketch for name, one in wanted.items() if (sketch := sketch_of(one)) is not None}
-    if not found:
-        who = f"robot `{robot}`" if robot else "no robot of this swarm"
+    without = [name for name in robots if name not in found]
+    if without or not found:
+        who = f"robot `{without[0]}` has no" if without else "no robot of this swarm has a"
         console.fail(
-            f"{who} has {'no' if robot else 'a'} board that swarmctl programs",
+            f"{who} board that swarmctl programs",
             "a type with `protocol: {kind: rosserial, firmware: uno-l298n}` has one, like arduino-rover",
         )
     return found
@@ -156,16 +191,6 @@ def _built(name: str, sketch: Sketch, out: Path, core: Path | None) -> Built:
         console.fail(
             f"cannot write {error.filename or out}: {error.strerror or error}", "choose another --out"
         )
-
-
-def _told(name: str, sketch: Sketch, one: Built) -> str:
-    from swarmctl.firmware.build import FLASH, RAM
-
-    return (
-        f"{name}: {one.hex}, firmware {sketch.digest}\n"
-        f"  flash {one.flash} of {FLASH} B ({one.flash / FLASH:.0%})\n"
-        f"  RAM   {one.ram} of {RAM} B ({one.ram / RAM:.0%}): data {one.data} B, stack at most {one.stack} B"
-    )
 
 
 def _entry(sketch: Sketch, one: Built) -> dict[str, Any]:

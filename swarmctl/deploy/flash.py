@@ -1,13 +1,13 @@
-"""Writes a firmware to the board of one robot, by the agent on the robot's host."""
+"""Writes firmwares to the boards of robots, by the agents on the robots' hosts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from swarmctl.firmware import avrdude
-from swarmctl.remote import agent
-from swarmctl.remote.transport import HostError, Target, Transport
+from swarmctl.remote import agent, fleet
+from swarmctl.remote.transport import HostError, Session, Target, Transport
 
 VERBS = ("flash",)
 PATIENCE = 40.0  # s for the board to start, and its driver to hear from it
@@ -16,44 +16,64 @@ _TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above thei
 
 @dataclass(frozen=True)
 class Job:
-    """What is written where: ``unit`` is the robot's driver, ``port`` its line, ``firmware`` Intel HEX."""
+    """What is written where: ``unit`` is the driver of ``robot``, ``port`` its line on ``host``."""
 
     swarm: str
+    robot: str
+    host: str
     unit: str
     port: str
-    firmware: bytes
     digest: str
-    programmer: str = avrdude.PROGRAMMER
-    speed: int = avrdude.SPEED
-
-    def commands(self, file: str) -> list[list[str]]:
-        """What is run on the host, in this order; the driver is left alone where it does not run."""
-        write = avrdude.write(self.port, file, programmer=self.programmer, speed=self.speed)
-        return [["systemctl", "stop", self.unit], write, ["systemctl", "start", self.unit]]
+    writing: avrdude.Writing
 
 
 @dataclass(frozen=True)
 class Flashed:
-    """The board holds the firmware. ``told``: and its driver has heard it say so."""
+    """The board holds the firmware. ``runs``: its driver does; ``told``: and has heard the board say so."""
 
+    runs: bool
     told: bool
 
 
-def flash(job: Job, target: Target, transport: Transport, note: Callable[[str], None]) -> Flashed | HostError:
-    """Carry it out; what is going on is told by ``note``."""
+Results = Mapping[str, Flashed | HostError]
+"""What became of the boards of one host, by robot."""
+
+
+def flash(
+    jobs: Iterable[Job], targets: Mapping[str, Target], transport: Transport, stop: fleet.Stop | None = None
+) -> Iterator[fleet.Event[Results]]:
+    """Write them all: hosts side by side, the boards of one host one after the other."""
+    by_host: dict[str, list[Job]] = {}
+    for job in jobs:
+        by_host.setdefault(job.host, []).append(job)
+
+    def work(session: Session, target: Target, note: Callable[[str], None]) -> Results:
+        with agent.talk(session, verbs=VERBS) as host:
+            return {job.robot: _flashed(host, job, note) for job in by_host[target.host]}
+
+    return fleet.run((targets[name] for name in by_host), work, transport=transport, stop=stop)
+
+
+def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:
+    """What became of a job; what befell its host befell it too."""
+    return of_host if isinstance(of_host, HostError) else of_host[job.robot]
+
+
+def _flashed(host: agent.Conversation, job: Job, note: Callable[[str], None]) -> Flashed | HostError:
+    files = job.writing.files
     request = {
         "verb": "flash",
         "swarm": job.swarm,
         "who": agent.operator(),
         "unit": job.unit,
         "port": job.port,
-        "write": job.commands("{}")[1],
+        "files": [(name, len(content)) for name, content in files.items()],
+        "write": job.writing.command,
         "digest": job.digest,
         "patience": PATIENCE,
     }
     try:
-        with transport.connect(target) as session, agent.talk(session, verbs=VERBS) as host:
-            answer = host.ask(request, job.firmware, on_note=note, timeout=_TIMEOUT)
+        answer = host.ask(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
     except HostError as error:
         return error
-    return Flashed(bool(answer["told"]))
+    return Flashed(bool(answer["runs"]), bool(answer["told"]))

@@ -42,6 +42,7 @@ PACKAGES = (
     ),
     *("python3-diagnostic-msgs", "python3-tf2-msgs", "rospack-tools"),
     *("python3-std-srvs", "ros-std-srvs"),
+    "avrdude",
     "ros-environment",  # what the setup files of a workspace run
 )
 MASKED = (

@@ -11,6 +11,7 @@ _LACKS = {
     "chronyd": "chrony: it keeps a time of its own; `apt install chrony`, then deploy again",
     "bluetoothctl": "bluetoothctl: nothing pairs its robots; `apt install bluez`, then deploy again",
     "rfcomm": "rfcomm: its Bluetooth robots have no line; `apt install bluez`, then deploy again",
+    "avrdude": "avrdude: `swarmctl firmware flash` cannot write its boards; `apt install avrdude`",
     "iw": "iw: power saving of its wlan stays as it is; `apt install iw`, and reboot it",
 }
 

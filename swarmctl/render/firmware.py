@@ -11,7 +11,7 @@ from swarmctl.render.bundle import File
 from swarmctl.render.templates import render
 from swarmctl.spec.firmware import DEFAULTS, Firmware, completed
 from swarmctl.spec.protocols import RosserialProtocol
-from swarmctl.topology.swarm import Robot
+from swarmctl.topology.swarm import Host, Robot, Swarm
 
 TEMPLATE = "uno-l298n"
 CONFIG, VERSION, SKETCH = "config.h", "version.h", "rover.ino"
@@ -93,6 +93,12 @@ def files(robot: Robot) -> tuple[File, ...]:
         if made
         else ()
     )
+
+
+def wants(swarm: Swarm, host: Host) -> tuple[str, ...]:
+    """What brings a firmware from a host to its boards."""
+    sketches = (robot.type.sketch for robot in swarm.robots_on(host.name))
+    return ("avrdude",) if any(one is not None and one.firmware for one in sketches) else ()
 
 
 def sketch(name: str, settings: FirmwareSettings) -> Sketch:

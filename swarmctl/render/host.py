@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.render import bluetooth, multimaster, programs, ros1
+from swarmctl.render import bluetooth, firmware, multimaster, programs, ros1
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.prepare import Part, Preparation
 from swarmctl.render.templates import render
@@ -58,7 +58,11 @@ def _bundle(swarm: Swarm, host: Host, parts: tuple[Part, ...]) -> Bundle:
         links=links,
         blocks={path: inside for part in parts for path, inside in part.blocks.items()},
         requires=_requires(swarm, host, island),
-        wants=(*(name for part in parts for name in part.wants), *bluetooth.wants(swarm, host)),
+        wants=(
+            *(name for part in parts for name in part.wants),
+            *bluetooth.wants(swarm, host),
+            *firmware.wants(swarm, host),
+        ),
         follows=next((part.follows for part in parts if part.follows), ""),
         secrets=bluetooth.secrets(swarm, host),
     )

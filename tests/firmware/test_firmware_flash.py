@@ -1,37 +1,59 @@
-"""A firmware's way onto a board: the real agent, the real avrdude; host and boot loader stand in."""
+"""A firmware's way onto a board: the real agent and avrdude, the boot loader of a simulated board."""
 
 from __future__ import annotations
 
 import shutil
-import subprocess
-from collections.abc import Callable, Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from bootloader import bootloader
+import serial
 from fakehost import FakeHost
 from local_session import LocalSession
 
 from swarmctl.deploy.flash import Flashed, Job, flash
+from swarmctl.deploy.flash import result_of as outcome
+from swarmctl.firmware import avrdude
 from swarmctl.firmware.build import Built
-from swarmctl.remote.transport import HostError, Session, Target
+from swarmctl.lab.emulators.board import SimulatedBoard
+from swarmctl.lab.emulators.bootloader import PAGE
+from swarmctl.lab.emulators.port import Port
+from swarmctl.lab.emulators.uno import image
+from swarmctl.remote.fleet import Finished, result_of
+from swarmctl.remote.transport import HostError, Kind, Session, Target
+from swarmctl.render.firmware import FirmwareSettings, sketch
 
 UNIT = "swarm-new.rover.service"
 JOURNALCTL = '#!/bin/sh\n[ -e $SWARM_PREFIX/board-speaks ] && echo "swarmctl firmware 0123456789ab"\nexit 0\n'
+SLOWER = FirmwareSettings(wheel_speed_max=0.3)
+STANDS_STILL = b"\xff\xcf"  # `rjmp` to itself, where the processor starts
 needs_avrdude = pytest.mark.skipif(not shutil.which("avrdude"), reason="avrdude is missing")
 
+Flash = Callable[..., Flashed | HostError]
 
-class Folder:
-    """Leads to a host in a folder, whose programs are those of this machine but systemd's."""
 
-    def __init__(self, host: FakeHost) -> None:
-        self._host = host
+class Folders:
+    """Leads to hosts in folders, whose programs are those of this machine but systemd's."""
+
+    def __init__(self, hosts: Mapping[str, FakeHost]) -> None:
+        self._hosts = hosts
 
     @contextmanager
     def connect(self, target: Target) -> Iterator[Session]:
-        yield LocalSession(self._host.environment())
+        if target.host not in self._hosts:
+            raise HostError(Kind.UNREACHABLE, f"{target.host}: no route to host")
+        yield LocalSession(self._hosts[target.host].environment())
+
+
+def flashed(jobs: list[Job], hosts: Mapping[str, FakeHost]) -> dict[str, Flashed | HostError]:
+    """What became of each robot's board."""
+    targets = {job.host: Target(job.host, job.host, "robot") for job in jobs}
+    events = list(flash(jobs, targets, Folders(hosts)))
+    found = {event.host: result_of(event) for event in events if isinstance(event, Finished)}
+    return {job.robot: outcome(job, found[job.host]) for job in jobs}
 
 
 @pytest.fixture
@@ -46,49 +68,139 @@ def host(tmp_path: Path) -> FakeHost:
     return host
 
 
-@pytest.fixture
-def written(host: FakeHost, firmware: Built) -> Callable[..., Flashed | HostError]:
-    """Write the firmware through a port that the host has."""
+@pytest.fixture(scope="module")
+def slower(build_firmware: Callable[[FirmwareSettings], Built]) -> Path:
+    return build_firmware(SLOWER).hex
 
-    def write(port: Path, **changes: object) -> Flashed | HostError:
-        there = host.prefix / str(port).lstrip("/")
+
+@pytest.fixture
+def write(host: FakeHost, slower: Path) -> Flash:
+    """Write the firmware of a slower robot through a port that the host has."""
+
+    def written(port: Path) -> Flashed | HostError:
+        there = on(host, port)
         there.parent.mkdir(parents=True, exist_ok=True)
         there.touch()
-        job = Job("new", UNIT, str(port), firmware.hex.read_bytes(), "0123456789ab")
-        target = Target("pi", "pi", "robot")
-        return flash(replace(job, **changes), target, Folder(host), lambda _: None)  # type: ignore[arg-type]
+        writing = avrdude.writing("rover", slower.read_bytes(), str(port))
+        return flashed([job(str(port), writing)], {"pi": host})["rover"]
 
-    return write
+    return written
 
 
-def program(firmware: Built, folder: Path) -> bytes:
-    image = folder / "program.bin"
-    subprocess.run(["avr-objcopy", "-I", "ihex", "-O", "binary", firmware.hex, image], check=True)
-    return image.read_bytes()
+def job(port: str, writing: avrdude.Writing, robot: str = "rover", host: str = "pi") -> Job:
+    return Job("new", robot, host, UNIT, port, "0123456789ab", writing)
+
+
+def on(host: FakeHost, path: Path | str) -> Path:
+    return host.prefix / str(path).lstrip("/")
+
+
+@pytest.fixture
+def board(boards: Callable[..., SimulatedBoard]) -> Iterator[Port]:
+    """An UNO with the default firmware, at its cable."""
+    with Port(boards()) as port:
+        yield port
+
+
+def path_of(board: Port) -> Path:
+    assert board.path is not None
+    return board.path
+
+
+def holds(board: Port) -> bytes:
+    assert isinstance(board.robot, SimulatedBoard)
+    return bytes(board.robot.bootloader.memory)
+
+
+def says(board: Port, seconds: float = 5.0) -> bytes:
+    """What a driver hears that opens the port."""
+    heard, end = b"", time.monotonic() + seconds
+    with serial.Serial(str(board.path), 57600, timeout=0.05) as line:
+        while b"swarmctl firmware " not in heard[:-12] and time.monotonic() < end:
+            heard += line.read(64)
+    return heard
 
 
 @needs_avrdude
-def test_the_board_holds_it_and_the_driver_runs_again(
-    host: FakeHost, firmware: Built, written: Callable[..., object], tmp_path: Path
+def test_the_board_holds_it_and_runs_it_and_the_driver_runs_again(
+    host: FakeHost, board: Port, write: Flash, slower: Path
 ) -> None:
     (host.prefix / "board-speaks").touch()
-    with bootloader() as board:
-        assert written(board.port) == Flashed(told=True)
-        image = program(firmware, tmp_path)
-        assert board.memory[: len(image)] == image
+    assert write(path_of(board)) == Flashed(runs=True, told=True)
+    program = image(slower)
+    assert holds(board)[: len(program)] == program
+    assert sketch("rover", SLOWER).digest.encode() in says(board)
     verbs = [call.split()[0] for call in host.calls()]
     assert verbs == ["stop", "reset-failed", "start"], "the driver stands aside, and is back"
+    assert not on(host, "/opt/swarm/new/state/firmware").exists()
 
 
 @needs_avrdude
-def test_flash_that_does_not_keep_it_is_told_and_the_driver_runs_again(
-    host: FakeHost, written: Callable[..., object]
+def test_a_board_that_does_not_keep_it_never_starts_it_and_the_next_flash_mends_it(
+    host: FakeHost, board: Port, write: Flash, slower: Path
 ) -> None:
-    with bootloader(wears=100) as board:
-        result = written(board.port)
+    (host.prefix / "board-speaks").touch()
+    assert isinstance(board.robot, SimulatedBoard)
+    pairs = enumerate(zip(holds(board), image(slower), strict=False))
+    board.robot.bootloader.worn = next(at for at, (old, new) in pairs if at >= PAGE and old != new)
+    result = write(path_of(board))
     assert isinstance(result, HostError)
-    assert "not what was written" in result.message
+    assert result.message == "what the board holds now is not what was written to it"
+    assert "stands still until it is flashed again" in result.hint
     assert (host.prefix / "units" / UNIT).exists(), "the driver runs again"
+    assert holds(board).startswith(STANDS_STILL)
+    assert says(board, 2.0) == b""
+    board.robot.bootloader.worn = None
+    assert write(path_of(board)) == Flashed(runs=True, told=True)
+    assert sketch("rover", SLOWER).digest.encode() in says(board)
+
+
+@needs_avrdude
+def test_a_cable_that_is_pulled_meanwhile_is_told_at_once(host: FakeHost, board: Port, write: Flash) -> None:
+    """avrdude itself would read for ever."""
+    path = path_of(board)
+
+    def pull() -> None:
+        while not holds(board).startswith(STANDS_STILL):
+            time.sleep(0.01)
+        board.unplug()
+        on(host, path).unlink()
+
+    hand = threading.Thread(target=pull)
+    hand.start()
+    began = time.monotonic()
+    result = write(path)
+    hand.join()
+    assert isinstance(result, HostError)
+    assert result.message == f"{path} vanished while the board was written"
+    assert time.monotonic() - began < 30
+    assert (host.prefix / "units" / UNIT).exists(), "the driver runs again"
+    assert holds(board).startswith(STANDS_STILL)
+
+
+def test_a_driver_that_does_not_run_is_left_alone(host: FakeHost, write: Flash) -> None:
+    (host.prefix / "units" / UNIT).unlink()
+    stand_in(host, "exit 0")
+    assert write(Path("/dev/x")) == Flashed(runs=False, told=False)
+    assert host.calls() == []
+
+
+def test_a_driver_that_does_not_start_again_is_told_beside_what_befell_the_board(
+    host: FakeHost, write: Flash
+) -> None:
+    stand_in(host, "echo not in sync; exit 1")
+    (host.prefix / f"broken-{UNIT}-").touch()
+    result = write(Path("/dev/x"))
+    assert isinstance(result, HostError)
+    assert result.message.startswith("the board's boot loader does not answer on /dev/x; ")
+    assert UNIT in result.message
+
+
+def stand_in(host: FakeHost, script: str) -> None:
+    """For avrdude."""
+    program = host.prefix / "bin/avrdude"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
 
 
 @pytest.mark.parametrize(
@@ -99,31 +211,30 @@ def test_flash_that_does_not_keep_it_is_told_and_the_driver_runs_again(
             "the board's boot loader does not answer on /dev/x",
         ),
         (
-            'ser_open(): can\'t open device "/dev/x": Device or resource busy',
+            "ser_open(): cannot open device /dev/x: Device or resource busy",
             "/dev/x is in use by another program",
         ),
         ("avrdude: Device signature = 0x1e9514", "the board on /dev/x has another processor"),
-        ("something new", "avrdude failed: something new"),
+        (
+            "avrdude error: something new\navrdude OS error: ioctl(TIOCMGET)\navrdude done.  Thank you.",
+            "avrdude failed: avrdude error: something new",
+        ),
     ],
 )
-def test_what_avrdude_says_is_put_into_words(
-    host: FakeHost, written: Callable[..., object], said: str, told: str
-) -> None:
-    avrdude = host.prefix / "bin/avrdude"
-    avrdude.write_text(f"#!/bin/sh\necho '{said.replace(chr(39), '')}' >&2; exit 1\n")
-    avrdude.chmod(0o755)
-    result = written(Path("/dev/x"))
+def test_what_avrdude_says_is_put_into_words(host: FakeHost, write: Flash, said: str, told: str) -> None:
+    stand_in(host, f"echo '{said}' >&2; exit 1")
+    result = write(Path("/dev/x"))
     assert isinstance(result, HostError)
     assert result.message == told
     assert "--speed" in result.hint
     assert (host.prefix / "units" / UNIT).exists(), "the driver runs again"
 
 
-def test_without_avrdude_nothing_is_touched(
-    host: FakeHost, written: Callable[..., object], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Job, "commands", lambda self, file: [[], ["avrdude-of-nowhere"], []])
-    result = written(Path("/dev/ttyACM0"))
+def test_without_avrdude_nothing_is_touched(host: FakeHost) -> None:
+    on(host, "/dev").mkdir()
+    on(host, "/dev/ttyACM0").touch()
+    writing = avrdude.Writing({}, ("avrdude-of-nowhere",))
+    result = flashed([job("/dev/ttyACM0", writing)], {"pi": host})["rover"]
     assert isinstance(result, HostError)
     assert (result.message, result.hint) == (
         "avrdude-of-nowhere is missing",
@@ -132,19 +243,27 @@ def test_without_avrdude_nothing_is_touched(
     assert host.calls() == []
 
 
-@needs_avrdude
-def test_without_a_cable_nothing_is_touched(host: FakeHost, firmware: Built) -> None:
-    job = Job("new", UNIT, "/dev/swarm/rover", firmware.hex.read_bytes(), "0123456789ab")
-    result = flash(job, Target("pi", "pi", "robot"), Folder(host), lambda _: None)
-    assert isinstance(result, HostError)
-    assert result.message == "there is no /dev/swarm/rover"
-    assert host.calls() == []
-
-
-def test_what_is_run_can_be_read_before() -> None:
-    job = Job("new", UNIT, "/dev/swarm/rover", b"", "0123456789ab", speed=57_600)
-    assert [" ".join(command) for command in job.commands("rover.hex")] == [
-        f"systemctl stop {UNIT}",
-        "avrdude -p atmega328p -c arduino -P /dev/swarm/rover -b 57600 -D -U flash:w:rover.hex:i",
-        f"systemctl start {UNIT}",
+def test_without_a_cable_nothing_is_touched_and_a_host_that_is_down_costs_its_own_boards_alone(
+    host: FakeHost,
+) -> None:
+    stand_in(host, "exit 0")
+    on(host, "/dev").mkdir()
+    on(host, "/dev/second").touch()
+    (host.prefix / "board-speaks").touch()
+    writing = avrdude.Writing({}, ("avrdude",))
+    jobs = [
+        job("/dev/swarm/rover", writing, "first"),
+        job("/dev/second", writing, "second"),
+        job("/dev/swarm/k3", writing, "third", host="away"),
     ]
+    results = flashed(jobs, {"pi": host})
+    assert results == {
+        "first": HostError(
+            Kind.REFUSED,
+            "there is no /dev/swarm/rover",
+            "is the board's cable in, and was the swarm deployed?",
+        ),
+        "second": Flashed(runs=True, told=True),
+        "third": HostError(Kind.UNREACHABLE, "away: no route to host"),
+    }
+    assert len(host.calls()) == 3, "stopped and started for the second board alone"

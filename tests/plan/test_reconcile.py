@@ -107,6 +107,15 @@ def test_files_of_programs_are_planned_where_the_program_is_and_it_reads_them_ag
     assert bare.targets(Kind.BLOCK, Kind.LINK, Kind.RELOAD) == ()
 
 
+def test_a_host_that_cannot_write_its_boards_drives_all_the_same() -> None:
+    rover = replace(bundle(), wants=("avrdude",))
+    without = reconcile(rover, running(rover, facts=FIT | {"has": {}, "power_save": {}}))
+    assert without.problem is None
+    [note] = without.notes
+    assert "it lacks avrdude" in note
+    assert "apt install avrdude" in note
+
+
 @pytest.mark.parametrize(
     ("facts", "notes"),
     [

@@ -17,8 +17,8 @@ class SimulatedBoard(Robot):
     """A differential drive whose board runs ``firmware``, an Intel HEX file for an ATmega328P at 16 MHz.
 
     The board listens and speaks at its own pace, so ``replies`` never answers at once: what it sends comes by
-    ``unasked``. ``faults`` and ``load`` may be set at any time. After a reset from outside its boot loader has
-    the board for a while, ``boot`` seconds unless it hears something. Close it in the end: it is a process.
+    ``unasked``. ``faults`` and ``load`` may be set at any time. After a reset from outside its boot loader
+    has the board, for ``boot`` seconds unless it hears something. Close it in the end: it is a process.
     """
 
     type_name: ClassVar[str] = "arduino-rover"

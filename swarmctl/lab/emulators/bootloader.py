@@ -26,7 +26,7 @@ Talk = Generator[bytes, int, None]
 class Bootloader:
     """Writes ``memory`` as a programmer asks for it, while it is ``active``: from ``enter`` to its end.
 
-    ``worn`` is a byte of the flash that keeps what it holds, as worn-out flash does; None: all can be written.
+    ``worn`` is the place of a byte that keeps what it holds, as worn-out flash does; None: there is none.
     """
 
     def __init__(self, memory: bytearray, wait: float = WAIT) -> None:

@@ -1,8 +1,9 @@
 """``flash``: write a firmware to a robot's board while its driver stands aside, and hear what the board says.
 
-Request: ``swarm``, ``who``, ``wait``, ``unit`` (the driver's), ``port``, ``write`` (avrdude's command, with
-``{}`` for the firmware's file), ``digest`` (of the firmware), ``patience`` (s). Payload: Intel HEX.
-Answer: ``written``; ``told``, whether the driver has then heard the board name that digest.
+Request: ``swarm``, ``who``, ``wait``, ``unit`` (the driver's), ``port``, ``files`` (name and size of each, in
+the payload's order), ``write`` (avrdude's command, run in their folder), ``digest`` (of the firmware),
+``patience`` (s). Answer: ``runs``, whether the driver ran and does again; ``told``, whether it has then heard
+the board name that digest.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import shutil
 import subprocess
 import tempfile
 import time
-from typing import Any, Sequence
+from typing import Any, BinaryIO, Sequence
 
 from swarm_agent import lock, systemd
 from swarm_agent.errors import FailedError, RefusedError
@@ -20,18 +21,25 @@ from swarm_agent.home import Home
 from swarm_agent.manifest import swarm_name
 from swarm_agent.wire import Report
 
+_FOLDER = "/firmware"  # in the swarm's state, while a board is written
 _WRITING = 120  # s
 _LOOK_EVERY = 0.5
-# What avrdude says, and what that means to the person at the robot.
+_WATCH_EVERY = 0.1
+_CHECK = "is it the right board, speed (--speed) and cable? its reset button helps one that hangs"
+_AGAIN = "it stands still until it is flashed again"
+# What avrdude says, what that means to the person at the robot, and what to do.
 _TROUBLES = (
-    ("programmer is not responding", "the board's boot loader does not answer on {}"),
-    ("not in sync", "the board's boot loader does not answer on {}"),
-    ("verification", "what the board holds now is not what was written to it"),
-    ("Device signature", "the board on {} has another processor"),
-    ("ermission denied", "{} cannot be opened: permission denied"),
-    ("esource busy", "{} is in use by another program"),
+    ("programmer is not responding", "the board's boot loader does not answer on {}", _CHECK),
+    ("not in sync", "the board's boot loader does not answer on {}", _CHECK),
+    (
+        "verification",
+        "what the board holds now is not what was written to it",
+        _AGAIN + "; if that fails each time, its flash is worn out",
+    ),
+    ("Device signature", "the board on {} has another processor", _CHECK),
+    ("ermission denied", "{} cannot be opened: permission denied", _CHECK),
+    ("esource busy", "{} is in use by another program", _CHECK),
 )
-_HINT = "is it the right board, speed (--speed) and cable? its reset button helps one that hangs"
 
 
 def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str, Any]:
@@ -45,44 +53,81 @@ def handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str,
     with lock.held(home, str(request.get("who", ""))[:200], min(float(request.get("wait", 2)), 60)):
         report.detach()
         runs = systemd.running([unit])
-        if runs:
-            report.note(f"stop {unit}")
-            systemd.stop(runs)
+        troubles = []
         try:
-            report.note("write the firmware")
-            _write(command, payload, port)
-        finally:
-            began = time.time()
+            if runs:
+                report.note(f"stop {unit}")
+                systemd.stop(runs)
+            report.note(f"write {port}")
+            _write(home, request["files"], payload, command, port)
+        except FailedError as error:
+            troubles.append(error)
+        began = time.time()
+        try:
             if runs:
                 report.note(f"start {unit}")
                 systemd.start(runs)
+        except FailedError as error:
+            troubles.append(error)
+    if troubles:
+        raise FailedError("; ".join(one.message for one in troubles), troubles[0].hint)
     if not runs:
-        return {"written": True, "told": False}
+        return {"runs": False, "told": False}
     report.note("wait for the board to name its firmware")
     awaited = "swarmctl firmware " + str(request["digest"])
-    return {"written": True, "told": _heard(unit, awaited, began, min(float(request["patience"]), 120))}
+    return {"runs": True, "told": _heard(unit, awaited, began, min(float(request["patience"]), 120))}
 
 
-def _write(command: Sequence[str], firmware: bytes, port: str) -> None:
-    with tempfile.NamedTemporaryFile(suffix=".hex") as file:
-        file.write(firmware)
-        file.flush()
-        try:
-            done = subprocess.run(
-                [word.replace("{}", file.name) for word in command],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                timeout=_WRITING,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            raise FailedError(f"{command[0]} did not end within {_WRITING} s", _HINT) from None
-    if done.returncode != 0:
-        said = done.stdout.decode("utf-8", "replace")
-        known = (meaning.format(port) for sign, meaning in _TROUBLES if sign in said)
-        last = next((line.strip() for line in reversed(said.splitlines()) if line.strip()), "")
-        raise FailedError(next(known, f"{command[0]} failed: {last[-300:]}"), _HINT)
+def _write(home: Home, files: Sequence[Any], payload: bytes, command: Sequence[str], port: str) -> None:
+    folder = home.state + _FOLDER
+    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        os.mkdir(folder, 0o700)
+        for name, size in files:
+            with open(os.path.join(folder, os.path.basename(name)), "wb") as file:
+                file.write(payload[:size])
+            payload = payload[size:]
+        with tempfile.TemporaryFile() as said:
+            _run(command, folder, port, home.outside(port), said)
+    except OSError as error:
+        raise FailedError(f"the board was not written: {error}", "look at the host's disk") from error
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _run(command: Sequence[str], folder: str, port: str, device: str, said: BinaryIO) -> None:
+    process = subprocess.Popen(
+        command, cwd=folder, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT
+    )
+    began, end = os.stat(device), time.monotonic() + _WRITING
+    while process.poll() is None and _same(device, began) and time.monotonic() < end:
+        time.sleep(_WATCH_EVERY)
+    stopped = process.poll() is None
+    process.kill()  # avrdude 7.1 reads for ever from a port that is gone
+    process.wait()
+    if not _same(device, began):
+        raise FailedError(f"{port} vanished while the board was written", f"is its cable in? {_AGAIN}")
+    if stopped:
+        raise FailedError(f"{command[0]} did not end within {_WRITING} s", _CHECK)
+    if process.returncode != 0:
+        said.seek(0)
+        raise _trouble(said.read().decode("utf-8", "replace"), command[0], port)
+
+
+def _same(device: str, began: os.stat_result) -> bool:
+    try:
+        return os.path.samestat(os.stat(device), began)
+    except OSError:
+        return False
+
+
+def _trouble(said: str, program: str, port: str) -> FailedError:
+    for sign, meaning, hint in _TROUBLES:
+        if sign in said:
+            return FailedError(meaning.format(port), hint)
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    complaints = [line for line in lines if "error" in line and "ioctl" not in line] or lines or [""]
+    return FailedError(f"{program} failed: {complaints[-1][-300:]}", _CHECK)
 
 
 def _heard(unit: str, awaited: str, since: float, patience: float) -> bool:

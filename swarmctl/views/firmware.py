@@ -1,0 +1,55 @@
+"""Firmwares for people: what was built, what a flash does, what became of it."""
+
+from __future__ import annotations
+
+from rich.text import Text
+
+from swarmctl.deploy.flash import PATIENCE, Flashed, Job
+from swarmctl.firmware.build import FLASH, RAM, Built
+from swarmctl.remote.transport import HostError
+from swarmctl.render.bundle import ROOT
+from swarmctl.views.text import printable
+
+
+def built(robot: str, digest: str, one: Built) -> str:
+    """What a firmware is, and what it takes of the board."""
+    return (
+        f"{robot}: {one.hex}, firmware {digest}\n"
+        f"  flash {one.flash} of {FLASH} B ({one.flash / FLASH:.0%})\n"
+        f"  RAM   {one.ram} of {RAM} B ({one.ram / RAM:.0%}): data {one.data} B, stack at most {one.stack} B"
+    )
+
+
+def steps(job: Job, login: str) -> str:
+    """All that a flash does on a host, in this order. ``login`` is who does it where."""
+    folder = f"{ROOT}/{job.swarm}/state/firmware"
+    sizes = [f"{folder}/{name} ({len(content)} B)" for name, content in job.writing.files.items()]
+    done = [
+        ("bring", sizes[0]),
+        *(("", size) for size in sizes[1:]),
+        ("stop", f"{job.unit}, if it runs"),
+        ("run", " ".join(job.writing.command)),
+        ("start", f"{job.unit}, if it ran, whatever became of the board"),
+        ("check", f"avrdude: the board at {job.port} holds what was written"),
+        ("", f"{job.unit}: the board says `swarmctl firmware {job.digest}` within {PATIENCE:g} s"),
+    ]
+    return "\n".join([f"{job.robot}, on {login}:", *(f"  {verb:<5}  {what}" for verb, what in done)])
+
+
+def verdict(job: Job, result: Flashed | HostError) -> Text:
+    """What became of one board, and what to do where it is not well."""
+    name = (job.robot, "bold")
+    if isinstance(result, HostError):
+        return _trouble(job, result.kind.value, printable(result.message), printable(result.hint))
+    if result.told:
+        return Text.assemble(name, "  ", ("runs", "bold green"), f" firmware {job.digest}")
+    if not result.runs:
+        said = f" firmware {job.digest}; {job.unit} did not run, so nobody has heard the board say so"
+        return Text.assemble(name, "  ", ("holds", "bold green"), said)
+    silent = f"the board was written and read back, but {job.unit} has not heard from it since"
+    return _trouble(job, "silent", silent, f"on {job.host}: journalctl -u {job.unit}")
+
+
+def _trouble(job: Job, kind: str, message: str, hint: str) -> Text:
+    text = Text.assemble((job.robot, "bold"), "  ", (kind, "bold red"), f": {job.host}: {message}")
+    return text.append_text(Text.assemble("\n", ("  help", "bold green"), f": {hint}")) if hint else text
