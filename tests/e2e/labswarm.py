@@ -128,7 +128,8 @@ class LabSwarm:
     # The console script
 
     def argv(self, verb: str, spec: Path | None = None, *options: str) -> list[str]:
-        return [str(SWARMCTL), verb, str(spec or self.spec), "--lab-name", self.name, *options]
+        """``verb`` may be of two words, as ``firmware flash``."""
+        return [str(SWARMCTL), *verb.split(), str(spec or self.spec), "--lab-name", self.name, *options]
 
     def swarmctl(self, verb: str, *options: str, spec: Path | None = None) -> Run:
         """One run of the console script to its end."""

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from labrover import HOST, PULSE, ROBOT, SPEED, WHEELS, pulses, rover_lab
-from labswarm import LabSwarm, Note, Pose, within, wrapped
+from labswarm import LabSwarm, Note, Pose, moves, within, wrapped
+
+from swarmctl.cli import exits
+from swarmctl.lab import lab
 
 SIDE = 2.0  # m
 TURN = 1.2  # rad/s
 STANDS = 1.2  # s: the driver's dead-man, a wheel that rolls out, and a look at the robot
+WRITES_THE_SKETCH, WRITES_THE_GUARD = "64008046", "64008046ffcf"  # STK500v1: a page, as hex
 GOOD = 0.05  # of the way: how far odometry may be off
 
 
@@ -75,3 +80,60 @@ def test_the_driver_knows_the_firmware_that_the_spec_renders(rover: LabSwarm) ->
     diagnostics = rover.diagnosis(HOST, ROBOT)
     assert built["digest"] in diagnostics
     assert "firmware flash" not in diagnostics
+
+
+@pytest.fixture(scope="module")
+def other(rover: LabSwarm) -> Path:
+    """The spec with another gain, deployed: now the board's sketch is not the spec's."""
+    spec = rover.variant(
+        "other-gain", ("driver: swarmctl}", "driver: swarmctl, settings: {firmware: {kp: 5.0}}}")
+    )
+    run = rover.deploy(spec)
+    assert run.status == exits.OK, run.out + run.err
+    return spec
+
+
+def test_a_sketch_that_is_not_the_specs_is_told(rover: LabSwarm, other: Path) -> None:
+    told = f"the spec makes {digest(rover, other)}: `swarmctl firmware flash` brings it"
+    within(40, lambda: told in rover.diagnosis(HOST, ROBOT).replace("\n", " "), "nobody tells of it")
+    assert told in rover.swarmctl("status", spec=other).out
+
+
+def digest(swarm: LabSwarm, spec: Path) -> str:
+    [built] = swarm.run("firmware", "build", str(spec), "--json").json()["firmware"]
+    return str(built["digest"])
+
+
+def test_a_cable_pulled_while_it_is_flashed_leaves_a_robot_that_stands(rover: LabSwarm, other: Path) -> None:
+    with rover.begin("firmware flash", spec=other) as flashing:
+        within(40, lambda: halfway(rover), "the board is not written")
+        lab.unplug(rover.name, ROBOT)
+        out, err = flashing.communicate(timeout=60)
+    assert flashing.returncode == exits.HOSTS_FAILED, out + err
+    assert "/dev/swarm/rover vanished while the board was written" in out
+    assert "it stands still until it is flashed again" in out
+    assert rover.units(HOST)[ROBOT].active == "active"
+    lab.plug(rover.name, ROBOT)
+    with rover.publishing(HOST, ROBOT, SPEED, 0.0):
+        end = time.monotonic() + 5
+        while time.monotonic() < end:
+            assert not moves(rover.robot(ROBOT))
+
+
+def halfway(swarm: LabSwarm) -> bool:
+    said = swarm.robot(ROBOT)["last_command"]
+    return said.startswith(WRITES_THE_SKETCH) and not said.startswith(WRITES_THE_GUARD)
+
+
+def test_the_next_flash_brings_the_specs_sketch_and_the_robot_drives_by_it(
+    rover: LabSwarm, other: Path, note: Note
+) -> None:
+    run = rover.swarmctl("firmware flash", spec=other)
+    assert run.status == exits.OK, run.out + run.err
+    note("firmware flash, until the driver has heard the new sketch", f"{run.seconds:.1f} s", "")
+    assert f"runs firmware {digest(rover, other)}" in run.out
+    within(20, lambda: digest(rover, other) in rover.diagnosis(HOST, ROBOT), "the driver does not know it")
+    assert "firmware flash" not in rover.diagnosis(HOST, ROBOT)
+    with rover.publishing(HOST, ROBOT, SPEED, 0.0):
+        within(15, lambda: abs(rover.robot(ROBOT)["v"] - SPEED) < 0.1 * SPEED, "the wheels do not reach it")
+    rover.seconds_to_standstill(ROBOT)
