@@ -58,7 +58,7 @@ def build(
 def flash(
     spec: access.Spec,
     robots: Annotated[
-        list[str] | None, typer.Argument(metavar="[ROBOT]...", help="Only these robots' boards.")
+        list[str] | None, typer.Argument(metavar="ROBOT", help="Only these robots' boards.")
     ] = None,
     overlays: access.Overlays = None,
     programmer: Annotated[
