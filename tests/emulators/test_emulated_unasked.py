@@ -88,6 +88,22 @@ def test_it_speaks_on_the_line_at_its_own_times() -> None:
         assert 0.2 < time.monotonic() - began < 2.0
 
 
+def test_a_machine_too_slow_for_a_robot_slows_it_down() -> None:
+    """Else each look would take longer than the one before, and the port never come back."""
+
+    class Heavy(Talker):
+        def advance(self, dt: float) -> None:
+            time.sleep(3 * dt)
+            super().advance(dt)
+
+    with Port(Heavy()) as port, serial.Serial(str(port.path), timeout=2.0) as driver:
+        for _ in range(20):
+            assert driver.read_until(b"\n")
+        began = time.monotonic()
+        port.snapshot()
+        assert time.monotonic() - began < 3.0
+
+
 def test_what_it_says_is_lost_while_nobody_has_the_port_open() -> None:
     talker = Talker()
     with Port(talker) as port:

@@ -21,6 +21,9 @@ from swarmctl.lab.emulators.own import blame
 from swarmctl.lab.emulators.robot import AT_REST, NoticesPort, Robot, State
 
 PTMX = Path("/dev/ptmx")
+MOST_OWED = (
+    0.25  # s that a robot may be late with what it says; a machine too slow for it would owe ever more
+)
 LOOK_EVERY = 0.02  # for a robot that notices its port: a pty tells when it is closed, not when opened, s
 
 
@@ -36,7 +39,8 @@ class Port:
     """One robot and its cable. The robot moves by the monotonic clock, plugged or not, watched or not.
 
     Its motion is worked out when somebody commands or asks, and exactly, so a port with a quiet line costs
-    nothing unless the robot speaks unasked or notices who opens its port. ``faults`` may be set at any time.
+    nothing unless the robot speaks unasked or notices who opens its port. A robot that speaks unasked loses
+    time where the machine is too slow for it. ``faults`` may be set at any time.
     """
 
     def __init__(self, robot: Robot, ptmx: Path = PTMX) -> None:
@@ -139,8 +143,9 @@ class Port:
     def _catch_up(self) -> None:
         """Let the robot live until now; what it says unasked goes out, or is lost without a cable."""
         now = time.monotonic()
+        owed = math.inf if self._cable is None else self._due() + MOST_OWED  # unplugged, nobody looks at it
         with self._blamed():
-            for frame in self.robot.live(now - self._moved_at):
+            for frame in self.robot.live(min(now - self._moved_at, owed)):
                 self._answer(frame)
         self._moved_at = now
 
