@@ -59,6 +59,14 @@ def test_it_starts_the_sketch_when_told_to_and_when_what_comes_is_not_for_it(
     assert GREETING in ask(board, said, 0.5)
 
 
+def test_what_was_written_before_another_reset_is_what_starts(boards: Boards) -> None:
+    board = boards()
+    board.opened()
+    assert ask(board, b"\x64\x00\x02F\xff\xcf\x20") == IN_SYNC  # `rjmp` to itself
+    board.opened()
+    assert ask(board, b"", WAIT + 1.0) == b""
+
+
 def test_a_sketch_hears_no_sync(boards: Boards) -> None:
     board = boards()
     board.live(0.5)

@@ -115,6 +115,7 @@ class SimulatedBoard(Robot):
         self._said += loader.live(dt, heard)
         if not loader.active:
             self._run(0, Fault.RESET, bytes(loader.memory) if loader.has_written else b"")
+            loader.has_written = False
 
     def _run(self, us: int, once: Fault = Fault.NONE, flash: bytes = b"") -> None:
         faults, heard = self.faults | once, b""

@@ -33,7 +33,7 @@ class Bootloader:
         self.memory = memory
         self.worn: int | None = None
         self.active = False
-        self.has_written = False  # since it was entered
+        self.has_written = False  # what no sketch has been started from yet
         self._wait = self._patience = wait
         self._heard: deque[int] = deque()
         self._spare = 0.0  # s that it has for the bytes it was sent
@@ -41,7 +41,7 @@ class Bootloader:
 
     def enter(self) -> None:
         """The board was reset from outside."""
-        self.active, self.has_written = True, False
+        self.active = True
         self._patience, self._spare = self._wait, 0.0
         self._heard.clear()
         self._talk = self._conversation()
