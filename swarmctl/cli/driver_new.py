@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,10 +15,11 @@ from swarmctl.cli import console, exits
 from swarmctl.cli.driver import Folder
 
 if TYPE_CHECKING:
-    from swarmctl.render.own_type import Question
+    from swarmctl.render.questions import Question
 
 _NAME = re.compile(r"[a-z][a-z0-9.-]{0,30}", re.ASCII)
 Flag = str | None
+Flags = list[str] | None
 
 
 def _flag(name: str, metavar: str, help_: str) -> Any:
@@ -60,15 +62,31 @@ def new(
     reply_timeout: Annotated[Flag, _flag("reply-timeout", "S", "Seconds to wait; 0.2 by default.")] = None,
     dead_man: Annotated[Flag, _flag("dead-man", "yes|no", "Does it stop by itself without orders?")] = None,
     hint: Annotated[Flag, _flag("hint", "TEXT", "What to check when it does not answer.")] = None,
+    raw: Annotated[
+        Flags, _flag("raw", "PART", "Numbers: 'name=floor names=left,right send=F reply=f'.")
+    ] = None,
+    range_: Annotated[
+        Flags, _flag("range", "PART", "Distance sensors: as --raw, and headings=, distances= ...")
+    ] = None,
+    battery: Annotated[
+        Flags, _flag("battery", "PART", "'send=V reply=v volts=0.01 empty=3.4 full=4.2'.")
+    ] = None,
+    lights: Annotated[
+        Flags,
+        _flag("lights", "PART", "'name=lamp channels=lamp send=L,{value} reply=l'. All four: repeatable."),
+    ] = None,
     folder: Folder = Path(),
     force: Annotated[bool, typer.Option("--force", help="Write over a type of that name.")] = False,
 ) -> None:
     """Write a robot type of your own to DIR/robots/NAME.yaml; with --protocol python also a class to NAME.py.
 
-    What no flag says is asked for on a terminal; elsewhere it has its default, or the program ends.
+    What no flag says is asked for on a terminal; elsewhere it has its default, or the program ends. A PART is
+    a sensor or a light, as key=value words; without a value it tells its keys.
     """
+    from swarmctl.cli import driver_parts
     from swarmctl.render import own_type
 
+    said = {"raw": raw, "range": range_, "battery": battery, "lights": lights}
     flags = {key: value for key, value in locals().items() if key in {one.name for one in own_type.QUESTIONS}}
     if not _NAME.fullmatch(name):
         console.fail(
@@ -79,9 +97,10 @@ def new(
     file = folder / "robots" / f"{name}.yaml"
     _not_there(file, force=force)
     answers = _answered(name, {key: value for key, value in flags.items() if value is not None})
+    driver_parts.add(name, answers, {kind: texts for kind, texts in said.items() if texts})
     files = {file: own_type.type_text(name, answers, schema=(folder / ".swarmctl").is_dir())}
     if answers["protocol"] == "python":
-        files[file.with_suffix(".py")] = own_type.codec_text(name)
+        files[file.with_suffix(".py")] = own_type.codec_text(name, answers)
     _write(files, force=force)
     _next(name, files)
 
@@ -97,8 +116,8 @@ def _answered(name: str, flags: Mapping[str, str]) -> dict[str, Any]:
     while left := questions(answers.get("protocol", "line"), answers):
         question = left[0]
         if question.name not in flags and asking:
-            _ask(name, question, answers)
-        elif wrong := _taken(name, question, flags.get(question.name, question.usual), answers):
+            ask(question, partial(_taken, name, question, answers))
+        elif wrong := _taken(name, question, answers, flags.get(question.name, question.usual)):
             console.fail(f"{question.flag}: {wrong[0]}", *wrong[1:], code=exits.USAGE)
     for idle in flags.keys() - answers.keys():
         kind = answers["protocol"]
@@ -119,31 +138,40 @@ def _all_said(flags: Mapping[str, str]) -> None:
         )
 
 
-def _ask(name: str, question: Question, answers: dict[str, Any]) -> None:
-    """Until the answer is right."""
+def ask(question: Question, taken: Callable[[str], tuple[str, ...]]) -> None:
+    """Until the answer is right: ``taken`` says what is wrong with it."""
     default = None if question.default is None else question.usual
     while True:
         text = typer.prompt(question.text, default=default, show_default=bool(default), err=True)
-        wrong = _taken(name, question, text, answers)
+        wrong = taken(text)
         for line in wrong:
             typer.echo(f"  {line}", err=True)
         if not wrong:
             return
 
 
-def _taken(name: str, question: Question, text: str, answers: dict[str, Any]) -> tuple[str, ...]:
+def _taken(name: str, question: Question, answers: dict[str, Any], text: str) -> tuple[str, ...]:
     """Take an answer, or say what is wrong with it, in the words that the file would bring."""
-    from swarmctl.render.own_type import complaint, read_answer
+    from swarmctl.render.questions import read_answer
 
     try:
         value = read_answer(question, text)
     except ValueError as error:
         return (str(error),)
-    found = complaint(name, {**answers, question.name: value})
-    if found is not None:
-        return (found.message + (f" ({found.label})" if found.label else ""), *found.help)
-    answers[question.name] = value
-    return ()
+    wrong = complaints(name, {**answers, question.name: value})
+    if not wrong:
+        answers[question.name] = value
+    return wrong
+
+
+def complaints(name: str, answers: Mapping[str, Any]) -> tuple[str, ...]:
+    """What is wrong with the answers so far, line by line."""
+    from swarmctl.render.own_type import complaint
+
+    found = complaint(name, answers)
+    if found is None:
+        return ()
+    return (found.message + (f" ({found.label})" if found.label else ""), *found.help)
 
 
 def _not_there(file: Path, *, force: bool) -> None:

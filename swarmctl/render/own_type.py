@@ -3,40 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.render import shipped
-from swarmctl.render.templates import UnsafeValueError, render
+from swarmctl.render.own_parts import completed, examples
+from swarmctl.render.questions import Question
+from swarmctl.render.templates import render
 from swarmctl.spec.diagnostics import Diagnostic, Severity
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import parse
 from swarmctl.spec.validation import validated
 
-PROTOCOLS = ("line", "binary", "python")
-
-
-@dataclass(frozen=True)
-class Question:
-    """One thing to know. Without a ``default`` it must be answered; ``sample`` is an answer that is right."""
-
-    name: str
-    text: str
-    sample: Any
-    default: Any = None
-    only: tuple[str, ...] = PROTOCOLS  # the protocols that it is about
-
-    @property
-    def flag(self) -> str:
-        return "--" + self.name.replace("_", "-")
-
-    @property
-    def usual(self) -> str:
-        """The default as one would type it."""
-        return ("no", "yes")[self.default] if isinstance(self.default, bool) else str(self.default)
-
-
-_SAID = ("line", "binary")
 QUESTIONS = (
     Question("title", "What do people call it?", "Robot"),
     Question("protocol", "How does it speak: line (of text), binary or python (a class)?", "line", "line"),
@@ -84,29 +61,6 @@ def questions(protocol: str, answers: Mapping[str, Any]) -> list[Question]:
     ]
 
 
-def read_answer(question: Question, text: str) -> Any:
-    """An answer as its question wants it. ValueError says what is wrong with it."""
-    text = text.strip()
-    if question.name == "link":
-        return [one.strip() for one in text.split(",")]
-    if question.name == "protocol" and text not in PROTOCOLS:
-        raise ValueError(f"`{text}` is none of {', '.join(PROTOCOLS)}")
-    if question.name == "terminator" and text not in ("cr", "lf"):
-        raise ValueError(f"`{text}` is neither cr nor lf")
-    kind = type(question.sample)
-    if kind is bool:
-        if text.lower() not in ("yes", "no", "y", "n", "true", "false"):
-            raise ValueError(f"`{text}` is neither yes nor no")
-        return text.lower() in ("yes", "y", "true")
-    if kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            what = "whole number" if kind is int else "number"
-            raise ValueError(f"`{text}` is no {what}, like {question.sample}") from None
-    return text
-
-
 def class_name(name: str) -> str:
     """The protocol class of the type ``name``."""
     words = name.replace(".", "-").split("-")
@@ -119,6 +73,11 @@ def type_text(name: str, answers: Mapping[str, Any], *, schema: bool) -> str:
     blank = {one.name: "" for one in QUESTIONS}
     values = {**blank, **samples, **answers, "codec": class_name(name), "schema": schema}
     values["link"] = [values["link"]] if isinstance(values["link"], str) else values["link"]
+    protocol, parts = values["protocol"], answers.get("parts", ())
+    told = [*(completed(one, protocol) for one in parts), *examples(parts, protocol)]
+    values["examples"] = any(one["example"] for one in told)
+    values["senses"] = [one for one in told if one["kind"] != "lights"]
+    values["lights"] = [one for one in told if one["kind"] == "lights"]
     return render("robot.yaml", **values).decode()
 
 
@@ -126,16 +85,19 @@ def _is_about(question: Question, answers: Mapping[str, Any]) -> bool:
     return answers.get("protocol", "line") in question.only
 
 
-def codec_text(name: str) -> str:
+def codec_text(name: str, answers: Mapping[str, Any] | None = None) -> str:
     """The file robots/NAME.py: a class to begin with, which speaks lines of text."""
-    return shipped.text("project/codec.py").decode().replace("OwnCodec", class_name(name))
+    text = shipped.text("project/codec.py").decode().replace("OwnCodec", class_name(name))
+    asked = [one["name"] for one in (answers or {}).get("parts", ()) if one["kind"] != "lights"]
+    requests = ", ".join(['"position": "P"', *(f'"{one}": "{one.upper()}"' for one in asked)])
+    return text.replace('"position": "P"', requests)
 
 
 def complaint(name: str, answers: Mapping[str, Any]) -> Diagnostic | None:
     """What is wrong with the answers so far, as it would be with the file."""
     try:
         text = type_text(name, answers, schema=False)
-    except UnsafeValueError as error:
+    except ValueError as error:
         return Diagnostic("SPEC003", str(error))
     source, found = parse(text, f"{name}.yaml")
     _, wrong = validated(RobotType, source)

@@ -19,7 +19,8 @@ class OwnCodec:
 
     def query(self, name):
         """Asks what the robot type calls ``name``."""
-        return self._ask({"position": "P"}[name], "p")
+        request = {"position": "P"}[name]
+        return self._ask(request, request.lower())
 
     def actuator(self, actuator, index, values):
         """Sets the channel ``index`` of an actuator to ``values[0]``."""
