@@ -18,9 +18,8 @@ _PERIODS = 2  # of the counters, which a moment is uncertain by
 _HEARS = 2.0  # s in which an order turns a wheel
 _LATE = 1.0  # s
 _QUIET = 1.0  # s
-_GARBAGE = bytes(
-    range(0x20, 0x7F)
-)  # none of it begins a frame: that would be written anywhere by some clients
+# None of it begins a frame, which some clients write beyond their buffer.
+_GARBAGE = bytes(range(0x20, 0x7F))
 
 
 def keeps_its_limits(bench: BoardBench) -> Iterator[Result]:

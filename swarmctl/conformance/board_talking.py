@@ -108,9 +108,8 @@ def publishes_at_its_rates(bench: BoardBench) -> Iterator[Result]:
     bench.run(_WATCH)
     for name, declared in bench.protocol.rates.items():
         yield _rated(bench, name, declared)
-    asked = [at for at, topic in bench.frames if topic == frames.ID_TIME]
-    bench.run(_TIME, until=lambda: _last_times(bench)[1] > len(asked))
-    yield _times(bench)
+    bench.run(_TIME, until=lambda: len(_times_asked(bench)) > 1)
+    yield _times(_times_asked(bench))
 
 
 def _rated(bench: BoardBench, name: str, declared: float) -> Result:
@@ -131,15 +130,13 @@ def _rated(bench: BoardBench, name: str, declared: float) -> Result:
     return Result(check, verdict, figure, f"mend the `rate` of `{name}`, or the sketch")
 
 
-def _last_times(bench: BoardBench) -> tuple[list[float], int]:
-    asked = [at for at, topic in bench.frames if topic == frames.ID_TIME]
-    return asked, len(asked)
+def _times_asked(bench: BoardBench) -> list[float]:
+    return [at for at, topic in bench.frames if topic == frames.ID_TIME]
 
 
-def _times(bench: BoardBench) -> Result:
-    asked, count = _last_times(bench)
-    if count < 2:
-        told = f"asked for {'once' if count else 'never'} in {_TIME:g} s"
+def _times(asked: list[float]) -> Result:
+    if len(asked) < 2:
+        told = f"asked for {'once' if asked else 'never'} in {_TIME:g} s"
         return Result(
             "time", Verdict.FAIL, told, "without it a driver gives the board up after 15 s: mend the sketch"
         )

@@ -81,8 +81,7 @@ def stops_for_its_dead_man(bench: Wheeled) -> Iterator[Result]:
         bench.connect()
         bench.stop()
     if stop is None or limit is None:
-        yield _limited_wheels(run, asked, min(built.linear_max, built.wheel_speed_max))
-        yield _dead_man(bench, run, run.stood, _WHEELS_LATE)
+        yield from _seen_at_the_wheels(bench, run, asked, min(built.linear_max, built.wheel_speed_max))
         return
     halt = stop[0]
     stopped = next((at for at, data in run.told if at > run.last and data == halt), None)
@@ -133,14 +132,19 @@ def _limited(run: Run, asked: float, limit: tuple[bytes, str], idle: Callable[[b
     return Result("limits", Verdict.OK, f"{asked:g} m/s is said as {shown}")
 
 
-def _limited_wheels(run: Run, asked: float, most: float) -> Result:
+def _seen_at_the_wheels(bench: Wheeled, run: Run, asked: float, most: float) -> Iterator[Result]:
     """Where a class may say the same thing in other bytes each time, the wheels tell."""
     if run.speed is None:
-        return Result("limits", Verdict.WARN, "a class speaks, and no counters tell how fast the wheels turn")
+        told = "a class speaks, and no counters tell what becomes of it"
+        yield Result("limits", Verdict.WARN, told)
+        yield Result("dead-man of the driver", Verdict.WARN, told)
+        return
     figure = f"{asked:g} m/s makes {run.speed:.3f} m/s; the limit is {most:g}"
-    if not _TOO_SLOW * most < run.speed < _TOO_FAST * most:  # of a jump the driver's odometry makes nothing
-        return Result("limits", Verdict.FAIL, figure, "mend `speed` of the class, or its counters")
-    return Result("limits", Verdict.OK, figure)
+    if _TOO_SLOW * most < run.speed < _TOO_FAST * most:
+        yield Result("limits", Verdict.OK, figure)
+    else:  # of a jump the driver's odometry makes nothing
+        yield Result("limits", Verdict.FAIL, figure, "mend `speed` of the class, or its counters")
+    yield _dead_man(bench, run, run.stood, _WHEELS_LATE)
 
 
 def _dead_man(bench: Wheeled, run: Run, stopped: float | None, slack: float) -> Result:

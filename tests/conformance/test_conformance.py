@@ -159,12 +159,12 @@ def unlimited(linear: float, angular: float, built: Kinematics, scale: Scale) ->
     return speed, speed
 
 
-def of_a_class(folder: Path, *change: str) -> dict[str, Result]:
+def of_a_class(folder: Path, *change: str, text: str = OWN) -> dict[str, Result]:
     """Limits and dead-man of a driver that speaks through a class, whose text is changed so."""
     module = folder / "beetle.py"
     module.write_text(codec_text("beetle").replace(*(change or ("", ""))))
     with beetle() as port:
-        bench = bench_for(port, OWN, module)
+        bench = bench_for(port, text, module)
         bench.connect()
         results = {one.check: one for one in whole_driver.stops_for_its_dead_man(bench)}
         bench.leave()
@@ -178,6 +178,12 @@ def test_what_a_class_makes_of_the_limits_is_measured_at_the_wheels(tmp_path: Pa
     assert results["limits"].figure.endswith("the limit is 0.25")
     fast = of_a_class(tmp_path, '(f"S,{left},{right}"', '(f"S,{2 * left},{2 * right}"')
     assert fast["limits"].verdict is Verdict.FAIL
+
+
+def test_without_counters_nobody_can_tell_what_becomes_of_what_a_class_says(tmp_path: Path) -> None:
+    blind = OWN.split("  queries:")[0] + OWN[OWN.index("firmware_dead_man") :]
+    results = of_a_class(tmp_path, text=blind)
+    assert {one.verdict for one in results.values()} == {Verdict.WARN}
 
 
 def test_a_driver_of_a_class_that_forgets_the_limits_is_found(

@@ -109,6 +109,15 @@ def test_the_digest_of_a_spec_is_compared(wanted: str, verdict: Verdict, told: s
     assert told in found["firmware"].figure
 
 
+def test_a_type_of_message_that_is_not_known_here_is_no_fault_of_the_boards() -> None:
+    more = {"lwheel": "std_msgs/Int32", "rwheel": "std_msgs/Int32", "sonar": "sensor_msgs/Range"}
+    found, _ = checked("topics", Rover("one more"), told=config(publishes=more))
+    assert {name: found[name].verdict for name in ("topics", "topic sonar")} == {
+        "topics": OK,
+        "topic sonar": WARN,
+    }
+
+
 def test_a_sketch_without_a_name_is_not_the_specs() -> None:
     found, _ = checked("firmware", Rover(firmware=""), told=config(firmware="ffffffffffff"))
     assert found["firmware"].verdict is FAIL
