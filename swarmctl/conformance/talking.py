@@ -37,7 +37,7 @@ def says_its_firmware(bench: Bench) -> Iterator[Result]:
         yield Result("firmware", Verdict.OK, "the type does not ask for it")
         return
     try:
-        bench.firmware = bench.ask(request).text or "unknown"
+        bench.firmware = bench.ask_twice(request).text or "unknown"
         scale = bench.scale
     except (*FAILED_EXCHANGE, LinkLostError) as error:
         yield Result("firmware", Verdict.FAIL, str(error), "mend `identify`, or the bounds in `scales`")
