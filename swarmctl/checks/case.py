@@ -9,14 +9,15 @@ from swarmctl.spec.diagnostics import Diagnostic, Span
 from swarmctl.spec.load import Document
 from swarmctl.spec.model import Bluetooth, Computer, NetworkLink, Serial, Spec
 from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import Source
+from swarmctl.spec.source import Loc, Source
+from swarmctl.spec.tuning import command_timeout_of
 from swarmctl.topology import modes
 from swarmctl.topology.address import Ip, Subnet
 from swarmctl.topology.authority import Authority
 from swarmctl.topology.bridges import bridges_of
 from swarmctl.topology.capacity import HostBudget, host_budgets
 from swarmctl.topology.interfaces import Endpoint, program_endpoints
-from swarmctl.topology.lines import LineBudget, line_budgets
+from swarmctl.topology.lines import LineBudget, layers, line_budgets
 from swarmctl.topology.networks import addresses_of, subnets_of, witnesses_of
 from swarmctl.topology.ports import Listener, listeners
 from swarmctl.topology.publishers import Publishers
@@ -149,6 +150,29 @@ class Case:
     def line_budgets(self) -> Mapping[int, LineBudget]:
         """What each line carries, by its index in ``links``."""
         return dict(line_budgets(self.spec, self.types, self.endpoints))
+
+    @cached_property
+    def command_timeouts(self) -> Mapping[str, float]:
+        """Seconds after which each robot stops without an order. Robots of a type mostly have the same."""
+        known: dict[tuple[str, float | None], float] = {}
+        timeouts: dict[str, float] = {}
+        for name, robot in self.spec.robots.items():
+            key = (robot.type, robot.settings.command_timeout)
+            if key not in known:
+                kind = self.types[robot.type]
+                known[key] = command_timeout_of(kind, *layers(self.spec, kind, robot.settings))
+            timeouts[name] = known[key]
+        return timeouts
+
+    def said_timeout(self, robot: str) -> Loc:
+        """Where the spec says when a robot stops without an order; nothing if its type or swarmctl does."""
+        given = self.spec.robots[robot]
+        if given.settings.command_timeout is not None:
+            return ("robots", robot, "settings", "command_timeout")
+        of_type = self.types[given.type].settings.command_timeout
+        if of_type is None and self.spec.defaults.robot.command_timeout is not None:
+            return ("defaults", "robot", "command_timeout")
+        return ()
 
     @cached_property
     def host_budgets(self) -> tuple[HostBudget, ...]:

@@ -9,11 +9,10 @@ from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Severity, Span
 from swarmctl.spec.edits import mend, rename_key, replace_value, set_key
 from swarmctl.spec.model import Serial
-from swarmctl.spec.robot_type import command_timeout_of
 from swarmctl.spec.settings import DIAGNOSTICS
 from swarmctl.spec.suggest import did_you_mean, nearest
 from swarmctl.topology.interfaces import COMMAND
-from swarmctl.topology.lines import CAREFUL, COMMAND_RATE, FTDI, LineBudget, Load, command_rates, layers
+from swarmctl.topology.lines import CAREFUL, COMMAND_RATE, FTDI, LineBudget, Load, command_rates
 from swarmctl.topology.names import namespace
 
 # What terminals know (termios(3)), from 300 on.
@@ -21,6 +20,7 @@ BAUDS = (
     300, 600, 1200, 1800, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 500000, 576000,
     921600, 1000000, 1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000,
 )  # fmt: skip
+_MOST_TIMEOUT = 2.0  # s that a robot may be left without an order
 _PERIODS = 2  # orders that may be late before a robot stops for it
 
 
@@ -92,23 +92,15 @@ def _fix(case: Case, robot: str, load: Load) -> Fix | None:
 
 def hasty_dead_men(case: Case) -> Iterator[Diagnostic]:
     """LINE003: a robot waits longer for an order than orders and its line take to bring one."""
-    spec = case.spec
-    ordered = command_rates(spec, case.endpoints)
-    timeouts: dict[tuple[str, float | None], float] = {}  # robots of a type mostly have the same
+    ordered = command_rates(case.spec, case.endpoints)
     for budget in case.line_budgets.values():
-        robot = spec.robots[budget.robot]
-        key = (robot.type, robot.settings.command_timeout)
-        timeout = timeouts.get(key)
-        if timeout is None:
-            timeout = command_timeout_of(
-                case.types[robot.type], *layers(spec, case.types[robot.type], robot.settings)
-            )
-            timeouts[key] = timeout
+        timeout = case.command_timeouts[budget.robot]
         period = 1 / ordered.get(budget.robot, COMMAND_RATE)
-        least = max(_PERIODS * period, budget.load.cycle)
-        if timeout >= least or budget.load.least_share > 1:
+        load = budget.load
+        least = max(_PERIODS * period, load.cycle)
+        if timeout >= least or load.least_share > 1 or timeout <= load.reply_timeout:  # LINE001, LINE006
             continue
-        slow = "two orders take" if least > budget.load.cycle else "one turn of all requests takes"
+        slow = "two orders take" if least > load.cycle else "one turn of all requests takes"
         yield Diagnostic(
             "LINE003",
             f"robot `{budget.robot}` stops after {timeout:g} s without an order, and {slow} {least:.2g} s",
@@ -132,6 +124,52 @@ def _slow_commanders(case: Case, robot: str) -> Iterator[Note]:
     for one in case.endpoints:
         if one.publishes and one.topic == topic and one.rate is not None:
             yield Note(case.span(*one.loc, "rate"), f"`{one.owner}` orders at {one.rate:g} Hz")
+
+
+def stubborn_replies(case: Case) -> Iterator[Diagnostic]:
+    """LINE006: a reply that is awaited holds up no stop that is due by then."""
+    for budget in case.line_budgets.values():
+        robot, timeout = budget.robot, case.command_timeouts[budget.robot]
+        if timeout > budget.load.reply_timeout:
+            continue
+        yield Diagnostic(
+            "LINE006",
+            f"robot `{robot}` stops after {timeout:g} s without an order, and its driver may wait "
+            f"{budget.load.reply_timeout:g} s for one reply",
+            case.span(*(case.said_timeout(robot) or ("robots", robot, "type"))),
+            label="a lost reply would hold up the stop",
+            help=(
+                f"write a `command_timeout` above {budget.load.reply_timeout:g}",
+                f"or lower `reply_timeout` in the type `{case.spec.robots[robot].type}`",
+            ),
+        )
+
+
+def slow_replies(case: Case) -> Iterator[Diagnostic]:
+    """LINE007: what takes as long as the dead-man is read only while the robot stands."""
+    for budget in case.line_budgets.values():
+        slow, timeout = budget.load.slowest, case.command_timeouts[budget.robot]
+        if slow is None or slow.wait < timeout:
+            continue
+        more = f"; or allow a `command_timeout` above {slow.wait:.2f}" if slow.wait < _MOST_TIMEOUT else ""
+        yield Diagnostic(
+            "LINE007",
+            f"robot `{budget.robot}` is asked for `{slow.name}` only while it stands: the answer may take "
+            f"{slow.wait:.2f} s, and without an order it has to stop after {timeout:g} s",
+            _rate_said(case, budget.robot, slow.name),
+            severity=Severity.WARNING,
+            label="none while it drives",
+            help=(f"a shorter answer takes less, such as smaller images{more}",),
+        )
+
+
+def _rate_said(case: Case, robot: str, sensor: str) -> Span:
+    """Where a sensor is turned on: in a robot's own settings, for all robots, or in its type."""
+    if sensor in case.spec.robots[robot].settings.rates:
+        return case.span("robots", robot, "settings", "rates", sensor)
+    if sensor in case.spec.defaults.robot.rates:
+        return case.span("defaults", "robot", "rates", sensor)
+    return case.span("robots", robot, "type")
 
 
 def odd_bauds(case: Case) -> Iterator[Diagnostic]:
@@ -186,4 +224,6 @@ def _no_such_sensor(
     )
 
 
-RULES: tuple[Rule, ...] = (full_lines, hasty_dead_men, odd_bauds, unknown_rates)
+RULES: tuple[Rule, ...] = (
+    full_lines, hasty_dead_men, odd_bauds, unknown_rates, stubborn_replies, slow_replies,
+)  # fmt: skip

@@ -70,11 +70,7 @@ def _place(case: Case, name: str, base: RobotSettings) -> Loc:
     robot = case.spec.robots[name]
     if case.types[robot.type].foreign(robot.driver):
         return ()
-    if robot.settings.command_timeout is not None:
-        return ("robots", name, "settings", "command_timeout")
-    if case.types[robot.type].settings.command_timeout is None and base.command_timeout is not None:
-        return ("defaults", "robot", "command_timeout")
-    return ()
+    return case.said_timeout(name)
 
 
 def disarmed(case: Case) -> Iterator[Diagnostic]:

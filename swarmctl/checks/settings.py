@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
+from swarmctl.spec.cameras import camera_of, tuned
 from swarmctl.spec.diagnostics import Diagnostic, Severity
 from swarmctl.spec.edits import mend, remove
+from swarmctl.spec.settings import merged
+from swarmctl.spec.source import Loc
 
 
 def unreachable_limits(case: Case) -> Iterator[Diagnostic]:
@@ -67,4 +70,59 @@ def misplaced_drivers(case: Case) -> Iterator[Diagnostic]:
             )
 
 
-RULES: tuple[Rule, ...] = (unreachable_limits, unread_settings, misplaced_drivers)
+def missing_cameras(case: Case) -> Iterator[Diagnostic]:
+    """SET004: settings of a camera for a robot that has none."""
+    spec = case.spec
+    if spec.defaults.robot.camera.model_fields_set and not any(
+        camera_of(case.types[one.type].sensors) for one in spec.robots.values()
+    ):
+        yield _no_camera(case, ("defaults", "robot", "camera"), "no robot has a camera")
+    for name, robot in spec.robots.items():
+        if robot.settings.camera.model_fields_set and not camera_of(case.types[robot.type].sensors):
+            able = sorted(one for one, kind in case.types.items() if camera_of(kind.sensors))
+            loc, message = (
+                ("robots", name, "settings", "camera"),
+                f"robots of type `{robot.type}` have no camera",
+            )
+            yield _no_camera(case, loc, message, f"of the types, {' and '.join(able)} have one")
+
+
+def _no_camera(case: Case, loc: Loc, message: str, *others: str) -> Diagnostic:
+    return Diagnostic(
+        "SET004",
+        message,
+        case.span(*loc, key=True),
+        label="no camera",
+        help=("; ".join(["leave it out", *others]),),
+        fix=mend("remove it", remove(case.source, loc)),
+    )
+
+
+def impossible_images(case: Case) -> Iterator[Diagnostic]:
+    """SET005: images that the robot has no room for, or that its camera does not make."""
+    general = case.spec.defaults.robot
+    judged: set[str] = set()  # types by what is said for all robots
+    for name, robot in case.spec.robots.items():
+        own = bool(robot.settings.camera.model_fields_set)
+        if not own and (robot.type in judged or not general.camera.model_fields_set):
+            continue
+        judged |= set() if own else {robot.type}
+        kind = case.types[robot.type]
+        found = camera_of(kind.sensors)
+        if found is None:
+            continue
+        image = tuned(found[1], merged(general, kind.settings, robot.settings).camera)
+        loc = ("robots", name, "settings", "camera") if own else ("defaults", "robot", "camera")
+        for what, mending in image.complaints():
+            yield Diagnostic(
+                "SET005",
+                f"the camera of an `{robot.type}` makes no such images: {what}",
+                case.span(*loc, key=True),
+                label=f"for robot `{name}`",
+                help=(mending,),
+            )
+
+
+RULES: tuple[Rule, ...] = (
+    unreachable_limits, unread_settings, misplaced_drivers, missing_cameras, impossible_images,
+)  # fmt: skip

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from swarmctl.checks.case import Case, Rule
 from swarmctl.spec.diagnostics import Diagnostic, Note, Severity
 from swarmctl.spec.edits import mend, replace_value
-from swarmctl.spec.robot_type import rates_of
 from swarmctl.spec.source import Loc
 from swarmctl.spec.suggest import nearest
+from swarmctl.spec.tuning import rates_of
 from swarmctl.topology.interfaces import COMMAND, COMMAND_TYPE, COMMON, Endpoint, sensor_behind, sensors_of
 from swarmctl.topology.names import parted
 

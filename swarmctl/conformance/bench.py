@@ -124,14 +124,18 @@ class Bench:
         finally:
             self.disconnect()
 
-    def ask(self, request: Request) -> Reply:
+    def question(self, query: str) -> Reply:
+        """The answer to a query, in the time that it may take."""
+        return self.ask(self.link.codec.query(query), self.config.waits.get(query))
+
+    def ask(self, request: Request, wait: float | None = None) -> Reply:
         began = time.monotonic()
         try:
-            reply = self.link.ask(request)
+            reply = self.link.ask(request, wait=wait)
         except FAILED_EXCHANGE:
             self.unanswered += 1
             raise
-        if request.answered:
+        if request.answered and wait is None:
             self.latencies.append(time.monotonic() - began)
         return reply
 

@@ -57,15 +57,15 @@ def takes_its_setup(bench: Bench) -> Iterator[Result]:
 
 def answers_questions(bench: Bench) -> Iterator[Result]:
     """Each question a few times: the right count of numbers, each in its range."""
-    queries = dict.fromkeys(sensor.read for sensor in bench.config.sensors)
-    for name in queries:
-        sensors = [one for one in bench.config.sensors if one.read == name]
+    on = [one for one in bench.config.sensors if one.kind != "image" or one.rate > 0]  # else it is not set
+    for name in dict.fromkeys(sensor.read for sensor in on):
+        sensors = [one for one in on if one.read == name]
         yield from _answers(bench, name, sensors)
 
 
 def _answers(bench: Bench, name: str, sensors: list[Sensor]) -> Iterator[Result]:
     try:
-        replies = [bench.ask(bench.link.codec.query(name)).values for _ in range(_ROUNDS)]
+        replies = [bench.question(name).values for _ in range(_ROUNDS)]
     except FAILED_EXCHANGE as error:
         yield Result(
             f"question {name}", Verdict.FAIL, str(error), f"mend the query `{name}`: its request or its reply"
@@ -128,7 +128,8 @@ def _set(bench: Bench, actuator: Actuator, value: int) -> None:
 
 def answers_in_time(bench: Bench) -> Iterator[Result]:
     """Many questions as fast as they are answered, and all that was measured before."""
-    names = list(dict.fromkeys(sensor.read for sensor in bench.config.sensors))
+    read = dict.fromkeys(sensor.read for sensor in bench.config.sensors)
+    names = [one for one in read if one not in bench.config.waits]  # these take a time of their own
     for number in range(bench.pace.questions):
         request = (
             bench.link.codec.query(names[number % len(names)]) if names else bench.link.codec.speed(0, 0)

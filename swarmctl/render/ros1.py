@@ -10,7 +10,7 @@ from swarmctl.render.bundle import ROOT, File, Unit, workspace
 from swarmctl.render.params import params_file
 from swarmctl.render.templates import render
 from swarmctl.spec.params import params_of
-from swarmctl.spec.robot_type import watchdog_of
+from swarmctl.spec.tuning import watchdog_of
 from swarmctl.topology import names
 from swarmctl.topology.address import ip_of
 from swarmctl.topology.swarm import Commander, Host, Island, RfcommLine, Robot, Swarm
@@ -150,7 +150,7 @@ def _driver(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tu
         return file, Unit(name, (file.path, *RUNNING, ROS_CLIENT, _launch_path(robot)), robot=robot.name)
     text = render(
         "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
-        watchdog=f"{watchdog_of(robot.type):g}",
+        watchdog=f"{watchdog_of(robot.type, robot.baud or robot.type.link.baud, robot.settings):.3g}",
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped.folder("drivers"))

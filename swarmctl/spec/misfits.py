@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from swarmctl.spec.binary import room_of
+from swarmctl.spec.cameras import AS_BUILT, tuned
 from swarmctl.spec.firmware import clashes
-from swarmctl.spec.queries import SIDES, room_of
-from swarmctl.spec.sensors import FRAME_TOPICS, ODOM
+from swarmctl.spec.queries import SIDES
+from swarmctl.spec.sensors import FRAME_TOPICS, ODOM, Image
 from swarmctl.spec.settings import DIAGNOSTICS
 from swarmctl.spec.words import KEY, MisfitError
 
@@ -32,6 +34,7 @@ def misfits(robot_type: RobotType) -> Iterator[MisfitError]:
 
 def _of_a_line(robot_type: RobotType, protocol: Asked) -> Iterator[MisfitError]:
     yield from _ill_named(robot_type)
+    yield from _of_a_camera(robot_type, protocol)
     yield from _misread(robot_type, protocol)
     yield from _misset(robot_type, protocol)
     yield from _too_fast(robot_type, protocol)
@@ -69,7 +72,7 @@ def _misread(robot_type: RobotType, protocol: Asked) -> Iterator[MisfitError]:
                 f"add it there, or name one of {', '.join(protocol.queries) or 'none yet'} under `read`",
                 "sensors", name, "read",
             )  # fmt: skip
-        elif sensor.first + sensor.count > query.values:
+        elif sensor.kind != "image" and sensor.first + sensor.count > query.values:
             yield MisfitError(
                 f"the reply to `{sensor.read or name}` has {query.values} values, sensor `{name}` takes "
                 f"{sensor.count} from number {sensor.first} on; mend `first`, or what the reply has",
@@ -80,6 +83,39 @@ def _misread(robot_type: RobotType, protocol: Asked) -> Iterator[MisfitError]:
         yield MisfitError(
             f"no sensor reads the query `{idle}`; add one to `sensors`, or take the query out",
             "protocol", "queries", idle, KEY,
+        )  # fmt: skip
+
+
+def _of_a_camera(robot_type: RobotType, protocol: Asked) -> Iterator[MisfitError]:
+    cameras = {name: one for name, one in robot_type.sensors.items() if isinstance(one, Image)}
+    for name in list(cameras)[1:]:
+        yield MisfitError("a robot has one camera; take the others out", "sensors", name, KEY)
+    if not cameras and robot_type.settings.camera != AS_BUILT:
+        yield MisfitError("none of the `sensors` is of kind `image`", "settings", "camera", KEY)
+    queries = protocol.queries if protocol.kind == "binary" else {}
+    for name, image in cameras.items():
+        if protocol.kind != "binary":
+            yield MisfitError(
+                "only a protocol of kind `binary` brings images; take it out", "sensors", name, "kind"
+            )
+        query = queries.get(image.read or name)
+        if query is not None and not query.pixels:
+            yield MisfitError(
+                f"the reply to `{image.read or name}` is no image; write `{{pixels}}` at its end",
+                "protocol", "queries", image.read or name, "reply",
+            )  # fmt: skip
+        elif query is not None and image.first != query.values:
+            yield MisfitError(
+                f"the pixels come after {query.values} numbers; write `first: {query.values}`",
+                "sensors", name, "first",
+            )  # fmt: skip
+        for what, mend in tuned(image, robot_type.settings.camera).complaints():
+            yield MisfitError(f"it cannot make such images: {what}; {mend}", "settings", "camera", KEY)
+    read = {one.read or name for name, one in cameras.items()}
+    for name in [one for one, query in queries.items() if query.pixels and one not in read]:
+        yield MisfitError(
+            f"no sensor of kind `image` reads `{name}`, whose reply has pixels",
+            "protocol", "queries", name, KEY,
         )  # fmt: skip
 
 

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from swarmctl.spec.firmware import completed
-from swarmctl.spec.robot_type import RobotType, Scale, command_timeout_of, rates_of
+from swarmctl.spec.robot_type import RobotType, Scale
+from swarmctl.spec.sensors import Sensor
 from swarmctl.spec.settings import DIAGNOSTICS, RobotSettings
+from swarmctl.spec.tuning import command_timeout_of, equipped, rates_of, waits_of
 
 
 def params_of(
@@ -26,6 +28,7 @@ def params_of(
     ``module`` is where the file with its protocol class will be, seen from that file, if its type has one.
     """
     tuned = settings or robot_type.settings
+    robot_type = equipped(robot_type, tuned)
     link, rates = robot_type.link, rates_of(robot_type, tuned)
     return {
         "robot": robot,
@@ -42,12 +45,13 @@ def params_of(
             "hint": link.hint,
         },
         "command_timeout": command_timeout_of(robot_type, tuned),
+        **({"waits": waits} if (waits := waits_of(robot_type, baud or link.baud, rates)) else {}),
         "diagnostics_rate": rates[DIAGNOSTICS],
         "kinematics": _kinematics(robot_type, tuned),
         "protocol": _protocol(robot_type, tuned)
         | ({"module": module} if robot_type.protocol.kind == "python" else {}),
         "sensors": {
-            name: _plain({**one.model_dump(exclude_none=True), "read": one.read or name, "count": one.count})
+            name: _plain({**_meaning(one), "read": one.read or name, "count": one.count})
             | {"rate": rates[name]}
             for name, one in robot_type.sensors.items()
         },
@@ -59,9 +63,19 @@ def params_of(
 
 def _protocol(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:
     said: dict[str, Any] = _plain(robot_type.protocol.model_dump(exclude_none=True))
+    for query in said.get("queries", {}).values():
+        query.pop("timeout", None)  # stands in `waits`
+    for exchange in (said.get("set_speed", {}), *said.get("setup", ()), *said.get("queries", {}).values()):
+        if not exchange.get("begins"):
+            exchange.pop("begins", None)
     if robot_type.sketch and robot_type.sketch.firmware and "odometry" in said:
         said["odometry"]["counts_per_turn"] = completed(tuned.firmware).pulses_per_turn
     return said
+
+
+def _meaning(sensor: Sensor) -> dict[str, Any]:
+    """What its numbers are. Of a camera that is how its images are; how it is set stands in `setup`."""
+    return sensor.model_dump(exclude_none=True, exclude={"modes", "chip", "largest", "prepare"})
 
 
 def _kinematics(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:

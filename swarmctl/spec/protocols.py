@@ -7,17 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from swarmctl.spec.queries import (
-    BinaryQuery,
-    BinarySpeedCommand,
-    CodedExchange,
-    CodedQuery,
-    Head,
-    Identify,
-    Query,
-    Setup,
-    SpeedCommand,
-)
+from swarmctl.spec.binary import BinaryExchange, BinaryQuery, BinarySpeedCommand
+from swarmctl.spec.queries import CodedExchange, CodedQuery, Head, Identify, Query, Setup, SpeedCommand
 from swarmctl.spec.topics import Topic
 from swarmctl.spec.words import GraphName, MisfitError, Model, Name, Value
 
@@ -81,7 +72,7 @@ class BinaryProtocol(Model):
     set_speed: BinarySpeedCommand = Field(
         description="Sets both wheel speeds; with zeros it stops the robot."
     )
-    setup: Annotated[tuple[BinaryQuery, ...], Field(max_length=_MOST, strict=False)] = Field(
+    setup: Annotated[tuple[BinaryExchange, ...], Field(max_length=_MOST, strict=False)] = Field(
         (),
         examples=[[{"send": "f1 01 00", "reply": "b"}]],
         description="What the robot is told once after each connection, before the first reading, such as to "

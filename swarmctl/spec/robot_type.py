@@ -11,23 +11,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from swarmctl.spec.actuators import Actuator
+from swarmctl.spec.binary import BinaryQuery
 from swarmctl.spec.misfits import misfits
 from swarmctl.spec.protocols import Asked, DriverName, Protocol, RosserialProtocol
-from swarmctl.spec.queries import BinaryQuery, CodedQuery, Query
-from swarmctl.spec.sensors import Actuator, Positive, Sensor, SensorName
-from swarmctl.spec.settings import (
-    COMMAND_TIMEOUT,
-    DIAGNOSTICS,
-    DIAGNOSTICS_RATE,
-    UNTUNED,
-    Metres,
-    RobotSettings,
-    Speed,
-    last_rate,
-)
+from swarmctl.spec.queries import CodedQuery, Query
+from swarmctl.spec.sensors import Positive, Sensor, SensorName
+from swarmctl.spec.settings import UNTUNED, Metres, RobotSettings, Speed
 from swarmctl.spec.words import MisfitError, Model
 
-SHORTEST_WATCHDOG = 1.0  # s
 _TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"
 
 Text = Annotated[str, Field(pattern=_TEXT, max_length=200)]
@@ -66,6 +58,11 @@ class Link(Model):
         examples=["check that the robot is switched on"],
         description="What to check when the robot does not answer; shown with the error.",
     )
+
+    @property
+    def bits(self) -> int:
+        """What a byte takes on the line, with its start, parity and stop bits."""
+        return 1 + self.bytesize + (self.parity != "none") + self.stopbits
 
 
 class Scale(Model):
@@ -186,21 +183,3 @@ class RobotType(Model):
         for misfit in misfits(self):
             raise misfit
         return self
-
-
-def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
-    """How often a driver reads and publishes each sensor, Hz; 0 is off. ``layers`` as for ``merged``."""
-    rates = {name: last_rate(one.rate, name, layers) for name, one in robot_type.sensors.items()}
-    return {**rates, DIAGNOSTICS: last_rate(DIAGNOSTICS_RATE, DIAGNOSTICS, layers)}
-
-
-def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
-    """Seconds without an order after which a robot is stopped. ``layers`` as for ``merged``."""
-    said = (one.command_timeout for one in reversed(layers) if one.command_timeout is not None)
-    return float(next(said, COMMAND_TIMEOUT))
-
-
-def watchdog_of(robot_type: RobotType) -> float:
-    """Seconds without a sign of life after which a driver hangs; it gives one every two exchanges."""
-    asked = robot_type.asked
-    return max(SHORTEST_WATCHDOG, 4 * asked.reply_timeout if asked else 0.0)

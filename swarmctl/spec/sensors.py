@@ -1,28 +1,19 @@
-"""What a robot senses and shows: what the numbers of its replies mean, and what may be set on it.
+"""What a robot senses: what the numbers of its replies mean.
 
 Quantities are SI and REP-103 (x forward, y left, angles counter-clockwise) unless the key names another unit.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints, field_validator, model_validator
 
+from swarmctl.spec.binary import Preparation
 from swarmctl.spec.protocols import QueryName
-from swarmctl.spec.queries import (
-    INDEX,
-    VALUE,
-    VALUES,
-    binary_request,
-    is_binary,
-    is_head,
-    is_text,
-    layout,
-    places_of,
-    room_of,
-)
 from swarmctl.spec.words import MisfitError, Model
 
 SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
@@ -31,6 +22,11 @@ Positive = Annotated[float, Field(gt=0)]
 Unit = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
 Three = Annotated[tuple[float, float, float], Field(strict=False)]
 ODOM = "odom"
+Encoding = Literal["mono8", "rgb565"]
+BYTES_A_PIXEL: Mapping[Encoding, int] = {"mono8": 1, "rgb565": 2}
+ImageSide = Annotated[int, Field(ge=1, le=640, examples=[40])]
+ChipSide = Annotated[int, Field(ge=1, le=4096)]
+Zoom = Annotated[int, Field(ge=1, le=64, examples=[8])]
 FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
 
 
@@ -259,74 +255,64 @@ class Temperature(Reading):
     offset: float = Field(0.0, description="Degrees added after scaling.")
 
 
+class Image(Reading):
+    """A camera: the pixels of one image, row by row. A robot has one at most."""
+
+    kind: Literal["image"] = Field(description="A camera.")
+    rate: float = Field(
+        0.0, ge=0, le=50, description="How often an image is read and published, Hz; 0 is not at all."
+    )
+    width: ImageSide = Field(description="Columns of an image.")
+    height: ImageSide = Field(description="Rows of an image.")
+    zoom: Zoom = Field(
+        description="Pixels of the chip, across and down, that make one of the image; the rest is cut off."
+    )
+    encoding: Encoding = Field(
+        "mono8", description="`mono8`: a byte of grey a pixel; `rgb565`: two of colour, published as rgb8."
+    )
+    modes: Mapping[Encoding, Annotated[int, Field(ge=0, le=255)]] = Field(
+        min_length=1,
+        examples=[{"mono8": 0, "rgb565": 1}],
+        description="The encodings that it has, and the robot's number for each.",
+    )
+    chip: Annotated[tuple[ChipSide, ChipSide], Field(strict=False)] = Field(
+        examples=[[640, 480]], description="Columns and rows of the camera's chip."
+    )
+    largest: int = Field(
+        ge=1, le=65535, examples=[3200], description="Bytes that the robot has room for in an image."
+    )
+    prepare: Preparation = Field(description="The request that sets the camera, once it is to be read.")
+
+    @property
+    def count(self) -> int:
+        """Bytes of an image."""
+        return self.width * self.height * BYTES_A_PIXEL[self.encoding]
+
+    def complaints(self) -> Iterator[tuple[str, str]]:
+        """Why the robot cannot make such an image, each with what to do."""
+        if self.encoding not in self.modes:
+            yield f"it has no {self.encoding}", f"write {' or '.join(self.modes)}"
+        elif self.count > self.largest:
+            side = math.isqrt(self.largest // BYTES_A_PIXEL[self.encoding])
+            size = f"{self.width} x {self.height} in {self.encoding} are {self.count} bytes"
+            yield f"{size}, and it has room for {self.largest}", f"{side} x {side} fits"
+        columns, rows = self.width * self.zoom, self.height * self.zoom
+        if columns > self.chip[0] or rows > self.chip[1]:
+            size = f"{self.width} x {self.height} at zoom {self.zoom} are {columns} x {rows}"
+            yield f"{size} of the chip's {self.chip[0]} x {self.chip[1]}", "lower `zoom`"
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> Image:
+        for what, mend in self.complaints():
+            raise MisfitError(f"it cannot make such images: {what}; {mend}", "width")
+        return self
+
+
 Sensor = Annotated[
-    Wheels | Range | Raw | Quantity | Inertial | Magnetic | Battery | Temperature, Field(discriminator="kind")
+    Wheels | Range | Raw | Quantity | Inertial | Magnetic | Battery | Temperature | Image,
+    Field(discriminator="kind"),
 ]
 SENSORS: dict[str, type[Model]] = {
     "wheels": Wheels, "range": Range, "raw": Raw, "quantity": Quantity, "imu": Inertial, "magnetic": Magnetic,
-    "battery": Battery, "temperature": Temperature,
+    "battery": Battery, "temperature": Temperature, "image": Image,
 }  # fmt: skip
-
-
-class Actuator(Model):
-    """What may be set beside the speed: lights, sounds. One message has a value for each channel."""
-
-    send: str | None = Field(
-        None,
-        min_length=2,
-        max_length=400,
-        examples=["L,{index},{value}"],
-        description="The request for one channel, with {value} and, where there are several, {index}; or for "
-        "all channels at once, with {values}. In bytes they have a layout: b4 {index:b} {value:b} 00. "
-        "A class of your own writes it itself.",
-    )
-    reply: str | None = Field(
-        None,
-        max_length=80,
-        examples=["l"],
-        description="The head of the reply, in bytes its layout; left out for a robot that does not answer.",
-    )
-    channels: Annotated[tuple[ElementName, ...], Field(min_length=1, max_length=64, strict=False)] = Field(
-        examples=[["left", "right"]], description="One name a channel, in the order of their index, from 0."
-    )
-    max: int = Field(ge=1, le=255, examples=[1], description="Largest value; the smallest is 0.")
-    momentary: bool = Field(
-        False,
-        description="Whether it is over by itself, as a sound is: done at each message, not said again after "
-        "a lost connection.",
-    )
-
-    @property
-    def binary(self) -> bool:
-        """Whether it is written for a protocol of bytes."""
-        return self.send is not None and is_binary(self.send)
-
-    @model_validator(mode="after")
-    def _says_what_it_sets(self) -> Actuator:
-        if self.send is None:
-            return self
-        places = places_of(self.send)
-        by_channel = VALUE in places and (len(self.channels) == 1 or INDEX in places)
-        if by_channel == (VALUES in places) or not places <= {INDEX, VALUE, VALUES}:
-            raise MisfitError(
-                "`send` of an actuator needs {value}, and {index} where it has several channels; or {values} "
-                "for all at once",
-                "send",
-            )
-        if self.binary:
-            binary_request(self.send)
-            layout(self.reply or "")
-            largest = room_of(self.send, VALUE, VALUES)[1]
-            if self.max > largest:
-                raise MisfitError(
-                    f"`send` has room for {largest:g} at most, and `max` is {self.max}; write a larger "
-                    "place, like {value:B}",
-                    "max",
-                )
-        elif not is_text(self.send):
-            raise MisfitError("`send` is 80 printable characters at most; shorten it", "send")
-        elif self.reply and not is_head(self.reply):
-            raise MisfitError(
-                "`reply` is what the reply begins with, up to its first comma, without blanks", "reply"
-            )
-        return self

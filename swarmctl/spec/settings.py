@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
+from swarmctl.spec.cameras import AS_BUILT, CameraSettings
 from swarmctl.spec.firmware import NOTHING_SAID, Firmware
 from swarmctl.spec.sensors import Positive, SensorName
 from swarmctl.spec.words import Model
@@ -64,7 +65,10 @@ class RobotSettings(Model):
     calibration: Calibration = Field(
         default_factory=Calibration, description="What was measured on this robot."
     )
-
+    camera: CameraSettings = Field(
+        default_factory=lambda: AS_BUILT,
+        description="The images of its camera, where it has one; `rates` says how often they come.",
+    )
     firmware: Firmware = Field(
         default_factory=lambda: NOTHING_SAID,
         description="The sketch of its board, where swarmctl writes that (`protocol.firmware` of its type).",

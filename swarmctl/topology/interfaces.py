@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from swarmctl.spec.messages import size_of
 from swarmctl.spec.model import Program, Spec
 from swarmctl.spec.protocols import DriverName
-from swarmctl.spec.robot_type import RobotType, rates_of
-from swarmctl.spec.sensors import ODOM, Quantity, Range, Raw, Sensor
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.sensors import ODOM, Image, Quantity, Range, Raw, Sensor
 from swarmctl.spec.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
 from swarmctl.spec.settings import RobotSettings
 from swarmctl.spec.shipped import shipped
+from swarmctl.spec.tuning import equipped, rates_of
 from swarmctl.topology import modes, names
 from swarmctl.topology.programs import SHIPPED
 
@@ -30,10 +31,12 @@ MESSAGES = {  # of the topic that is called as its sensor
     "magnetic": "sensor_msgs/MagneticField",
     "battery": "sensor_msgs/BatteryState",
     "temperature": "sensor_msgs/Temperature",
+    "image": "sensor_msgs/Image",
 }
 _ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
 _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
+_SENT = {"mono8": ("mono8", 1), "rgb565": ("rgb8", 3)}  # what an image is sent as, bytes a pixel
 _LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
 
 # Topics that ROS itself, or every driver, has at the top of the graph.
@@ -85,7 +88,7 @@ def driver_topics(
     said = tuple(_of_sketch(robot_type))
     if robot_type.foreign(driver):
         return said
-    rates = rates_of(robot_type, settings)
+    rates, robot_type = rates_of(robot_type, settings), equipped(robot_type, settings)
     on = [name for name in robot_type.sensors if rates[name] > 0]
     sensed = [one for name in on for one in _of_sensor(robot_type, name, rates[name])]
     return (
@@ -152,7 +155,7 @@ def _joints(robot_type: RobotType, rate: float) -> Iterator[DriverTopic]:
 
 
 def _sensor_bytes(sensor: Sensor) -> int:
-    """A list of numbers, labelled with their names; 0 for another message."""
+    """A list of numbers, labelled with their names, or an image; 0 for another message."""
     match sensor:
         case Range(elements=elements):
             return _list_bytes([one.name for one in elements], 2)
@@ -160,6 +163,9 @@ def _sensor_bytes(sensor: Sensor) -> int:
             return _list_bytes(names, 2)
         case Quantity(names=names):
             return _list_bytes(names, 4)
+        case Image(width=width, height=height, encoding=encoding):
+            name, each = _SENT[encoding]
+            return _bytes(MESSAGES["image"]) + len(name) + width * height * each
     return 0
 
 

@@ -12,9 +12,10 @@ from functools import cached_property
 
 from swarmctl.spec.model import Bluetooth, Serial, Spec
 from swarmctl.spec.protocols import Asked
-from swarmctl.spec.robot_type import RobotType, rates_of
+from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.sensors import Range, Sensor, Wheels
 from swarmctl.spec.settings import RobotSettings
+from swarmctl.spec.tuning import equipped, rates_of, waits_of
 from swarmctl.topology import names
 from swarmctl.topology.interfaces import COMMAND, Endpoint
 
@@ -44,6 +45,7 @@ class Exchange:
     request: int
     reply: int
     sensors: tuple[tuple[str, float], ...] = ()  # whose numbers the reply has, and how often they want them
+    wait: float = 0.0  # s that the driver gives its reply, where that takes a time of its own
 
     @property
     def bytes(self) -> int:
@@ -57,6 +59,7 @@ class Load:
     kind: str  # usb, usb-ftdi, uart or bluetooth
     baud: int
     bits: int  # a byte takes on the line, with its start, parity and stop bits
+    reply_timeout: float  # s
     exchanges: tuple[Exchange, ...]
 
     @property
@@ -68,6 +71,11 @@ class Load:
     def available(self) -> float:
         """Bytes a second that the line could carry without a pause."""
         return self.baud / self.bits
+
+    @cached_property
+    def slowest(self) -> Exchange | None:
+        """The one whose reply is waited for longest, of those that take a time of their own."""
+        return max((one for one in self.exchanges if one.wait), key=lambda one: one.wait, default=None)
 
     def seconds(self, exchange: Exchange) -> float:
         """How long one exchange usually takes."""
@@ -158,12 +166,13 @@ def line_budgets(
         own, kind = robot.settings.rates, line_kind(link)
         baud = link.baud if isinstance(link, Serial) else None
         commands = ordered.get(link.robot, COMMAND_RATE)
-        key = (robot.type, kind, baud, commands, *sorted(own.items()))
+        key = (robot.type, kind, baud, commands, robot.settings.camera, *sorted(own.items()))
         load = loads.get(key)
         if load is None:
             robot_type = types[robot.type]
-            rates = rates_of(robot_type, *layers(spec, robot_type, robot.settings))
-            load = load_of(robot_type, kind, baud or robot_type.link.baud, commands, rates)
+            said = layers(spec, robot_type, robot.settings)
+            rates = rates_of(robot_type, *said)
+            load = load_of(equipped(robot_type, *said), kind, baud or robot_type.link.baud, commands, rates)
             loads[key] = load
         yield index, LineBudget(link.robot, link.host, load)
 
@@ -196,12 +205,12 @@ def command_rates(spec: Spec, endpoints: Sequence[Endpoint]) -> dict[str, float]
 def load_of(robot_type: RobotType, kind: str, baud: int, commands: float, rates: Mapping[str, float]) -> Load:
     """What a driver with these ``rates`` asks of its line while it is given ``commands`` orders a second."""
     link, protocol = robot_type.link, robot_type.asked
-    bits = 1 + link.bytesize + (link.parity != "none") + link.stopbits
     if protocol is None:  # nobody asks a sketch
-        return Load(kind, baud, bits, ())
+        return Load(kind, baud, link.bits, 0.0, ())
     said = min(MOST_COMMANDS, max(LEAST_COMMANDS, commands))
-    questions = _questions(robot_type, protocol, rates)
-    return Load(kind, baud, bits, (Exchange(COMMAND, said, *_order(robot_type, protocol)), *questions))
+    questions = _questions(robot_type, protocol, rates, waits_of(robot_type, baud, rates))
+    order = Exchange(COMMAND, said, *_order(robot_type, protocol))
+    return Load(kind, baud, link.bits, protocol.reply_timeout, (order, *questions))
 
 
 def _order(robot_type: RobotType, protocol: Asked) -> tuple[int, int]:
@@ -215,7 +224,9 @@ def _order(robot_type: RobotType, protocol: Asked) -> tuple[int, int]:
     return request, reply
 
 
-def _questions(robot_type: RobotType, protocol: Asked, rates: Mapping[str, float]) -> Iterator[Exchange]:
+def _questions(
+    robot_type: RobotType, protocol: Asked, rates: Mapping[str, float], waits: Mapping[str, float]
+) -> Iterator[Exchange]:
     """One exchange a query, as often as the sensor wants it that wants it most often; it gives its name."""
     for name, query in protocol.queries.items():
         fed = {key: one for key, one in robot_type.sensors.items() if (one.read or key) == name}
@@ -225,7 +236,7 @@ def _questions(robot_type: RobotType, protocol: Asked, rates: Mapping[str, float
         rate = max(wanted for _, wanted in on)
         digits = max(_digits(robot_type, one) for one in fed.values())
         called = " + ".join(key for key, wanted in on if wanted == rate)
-        yield Exchange(called, rate, *query.length(digits), sensors=on)
+        yield Exchange(called, rate, *query.length(digits), sensors=on, wait=waits.get(name, 0.0))
 
 
 def _digits(robot_type: RobotType, sensor: Sensor) -> int:

@@ -11,7 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from swarmctl.spec.queries import CodedExchange
-from swarmctl.spec.robot_type import RobotType, command_timeout_of, rates_of
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.tuning import command_timeout_of, equipped, rates_of
 from swarmctl.topology import lines
 from swarmctl.topology.interfaces import (
     COMMAND,
@@ -216,9 +217,9 @@ def _hears(kind: RobotType) -> Iterator[tuple[str, str]]:
 
 def _loads(kind: RobotType) -> Iterator[tuple[str, lines.Load]]:
     if kind.asked is not None:
-        rates = rates_of(kind, kind.settings)
+        whole, rates = equipped(kind, kind.settings), rates_of(kind, kind.settings)
         for link in kind.link.kinds:
-            yield link, lines.load_of(kind, _KINDS[link], kind.link.baud, lines.COMMAND_RATE, rates)
+            yield link, lines.load_of(whole, _KINDS[link], kind.link.baud, lines.COMMAND_RATE, rates)
 
 
 def _budgets(kind: RobotType) -> Iterator[tuple[str, ...]]:

@@ -10,10 +10,11 @@ import math
 
 import pytest
 from driver_emulated import Emulated
-from driver_fakes import TYPES
+from driver_fakes import TYPES, config_for
 from swarm_driver import readings
 
 from swarmctl.lab.emulators.world import Wall
+from swarmctl.spec.catalog import load_catalog
 
 AHEAD = (Wall(0.3, -2.0, 0.3, 2.0),)
 G = 9.80665
@@ -40,7 +41,8 @@ def volts(robot: Emulated) -> readings.Charge:
 
 @pytest.mark.parametrize("type_name", TYPES)
 def test_every_sensor_of_a_type_is_read(type_name: str) -> None:
-    robot = Emulated(type_name)
+    everything = dict.fromkeys(load_catalog().types[type_name].sensors, 1.0)
+    robot = Emulated(type_name, config_for(type_name, rates=everything))
     robot.set_up()
     for sensor in robot.config.sensors:
         values = robot.read(sensor.name)
@@ -63,6 +65,30 @@ def test_the_koala_sees_a_wall_ahead_and_nothing_elsewhere():
     metres = seen(robot, "proximity")
     assert metres["L0"] == pytest.approx((0.3 - 0.175) / math.cos(math.radians(5.7)), abs=0.02)
     assert {metres[name] for name in ("L5", "L7", "R4")} == {math.inf}
+
+
+@pytest.mark.parametrize("type_name", ["epuck-binary", "epuck2"])
+@pytest.mark.parametrize(
+    ("camera", "mode", "size"),
+    [
+        ({}, 0, 1600),
+        ({"encoding": "rgb565"}, 1, 3200),
+        ({"width": 60, "height": 20, "zoom": 4}, 0, 1200),
+        ({"width": 320, "height": 10, "zoom": 1}, 0, 3200),  # a width of two bytes, of which one comes back
+    ],
+)
+def test_every_pixel_of_an_image_is_the_robots(type_name, camera, mode, size):
+    robot = Emulated(type_name, config_for(type_name, rates={"camera": 1.0}, camera=camera))
+    robot.set_up()
+    made: list[bytes] = []
+    image = robot.robot.image
+    robot.robot.image = lambda: made.append(image()) or made[-1]
+    pixels = robot.read("camera")
+    assert bytes(pixels) == made[0][3:]
+    expected = {"width": 40, "height": 40, "zoom": 8, **camera}
+    assert robot.robot.camera == [mode, expected["width"], expected["height"], expected["zoom"]]
+    assert len(pixels) == size
+    assert robot.tally.failed_exchanges == 0
 
 
 @pytest.mark.parametrize("type_name", ["koala", "khepera3", "epuck", "epuck-binary", "epuck2"])

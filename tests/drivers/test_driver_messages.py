@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 from driver_fakes import TYPES, config_for, ros_name
@@ -67,6 +68,23 @@ def test_the_sensors_of_an_e_puck2_are_messages_in_si_units(tmp_path):
         assert temperature["temperature"] == 31.0
         assert (tof["range"], tof["min_range"], tof["max_range"]) == (math.inf, 0.02, 2.0)
         assert microphones["layout"]["dim"][0]["label"] == "m0,m1,m2,m3"
+
+
+@pytest.mark.parametrize(
+    ("camera", "encoding", "step"), [({}, "mono8", 40), ({"encoding": "rgb565", "height": 30}, "rgb8", 120)]
+)
+def test_an_image_is_as_large_as_it_says(camera, encoding, step, tmp_path):
+    with (
+        wired("epuck-binary", tmp_path, rates={"camera": 4}, camera=camera) as wiring,
+        running(wiring.config) as node,
+    ):
+        image = wait_for(lambda: node.latest("camera"), 10)
+        height = camera.get("height", 40)
+        assert (image["encoding"], image["width"], image["height"]) == (encoding, 40, height)
+        assert (image["step"], len(image["data"])) == (step, step * height)
+        assert image["header"]["frame_id"] == "epuck_binary/base_link"
+        if encoding == "mono8":  # the emulator's images are a gradient
+            assert {(after - before) % 256 for before, after in pairwise(image["data"])} == {1}
 
 
 def test_a_gyroscope_alone_says_that_it_measures_no_acceleration(tmp_path):

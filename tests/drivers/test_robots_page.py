@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.robot_type import RobotType, rates_of
+from swarmctl.spec.robot_type import RobotType
+from swarmctl.spec.tuning import rates_of
 from swarmctl.topology.interfaces import MESSAGES, actuators_of
 
 PAGE = Path(__file__).parents[2] / "docs/robots.md"

@@ -15,7 +15,7 @@ from swarmctl.spec.edits import apply
 from swarmctl.spec.load import load_text
 from swarmctl.spec.messages import known_types, size_of
 from swarmctl.spec.model import Program
-from swarmctl.spec.robot_type import rates_of
+from swarmctl.spec.tuning import rates_of
 from swarmctl.topology.boards import board_budgets, program_budget
 from swarmctl.topology.budgets import budgets_of
 from swarmctl.topology.capacity import host_budgets, network_budgets, on_the_wire

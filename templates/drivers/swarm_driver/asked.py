@@ -107,6 +107,7 @@ class AskedRobot:
             sink=around.sink,
             tally=around.tally,
             clock=around.clock,
+            slow=not self._unprepared,  # a camera that is not set sends more than is expected of it
         )
 
     def _asked_firmware(self) -> str:

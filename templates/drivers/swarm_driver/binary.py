@@ -23,19 +23,20 @@ class BinaryCodec:
 
     def speed(self, left: int, right: int) -> Request:
         speed = self._protocol.set_speed
-        echo = (left, right) if speed.echo else None
+        begins = (left, right) if speed.echo else speed.begins
         values = {"left": (left,), "right": (right,)}
-        return self._request(f"speed {left} {right}", speed, values, echo, urgent=True)
+        return self._request(f"speed {left} {right}", speed, values, begins, urgent=True)
 
     def query(self, name: str) -> Request:
-        return self._request(name, self._protocol.queries[name], {})
+        query = self._protocol.queries[name]
+        return self._request(name, query, {}, query.begins)
 
     def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
         places = {"index": (index,), "value": (values[index],), "values": tuple(values)}
         return self._request(actuator.name, BinaryQuery(actuator.send, actuator.reply or ""), places)
 
     def setup(self) -> list[Request]:
-        return [self._request(f"setup {one.send}", one, {}) for one in self._protocol.setup]
+        return [self._request(f"setup {one.send}", one, {}, one.begins) for one in self._protocol.setup]
 
     def identify(self) -> Request | None:
         """Nothing in a stream of bytes names a firmware."""
@@ -46,7 +47,7 @@ class BinaryCodec:
         name: str,
         query: BinaryQuery,
         places: Mapping[str, tuple[int, ...]],
-        echo: tuple[int, int] | None = None,
+        begins: tuple[int, ...] = (),
         *,
         urgent: bool = False,
     ) -> Request:
@@ -55,7 +56,7 @@ class BinaryCodec:
         return Request(
             data,
             name,
-            lambda: BinaryReader(layout, echo),
+            lambda: BinaryReader(layout, begins),
             answered=layout.size > 0,
             framed=False,
             urgent=urgent,
@@ -70,11 +71,11 @@ class BinaryCodec:
 
 
 class BinaryReader:
-    """Waits for as many bytes as a reply has."""
+    """Waits for as many bytes as a reply has; the numbers that it must begin with tell whose it is."""
 
-    def __init__(self, layout: struct.Struct, echo: tuple[int, int] | None) -> None:
+    def __init__(self, layout: struct.Struct, begins: tuple[int, ...]) -> None:
         self._layout = layout
-        self._echo = echo
+        self._begins = begins
         self._arrived = b""
         self.noise = 0
         self.stray = ""
@@ -88,6 +89,7 @@ class BinaryReader:
                 f"the robot sends {len(self._arrived)} bytes or more instead of {self._layout.size}"
             )
         values = self._layout.unpack(self._arrived)
-        if self._echo is not None and values != self._echo:
-            raise BadReplyError(f"the robot repeats {values} instead of {self._echo}")
+        told = values[: len(self._begins)]
+        if told != self._begins:
+            raise BadReplyError(f"the robot says {told} instead of {self._begins}")
         return Reply(values)

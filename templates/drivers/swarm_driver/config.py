@@ -109,6 +109,7 @@ class Config:
     port: str
     serial: Serial
     command_timeout: float
+    waits: Mapping[str, float]  # s for the answers that take a time of their own, by query
     commanders: tuple[Commander, ...]
     diagnostics_rate: float
     kinematics: Kinematics
@@ -147,6 +148,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         port=str(data["port"]),
         serial=_serial(data["serial"]),
         command_timeout=between("command_timeout", data["command_timeout"], 0.05, 2.0),
+        waits={str(name): positive(f"waits.{name}", wait) for name, wait in data.get("waits", {}).items()},
         commanders=tuple(_commander(one) for one in data["commanders"]),
         diagnostics_rate=between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
         kinematics=_kinematics(data["kinematics"]),

@@ -55,7 +55,7 @@ class Link:
     ) -> None:
         self._port = port
         self.codec = codec
-        self._reply_timeout = reply_timeout
+        self.reply_timeout = reply_timeout
         self._tally = tally
         self._clock = clock
         self._overhear = overhear
@@ -65,12 +65,14 @@ class Link:
     def set_speed(self, left: int, right: int) -> None:
         self.ask(self.codec.speed(left, right))
 
-    def ask(self, request: Request, timeout: float = math.inf) -> Reply:
-        """The reply to ``request``, waited for ``timeout`` seconds; never longer than the protocol says."""
+    def ask(self, request: Request, timeout: float = math.inf, wait: float | None = None) -> Reply:
+        """The reply to ``request``, waited for ``timeout`` seconds; never longer than the protocol says.
+
+        ``wait`` is said in its place for an answer that takes a time of its own.
+        """
         deadline = self._clock() + timeout
-        if self._unsettled and not request.urgent:
-            self._settle(deadline)
-            self._unsettled = False
+        if not request.urgent:
+            self.settle(timeout)
         doubtful = self._unsettled  # what is read now may be the answer to the request before
         self._tally.told = self._overhear(self._port.read(0.0)) or self._tally.told
         self._port.drain()
@@ -78,10 +80,23 @@ class Link:
         if not request.answered:
             return Reply()
         self._unsettled = doubtful or not request.framed
-        self._answer_due = self._clock() + self._reply_timeout
+        self._answer_due = self._clock() + (self.reply_timeout if wait is None else wait)
         reply = self._answer(request, min(deadline, self._answer_due))
         self._unsettled = doubtful
         return reply
+
+    def settle(self, timeout: float) -> bool:
+        """Let a late answer pass: its bytes would be taken for the next one's. Whether one may have come."""
+        if not self._unsettled:
+            return False
+        now = self._clock()
+        enough = now + self.reply_timeout
+        deadline = min(now + timeout, enough)
+        while (now := self._clock()) < deadline:
+            if not self._port.read(min(_QUIET, deadline - now)) and now >= self._answer_due:
+                break
+        self._unsettled = deadline <= now < enough
+        return True
 
     def twice(self, exchange: Callable[[], T]) -> T:
         """The outcome of ``exchange``, given a second chance; then the robot counts as lost."""
@@ -101,13 +116,6 @@ class Link:
 
     def close(self) -> None:
         self._port.close()
-
-    def _settle(self, deadline: float) -> None:
-        """Let a late answer pass: its bytes would be taken for the next one's."""
-        deadline = min(deadline, self._clock() + self._reply_timeout)
-        while (now := self._clock()) < deadline:
-            if not self._port.read(min(_QUIET, deadline - now)) and now >= self._answer_due:
-                return
 
     def _answer(self, request: Request, deadline: float) -> Reply:
         reader = request.reader()

@@ -46,10 +46,11 @@ class LineProtocol:
 
 @dataclass(frozen=True)
 class BinaryQuery:
-    """A request in hexadecimal digits with places, and the layout of its reply."""
+    """A request in hexadecimal digits with places; its reply's layout, and the numbers it ``begins`` with."""
 
     send: str
     reply: str
+    begins: tuple[int, ...] = ()
     echo: bool = False
 
 
@@ -121,9 +122,9 @@ def protocol_of(data: Mapping[str, Any], folder: Path, wheel_radius: Any) -> Pro
         return BinaryProtocol(
             reply_timeout=timeout,
             byte_order=str(data["byte_order"]),
-            setup=tuple(BinaryQuery(**one) for one in data["setup"]),
-            set_speed=BinaryQuery(**data["set_speed"]),
-            queries={name: BinaryQuery(**one) for name, one in data["queries"].items()},
+            setup=tuple(_binary_query(one) for one in data["setup"]),
+            set_speed=_binary_query(data["set_speed"]),
+            queries={name: _binary_query(one) for name, one in data["queries"].items()},
         )
     if data["kind"] == "python":
         return PythonProtocol(
@@ -154,6 +155,10 @@ def _sketch(data: Mapping[str, Any], wheel_radius: Any) -> RosserialProtocol:
             wheel_radius=positive("wheel_radius", wheel_radius),
         ),
     )
+
+
+def _binary_query(data: Mapping[str, Any]) -> BinaryQuery:
+    return BinaryQuery(**{**data, "begins": tuple(int(one) for one in data.get("begins", ()))})
 
 
 def _line_query(data: Mapping[str, Any]) -> LineQuery:

@@ -16,6 +16,9 @@ from swarm_driver.codec import Values
 Vector = Tuple[float, float, float]
 Settings = Mapping[str, Any]
 _LARGEST = 0xFFFF
+# The shades that 5 and 6 bits of a colour tell apart, in 8 bits.
+_OF_5 = [round(255 * shade / 31) for shade in range(32)]
+_OF_6 = [round(255 * shade / 63) for shade in range(64)]
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,17 @@ def motion(values: Sequence[float], settings: Settings) -> Motion:
     return Motion(
         acceleration=vector(values, acceleration) if acceleration else None,
         rotation=vector(values, rotation) if rotation else None,
+    )
+
+
+def picture(values: Sequence[float], settings: Settings) -> tuple[str, bytes]:
+    """An image's encoding and its pixels as ROS has them. rgb565 comes with its high byte first."""
+    data = bytes(int(value) for value in values)
+    if settings["encoding"] != "rgb565":
+        return settings["encoding"], data
+    pixels = (high << 8 | low for high, low in zip(data[::2], data[1::2]))
+    return "rgb8", b"".join(
+        bytes((_OF_5[one >> 11], _OF_6[one >> 5 & 63], _OF_5[one & 31])) for one in pixels
     )
 
 

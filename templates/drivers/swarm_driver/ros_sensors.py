@@ -144,6 +144,26 @@ class TemperatureTopic:
         self._publisher.publish(_stamped(sensor_msgs.Temperature(temperature=celsius), self._frame))
 
 
+class ImageTopic:
+    """Images of a camera, grey or in colours."""
+
+    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+        self._settings, self._frame = sensor.settings, frames.base
+        self._publisher = rospy.Publisher(sensor.name, sensor_msgs.Image, queue_size=1)
+
+    def publish(self, values: Values) -> None:
+        encoding, pixels = readings.picture(values, self._settings)
+        height = self._settings["height"]
+        message = sensor_msgs.Image(
+            height=height,
+            width=self._settings["width"],
+            encoding=encoding,
+            step=len(pixels) // height,
+            data=pixels,
+        )
+        self._publisher.publish(_stamped(message, self._frame))
+
+
 _KINDS: Mapping[str, Callable[[Sensor, Frames], SensorTopics]] = {
     "range": RangeTopics,
     "raw": RawTopic,
@@ -152,6 +172,7 @@ _KINDS: Mapping[str, Callable[[Sensor, Frames], SensorTopics]] = {
     "magnetic": MagneticTopic,
     "battery": BatteryTopic,
     "temperature": TemperatureTopic,
+    "image": ImageTopic,
 }
 _WITHOUT_SENSOR_MSGS = ("raw", "quantity", "range")
 

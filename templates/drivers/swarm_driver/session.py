@@ -57,6 +57,7 @@ class Poll:
     rate: float
     feeds: list[Feed]
     due: float
+    wait: float | None = None  # s for its answer, where that takes a time of its own
 
 
 class Session:
@@ -74,7 +75,9 @@ class Session:
         sink: Sink,
         tally: Tally,
         clock: Callable[[], float],
+        slow: bool = True,
     ) -> None:
+        """``slow``: whether answers that take longer than usual may be asked for."""
         self.since = clock()
         self.odometry = odometry
         self._link = link
@@ -84,6 +87,7 @@ class Session:
         self._sink = sink
         self._tally = tally
         self._clock = clock
+        self._slow = slow
         self._polls = self._planned_polls()
         self._shown, self._show_at, self._showed = Shown(outputs, self.since), self.since, False
         self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
@@ -97,7 +101,7 @@ class Session:
         if self._speed_due(aim) <= now:
             self._say_speed(aim)
         else:
-            self._serve(now)
+            self._serve(now, aim)
         return self._next_due()
 
     def activity(self) -> str:
@@ -136,9 +140,10 @@ class Session:
         else:
             self._confirmed, self._said_at = aim, self._clock()
 
-    def _serve(self, now: float) -> None:
+    def _serve(self, now: float, aim: Units) -> None:
         """Read the sensor that is most overdue, or set what is wanted: in turns, where there is both."""
-        poll = min((one for one in self._polls if one.due <= now), key=lambda one: one.due, default=None)
+        due = [one for one in self._polls if one.due <= now and self._has_room(one, now, aim)]
+        poll = min(due, key=lambda one: one.due, default=None)
         change = self._shown.next() if self._show_at <= now else None
         # What keeps silent must not hold up the dead-man.
         patience = self._dead_man_due() - now
@@ -162,11 +167,25 @@ class Session:
                 self._show_at = self._clock() + _ROOM * len(request.data) * 10 / self._config.serial.baud
         self._shown.said(change)  # a robot that refuses it is not pestered
 
+    def _has_room(self, poll: Poll, now: float, aim: Units) -> bool:
+        """Whether its answer is over before the dead-man is due.
+
+        A robot that is sending a long answer hears no stop before it is done, so waiting less would not help;
+        nor does it hear a speed that is about to be said.
+        """
+        if poll.wait is None or poll.wait <= self._link.reply_timeout:
+            return True
+        return self._slow and aim == self._confirmed and now + poll.wait <= self._dead_man_due()
+
     def _read(self, poll: Poll, patience: float) -> None:
+        if poll.wait is not None and self._link.settle(patience):
+            return  # and look anew whether there is room
         try:
-            reply = self._link.ask(self._link.codec.query(poll.query), patience)
+            reply = self._link.ask(self._link.codec.query(poll.query), patience, poll.wait)
         except FAILED_EXCHANGE as error:
             self._tally.failed(error)
+            if poll.wait is not None:  # the rest of an answer that is too long would garble that to a speed
+                self._link.settle(self._dead_man_due() - self._clock())
             poll.due = self._clock() + max(_SULK, 1 / poll.rate)
             return
         arrived = self._clock()
@@ -181,9 +200,11 @@ class Session:
         return self._dead_man.due() if self._aim != STANDSTILL else math.inf
 
     def _next_due(self) -> float:
-        speed_due = self._speed_due(self._wanted())
+        now, aim = self._clock(), self._wanted()
         show_due = self._show_at if self._shown.next() else math.inf
-        return min([speed_due, self._dead_man_due(), show_due, *(poll.due for poll in self._polls)])
+        # What has no room now has some with the next order, which rings, or once the robot stands.
+        polls = (poll.due for poll in self._polls if self._has_room(poll, now, aim))
+        return min([self._speed_due(aim), self._dead_man_due(), show_due, *polls])
 
     def _planned_polls(self) -> list[Poll]:
         fed: dict[str, list[Feed]] = {}
@@ -191,7 +212,13 @@ class Session:
             if sensor.rate > 0:
                 fed.setdefault(sensor.read, []).append(Feed(sensor, self.since))
         return [
-            Poll(query, max(feed.sensor.rate for feed in feeds), feeds, due=self.since)
+            Poll(
+                query,
+                max(feed.sensor.rate for feed in feeds),
+                feeds,
+                due=self.since,
+                wait=self._config.waits.get(query),
+            )
             for query, feeds in fed.items()
         ]
 

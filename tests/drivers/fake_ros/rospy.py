@@ -22,10 +22,14 @@ _TELLING = threading.Lock()
 
 def _say(news: dict[str, Any]) -> None:
     """One line at a time: several threads publish."""
-    line = json.dumps(news, default=vars) + "\n"
+    line = json.dumps(news, default=_plain) + "\n"
     with _TELLING:
         sys.stdout.write(line)
         sys.stdout.flush()
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, bytes) else vars(value)
 
 
 class Message:
@@ -51,7 +55,9 @@ def _messages(package: str, *names: str) -> None:
 _messages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
 _messages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "Vector3")
 _messages("nav_msgs", "Odometry")
-_messages("sensor_msgs", "BatteryState", "Imu", "JointState", "MagneticField", "Range", "Temperature")
+_messages(
+    "sensor_msgs", "BatteryState", "Image", "Imu", "JointState", "MagneticField", "Range", "Temperature"
+)
 _messages(
     "std_msgs", "Float32MultiArray", "MultiArrayDimension", "UInt8", "UInt8MultiArray", "UInt16MultiArray"
 )
