@@ -145,12 +145,12 @@ def slow_frames(case: Case) -> Iterator[Diagnostic]:
             if one.sent or one.bytes is None or one.bytes > budget.room(one):
                 continue
             seconds = budget.seconds(one)
-            if seconds > PATIENCE:
+            if seconds > budget.patience:
                 faster = next((baud for baud in BAUDS if seconds * budget.baud / baud < PATIENCE), BAUDS[-1])
                 yield Diagnostic(
                     "BOARD007",
                     f"a {one.topic.type} takes {seconds * 1000:.0f} ms to `{budget.owner}`'s board, which "
-                    f"drops a frame that is not there after {PATIENCE * 1000:.0f} ms",
+                    f"drops a frame that is not there after {budget.patience * 1000:.0f} ms",
                     case.span(*budget.loc, one.key, one.index),
                     label=f"{one.bytes} bytes at {budget.baud} baud",
                     help=(f"{_baud(budget, faster)} here and in the sketch, or a smaller type",),

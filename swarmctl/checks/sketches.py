@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.checks.case import Case, Rule
+from swarmctl.checks.lines import BAUDS
 from swarmctl.spec.diagnostics import Diagnostic
-from swarmctl.spec.firmware import Firmware, clashes
+from swarmctl.spec.firmware import DEFAULTS, Firmware, clashes
+from swarmctl.spec.model import Serial
+from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.settings import merged
+from swarmctl.topology.sketches import good_bauds, most_pulses, wrong_baud
 
 
 def pins_used_twice(case: Case) -> Iterator[Diagnostic]:
@@ -57,4 +61,44 @@ def wiring_of_nothing(case: Case) -> Iterator[Diagnostic]:
             )
 
 
-RULES: tuple[Rule, ...] = (pins_used_twice, wiring_of_nothing)
+def more_than_it_bears(case: Case) -> Iterator[Diagnostic]:
+    """BOARD012: the line and the encoders are ones that our sketch keeps up with."""
+    ours = {name: one for name, one in case.types.items() if one.sketch is not None and one.sketch.firmware}
+    for index, link in case.lines if ours else ():
+        kind = ours.get(case.spec.robots[link.robot].type)
+        if kind is None or kind.sketch is None:
+            continue
+        said = link.baud if isinstance(link, Serial) else None
+        dead_man = kind.sketch.firmware_timeout
+        if trouble := wrong_baud(said or kind.link.baud, dead_man):
+            good = ", ".join(map(str, good_bauds(BAUDS, dead_man)))
+            yield Diagnostic(
+                "BOARD012",
+                f"{trouble}: robot `{link.robot}` would not hear its orders",
+                case.span("links", index, *(("baud",) if said else ())),
+                label="not for this board",
+                help=(f"one of these works: {good}" if good else "raise `firmware_timeout`",),
+            )
+        yield from _too_many_pulses(case, link.robot, kind)
+
+
+def _too_many_pulses(case: Case, name: str, kind: RobotType) -> Iterator[Diagnostic]:
+    """Layers are looked at one by one: to merge them for each robot takes long."""
+    layers = (case.spec.robots[name].settings, kind.settings, case.spec.defaults.robot)
+    said = [one.firmware.pulses_per_turn for one in layers]
+    pulses = next((one for one in said if one is not None), DEFAULTS.pulses_per_turn) or 0
+    shape = kind.kinematics
+    most = most_pulses(shape.wheel_speed_max, shape.wheel_radius or 1.0)
+    if pulses > most:
+        place = ("settings", "firmware", "pulses_per_turn") if said[0] else ("type",)
+        yield Diagnostic(
+            "BOARD012",
+            f"the board of robot `{name}` cannot count {pulses} pulses a turn "
+            f"at {shape.wheel_speed_max:g} m/s",
+            case.span("robots", name, *place),
+            label=f"it can count {most}",
+            help=("take the pulses from a slower shaft, or write the speed that the robot really reaches",),
+        )
+
+
+RULES: tuple[Rule, ...] = (pins_used_twice, wiring_of_nothing, more_than_it_bears)

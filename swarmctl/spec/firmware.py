@@ -12,8 +12,19 @@ from swarmctl.spec.words import Model
 PINS = ("encoder", "enable", "forward", "backward")
 
 Pin = Annotated[int, Field(ge=4, le=19, examples=[7])]
-Pwm = Annotated[float, Field(ge=0, le=250, examples=[60.0])]
-Positive = Annotated[float, Field(gt=0, le=1000)]
+Pwm = Annotated[float, Field(ge=0, le=250, examples=[60.0])]  # the loop needs room above it
+
+# A kit's motor on a kit's wheel, with an order of magnitude to either side.
+FullSpeed = Annotated[float, Field(ge=0.05, le=20, examples=[0.6])]  # m/s
+# Less is no robot that gets going within sight; more is no ramp: wheels slip at 10 m/s².
+Acceleration = Annotated[float, Field(ge=0.05, le=50, examples=[1.0])]  # m/s²
+# At 255, a wheel that is 1 rad/s too slow gets all of the PWM: a switch, not a loop.
+Proportional = Annotated[float, Field(ge=0, le=255, examples=[8.0])]
+# As much within a tenth of a second.
+Integral = Annotated[float, Field(ge=0, le=2550, examples=[40.0])]
+
+# What the sketch's arithmetic is made for: m/s at a wheel's rim, and m.
+SKETCH_BOUNDS = {"wheel_speed_max": (0.02, 5.0), "wheel_radius": (0.005, 0.5)}
 
 
 class WheelDrive(Model):
@@ -36,9 +47,8 @@ class WheelDrive(Model):
     pwm_min: Pwm | None = Field(
         None, description="PWM at which the motor begins to turn, of 255; 60 by default."
     )
-    full_speed: Positive | None = Field(
+    full_speed: FullSpeed | None = Field(
         None,
-        examples=[0.6],
         description="Speed on the ground at full PWM, m/s; a fifth above `wheel_speed_max` by default.",
     )
 
@@ -55,9 +65,8 @@ class Firmware(Model):
         examples=[20],
         description="Pulses of an encoder in a turn of its wheel; 20 by default.",
     )
-    acceleration_max: Positive | None = Field(
+    acceleration_max: Acceleration | None = Field(
         None,
-        examples=[1.0],
         description="How fast a wheel gets faster, m/s²; 1 by default. It stops at once.",
     )
     stop: Literal["brake", "coast"] | None = Field(
@@ -68,14 +77,12 @@ class Firmware(Model):
         ge=0.005,
         le=0.1,
         examples=[0.02],
-        description="Seconds between steps of the loops; 0.02 by default.",
+        description="Seconds between steps of the loops, in whole milliseconds; 0.02 by default.",
     )
-    kp: float | None = Field(
-        None, ge=0, le=1000, examples=[8.0], description="Steps of PWM for each rad/s too slow; 8 by default."
+    kp: Proportional | None = Field(
+        None, description="Steps of PWM (of 255) for each rad/s too slow; 8 by default."
     )
-    ki: float | None = Field(
-        None, ge=0, le=10_000, examples=[40.0], description="Steps of PWM for each rad behind; 40 by default."
-    )
+    ki: Integral | None = Field(None, description="Steps of PWM (of 255) for each rad behind; 40 by default.")
 
 
 NOTHING_SAID = Firmware()  # shared, as most robots have no sketch of ours

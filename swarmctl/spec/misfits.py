@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from swarmctl.spec.binary import room_of
 from swarmctl.spec.cameras import AS_BUILT, tuned
-from swarmctl.spec.firmware import clashes
+from swarmctl.spec.firmware import SKETCH_BOUNDS, clashes
 from swarmctl.spec.queries import SIDES
 from swarmctl.spec.sensors import FRAME_TOPICS, ODOM, Image
 from swarmctl.spec.settings import DIAGNOSTICS
@@ -179,6 +179,12 @@ def _of_our_sketch(robot_type: RobotType) -> Iterator[MisfitError]:
         yield MisfitError(
             "a sketch divides by the wheels' radius; add `kinematics.wheel_radius`", "kinematics", KEY
         )
+    for key, (least, most) in SKETCH_BOUNDS.items():
+        value = getattr(robot_type.kinematics, key)
+        if value is not None and not least <= value <= most:
+            yield MisfitError(
+                f"swarmctl's sketch is made for a `{key}` of {least:g} to {most:g}", "kinematics", key
+            )
     said = robot_type.settings.firmware
     for second, first, pin in clashes(said):
         at = second if getattr(getattr(said, second[0]), second[1]) is not None else first

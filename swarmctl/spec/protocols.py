@@ -126,7 +126,7 @@ class RosserialProtocol(Model):
         "It publishes the pulses of the left wheel, then of the right. Without it the sketch is yours.",
     )
     firmware_timeout: float = Field(
-        gt=0,
+        ge=0.05,
         le=2,
         examples=[0.4],
         description="Seconds without an order after which the sketch stops the robot: nothing else does.",
@@ -188,6 +188,10 @@ class RosserialProtocol(Model):
                 "publishes",
                 1,
                 "rate",
+            )
+        if not 1 <= (self.publishes[0].rate or 0) <= 100:
+            raise MisfitError(
+                f"the sketch `{self.firmware}` publishes 1 to 100 times a second", "publishes", 0, "rate"
             )
 
     @model_validator(mode="after")

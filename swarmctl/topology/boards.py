@@ -2,7 +2,7 @@
 
 What is counted is in rosserial's node_handle.h (noetic): an outgoing frame is built in the output buffer with
 its eight bytes around the message; of an incoming one only the message itself is kept, and it must be there
-20 ms after its first byte. Time, log and parameters take none of the places.
+20 ms after its first byte (swarmctl's own sketch waits longer). Time, log and parameters take no places.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from swarmctl.spec.protocols import RosserialProtocol
 from swarmctl.spec.robot_type import RobotType
 from swarmctl.spec.source import Loc
 from swarmctl.spec.topics import Topic
+from swarmctl.topology import sketches
 
 BAUD = 57600  # of both ends, unless ~baud says otherwise
 FRAMING = (
@@ -49,7 +50,9 @@ class Carried:
 
 @dataclass(frozen=True)
 class BoardBudget:
-    """What the board of a program, or of a robot, has to hold and to say. ``loc`` is where that stands."""
+    """What the board of a program, or of a robot, has to hold and to say. ``loc`` is where that stands;
+    ``patience`` how long it waits for the rest of a frame, s.
+    """
 
     kind: str  # program or robot
     owner: str
@@ -58,6 +61,7 @@ class BoardBudget:
     board: Board
     baud: int
     topics: tuple[Carried, ...]
+    patience: float = PATIENCE
 
     @property
     def published(self) -> int:
@@ -116,14 +120,14 @@ def board_budgets(spec: Spec, types: Mapping[str, RobotType]) -> Iterator[BoardB
     for name, program in spec.programs.items():
         if program.board in boards():
             yield program_budget(name, program)
-    sketches = {name: one.sketch for name, one in types.items() if one.sketch is not None}
-    for link in spec.links if sketches else ():
+    known = {name: one.sketch for name, one in types.items() if one.sketch is not None}
+    for link in spec.links if known else ():
         kind = spec.robots[link.robot].type if isinstance(link, (Serial, Bluetooth)) else ""
-        if isinstance(link, (Serial, Bluetooth)) and kind in sketches and sketches[kind].board in boards():
+        if isinstance(link, (Serial, Bluetooth)) and kind in known and known[kind].board in boards():
             own = link.baud if isinstance(link, Serial) else None
             loc = ("types", kind, "protocol") if kind in spec.types else ("robots", link.robot, "type")
             baud = own or types[kind].link.baud
-            yield _budget("robot", link.robot, loc, baud, sketches[kind])
+            yield _budget("robot", link.robot, loc, baud, known[kind])
 
 
 def program_budget(name: str, program: Program) -> BoardBudget:
@@ -135,7 +139,9 @@ def program_budget(name: str, program: Program) -> BoardBudget:
 
 def _budget(kind: str, owner: str, loc: Loc, baud: int, said: Program | RosserialProtocol) -> BoardBudget:
     name = said.board or ""
-    return BoardBudget(kind, owner, loc, name, boards()[name], baud, tuple(_carried(said)))
+    ours = isinstance(said, RosserialProtocol) and said.firmware is not None
+    waits = sketches.patience(baud) if ours else PATIENCE
+    return BoardBudget(kind, owner, loc, name, boards()[name], baud, tuple(_carried(said)), waits)
 
 
 def _carried(said: Program | RosserialProtocol) -> Iterator[Carried]:

@@ -41,7 +41,7 @@ int32_t Encoder::ticks() const {
 
 Encoder::Motion Encoder::measure() {
   uint32_t waiting, period;
-  uint8_t passed;
+  uint16_t passed;
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     waiting = micros() - ticked_at_;
     if (waiting > timeout) moving_ = false;

@@ -45,6 +45,6 @@ class Encoder {
   volatile uint32_t ticked_at_ = 0;  // us
   volatile uint32_t period_ = 0;     // us between the last two ticks, 0 if unknown
   volatile int32_t ticks_ = 0;
-  volatile uint8_t passed_ = 0;  // ticks since the last call of measure
-  float into_slot_ = 0.0f;       // rad, at that call
+  volatile uint16_t passed_ = 0;  // ticks since the last call of measure
+  float into_slot_ = 0.0f;        // rad, at that call
 };

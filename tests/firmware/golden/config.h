@@ -38,7 +38,7 @@ constexpr float right_full_speed = 0.6f;
 constexpr bool brake = true;  // stop with shorted motors, or let them coast
 
 // The PI loops: steps of PWM per rad/s, and per rad.
-constexpr float control_period = 0.02f;
+constexpr float control_period = 0.02f;  // whole ms, as the clock counts them
 constexpr float kp = 8.0f;
 constexpr float ki = 40.0f;
 
