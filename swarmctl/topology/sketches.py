@@ -13,8 +13,6 @@ from collections.abc import Iterable
 LONGEST = 72  # bytes of a frame that it hears: 64 of a message, and what is around them
 ORDER = 56  # bytes: a Twist and its frame
 CAREFUL = 0.2  # share of the line for orders: at 9600 baud topics were not negotiated in 5 s
-    0.5  # share of the line that orders may take: at 4800 baud the topics are not even negotiated in time
-)
 _KEEP_UP = 0.2  # s after which the driver says an order again, or half the dead-man's time
 _CLOCK = 16_000_000  # Hz
 _OFF = 0.03  # of the line's speed; the data sheet's receiver bears 4 % at both ends together
