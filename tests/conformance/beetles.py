@@ -75,15 +75,7 @@ class Beetle(LineRobot):
         super().__init__(Chassis(wheel_separation=0.08, metres_per_count=0.0005, counter_bits=16))
         self.fault = fault
         self.ordered_at = 0.0
-        self.openings = 0
         self.sulks = 0  # requests that it will not answer
-
-    def opened(self) -> None:
-        self.openings += 1
-        if self.fault == "restarts" and self.openings > 1:
-            self.sulks = 8
-
-    def closed(self) -> None: ...
 
     def answer(self, line: str) -> bytes:
         self.sulks -= self.sulks > 0

@@ -10,6 +10,7 @@ import swarm_driver.session
 from beetles import OWN, TYPE, beetle
 from swarm_driver.config import Kinematics, Scale
 from swarm_driver.kinematics import Units
+from swarm_driver.link import BytePort
 from swarm_driver.orders import DeadMan, Orders
 
 from swarmctl.conformance import moving, talking, whole_driver
@@ -103,9 +104,6 @@ FAULTS: dict[Check, list[tuple[str, str, Verdict, str]]] = {
     talking.recovers_from_half_a_request: [
         ("takes offence", "half a request", Verdict.FAIL, "no stop is confirmed any more"),
     ],
-    talking.recovers_from_a_reconnect: [
-        ("restarts", "reconnect", Verdict.FAIL, "raise `settle` of the link")
-    ],
 }
 
 
@@ -119,6 +117,24 @@ def test_each_fault_of_a_robot_is_found(
     result = tried(fault, check)[name]
     assert result.verdict is verdict, result
     assert told in f"{result.figure} {result.mend}"
+
+
+def test_a_robot_that_starts_anew_with_its_line_is_found() -> None:
+    with beetle() as port:
+        bench = bench_for(port, HASTY)
+        bench.connect()
+        opened = bench.open_port
+
+        def restarted() -> BytePort:
+            with port.now() as robot:
+                robot.sulks = 8  # it is busy with itself
+            return opened()
+
+        bench.open_port = restarted
+        [result] = talking.recovers_from_a_reconnect(bench)
+        bench.leave()
+    assert result.verdict is Verdict.FAIL
+    assert "raise `settle` of the link" in result.mend
 
 
 @pytest.mark.parametrize(
