@@ -34,3 +34,21 @@ def test_a_lost_frame_costs_one_turn_and_bends_no_way(lost: str, period: float) 
     assert len(taken) == 19
     assert taken[-1].driven == pytest.approx(19 * taken[1].driven)
     assert all(pose.yaw == 0.0 for pose in taken)
+
+
+def test_turns_that_a_busy_host_reads_in_one_go_are_no_jump_and_no_sudden_speed() -> None:
+    config = config_for("arduino-rover")
+    assert isinstance(config.protocol, RosserialProtocol)
+    wheels = Wheels(config.protocol, config.kinematics, Odometry())
+    speed = config.kinematics.wheel_speed_max
+    step = round(speed * PERIOD / wheels.scale.metres_per_count)
+    moments = [0.0, 0.1, 0.2, *[0.8] * 6, 0.9, 1.0]  # s; nothing was read from 0.2 s on
+    poses = []
+    for turn, moment in enumerate(moments):
+        wheels.take(TOPICS[LEFT], struct.pack("<i", turn * step), 100.0 + moment)
+        poses.append(wheels.take(TOPICS[RIGHT], struct.pack("<i", turn * step), 100.0 + moment + APART))
+    last = poses[-1]
+    assert last is not None
+    assert wheels.odometry.jumps == 0
+    assert last.driven == pytest.approx((len(moments) - 1) * step * wheels.scale.metres_per_count)
+    assert max(pose.linear for pose in poses if pose) <= 2.1 * speed

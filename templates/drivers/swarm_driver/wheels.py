@@ -31,7 +31,9 @@ class Wheels:
         self.scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
         self._counts: dict[str, int] = {}
         fastest = max((protocol.rates[side] for side in self._sides), default=1.0)
-        self._apart = min(_APART, 0.5 / fastest)  # s
+        self._half_a_turn = 0.5 / fastest  # s; what is sent at a steady pace is never less apart
+        self._apart = min(_APART, self._half_a_turn)  # s
+        self._stamp = -math.inf  # of the latest pair
         self._begun = 0.0  # when the first half of a pair came
 
     def forget(self) -> None:
@@ -48,7 +50,9 @@ class Wheels:
         if len(self._counts) < 2:
             return None
         left, right = (self._counts[side] for side in self._sides)
-        counters = Counters(left, right, arrived)
+        # Pairs that a busy host reads in one go were sent one after the other.
+        self._stamp = max(arrived, self._stamp + self._half_a_turn)
+        counters = Counters(left, right, self._stamp)
         self._counts = {}
         kinematics = replace(self._kinematics, counter_bits=_BITS[topic.type])
         self.odometry = self.odometry.update(counters, kinematics, self.scale)
