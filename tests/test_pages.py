@@ -40,7 +40,8 @@ def commands(page: Path) -> Iterator[list[str]]:
     text = page.read_text("utf-8")
     lines = "\n".join(blocks(page, "sh", "console")).replace("\\\n", " ").splitlines()
     shown = [re.sub(r"^\$ ", "", line) for line in lines]
-    shown += [" ".join(one.split()) for one in re.findall(r"`(swarmctl [^`]+)`", text)]
+    prose = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    shown += [" ".join(one.split()) for one in re.findall(r"`(swarmctl [^`]+)`", prose)]
     for line in shown:
         words = shlex.split(line, comments=True)
         for start in (index for index, word in enumerate(words) if word == "swarmctl"):

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from swarmctl.cli import access, console, exits
-from swarmctl.firmware import avrdude
 
 if TYPE_CHECKING:
     from swarmctl.deploy.flash import Job
@@ -30,6 +29,8 @@ Core = Annotated[
     typer.Option("--core", metavar="DIR", help="The Arduino core; by default where Debian puts it."),
 ]
 BUILT = Path("build/firmware")
+PROGRAMMER = "arduino"  # the boot loader on a board's serial line, by STK500 version 1
+SPEED = 115_200  # an UNO's boot loader; old ones have 57 600
 
 
 @firmware.command(epilog=exits.told())
@@ -63,12 +64,12 @@ def flash(
     overlays: access.Overlays = None,
     programmer: Annotated[
         str, typer.Option("--programmer", metavar="ID", help="What avrdude speaks to; see `avrdude -c ?`.")
-    ] = avrdude.PROGRAMMER,
+    ] = PROGRAMMER,
     speed: Annotated[
         int,
         typer.Option("--speed", metavar="BAUD", min=300, max=4_000_000,
                      help="The boot loader's baud rate: 115200 on an UNO, 57600 on an old Nano."),
-    ] = avrdude.SPEED,
+    ] = SPEED,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Build it, and tell what follows.")
     ] = False,
@@ -99,11 +100,12 @@ def flash(
 
 def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, speed: int) -> Job:
     from swarmctl.deploy.flash import Job
+    from swarmctl.firmware import avrdude
     from swarmctl.topology import names
 
     robot = swarm.robots[name]
     port = robot.line.path
-    writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer=programmer, speed=speed)
+    writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer, speed)
     return Job(swarm.name, name, robot.host, names.unit(swarm.name, name), port, sketch.digest, writing)
 
 

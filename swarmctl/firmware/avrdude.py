@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 MCU = "atmega328p"
-PROGRAMMER = "arduino"  # the boot loader on a board's serial line, by STK500 version 1
-SPEED = 115_200  # an UNO's; boards with the older loader have 57 600
 _PAGE = 128  # bytes that a boot loader writes at once
 _GUARD = "0xff,0xcf"  # `rjmp` to itself
 _DATA = b"00"  # records of Intel HEX that are not, have no place
@@ -25,9 +23,7 @@ class Writing:
     command: tuple[str, ...]
 
 
-def writing(
-    name: str, firmware: bytes, port: str, *, programmer: str = PROGRAMMER, speed: int = SPEED
-) -> Writing:
+def writing(name: str, firmware: bytes, port: str, programmer: str, speed: int) -> Writing:
     """Writes ``firmware`` (Intel HEX) and reads it back; avrdude fails if the board holds anything else."""
     rest, first = f"{name}.rest.hex", f"{name}.first.hex"
     command = [

@@ -81,7 +81,7 @@ def write(host: FakeHost, slower: Path) -> Flash:
         there = on(host, port)
         there.parent.mkdir(parents=True, exist_ok=True)
         there.touch()
-        writing = avrdude.writing("rover", slower.read_bytes(), str(port))
+        writing = avrdude.writing("rover", slower.read_bytes(), str(port), "arduino", 115_200)
         return flashed([job(str(port), writing)], {"pi": host})["rover"]
 
     return written

@@ -36,20 +36,20 @@ def test_the_first_page_is_a_file_of_its_own_and_nothing_is_lost(
 ) -> None:
     file = tmp_path_factory.getbasetemp() / "part.hex"
     parts = []
-    for content in avrdude.writing("rover", hex_of(program), "/dev/x").files.values():
+    for content in avrdude.writing("rover", hex_of(program), "/dev/x", "arduino", 115_200).files.values():
         file.write_bytes(content)
         parts.append(image(file))
     assert parts == [b"\xff" * PAGE + program[PAGE:], program[:PAGE]]
 
 
 def test_the_page_at_which_it_starts_is_written_last_and_does_nothing_before() -> None:
-    command = avrdude.writing("rover", hex_of(bytes(300)), "/dev/x").command
+    command = avrdude.writing("rover", hex_of(bytes(300)), "/dev/x", "arduino", 115_200).command
     writes = [word for before, word in pairwise(command) if before == "-U"]
     assert writes == ["flash:w:0xff,0xcf:m", "flash:w:rover.rest.hex:i", "flash:w:rover.first.hex:i"]
 
 
 def test_what_a_flash_does_can_be_read_before(golden: Callable[[Path, str], None]) -> None:
-    writing = avrdude.writing("rover", hex_of(bytes(9156)), "/dev/swarm/rover", speed=57_600)
+    writing = avrdude.writing("rover", hex_of(bytes(9156)), "/dev/swarm/rover", "arduino", 57_600)
     unit = "swarm-lab.rover.service"
     job = Job("lab", "rover", "rover-pi", unit, "/dev/swarm/rover", "0123456789ab", writing)
     built = Built(Path("build/rover.elf"), Path("build/firmware/rover.hex"), 9156, 401, 87)
