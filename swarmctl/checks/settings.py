@@ -113,10 +113,10 @@ def impossible_images(case: Case) -> Iterator[Diagnostic]:
             continue
         image = tuned(found[1], merged(general, kind.settings, robot.settings).camera)
         loc = ("robots", name, "settings", "camera") if own else ("defaults", "robot", "camera")
-        for what, mending in image.complaints():
+        for _, what, mending in image.complaints():
             yield Diagnostic(
                 "SET005",
-                f"the camera of an `{robot.type}` makes no such images: {what}",
+                f"the camera of robots of type `{robot.type}` makes no such images: {what}",
                 case.span(*loc, key=True),
                 label=f"for robot `{name}`",
                 help=(mending,),

@@ -6,6 +6,7 @@ import math
 import re
 import struct
 from collections.abc import Mapping
+from itertools import takewhile
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
@@ -144,8 +145,14 @@ class BinaryQuery(BinaryExchange):
 
     @model_validator(mode="after")
     def _tells_of_a_camera(self) -> BinaryQuery:
-        if not self.pixels and any(map(_is_told, self.reply.split())):
+        told = [one for one in self.reply.split() if _is_told(one)]
+        if told and not self.pixels:
             raise MisfitError(f"a reply that repeats how a camera is set ends with its `{_PIXELS}`", "reply")
+        if told and (self.begins or not _is_told(self.reply.split()[0])):
+            raise MisfitError(
+                f"replies are compared from the first number on: {' '.join(told)} come first, no `begins`",
+                "reply",
+            )
         return self
 
     def of_camera(self, said: Mapping[str, int], pixels: int) -> BinaryQuery:
@@ -153,14 +160,10 @@ class BinaryQuery(BinaryExchange):
 
         A number that has no room in its place comes as its lowest bytes.
         """
-        begins, told = [], True
-        for token in self.reply.split()[:-1]:
-            place = _OF_CAMERA.fullmatch(token)
-            told = told and place is not None
-            if place is not None and told:
-                begins.append(_within(said[place["name"]], place["code"]))
+        places = takewhile(bool, map(_OF_CAMERA.fullmatch, self.reply.split()))
+        told = tuple(_within(said[one["name"]], one["code"]) for one in places if one)
         reply = f"{' '.join(self.codes)} {pixels}B".strip()
-        return self.model_copy(update={"reply": reply, "begins": tuple(begins)})
+        return self.model_copy(update={"reply": reply, "begins": told or self.begins})
 
 
 class Preparation(BinaryExchange):
@@ -170,6 +173,17 @@ class Preparation(BinaryExchange):
         description="The request: bytes in hexadecimal digits, and {mode:B}, {width:H}, {height:H} and "
         "{zoom:B} where these go; {width:t} for a number in decimal digits."
     )
+
+    @model_validator(mode="after")
+    def _places(self) -> Preparation:
+        """Any that are of a camera: what it is to do fills them."""
+        return self
+
+    def without_room(self, said: Mapping[str, int]) -> str | None:
+        """What has a place that is too small for it."""
+        places = (_OF_CAMERA.fullmatch(token) for token in self.send.split())
+        small = (one["name"] for one in places if one and _cut(said[one["name"]], one["code"]))
+        return next(small, None)
 
     def filled(self, said: Mapping[str, int], byte_order: str) -> BinaryExchange:
         """The request that sets the camera so."""
@@ -218,6 +232,11 @@ def _piece(token: str, said: Mapping[str, int], order: str) -> bytes:
         return bytes.fromhex(token)
     number, code = said[place["name"]], place["code"]
     return str(number).encode() if code == "t" else struct.pack(order + code, _within(number, code))
+
+
+def _cut(number: int, code: str) -> bool:
+    """Whether a number has no room in its place; in decimal digits any has."""
+    return code != "t" and _within(number, code) != number
 
 
 def _within(number: int, code: str) -> int:

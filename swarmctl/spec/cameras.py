@@ -39,12 +39,6 @@ def tuned(image: Image, camera: CameraSettings) -> Image:
 
 def asking(protocol: BinaryProtocol, query: str, image: Image, *, on: bool) -> BinaryProtocol:
     """The protocol with the question for such images and, if the camera is on, the request that sets it."""
-    said = {
-        "mode": image.modes.get(image.encoding, 0),
-        "width": image.width,
-        "height": image.height,
-        "zoom": image.zoom,
-    }
-    queries = {**protocol.queries, query: protocol.queries[query].of_camera(said, image.count)}
-    setup = (*protocol.setup, *([image.prepare.filled(said, protocol.byte_order)] if on else []))
+    queries = {**protocol.queries, query: protocol.queries[query].of_camera(image.said, image.count)}
+    setup = (*protocol.setup, *([image.prepare.filled(image.said, protocol.byte_order)] if on else []))
     return protocol.model_copy(update={"queries": queries, "setup": setup})

@@ -109,12 +109,12 @@ def _of_a_camera(robot_type: RobotType, protocol: Asked) -> Iterator[MisfitError
                 f"the pixels come after {query.values} numbers; write `first: {query.values}`",
                 "sensors", name, "first",
             )  # fmt: skip
-        for what, mend in tuned(image, robot_type.settings.camera).complaints():
+        for _, what, mend in tuned(image, robot_type.settings.camera).complaints():
             yield MisfitError(f"it cannot make such images: {what}; {mend}", "settings", "camera", KEY)
     read = {one.read or name for name, one in cameras.items()}
     for name in [one for one, query in queries.items() if query.pixels and one not in read]:
         yield MisfitError(
-            f"no sensor of kind `image` reads `{name}`, whose reply has pixels",
+            f"no sensor of kind `image` reads `{name}`, whose reply has pixels; name it under `read` of one",
             "protocol", "queries", name, KEY,
         )  # fmt: skip
 

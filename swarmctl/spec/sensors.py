@@ -288,23 +288,34 @@ class Image(Reading):
         """Bytes of an image."""
         return self.width * self.height * BYTES_A_PIXEL[self.encoding]
 
-    def complaints(self) -> Iterator[tuple[str, str]]:
-        """Why the robot cannot make such an image, each with what to do."""
+    @property
+    def said(self) -> dict[str, int]:
+        """How the camera is set, as its requests and replies have it."""
+        mode = self.modes.get(self.encoding, 0)
+        return {"mode": mode, "width": self.width, "height": self.height, "zoom": self.zoom}
+
+    def complaints(self) -> Iterator[tuple[str, str, str]]:
+        """Why the robot cannot make such an image: the key concerned, what is wrong, what to do."""
         if self.encoding not in self.modes:
-            yield f"it has no {self.encoding}", f"write {' or '.join(self.modes)}"
+            yield "encoding", f"it has no {self.encoding}", f"write {' or '.join(self.modes)}"
         elif self.count > self.largest:
             side = math.isqrt(self.largest // BYTES_A_PIXEL[self.encoding])
             size = f"{self.width} x {self.height} in {self.encoding} are {self.count} bytes"
-            yield f"{size}, and it has room for {self.largest}", f"{side} x {side} fits"
+            yield "width", f"{size}, and it has room for {self.largest}", f"{side} x {side} fits"
         columns, rows = self.width * self.zoom, self.height * self.zoom
         if columns > self.chip[0] or rows > self.chip[1]:
             size = f"{self.width} x {self.height} at zoom {self.zoom} are {columns} x {rows}"
-            yield f"{size} of the chip's {self.chip[0]} x {self.chip[1]}", "lower `zoom`"
+            zoom = min(self.chip[0] // self.width, self.chip[1] // self.height)
+            mend = f"lower `zoom` to {zoom}" if zoom else "make them smaller"
+            yield "zoom", f"{size} of the chip's {self.chip[0]} x {self.chip[1]}", mend
+        if small := self.prepare.without_room(self.said):
+            more = f"`prepare` has no room for a {small} of {self.said[small]}"
+            yield small.replace("mode", "modes"), more, f"write a larger place, like {{{small}:H}}"
 
     @model_validator(mode="after")
     def _can_be_made(self) -> Image:
-        for what, mend in self.complaints():
-            raise MisfitError(f"it cannot make such images: {what}; {mend}", "width")
+        for key, what, mend in self.complaints():
+            raise MisfitError(f"it cannot make such images: {what}; {mend}", key)
         return self
 
 
