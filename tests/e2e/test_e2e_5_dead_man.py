@@ -24,7 +24,7 @@ GO_ON = ("koala", "khepera3", "epuck")  # that have no dead-man of their own
 LAPTOP, PI = "laptop", "pi"
 OUT = 2.0  # s for which a cable or a network is out
 KEPT = 6.0  # s within which a network delivers what it has kept
-LOOKS = 100.0  # a second at which the robots must have been looked at
+LOOKS = 50.0  # at the robots at least in the time of a bound: what stands there is then 2 % of it off at most
 PATIENCE = 15.0  # s
 
 
@@ -221,7 +221,7 @@ def keeps(note: Note, regenerating: bool, watch: Watch) -> Callable[[str, float,
         bound = page.bound(fault)
         for robot, stop in stops.items():
             note(f"{fault}: {robot}", f"{stop.seconds:.2f} s, {stop.metres:.3f} m", f"<= {bound:g} s")
-        assert watch.rate(since) >= LOOKS
+        assert watch.rate(since) * bound >= LOOKS
         assert {robot: stop for robot, stop in stops.items() if stop.seconds > bound} == {}
         assert {robot: stop for robot, stop in stops.items() if stop.metres > bound * SPEEDS[robot]} == {}
 
