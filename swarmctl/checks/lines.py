@@ -68,8 +68,10 @@ def _mends(load: Load) -> Iterator[str]:
     fitting = load.fitting()
     if fitting:
         yield f"these fit: settings: {{rates: {{{_written(fitting)}}}}}"
-    else:
+    elif not load.slowest:
         yield "the orders alone are too much for it; a faster line is needed"
+    if slow := load.slowest:
+        yield f"`{slow.name}` less often helps most: each answer may hold the line for {slow.wait:.2g} s"
     if load.baud < 115200 and load.kind != "bluetooth":
         yield "or raise `baud`, here and on the robot"
     if load.kind == "usb" and replace(load, kind="usb-ftdi").share <= CAREFUL:

@@ -81,10 +81,14 @@ class Load:
         """How long one exchange usually takes."""
         return exchange.bytes / self.available + USUAL_DELAY[self.kind]
 
+    def held(self, exchange: Exchange) -> float:
+        """For how long nothing else is asked: a robot that makes an image, and sends it, hears nothing."""
+        return max(exchange.wait, self.seconds(exchange))
+
     @cached_property
     def share(self) -> float:
         """Seconds of exchanges in a second, with the wait that is usual."""
-        return sum(one.rate * self.seconds(one) for one in self.exchanges)
+        return sum(one.rate * self.held(one) for one in self.exchanges)
 
     @cached_property
     def least_share(self) -> float:
@@ -103,8 +107,8 @@ class Load:
         What comes rarely, as a battery's voltage does, stays: it is not what fills the line.
         """
         questions = [one for one in self.exchanges if one.sensors and one.rate >= _OFTEN]
-        kept = sum(one.rate * self.seconds(one) for one in self.exchanges if one not in questions)
-        asked = sum(one.rate * self.seconds(one) for one in questions)
+        kept = sum(one.rate * self.held(one) for one in self.exchanges if one not in questions)
+        asked = sum(one.rate * self.held(one) for one in questions)
         factor = (CAREFUL - kept) / asked if asked else 0.0
         fitting = {
             name: fit

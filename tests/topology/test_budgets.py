@@ -244,6 +244,7 @@ DOUBTFUL = Path(__file__).parents[1] / "spec/doubtful"
         (BROKEN / "radio-eight-robots-two-adapters.yaml", "RADIO001"),
         (BROKEN / "board-baud-typo.yaml", "BOARD009"),
         (DOUBTFUL / "line-almost-full.yaml", "LINE002"),
+        (DOUBTFUL / "images-fill-line.yaml", "LINE002"),
         (DOUBTFUL / "radio-five-robots.yaml", "RADIO002"),
         (DOUBTFUL / "baud-odd.yaml", "LINE004"),
     ],
