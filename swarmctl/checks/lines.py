@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
 from swarmctl.checks.case import Case, Rule
@@ -178,7 +178,8 @@ def odd_bauds(case: Case) -> Iterator[Diagnostic]:
     """LINE004: a speed that ports know; another one is most often a slip of the finger."""
     for index, link in case.lines:
         if isinstance(link, Serial) and link.baud is not None and link.baud not in BAUDS:
-            near = nearest_baud(link.baud)
+            spoken = case.types[case.spec.robots[link.robot].type].link
+            near = nearest_baud(link.baud, (spoken.baud, *spoken.other_bauds))
             yield Diagnostic(
                 "LINE004",
                 f"{link.baud} baud is no speed that serial ports have by name",
@@ -192,9 +193,9 @@ def odd_bauds(case: Case) -> Iterator[Diagnostic]:
             )
 
 
-def nearest_baud(baud: int) -> int:
-    """The common speed nearest in proportion."""
-    return min(BAUDS, key=lambda one: max(one / baud, baud / one))
+def nearest_baud(baud: int, known: Sequence[int] = BAUDS) -> int:
+    """The one nearest in proportion among those that are ``known``."""
+    return min(known, key=lambda one: max(one / baud, baud / one))
 
 
 def unknown_rates(case: Case) -> Iterator[Diagnostic]:

@@ -91,7 +91,7 @@ def new(
     if not _NAME.fullmatch(name):
         console.fail(
             f"`{name}` is no name for a type",
-            "lower-case letters, digits, dots and hyphens, a letter first",
+            "lower-case letters, digits, dots and hyphens, a letter first, 31 at most",
             code=exits.USAGE,
         )
     file = folder / "robots" / f"{name}.yaml"

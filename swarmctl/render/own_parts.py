@@ -70,10 +70,12 @@ def read_part(kind: str, protocol: str, text: str) -> dict[str, Any]:
     """What a flag says, like ``name=floor names=left,right send=F reply=f``. ValueError: what is wrong."""
     questions = {one.name: one for one in questions_of(kind, protocol)}
     said: dict[str, str] = {}
-    for pair in shlex.split(text):
+    for pair in _words(text):
         key, equals, value = pair.partition("=")
         if key not in questions or not equals:
             raise ValueError(f"`{pair}` is none of {', '.join(f'{name}=' for name in questions)}")
+        if key in said:
+            raise ValueError(f"`{key}=` stands there twice")
         said[key] = value
     missing = [one for one in questions.values() if one.default is None and one.name not in said]
     if missing:
@@ -82,6 +84,13 @@ def read_part(kind: str, protocol: str, text: str) -> dict[str, Any]:
         )
     answers = {name: read_answer(one, said.get(name, one.usual)) for name, one in questions.items()}
     return {"kind": kind, **answers}
+
+
+def _words(text: str) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError:
+        raise ValueError(f"in `{text}` a quotation mark or a backslash stands alone") from None
 
 
 def completed(part: Part, protocol: str) -> dict[str, Any]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from swarmctl.spec.binary import binary_request, is_binary, layout, room_of
 from swarmctl.spec.queries import INDEX, VALUE, VALUES, is_head, is_text, places_of
-from swarmctl.spec.sensors import ElementName
+from swarmctl.spec.sensors import ElementName, distinct
 from swarmctl.spec.words import MisfitError, Model
 
 
@@ -30,7 +30,9 @@ class Actuator(Model):
         examples=["l"],
         description="The head of the reply, in bytes its layout; left out for a robot that does not answer.",
     )
-    channels: Annotated[tuple[ElementName, ...], Field(min_length=1, max_length=64, strict=False)] = Field(
+    channels: Annotated[
+        tuple[ElementName, ...], Field(min_length=1, max_length=64, strict=False), AfterValidator(distinct)
+    ] = Field(
         examples=[["left", "right"]], description="One name a channel, in the order of their index, from 0."
     )
     max: int = Field(ge=1, le=255, examples=[1], description="Largest value; the smallest is 0.")

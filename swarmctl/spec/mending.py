@@ -10,10 +10,10 @@ from pydantic import BaseModel
 
 from swarmctl.spec.diagnostics import Fix
 from swarmctl.spec.edits import as_text, mend, rename_key, replace_value, written
-from swarmctl.spec.limits import MAX_NUMBER
 from swarmctl.spec.mentions import rename_at, renaming
 from swarmctl.spec.model import KINDS
 from swarmctl.spec.protocols import PROTOCOLS
+from swarmctl.spec.scalars import number_or_text
 from swarmctl.spec.sensors import SENSORS
 from swarmctl.spec.source import Loc, Source
 from swarmctl.spec.suggest import nearest
@@ -152,7 +152,16 @@ def choices(error: Any) -> list[str]:
 
 def is_number(given: Any) -> bool:
     """Whether ``given`` is text that would be a number without its quotes."""
-    return isinstance(given, str) and len(given) <= MAX_NUMBER and _NUMBER.fullmatch(given) is not None
+    return (
+        isinstance(given, str)
+        and _NUMBER.fullmatch(given) is not None
+        and not isinstance(number_or_text(given), str)
+    )
+
+
+def is_too_long(given: Any) -> bool:
+    """Whether ``given`` has the digits of a whole number, and more than one may have."""
+    return isinstance(given, str) and _DIGITS.fullmatch(given) is not None and not is_number(given)
 
 
 def legal_name(given: str) -> str | None:

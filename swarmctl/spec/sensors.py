@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints, field_validator, model_validator
+from pydantic import AfterValidator, Field, StringConstraints, field_validator, model_validator
 
 from swarmctl.spec.binary import Preparation
 from swarmctl.spec.protocols import QueryName
@@ -28,6 +28,16 @@ ImageSide = Annotated[int, Field(ge=1, le=640, examples=[40])]
 ChipSide = Annotated[int, Field(ge=1, le=4096)]
 Zoom = Annotated[int, Field(ge=1, le=64, examples=[8])]
 FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
+
+
+def distinct(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"two of them are called `{name}`; give each its own name")
+    return names
+
+
+Names = Annotated[tuple[ElementName, ...], Field(min_length=1, strict=False), AfterValidator(distinct)]
 
 
 class Place(Model):
@@ -144,7 +154,7 @@ class Raw(Reading):
     """Plain numbers of the robot's: ambient light, ground sensors, microphones, a selector."""
 
     kind: Literal["raw"] = Field(description="Whole numbers as the robot gives them.")
-    names: Annotated[tuple[ElementName, ...], Field(min_length=1, strict=False)] = Field(
+    names: Names = Field(
         examples=[["left", "right"]], description="One name a number, in the order of the reply."
     )
 
@@ -157,7 +167,7 @@ class Quantity(Reading):
     """Numbers with a unit: currents, voltages, counts per second."""
 
     kind: Literal["quantity"] = Field(description="Numbers with a unit.")
-    names: Annotated[tuple[ElementName, ...], Field(min_length=1, strict=False)] = Field(
+    names: Names = Field(
         examples=[["left", "right"]], description="One name a number, in the order of the reply."
     )
     unit: Unit = Field(description="Its unit once scaled, SI.")

@@ -19,6 +19,7 @@ from swarmctl.spec.mending import (
     choices,
     fix_for,
     is_number,
+    is_too_long,
     keys_at,
     kinds_at,
     kinds_with,
@@ -219,10 +220,10 @@ def _short(text: str) -> str:
 
 
 _BOUNDS = {
-    "greater_than": "must be greater than {gt:g}",
-    "greater_than_equal": "must be {ge:g} or more",
-    "less_than": "must be less than {lt:g}",
-    "less_than_equal": "must be {le:g} or less",
+    "greater_than": "must be greater than {gt:.12g}",
+    "greater_than_equal": "must be {ge:.12g} or more",
+    "less_than": "must be less than {lt:.12g}",
+    "less_than_equal": "must be {le:.12g} or less",
     "finite_number": "must be a number that ends",
 }
 
@@ -239,6 +240,8 @@ def _help_for_type(
         return ("put it in quotes to make it text",)
     if kind in NUMBERS and is_number(given):
         return ("take the quotes away to make it a number",)
+    if kind in NUMBERS and is_too_long(given):
+        return ("no number here has more than 18 digits",)
     if kind == "bool_type" and str(given).lower() in BOOLEANS:
         return (f"write `{BOOLEANS[str(given).lower()]}`",)
     if _TYPES[kind] == "a list" and isinstance(given, str):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 from rich.text import Text
 
 from swarmctl.deploy.flash import PATIENCE, Flashed, Job
@@ -28,7 +30,7 @@ def steps(job: Job, login: str) -> str:
         ("bring", sizes[0]),
         *(("", size) for size in sizes[1:]),
         ("stop", f"{job.unit}, if it runs"),
-        ("run", " ".join(job.writing.command)),
+        ("run", shlex.join(job.writing.command)),
         ("start", f"{job.unit}, if it ran, whatever became of the board"),
         ("check", f"avrdude: the board at {job.port} holds what was written"),
         ("", f"{job.unit}: the board says `swarmctl firmware {job.digest}` within {PATIENCE:g} s"),

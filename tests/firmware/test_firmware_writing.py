@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -46,6 +47,13 @@ def test_the_page_at_which_it_starts_is_written_last_and_does_nothing_before() -
     command = avrdude.writing("rover", hex_of(bytes(300)), "/dev/x", "arduino", 115_200).command
     writes = [word for before, word in pairwise(command) if before == "-U"]
     assert writes == ["flash:w:0xff,0xcf:m", "flash:w:rover.rest.hex:i", "flash:w:rover.first.hex:i"]
+
+
+def test_the_command_can_be_copied_into_a_shell() -> None:
+    writing = avrdude.writing("rover", hex_of(bytes(300)), "/dev/swarm/rover", "", 57_600)
+    steps = view.steps(Job("lab", "rover", "pi", "unit", "/dev/swarm/rover", "0123", writing), "pi")
+    [command] = [line.split(maxsplit=1)[1] for line in steps.splitlines() if line.startswith("  run")]
+    assert tuple(shlex.split(command)) == writing.command
 
 
 def test_what_a_flash_does_can_be_read_before(golden: Callable[[Path, str], None]) -> None:

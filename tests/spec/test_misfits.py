@@ -73,6 +73,18 @@ def added(said: str) -> str:
             "odom",
         ),
         (LINE, (ODOM, "wheels: {kind: wheels, read: position}"), "are called `odom`", "wheels"),
+        (
+            LINE,
+            (ODOM, ODOM + "\n  light: {kind: raw, read: position, rate: 5, names: [a, a]}"),
+            "two of them are called `a`",
+            "[a, a]",
+        ),
+        (
+            LINE,
+            (DEAD_MAN, actuator('max: 1, send: "L,{index},{value}"').replace("left, right", "b, b")),
+            "two of them are called `b`",
+            "[b, b]",
+        ),
         (LINE, ("read: position", "read: positions"), "none of the `queries`", "positions"),
         (LINE, ("read: position}", "read: position, first: 1}"), "takes 2 from number 1", "1"),
         (
