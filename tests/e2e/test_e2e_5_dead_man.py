@@ -24,7 +24,7 @@ GO_ON = ("koala", "khepera3", "epuck")  # that have no dead-man of their own
 LAPTOP, PI = "laptop", "pi"
 OUT = 2.0  # s for which a cable or a network is out
 KEPT = 6.0  # s within which a network delivers what it has kept
-LOOKS = 50.0  # at the robots at least in the time of a bound: what stands there is then 2 % of it off at most
+LOOKS = 40.0  # at the robots in the time of a bound, at least: what is found is then 2.5 % of it off
 PATIENCE = 15.0  # s
 
 
