@@ -106,6 +106,11 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
             label="not part of the vocabulary",
             help=_help_for_unknown(key, tagged, model),
         )
+    if kind == "missing" and isinstance(loc[-1], int):
+        label = f"entry {loc[-1] + 1} is missing"
+        return Diagnostic(
+            "SPEC003", f"{_subject(loc[:-1])} has too few entries", source.span(loc[:-1]), label=label
+        )
     if kind == "missing":
         told = described(tagged, model)
         return Diagnostic(
@@ -144,8 +149,12 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
         known = choices(error)
         shown = f'`"{given}"`' if str(given) in known else _shown(given)
         return Diagnostic("SPEC003", f"`{key}` cannot be {shown}", span, help=_help_for_choice(given, known))
-    if kind == "too_short":
+    if kind == "too_short" and not given:
         return Diagnostic("SPEC003", f"{_subject(loc)} is empty", span, label="needs at least one entry")
+    if kind in _LENGTHS:
+        what, limit = _LENGTHS[kind]
+        message = f"{_subject(loc)} has too {what} entries"
+        return Diagnostic("SPEC003", message, span, label=limit.format(**error["ctx"]))
     if kind in _TYPES:
         quoted = kind in NUMBERS and is_number(given)
         text = written(source, loc) if quoted or type(given) in (int, float) else ""
@@ -226,6 +235,7 @@ _BOUNDS = {
     "less_than_equal": "must be {le:.12g} or less",
     "finite_number": "must be a number that ends",
 }
+_LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
 
 
 _NUMBERS_THAT_RANGE = (

@@ -156,6 +156,7 @@ def test_nothing_is_written_over(folder: Path, capsys: pytest.CaptureFixture[str
         ((*ROBOTS["blind"], "--range", EYES + " headings=1"), "2 names need as many headings, not 1"),
         ((*ROBOTS["blind"], "--range", EYES + " headings=1,x"), "--range: `x` is no number, like 20.0"),
         ((*ROBOTS["blind"], "--range", EYES.replace("10:", "") + " headings=1,2"), "`0.3` is no pair, like"),
+        ((*ROBOTS["blind"], "--range", EYES.replace(",255:0", "") + " headings=1,2"), "has too few entries"),
         ((*ROBOTS["blind"], "--battery", "send=V reply=v volts=1 empty=5 full=4"), "`empty` must be below"),
         ((*ROBOTS["blind"], "--lights", "name=l channels=a,b send=L,{value}"), "needs {value}, and {index}"),
         ((*ROBOTS["moth"], "--raw", "name=f names=a,b send=66 reply=1B"), "has 1 values, sensor `f` takes 2"),

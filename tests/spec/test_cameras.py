@@ -85,6 +85,8 @@ def own(folder: Path, *changes: tuple[str, str]) -> str:
         (("width: 40", "width: 400"), "are 16000 bytes, and it has room for 3200; 56 x 56 fits", "400"),
         (("chip: [640, 480]", "chip: [160, 240]"), "of the chip's 160 x 240; lower `zoom` to 4", "8"),
         (("chip: [640, 480]", "chip: [20, 20]"), "make them smaller", "8"),
+        (("chip: [640, 480]", "chip: [640]"), "`chip` has too few entries; entry 2 is missing", "[640]"),
+        (("chip: [640, 480]", "chip: [640, 480, 3]"), "too many entries; 2 at most", "[640, 480, 3]"),
         (("modes: {mono8: 0, rgb565: 1}", "modes: {rgb565: 1}"), "has no mono8; write rgb565", "mono8"),
         (("{mode:t}", "{mode:b}", "{mono8: 0, rgb565: 1}", "{mono8: 200}"), "a mode of 200", "{mono8: 200}"),
         (
@@ -102,7 +104,7 @@ def own(folder: Path, *changes: tuple[str, str]) -> str:
 def test_a_camera_that_cannot_work_is_shown_where_it_is_wrong(tmp_path, change, message, pointed_at):
     text = own(tmp_path, *zip(change[::2], change[1::2], strict=True))
     [found] = load_catalog(tmp_path / "robots").diagnostics
-    assert message in "; ".join((found.message, *found.help))
+    assert message in "; ".join(filter(None, (found.message, found.label, *found.help)))
     line = text.splitlines()[found.span.line - 1]
     assert line[found.span.column - 1 : found.span.end_column - 1] == pointed_at
 
