@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -34,6 +35,15 @@ def test_the_settings_of_the_example(golden: Callable[[Path, str], None]) -> Non
     [config] = [file for file in bundles(swarm)["rover-pi"].files if file.path == "firmware/rover/config.h"]
     assert config.origin == "robots.rover"
     golden(GOLDEN / "config.h", config.content.decode())
+
+
+def test_the_page_names_the_firmware_that_the_example_makes() -> None:
+    swarm, _ = read(EXAMPLE)
+    assert swarm is not None
+    made = sketch_of(swarm.robots["rover"])
+    assert made is not None
+    named = re.findall(r"\b[0-9a-f]{12}\b", (ROOT / "docs/firmware.md").read_text("utf-8"))
+    assert set(named) == {made.digest}
 
 
 def test_what_is_measured_on_a_robot_is_in_its_sketch(
