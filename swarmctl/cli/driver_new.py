@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -174,20 +175,29 @@ def complaints(name: str, answers: Mapping[str, Any]) -> tuple[str, ...]:
     return (found.message + (f" ({found.label})" if found.label else ""), *found.help)
 
 
+@contextmanager
+def _on_disk() -> Iterator[None]:
+    """What the disk refuses is told, with the file."""
+    try:
+        yield
+    except OSError as error:
+        console.fail(f"cannot write {error.filename}: {error.strerror or error}", "choose another --dir")
+
+
 def _not_there(file: Path, *, force: bool) -> None:
     for one in (file, file.with_suffix(".py")):
-        if one.exists() and not force:
+        with _on_disk():
+            taken = one.exists()
+        if taken and not force:
             console.fail(f"{one} is there already", "choose another name, or write over it with --force")
 
 
 def _write(files: Mapping[Path, str], *, force: bool) -> None:
-    try:
+    with _on_disk():
         for path, text in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("w" if force else "x", encoding="utf-8") as file:
                 file.write(text)
-    except OSError as error:
-        console.fail(f"cannot write {error.filename}: {error.strerror or error}", "choose another --dir")
 
 
 def _next(name: str, files: Mapping[Path, str]) -> None:

@@ -120,6 +120,16 @@ def test_the_class_to_begin_with_speaks_lines(folder: Path) -> None:
     assert (reply and reply.values, reader.noise) == ((12, -3), 1)
 
 
+def test_a_folder_that_cannot_be_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "file").touch()
+    for place, why in (("x" * 300, "file name too long"), ("file", "not a directory")):
+        assert run(["driver", "new", "snail", "--dir", place, *ROBOTS["snail"]]) == exits.ERROR
+        told = capsys.readouterr().err.lower()
+        assert f"cannot write {place}" in told.replace("\n", " ")
+        assert why in told.replace("\n", " ")
+        assert "choose another --dir" in told
+
+
 def test_nothing_is_written_over(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["driver", "new", "snail", *ROBOTS["snail"]]) == exits.OK
     (folder / "robots/snail.py").write_text("mine")
