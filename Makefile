@@ -13,11 +13,11 @@ TEST_TOOLS := sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrd
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
-# Tests wait for clocks more than they compute.
+# Tests wait more than they compute.
 WORKERS := $(shell expr $$(nproc) + 1)
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test experiments dead-man motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test check busy experiments dead-man motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -30,39 +30,47 @@ test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every te
 	$(BIN)/pytest -n $(WORKERS) -m "not lab" $(PYTEST_ARGS)
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
 
-experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
-	$(BIN)/pytest -m lab tests/e2e/test_e2e_paper.py $(PYTEST_ARGS)
+check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
+	$(BIN)/pytest -n 2 -m "not lab" -p tests.changed_first --within 90 $(PYTEST_ARGS)
 
-motion: $(VENV)/.run ## what each robot is told against what it drives, beside the papers' formulas; writes docs/motion-quality.md
+busy: $(VENV)/.dev ## the fast tests beside 8 busy processes: none may fail for want of CPU time
+	@for busy in 1 2 3 4 5 6 7 8; do (while :; do :; done) & pids="$$pids $$!"; done; \
+	  trap "kill $$pids" EXIT; $(BIN)/pytest -n 2 -m "not lab" $(PYTEST_ARGS)
+
+experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
+	$(BIN)/pytest -m lab tests/e2e/test_paper.py $(PYTEST_ARGS)
+
+motion: $(VENV)/.run ## motion commanded against motion driven, with the papers' formulas; writes docs/motion-quality.md
 	$(BIN)/python benchmarks/motion.py --page docs/motion-quality.md
 
-dead-man: $(VENV)/.dev lab-tools ## how soon robots stand, whatever fails: the table of docs/dead-man.md anew (needs root)
-	$(BIN)/pytest -m lab tests/e2e/test_e2e_5_dead_man.py --regenerate $(PYTEST_ARGS)
+dead-man: $(VENV)/.dev lab-tools ## how soon robots stop for each fault; writes the table of docs/dead-man.md (needs root)
+	$(BIN)/pytest -m lab tests/e2e/test_dead_man.py --regenerate $(PYTEST_ARGS)
 
-lint: $(VENV)/.dev ## style, types, and who may import whom
+lint: $(VENV)/.dev ## style, types, Python 3.8 on robots, and who may import whom
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/vermin --quiet --no-tips --target=3.8- templates/packages
 	$(BIN)/lint-imports
 
 fuzz: $(VENV)/.dev ## many more hostile specs than make test has
-	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/pytest -q tests/spec/test_fuzz.py
+	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/pytest -q tests/yamltext/test_fuzz.py
 
-format: $(VENV)/.dev ## lay the code out
+format: $(VENV)/.dev ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-generated: $(VENV)/.dev ## write schemas and reference pages anew from the models
+generated: $(VENV)/.dev ## regenerate schemas and reference pages from the models
 	$(BIN)/swarmctl schema swarm > schemas/swarm.schema.json
 	$(BIN)/swarmctl schema robot-type > schemas/robot-type.schema.json
 	$(BIN)/swarmctl schema swarm --markdown > docs/swarm-reference.md
 	$(BIN)/swarmctl schema robot-type --markdown > docs/robot-type-reference.md
 	$(BIN)/swarmctl rules --format markdown > docs/rules.md
 
-bench: $(VENV)/.dev ## every benchmark
+bench: $(VENV)/.dev ## run every benchmark
 	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done
 
-lock: $(VENV)/.dev ## choose the locked versions anew
+lock: $(VENV)/.dev ## update the locked versions
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --no-emit-index-url --no-annotate --no-header \
 	  --upgrade -o requirements/run.txt pyproject.toml
@@ -97,11 +105,11 @@ test-tools:
 	@$(call install,$(TEST_TOOLS))
 	@$(call install_files,$(TEST_FILES))
 
-editor-tools: ## the YAML language server that the tests ask, where npm is; without it they are skipped
+editor-tools: ## the YAML language server for the tests of editors, if npm is installed; else they are skipped
 	@[ -x $(EDITOR_TOOLS)/node_modules/.bin/yaml-language-server ] || \
 	  timeout 90 npm install --silent --no-audit --no-fund --ignore-scripts --fetch-retries=0 \
 	    --prefix $(EDITOR_TOOLS) yaml-language-server@1.25.0 >/dev/null 2>&1 || \
-	  echo "-- npm is missing, or finds nothing: the tests that ask the YAML language server are skipped"
+	  echo "-- npm is missing or failed: the tests of the YAML language server are skipped"
 
 fetch = { echo "-- installing" $(1); $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; }
 install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -v "$${pair%%:*}" >/dev/null || missing="$$missing $${pair\#\#*:}"; done; \
@@ -109,7 +117,7 @@ install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -
 install_files = missing=; for pair in $(1); do [ -e "$${pair%%:*}" ] || missing="$$missing $${pair\#\#*:}"; done; \
   [ -z "$$missing" ] || $(call fetch,$$missing)
 
-clean: ## remove what building and testing left
+clean: ## remove caches and build results
 	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +
 

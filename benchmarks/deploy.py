@@ -20,15 +20,16 @@ from pathlib import Path
 
 import paramiko
 
-from swarmctl.checks.check import read
 from swarmctl.deploy.rollout import Outcome, deploy, observe
-from swarmctl.lab import lab, network, places
-from swarmctl.lab.plan import plan_of
-from swarmctl.remote.fleet import Finished, result_of
+from swarmctl.lab import lab, paths
+from swarmctl.lab.hosts import network
+from swarmctl.lab.lab_plan import plan_of
+from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File
-from swarmctl.render.host import bundles
+from swarmctl.rules.runner import load_swarm
 
 FILES = 20
 BARE = "bare paramiko: connect, true"
@@ -62,7 +63,7 @@ def spec_of(hosts: int) -> str:
 @contextmanager
 def booted(spec: Path) -> Iterator[tuple[Path, list[Target], Bundles]]:
     """A lab of the spec's hosts: its network namespace, how to reach the hosts, what to deploy."""
-    swarm, diagnostics = read(spec)
+    swarm, diagnostics = load_swarm(spec)
     if swarm is None:
         raise SystemExit(f"the benchmark's own spec is wrong: {diagnostics}")
     name = f"bench-{os.getpid()}"
@@ -187,7 +188,7 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="fail when a bar is missed")
     given = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="swarm-bench-"))
-    os.environ[places.STATE_VARIABLE] = str(folder)
+    os.environ[paths.STATE_VARIABLE] = str(folder)
     try:
         spec = folder / "bench.yaml"
         spec.write_text(spec_of(given.hosts))

@@ -14,8 +14,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from swarmctl.lab import image, lab, places
-from swarmctl.lab.plan import Interface, LabHost, LabNetwork, LabPlan
+from swarmctl.lab import lab, paths
+from swarmctl.lab.hosts import image
+from swarmctl.lab.lab_plan import Interface, LabHost, LabNetwork, LabPlan
 
 BAR = 8.0  # s for ``up`` of three hosts
 BOOT = "hosts boot and answer SSH"
@@ -68,9 +69,9 @@ def main() -> int:
     )
     given = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="swarm-bench-"))
-    os.environ[places.STATE_VARIABLE] = str(folder)
+    os.environ[paths.STATE_VARIABLE] = str(folder)
     try:
-        image.ensured(lambda line: print(f"  image: {line}", file=sys.stderr))
+        image.ensure(lambda line: print(f"  image: {line}", file=sys.stderr))
         rounds = [measured(plan_of(given.hosts)) for _ in range(given.rounds)]
     finally:
         shutil.rmtree(folder)

@@ -20,17 +20,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from swarmctl.checks.check import read
 from swarmctl.deploy.rollout import Outcome, deploy
-from swarmctl.lab import lab, network, places, processes
-from swarmctl.lab.plan import plan_of
-from swarmctl.remote.fleet import Finished, result_of
+from swarmctl.lab import lab, paths
+from swarmctl.lab.hosts import network, processes
+from swarmctl.lab.lab_plan import plan_of
+from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
-from swarmctl.render.host import bundles
-from swarmctl.topology.interfaces import driver_topics
-from swarmctl.topology.names import namespace
-from swarmctl.topology.swarm import Swarm
+from swarmctl.render.build_bundle import bundles
+from swarmctl.rules.runner import load_swarm
+from swarmctl.swarm.names import namespace
+from swarmctl.swarm.resolved import Swarm
+from swarmctl.swarm.topics import driver_topics
 
 HOST = "leader"
 BARE = "bare"
@@ -148,7 +149,7 @@ class Leader:
 
     def all(self) -> list[int]:
         """Every process of the host."""
-        place = places.home(self._name)
+        place = paths.lab_paths(self._name)
         return processes.in_network_namespaces([network.namespace_path(place, HOST)])
 
     def moving(self) -> dict[str, bool]:
@@ -194,14 +195,14 @@ def costs(pids: Mapping[str, int], seconds: float) -> dict[str, Cost]:
 
 @dataclass(frozen=True)
 class Measured:
-    """A bare node; each driver while nobody listens, and while one node hears all; then also the whole host.
+    """A bare node; each driver without and with a subscriber of all its topics; then the whole host.
 
-    ``rates`` are Hz by topic, ``first`` and ``last`` the s from an order to the first and to the last robot.
+    ``rates`` are Hz by topic, ``first`` and ``last`` the s from a command to the first and to the last robot.
     """
 
     bare: Cost
     drivers: Mapping[str, Cost]
-    heard: Mapping[str, Cost]
+    subscribed: Mapping[str, Cost]
     host: float
     rates: Mapping[str, float]
     first: Sequence[float]
@@ -213,29 +214,29 @@ def measured(leader: Leader, seconds: float) -> Measured:
     orders = [f"{namespace(name)}={SPEEDS[robot.type_name]}" for name, robot in robots.items()]
     with leader.running("drive.py", *orders, "/bare=0") as drive:
         with leader.running("bare.py", "/bare", 10, 5):
-            tell(drive, 1.0)
+            move(drive, 1.0)
             leader.awaits(lambda seen: all(seen.values()), "not every robot moves")
             time.sleep(5.0)  # until all is imported and connected
             drivers, (bare,) = leader.drivers(), processes.with_arguments("-uc", "/bare")
             alone = costs({**drivers, BARE: bare}, seconds)
         with leader.running("listen.py", seconds, *leader.topics()) as listen:
             time.sleep(3.0)
-            heard = costs({str(pid): pid for pid in leader.all()}, seconds - 1)
+            subscribed = costs({str(pid): pid for pid in leader.all()}, seconds - 1)
             assert listen.stdout is not None
             rates = json.loads(listen.stdout.readline())
         first, last = zip(*(latency(leader, drive, bool(turn % 2)) for turn in range(CHANGES)), strict=True)
     return Measured(
         bare=alone.pop(BARE),
         drivers=alone,
-        heard={name: heard[str(pid)] for name, pid in drivers.items()},
-        host=sum(one.cpu for one in heard.values()),
+        subscribed={name: subscribed[str(pid)] for name, pid in drivers.items()},
+        host=sum(one.cpu for one in subscribed.values()),
         rates=rates,
         first=first,
         last=last,
     )
 
 
-def tell(drive: subprocess.Popen[str], factor: float) -> float:
+def move(drive: subprocess.Popen[str], factor: float) -> float:
     """Have all robots go at ``factor`` of their speeds; the moment of the first such order."""
     assert drive.stdin is not None
     assert drive.stdout is not None
@@ -247,36 +248,36 @@ def tell(drive: subprocess.Popen[str], factor: float) -> float:
 def latency(leader: Leader, drive: subprocess.Popen[str], moves: bool) -> tuple[float, float]:
     """Seconds from an order to all robots until the first and until the last obeys."""
     time.sleep(0.5)
-    told = tell(drive, float(moves))
+    commanded = move(drive, float(moves))
     first = leader.awaits(lambda seen: moves in seen.values(), "no robot obeys")
     last = leader.awaits(lambda seen: set(seen.values()) == {moves}, "a robot does not obey")
-    return first - told, last - told
+    return first - commanded, last - commanded
 
 
 def shown(swarm: Swarm, found: Measured, wanted: Mapping[str, float]) -> bool:
     """Print the table; whether every bar is kept."""
     slow = {topic: found.rates[topic] for topic, rate in wanted.items() if found.rates[topic] < RATE * rate}
-    print(f"{'driver of':12}{'CPU %':>8}{'x bare':>8}{'heard %':>9}{'RSS MB':>8}{'PSS MB':>8}{'topics':>8}")
+    print(f"{'driver of':12}{'CPU %':>8}{'x bare':>8}{'subscr. %':>9}{'RSS MB':>8}{'PSS MB':>8}{'topics':>8}")
     for name in swarm.robots:
-        own, heard = found.drivers[name], found.heard[name]
+        own, subscribed = found.drivers[name], found.subscribed[name]
         topics = sum(topic.startswith(f"{namespace(name)}/") for topic in wanted)
         print(
-            f"{name:12}{own.cpu:8.2f}{own.cpu / found.bare.cpu:8.1f}{heard.cpu:9.2f}"
+            f"{name:12}{own.cpu:8.2f}{own.cpu / found.bare.cpu:8.1f}{subscribed.cpu:9.2f}"
             f"{own.resident:8.1f}{own.share:8.1f}{topics:8}"
         )
     bare = found.bare
     print(f"{'bare node':12}{bare.cpu:8.2f}{1:8.1f}{'':9}{bare.resident:8.1f}{bare.share:8.1f}")
-    print(f"the host in all, while everything is heard: {found.host:.1f} % of one core")
+    print(f"the host in all, while all topics are subscribed: {found.host:.1f} % of one core")
     print(f"order to the first robot: median {median(found.first):.3f} s, highest {max(found.first):.3f} s")
     print(f"order to the last robot: median {median(found.last):.3f} s, highest {max(found.last):.3f} s")
     for topic, rate in list(slow.items())[:SHOWN]:
         print(f"{topic} comes at {rate:.1f} instead of {wanted[topic]:g} Hz")
     memory = max(one.resident for one in found.drivers.values())
-    idle, busy = (median([one.cpu for one in all_.values()]) for all_ in (found.drivers, found.heard))
+    idle, busy = (median([one.cpu for one in all_.values()]) for all_ in (found.drivers, found.subscribed))
     bars = {
         f"RSS of a driver: {memory:.1f} <= {MEMORY:g} MB": memory <= MEMORY,
         f"CPU of a driver, median: {idle:.2f} <= {CPU:g} %": idle <= CPU,
-        f"the same, while it is heard: {busy:.2f} <= {CPU:g} %": busy <= CPU,
+        f"the same, while it is subscribed: {busy:.2f} <= {CPU:g} %": busy <= CPU,
         f"rates: {len(wanted) - len(slow)} of {len(wanted)} >= {RATE:.0%} of what is wanted": not slow,
     }
     for bar, kept in bars.items():
@@ -291,11 +292,11 @@ def main() -> int:
     parser.add_argument("--check", action="store_true", help="exit 1 when a bar is missed")
     given = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="swarm-bench-"))
-    os.environ[places.STATE_VARIABLE] = str(folder)
+    os.environ[paths.STATE_VARIABLE] = str(folder)
     try:
         spec = folder / "bench.yaml"
         spec.write_text(spec_of(given.robots))
-        swarm, diagnostics = read(spec)
+        swarm, diagnostics = load_swarm(spec)
         if swarm is None:
             raise SystemExit(f"the benchmark's own spec is wrong: {diagnostics}")
         with booted(swarm) as name:

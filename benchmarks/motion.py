@@ -1,4 +1,4 @@
-"""How well robots drive as told: ``python benchmarks/motion.py [--page FILE]``; exit 1 beyond a bar.
+"""How well robots follow commands: ``python benchmarks/motion.py [--page FILE]``; exit 1 beyond a bar.
 
 Every robot type on its emulator, in time that nobody waits for, beside the papers' own formulas.
 """
@@ -12,7 +12,9 @@ from pathlib import Path
 
 from swarmctl import resources
 
-sys.path.append(str(resources.templates() / "drivers"))  # what runs on robots is no package of swarmctl
+sys.path.append(
+    str(resources.templates() / "packages/driver")
+)  # what runs on robots is no package of swarmctl
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

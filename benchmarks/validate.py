@@ -1,8 +1,8 @@
-"""How fast specs are checked: ``python benchmarks/validate.py [--quick]``; exit 1 above a bar.
+"""Time and memory of `swarmctl validate`: ``python benchmarks/validate.py [--quick]``; exit 1 above a bar.
 
-Specs of each mode, without a fault, of 100 to 10 000 robots. The measure is ``yaml.compose`` with the C
+Specs of each mode without errors, with 100 to 10 000 robots. The measure is ``yaml.compose`` with the C
 loader on the same text in the same process, both with the collector off, by the least CPU time of several
-runs. Memory and the time of the whole command are those of a ``swarmctl validate`` process of its own.
+runs. Memory and the time of the whole command are measured in a separate ``swarmctl validate`` process.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ SIZES = (100, 1_000, 10_000)
 EACH = 5  # robots a host drives
 ISLAND = 10  # hosts of an island in mode combined
 PROGRAM = str(Path(sys.executable).with_name("swarmctl"))
-EXPECTED = {"MODE001", "PROG001"}  # what this version says of every such spec: it checks more than it deploys
+EXPECTED = {"MODE001", "PROG001"}  # findings that every such spec may have
 LAYOUTS = ("block", "line")
 
 
 def spec_of(mode: str, robots: int, layout: str = "block") -> str:
-    """A spec without a fault, as people write one. ``layout`` is how the wlan lists its hosts."""
+    """A spec without errors, in usual style. ``layout``: the wlan lists its hosts as block or in one line."""
     hosts = ["station"]
     if mode != "single-minded":
         hosts += [f"pi-{number:04}" for number in range(1, max(2, robots // EACH))]
@@ -93,7 +93,7 @@ def _networks(hosts: Sequence[str], layout: str) -> Iterator[str]:
 
 
 def _lines(mode: str, names: Sequence[str], driver: dict[str, str]) -> Iterator[str]:
-    """Of five robots one by Bluetooth, one at the host's own port, three by USB; one host has few radios."""
+    """Of five robots one uses Bluetooth, one the host's own port, three USB; one host has few adapters."""
     alone = mode == "single-minded"
     for number, name in enumerate(names):
         kind = number % EACH
@@ -132,7 +132,7 @@ def _islands(hosts: Sequence[str]) -> Iterator[str]:
 
 
 def _control(mode: str, driver: dict[str, str]) -> Iterator[str]:
-    """One leads all robots, or each host commands its own; a joystick goes before them with some."""
+    """A leader commands all robots, or each host its own; a joystick has a higher priority for some."""
     led = mode in ("single-minded", "leader")
     commanders: dict[str, list[str]] = {}
     for robot, host in driver.items():
@@ -145,7 +145,7 @@ def _control(mode: str, driver: dict[str, str]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Row:
-    """One spec measured."""
+    """The measurements of one spec."""
 
     name: str
     robots: int
@@ -161,7 +161,7 @@ class Row:
 
 
 def measured(name: str, robots: int, text: str, runs: int) -> Row:
-    """Times in one process, memory in another, each new."""
+    """Measures times in one new process and memory in another."""
     with tempfile.TemporaryDirectory(prefix="swarm-bench-") as folder:
         file = Path(folder, "swarm.yaml")
         file.write_text(text, "utf-8")
@@ -175,21 +175,21 @@ def whole(command: Sequence[str]) -> tuple[float, float]:
     """CPU time and memory of a process from its start to its end."""
     child = subprocess.Popen(command)
     _, status, usage = os.wait4(child.pid, 0)
-    child.returncode = os.waitstatus_to_exitcode(status)  # else Popen would wait for it again
+    child.returncode = os.waitstatus_to_exitcode(status)  # so that Popen does not wait for it again
     if child.returncode:
         raise SystemExit(f"{' '.join(command)} ended with {child.returncode}")
     return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
 def times(file: Path, runs: int) -> tuple[float, float]:
-    """Least CPU time of ``yaml.compose`` and of the whole check, in turn."""
+    """The least CPU times of ``yaml.compose`` and of the whole check, measured in turn."""
     import yaml
 
-    from swarmctl.checks.check import examine
-    from swarmctl.spec.source import collector_paused
+    from swarmctl.rules.runner import load_checked
+    from swarmctl.yamltext.source import collector_paused
 
     text = file.read_text("utf-8")
-    _, found = examine(file)
+    _, found = load_checked(file)
     if odd := {one.code: one.message for one in found if one.code not in EXPECTED}:
         raise SystemExit(f"the benchmark's own spec has findings: {odd}")
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -197,7 +197,7 @@ def times(file: Path, runs: int) -> tuple[float, float]:
     for _ in range(runs):
         with collector_paused():
             compose.append(seconds(lambda: yaml.compose(text, Loader=loader)))
-        validate.append(seconds(lambda: examine(file)))
+        validate.append(seconds(lambda: load_checked(file)))
     return min(compose), min(validate)
 
 
@@ -205,7 +205,7 @@ def seconds(work: Callable[[], object]) -> float:
     began = time.process_time()
     done = work()
     ended = time.process_time()
-    del done  # what was made is taken apart outside the measured time, of both alike
+    del done  # freed outside the measured time, for both alike
     return ended - began
 
 
@@ -219,7 +219,7 @@ def rows(sizes: Sequence[int], runs: int) -> Iterator[Row]:
 
 
 def verdicts(found: Iterable[Row]) -> Iterator[tuple[bool, str]]:
-    """What the bars say, each with whether it holds."""
+    """Each bar with its measured value, and whether it holds."""
     named: dict[str, list[Row]] = {}
     for row in found:
         named.setdefault(row.name, []).append(row)
@@ -254,7 +254,7 @@ def main() -> int:
               f"{row.ratio:7.2f}{row.process:11.2f}{row.megabytes:6.0f}", flush=True)  # fmt: skip
     held = list(verdicts(found))
     passed = all(holds for holds, _ in held)
-    print(f"{'PASS' if passed else 'FAIL'}: {', '.join(told for _, told in held)}")
+    print(f"{'PASS' if passed else 'FAIL'}: {', '.join(text for _, text in held)}")
     return 0 if passed else 1
 
 

@@ -1,5 +1,6 @@
-"""Where the files that swarmctl ships live: beside the package in a checkout, inside it in a wheel."""
+"""Folders of the files that swarmctl ships: beside the package in a checkout, inside it in a wheel."""
 
+import sys
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -11,10 +12,21 @@ def _folder(name: str) -> Path:
 
 
 def templates() -> Path:
-    """The folder of everything that lands on a robot: robot types, drivers, agent, host templates."""
+    """The folder of robot types, host templates and the packages that run on hosts."""
     return _folder("templates")
 
 
 def schemas() -> Path:
     """The folder of the generated JSON Schemas."""
     return _folder("schemas")
+
+
+def make_robot_packages_importable() -> None:
+    """Let swarmctl import the packages that it shares with robots: the agent's types, the driver.
+
+    They are shipped as files and not installed; in a checkout and in a wheel they are imported from there.
+    """
+    for package in ("agent", "common", "driver", "rosserial"):
+        path = str(templates() / "packages" / package)
+        if path not in sys.path:
+            sys.path.append(path)

@@ -10,9 +10,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
-ROOT = Path(__file__).resolve().parent.parent
+from tests import ROOT
+
 MEASURED = "measured"
+_RUN: list[str] = []
+_REFUSED: list[str] = []
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -20,9 +24,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure() -> None:
-    """What a script starts with ``&`` ignores Ctrl-C, and so do the programs in which tests press it."""
+    """Let Ctrl-C through, which a script's background job ignores; give Hypothesis no limit of real time."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    settings.register_profile("busy", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.load_profile("busy")
 
 
 @pytest.fixture(autouse=True)
@@ -39,6 +45,18 @@ def note(request: pytest.FixtureRequest) -> Callable[[str, str, str], None]:
     return lambda what, value, bar: figures.append((MEASURED, (what, value, bar)))
 
 
+@pytest.fixture
+def counted() -> list[str]:
+    """Where tests note their hostile inputs; the number stands at the end of the run."""
+    return _RUN
+
+
+@pytest.fixture
+def refused() -> list[str]:
+    """Where tests note the failing specs; the number stands at the end of the run."""
+    return _REFUSED
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """The figures that tests kept; reports carry them here also from other processes."""
     reports = [*terminalreporter.getreports("passed"), *terminalreporter.getreports("failed")]
@@ -50,6 +68,10 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         wide = max(len(value) for _, value, _ in figures)
         for what, value, bar in figures:
             terminalreporter.write_line(f"{what:<{width}}  {value:>{wide}}  {bar}".rstrip())
+    if _RUN:
+        terminalreporter.write_line(f"hostile inputs run: {len(_RUN)}")
+    if _REFUSED:
+        terminalreporter.write_line(f"failing specs: {len(_REFUSED)}")
 
 
 @pytest.fixture

@@ -18,12 +18,14 @@ from pathlib import Path
 
 import pytest
 
+from tests import ROOT
+
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The project as a wheel, built from a copy so that the checkout stays as it is."""
     root, copy, out = (
-        Path(__file__).parents[1],
+        ROOT,
         tmp_path_factory.mktemp("copy"),
         tmp_path_factory.mktemp("wheel"),
     )
@@ -97,8 +99,8 @@ def test_it_validates_and_renders_from_another_folder(
     )
     here = ran(Path(sys.executable), *render, cwd=root)  # this checkout, whatever is installed
     digests = [
-        {host: one["digest"] for host, one in json.loads(told.stdout)["hosts"].items()}
-        for told in (rendered, here)
+        {host: one["digest"] for host, one in json.loads(one_run.stdout)["hosts"].items()}
+        for one_run in (rendered, here)
     ]
     assert digests[0] == digests[1]
     assert os.access(tmp_path / "made/k3-pi/bin/ros-exec", os.X_OK)
@@ -134,7 +136,7 @@ def test_it_names_every_package_that_it_imports(wheel: Path, root: Path) -> None
         declared = Parser().parsestr(archive.read(metadata).decode()).get_all("Requires-Dist") or []
     names = {canonical(re.match(r"[\w.-]+", one)[0]) for one in declared if "extra ==" not in one}  # type: ignore[index]
     imported = {module for file in (root / "swarmctl").rglob("*.py") for module in imports(file)}
-    shipped = {one.parent.name for one in (root / "templates/drivers").glob("*/__init__.py")}
+    shipped = {one.parent.name for one in (root / "templates/packages").glob("*/*/__init__.py")}
     foreign = imported - set(sys.stdlib_module_names) - {"swarmctl"} - shipped
     owners = packages_distributions()
     assert {

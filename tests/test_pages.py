@@ -11,12 +11,21 @@ from typing import Any
 import pytest
 import typer
 
-from swarmctl.checks.check import read
 from swarmctl.cli.app import app
+from swarmctl.rules.runner import load_swarm
 from swarmctl.spec.load import load
+from tests import ROOT
 
-ROOT = Path(__file__).parents[1]
-PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*/README.md")])
+PAGES = sorted(
+    [
+        *ROOT.glob("*.md"),
+        *ROOT.glob("docs/*.md"),
+        *ROOT.glob("examples/*/README.md"),
+        ROOT / "tests/README.md",
+    ]
+)
+#: The pages for contributors name files of the repository, and short names beside the file named before.
+OF_FILES = [ROOT / one for one in ("docs/architecture.md", "CONTRIBUTING.md", "tests/README.md")]
 EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
 
 
@@ -79,5 +88,26 @@ def test_its_specs_say_what_can_be_said(page: Path, tmp_path: Path) -> None:
         if re.search(r"^(version|mode|hosts|robots|links|programs|control|multimaster):", text, re.MULTILINE):
             shown = tmp_path / "shown.yaml"
             shown.write_text(text, "utf-8")
-            _, found = read(shown) if text.startswith("version:") else load([EXAMPLE, shown])
+            _, found = load_swarm(shown) if text.startswith("version:") else load([EXAMPLE, shown])
             assert [one.message for one in found] == []
+
+
+@pytest.mark.parametrize("page", OF_FILES, ids=name_of)
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    folder = ROOT
+    for line in page.read_text("utf-8").splitlines():
+        for named in re.findall(r"`([\w*./<>-]+)`", line):
+            path = re.sub(r"<\w+>|NAME|what", "*", named)
+            if re.match(r"(swarmctl|templates|tests|docs|examples|benchmarks)/", path):
+                assert list(ROOT.glob(path)) or "*" in path.rpartition("/")[2], named
+                folder = ROOT / path.rpartition("/")[0]
+            elif re.fullmatch(r"[\w.]+\.(py|j2)", path):
+                near = [*folder.glob(path), *(ROOT / "templates/host").glob(path), *page.parent.glob(path)]
+                assert near, named
+
+
+def test_the_layers_of_the_page_are_those_of_the_contract() -> None:
+    contract = re.search(r"^layers = \[\n(.*?)^\]", (ROOT / "pyproject.toml").read_text("utf-8"), re.S | re.M)
+    assert contract
+    layers = re.findall(r'"(.+)"', contract[1])
+    assert "\n".join(layers).replace("swarmctl.", "") in (ROOT / "docs/architecture.md").read_text("utf-8")

@@ -9,9 +9,9 @@ from swarm_driver.config import Serial
 
 from swarmctl.lab.emulators import Robot
 from swarmctl.lab.emulators.robot import NoticesPort
-from swarmctl.lab.emulators.virtual import VirtualPort
+from swarmctl.lab.emulators.virtual_time import VirtualPort
 
-SOON = 1e-5  # s; a robot that speaks unasked is listened to as often at most
+SOON = 1e-5  # s; the shortest period of reading unsolicited output
 ADAPTER = 0.016  # s for which a USB adapter of FTDI keeps an answer back, as it comes out of the box
 
 
@@ -77,7 +77,7 @@ class TimedLine:
     def _moments(self) -> Iterator[float]:
         """When something comes next that can be foreseen."""
         yield from (each[0][0] for each in (self._sent, self._answered) if each)
-        yield self._port.time + max(SOON, self._port.robot.unasked_due())
+        yield self._port.time + max(SOON, self._port.robot.unsolicited_due())
 
     def _arrived(self) -> bool:
         return bool(self._answered) and self._answered[0][0] <= self._clock.now

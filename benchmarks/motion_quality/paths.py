@@ -114,7 +114,7 @@ def after(place: Place, twist: Twist, seconds: float) -> Place:
 
 
 def commanded(manoeuvre: Manoeuvre, wheels: Wheels) -> Place:
-    """Where ``manoeuvre`` leads a robot that does as it is told, within its limits."""
+    """Where ``manoeuvre`` leads a robot that follows its commands within its limits."""
     place = Place()
     for leg in manoeuvre.legs:
         place = after(place, wheels.limited(leg.twist), leg.seconds)

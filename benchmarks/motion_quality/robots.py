@@ -14,8 +14,8 @@ from swarm_driver.protocols import RosserialProtocol
 from motion_quality.papers import FORMULAS, Formula, OnBoard
 from motion_quality.paths import Wheels
 from swarmctl.lab.emulators import TYPES, Robot, emulator
+from swarmctl.robot_types.driver_params import params_of
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.params import params_of
 
 #: Types that are another language of the same robot.
 EMULATED_BY = {"epuck-binary": "epuck"}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 
+from swarm_driver.actuators import ActuatorSettings
+from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config
 from swarm_driver.driver import Driver, Phase
 from swarm_driver.kinematics import Pose
-from swarm_driver.orders import Orders
-from swarm_driver.outputs import Outputs
 from swarm_driver.relay import Outgoing, Parameter
 from swarm_rosserial.topics import MessageType
 
@@ -25,7 +25,7 @@ STILL = Twist(0.0, 0.0)
 
 
 class Track:
-    """A driver's sink that keeps the latest pose; everything else a driver tells is not wanted here."""
+    """A driver's sink that keeps the latest pose; other reports are ignored."""
 
     def __init__(self) -> None:
         self.pose = Pose()
@@ -80,13 +80,13 @@ class Ride:
         self.robot = robot
         self._clock = Clock()
         self._line = TimedLine(robot, config.serial, self._clock)
-        self._orders = Orders(self._clock)
+        self._orders = CommandMailbox(self._clock)
         self._track = Track()
         self._driver = Driver(
             config,
             self._orders,
             self._track,
-            Outputs(config.actuators, self._orders.ring, self._clock),
+            ActuatorSettings(config.actuators, self._orders.ring, self._clock),
             Unheard(),
             open_port=lambda: self._line,
             clock=self._clock,

@@ -1,6 +1,6 @@
 """The least that a node with a driver's topics costs: ``bare.py NAMESPACE ODOM_HZ READINGS_HZ``.
 
-It publishes and hears as a driver does, and drives nothing.
+It publishes and subscribes as a driver does, and drives nothing.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ run swarmctl status "$spec" --lab-name "$name"
 say "Where the robots are"
 run swarmctl lab robots "$spec" --name "$name"
 
-say "Orders from a host that does not lead: no robot obeys, and the status tells who tries"
+say "Commands from a host that does not lead: no robot obeys, and status names the sender"
 publish epuck-pi /k3/cmd_vel '{linear: {x: 0.10}}' 10 &
 sleep 2
 standing
@@ -65,7 +65,7 @@ sleep 2.5
 run swarmctl lab robots "$spec" --name "$name"
 wait
 
-say "The orders have stopped, and so have the robots, 0.5 s later"
+say "The commands have stopped, and so have the robots, 0.5 s later"
 sleep 1
 run swarmctl lab robots "$spec" --name "$name"
 standing

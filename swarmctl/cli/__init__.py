@@ -1,1 +1,1 @@
-"""The command line: one module a verb. A verb parses, calls its rooms and prints; it decides nothing."""
+"""The command line: one module per verb. A verb parses arguments, calls other packages and prints."""

@@ -1,4 +1,4 @@
-"""Where output goes: results to stdout, everything about them to stderr. Colour only where it is wanted."""
+"""Output: results on stdout, everything else on stderr, with colour or without."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from swarmctl.cli.layers import Layers
-    from swarmctl.spec.diagnostics import Diagnostic
+    from swarmctl.cli.spec_args import Layers
+    from swarmctl.diagnostics import Diagnostic
     from swarmctl.spec.load import Document
-    from swarmctl.topology.swarm import Swarm
+    from swarmctl.swarm.resolved import Swarm
 
 WIDE = 240
 
@@ -38,22 +38,23 @@ _colour = ContextVar("colour", default=Colour.AUTO)
 
 
 def choose_colour(asked: Colour | None) -> None:
-    """What ``--color`` says; without it the environment decides, and whether somebody looks."""
+    """Set the colour mode of ``--color``; without it, the environment and the terminal decide."""
     if asked is not None:
         _colour.set(asked)
 
 
 def out() -> Console:
-    """Results. What is not a terminal has no width of its own: tables are not folded there."""
+    """The console of stdout, for results. Tables are not folded if stdout is not a terminal."""
     return _console(stderr=False, terminal=sys.stdout.isatty(), coloured=_coloured(sys.stdout))
 
 
 def err() -> Console:
+    """The console of stderr, for messages, warnings and progress."""
     return _console(stderr=True, terminal=sys.stderr.isatty(), coloured=_coloured(sys.stderr))
 
 
 def _coloured(stream: TextIO) -> bool:
-    """https://no-color.org and https://force-color.org: a variable that is set to nothing is not set."""
+    """https://no-color.org and https://force-color.org: an empty variable counts as unset."""
     if (asked := _colour.get()) is not Colour.AUTO:
         return asked is Colour.ALWAYS
     if os.environ.get("NO_COLOR"):
@@ -63,10 +64,12 @@ def _coloured(stream: TextIO) -> bool:
 
 @cache
 def _console(*, stderr: bool, terminal: bool, coloured: bool) -> Console:
-    """One console for each stream, so that what is printed beside a live display stays above it."""
+    """One console per stream, so that text printed during a live display stays above it."""
     from rich.console import Console
 
     dumb = not terminal or os.environ.get("TERM") == "dumb"
+    sizes = ("COLUMNS", "LINES")  # a size of 0 would hide all text
+    environ = {key: value for key, value in os.environ.items() if key not in sizes or value.strip("0")}
     return Console(
         stderr=stderr,
         force_terminal=terminal,
@@ -77,20 +80,21 @@ def _console(*, stderr: bool, terminal: bool, coloured: bool) -> Console:
         highlight=False,
         markup=False,
         emoji=False,
+        _environ=environ,
     )
 
 
 def print_json(document: Any) -> None:
-    """One JSON document on stdout, and nothing else there."""
+    """Print one JSON document on stdout."""
     json.dump(document, sys.stdout, indent=2, ensure_ascii=True)
     sys.stdout.write("\n")
 
 
-def fail(message: str, *help_lines: str, code: int = exits.ERROR) -> NoReturn:
-    """Say on stderr what went wrong and how to mend it, and end with ``code``."""
+def fail(message: str, *help_lines: str, code: int = exit_codes.ERROR) -> NoReturn:
+    """Print an error and how to fix it on stderr, and exit with ``code``."""
     from rich.text import Text
 
-    from swarmctl.views.text import printable
+    from swarmctl.views.escape import printable
 
     err().print(Text.assemble(("error", "bold red"), (f": {printable(message)}", "bold")))
     for line in help_lines:
@@ -99,7 +103,7 @@ def fail(message: str, *help_lines: str, code: int = exits.ERROR) -> NoReturn:
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
-    """Findings on stderr, each with the lines of text that it is about."""
+    """Print findings on stderr, each with the lines of the file that it is about."""
     from swarmctl.views.findings import human
 
     if diagnostics:
@@ -108,7 +112,7 @@ def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
 
 
 def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
-    """The texts of the files that findings point into, of those that can be read."""
+    """The texts, by file, of the readable files that the findings are in."""
     spans = [span for found in diagnostics for span in (found.span, *(note.span for note in found.notes))]
     texts = {}
     for file in {span.file for span in spans if span}:
@@ -118,21 +122,21 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
 
 
 def read_document(spec: Layers) -> Document:
-    """The document of a spec; with errors in it, they are shown and the program ends."""
-    from swarmctl.checks.check import examine
+    """The checked document of a spec; prints its findings and exits if there are errors."""
+    from swarmctl.rules.runner import load_checked
     from swarmctl.views.findings import human
     from swarmctl.views.findings.report import Checked
 
-    document, diagnostics = examine(*spec.files)
+    document, diagnostics = load_checked(*spec.files)
     print_diagnostics(diagnostics)
     if document is None:
         err().print(human.verdict(Checked(str(spec), None, diagnostics), passes=False))
-        raise typer.Exit(exits.ERROR)
+        raise typer.Exit(exit_codes.ERROR)
     return document
 
 
 def read_spec(spec: Layers) -> Swarm:
-    """The resolved swarm of a spec; with errors in it, they are shown and the program ends."""
-    from swarmctl.topology.resolve import resolve
+    """The resolved swarm of a spec; prints its findings and exits if there are errors."""
+    from swarmctl.swarm.resolve import resolve
 
     return resolve(read_document(spec))

@@ -1,4 +1,4 @@
-"""One board that speaks rosserial on the bench: the driver's own conversation with it, every frame timed."""
+"""A rosserial board under test: the driver's own conversation with it, every frame with its time."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
-from swarm_driver.board import COMMAND
 from swarm_driver.config import Config
 from swarm_driver.kinematics import Odometry, Pose, within_limits
 from swarm_driver.link import BytePort, LinkLostError
 from swarm_driver.port import PortError
 from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.relay import Relay
+from swarm_driver.rosserial_robot import COMMAND
 from swarm_driver.wheels import Wheels
 from swarm_rosserial import frames
 from swarm_rosserial.conversation import (
@@ -32,24 +32,24 @@ from swarm_rosserial.conversation import (
 from swarm_rosserial.messages import TWIST_MD5, TWIST_TYPE, BadMessageError, Log, twist
 from swarm_rosserial.topics import MessageType
 
-from swarmctl.conformance.wheeled import Mends, Motion, NoBoard, NotStoppedError, Pace
-from swarmctl.conformance.wire import Wire
-from swarmctl.spec.messages import size_of
+from swarmctl.conformance.motion_base import Fixes, Motion, NoBoard, NotStoppedError, Pace
+from swarmctl.conformance.timed_port import TimedPort
+from swarmctl.robot_types.message_sizes import size_of
 
-Order = tuple[float, float]  # m/s forward, rad/s to the left
-STANDSTILL: Order = (0.0, 0.0)
-KEEP_UP = 0.1  # s after which an order is said again
-_STANDS = 0.3  # s without a count after which a wheel stands; counts come ten times a second or so
+Velocity = tuple[float, float]  # m/s forward, rad/s to the left
+STANDSTILL: Velocity = (0.0, 0.0)
+COMMAND_REFRESH_S = 0.1  # s after which a command is repeated
+_STANDS = 0.3  # s without a count after which a wheel stands; counts come about ten times a second
 _WARNING = 2  # of rosserial_msgs/Log
 _ANY = 10.0  # times the top speed
-_COUNTS = 2.0  # s in which counts come, if they do
-_LAST_WORD = 0.05  # s for the last bytes to leave before the port is closed
+_COUNTS = 2.0  # s in which counts must come
+_LAST_WORD = 0.05  # s for the last bytes to be sent before the port is closed
 #: A sketch's loop needs a while to reach a speed, and 20 pulses a turn a while to be measured.
 PACE = Pace(settle=1.0, measure=2.0, silence=2.0, questions=10)
 
 
 def type_of(name: str) -> MessageType | None:
-    """A message type as far as it is known without ROS: orders, and what is one number or text."""
+    """A message type as far as it is known without ROS: commands, and what is one number or text."""
     if name == TWIST_TYPE:
         return MessageType(TWIST_MD5, len(twist(*STANDSTILL)))
     package, _, kind = name.partition("/")
@@ -63,16 +63,16 @@ def type_of(name: str) -> MessageType | None:
 
 
 class _Topics(NoBoard):
-    """For a whole driver: what types there are."""
+    """A relay that only knows message types."""
 
     def type_of(self, name: str) -> MessageType | None:
         return type_of(name)
 
 
 class BoardBench:
-    """A ``Wheeled`` robot whose board speaks by itself. Raises ``LinkLostError`` and ``PortError``.
+    """A ``Wheeled`` robot with a rosserial board. Raises ``LinkLostError`` and ``PortError``.
 
-    ``said`` is an ``Order``. Frames are kept with the time at which they came.
+    Commands are of type ``Velocity``. Frames are stored with the time of their arrival.
     """
 
     reply_timeout = 0.0
@@ -87,56 +87,56 @@ class BoardBench:
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         if not isinstance(config.protocol, RosserialProtocol):
-            raise ValueError(f"a {config.robot} speaks no rosserial")
+            raise ValueError(f"robot type {config.robot} does not use rosserial")
         self.config, self.protocol = config, config.protocol
         self.open_port, self.pace, self.clock, self.sleep = open_port, pace, clock, sleep
         self.relay: Relay = _Topics()
         self.firmware = ""
-        self.complaint = ""  # what the sketch warned of last
+        self.warning = ""  # the latest warning of the sketch
         self.announced: Negotiated | None = None
-        self.frames: list[tuple[float, int]] = []  # when, and the id of its topic
+        self.frames: list[tuple[float, int]] = []  # time, topic id
         self.arrivals: dict[str, list[float]] = defaultdict(list)
-        self.misfits: dict[str, str] = {}  # topics whose messages are none of their type
+        self.bad_messages: dict[str, str] = {}  # by topic: why its messages are invalid
         self.poses: list[tuple[float, Pose]] = []
-        self.turned_at = -math.inf  # when a wheel was last seen to have turned
-        self.said_at = -math.inf
-        self.lost_frames = self.lost_bytes = 0  # on connections that are over
-        self._said: Order | None = None
+        self.turned_at = -math.inf  # time of the latest movement of a wheel
+        self.commanded_at = -math.inf
+        self.lost_frames = self.lost_bytes = 0  # on closed connections
+        self._commanded: Velocity | None = None
         self._odometry = Odometry()
-        # A driver takes a wheel far beyond its limit for a board that was reset; here it is to be seen.
+        # A driver takes a wheel far beyond its limit for a reset board; here it must be measured.
         self._any_speed = replace(config.kinematics, wheel_speed_max=_ANY * config.kinematics.wheel_speed_max)
-        self._wire: Wire | None = None
+        self._port: TimedPort | None = None
         self._conversation: Conversation | None = None
 
     @property
-    def mends(self) -> Mends:
-        says = f"; the sketch says: {self.complaint}" if self.complaint else ""
-        return Mends(
+    def fixes(self) -> Fixes:
+        warning = f"; warning of the sketch: {self.warning}" if self.warning else ""
+        return Fixes(
             still="the counters stand: do the wheels turn? is the battery on, "
-            f"each encoder in, at its own wheel?{says}",
-            swapped="the sides are swapped: exchange the motors' pins in `settings.firmware`, or encoders",
-            wrong="a wheel turns or counts the wrong way, or counts for the other one: swap a motor's wires, "
-            f"or mend the pins in `settings.firmware`{says}",
+            f"each encoder in, at its own wheel?{warning}",
+            swapped="the sides are swapped: swap the motors' pins in `settings.firmware`, or the encoders",
+            wrong="a wheel turns or counts the wrong way, or counts for the other one: swap a motor's ports, "
+            f"or fix the pins in `settings.firmware`{warning}",
             off=lambda ratio: (
-                f"{ratio:.2f} times as fast as ordered: are the wheels' radius and the pulses of a turn "
-                "right? a tape measure tells"
+                f"{ratio:.2f} times as fast as commanded: check the wheels' radius and the pulses of a turn "
+                "with a tape measure"
             ),
         )
 
     @property
-    def counts(self) -> bool:
+    def has_counters(self) -> bool:
         return self.protocol.ticks is not None
 
     @property
-    def way(self) -> float:
-        """Of a wheel for one count, m."""
+    def distance(self) -> float:
+        """The distance of a wheel per count, m."""
         return self._wheels.scale.metres_per_count
 
     @property
-    def wire(self) -> Wire:
-        if self._wire is None:
+    def port(self) -> TimedPort:
+        if self._port is None:
             raise PortError(f"{self.config.port} is not open")
-        return self._wire
+        return self._port
 
     @property
     def conversation(self) -> Conversation:
@@ -146,19 +146,19 @@ class BoardBench:
 
     @property
     def moving(self) -> bool:
-        """Whether a wheel turned just now."""
+        """Whether a wheel turned within the last 0.3 s."""
         return self.clock() - self.turned_at < _STANDS
 
     def connect(self) -> None:
         if self._conversation is not None:
             return
-        self._wire = Wire(self.open_port(), self.clock)
+        self._port = TimedPort(self.open_port(), self.clock)
         self._conversation = Conversation(
-            self._wire.write, type_of, settle=self.config.serial.settle, clock=self.clock, wall=time.time_ns
+            self._port.write, type_of, settle=self.config.serial.settle, clock=self.clock, wall=time.time_ns
         )
         self._wheels = Wheels(self.protocol, self._any_speed, self._odometry.forget())
-        self._ear = frames.FrameReader()
-        self._said = None
+        self._reader = frames.FrameReader()
+        self._commanded = None
 
     def disconnect(self) -> None:
         conversation, self._conversation = self._conversation, None
@@ -167,20 +167,20 @@ class BoardBench:
         self._odometry = self._wheels.odometry
         self.lost_frames += conversation.reader.losses.frames
         self.lost_bytes += conversation.reader.losses.bytes
-        self.wire.close()
+        self.port.close()
 
-    def meet(self) -> float:
-        """Until it has announced its topics: the seconds that this takes from opening the line."""
+    def negotiate(self) -> float:
+        """Waits until the board has announced its topics. Returns the seconds since the port was opened."""
         self.connect()
         began = self.clock()
         if not self.run(self.pace.patience, until=lambda: self.conversation.phase is Phase.CONNECTED):
-            raise LinkLostError(f"it has not announced its topics within {self.pace.patience:g} s")
+            raise LinkLostError(f"no topics were announced within {self.pace.patience:g} s")
         return self.clock() - began
 
-    def leave(self) -> None:
-        """A board that was never told to drive is left alone."""
+    def finish(self) -> None:
+        """Stops a board that was commanded to drive, and closes the port."""
         try:
-            if self.said_at > -math.inf:
+            if self.commanded_at > -math.inf:
                 self.stop()
                 self.conversation.stop()
                 self.run(_LAST_WORD)
@@ -191,82 +191,88 @@ class BoardBench:
                 self.disconnect()
 
     def run(
-        self, seconds: float, order: Order | None = None, until: Callable[[], bool] = lambda: False
+        self, seconds: float, velocity: Velocity | None = None, until: Callable[[], bool] = lambda: False
     ) -> bool:
-        """Live for a while, with an order kept up if there is one: whether ``until`` came true."""
+        """Runs for a while, repeating the command if there is one. Returns whether ``until`` came true."""
         end = self.clock() + seconds
         while not until():
             now = self.clock()
             if now >= end:
                 return False
-            if order is not None and (order != self._said or now >= self.said_at + KEEP_UP):
-                self.say(order)
-            due = min(end, self.conversation.due(), math.inf if order is None else self.said_at + KEEP_UP)
-            self._hear(self.wire.read(max(0.0, due - now)))
+            if velocity is not None and (
+                velocity != self._commanded or now >= self.commanded_at + COMMAND_REFRESH_S
+            ):
+                self.command(velocity)
+            due = min(
+                end,
+                self.conversation.due(),
+                math.inf if velocity is None else self.commanded_at + COMMAND_REFRESH_S,
+            )
+            self._receive(self.port.read(max(0.0, due - now)))
         return True
 
-    def say(self, order: Order) -> None:
+    def command(self, velocity: Velocity) -> None:
         try:
-            self.conversation.send(COMMAND, twist(*order))
+            self.conversation.send(COMMAND, twist(*velocity))
         except UnsendableError as error:
             raise LinkLostError(str(error)) from error
-        self._said, self.said_at = order, self.clock()
+        self._commanded, self.commanded_at = velocity, self.clock()
 
     def stop(self) -> int:
-        """No board confirms it: its counters do."""
+        """Boards do not confirm a stop: their counters show it."""
         if self._conversation is None or self._conversation.phase is not Phase.CONNECTED:
-            self.meet()
-        self.say(STANDSTILL)
-        if self.counts and not self.run(self.pace.silence, STANDSTILL, until=lambda: not self.moving):
-            raise LinkLostError(f"the wheels still turn {self.pace.silence:g} s after the order to stop")
+            self.negotiate()
+        self.command(STANDSTILL)
+        if self.has_counters and not self.run(self.pace.silence, STANDSTILL, until=lambda: not self.moving):
+            raise LinkLostError(f"the wheels still turn {self.pace.silence:g} s after the stop command")
         return 1
 
     @contextmanager
-    def driving(self, linear: float, angular: float) -> Iterator[Order]:
-        order = within_limits(linear, angular, self.config.kinematics)
+    def driving(self, linear: float, angular: float) -> Iterator[Velocity]:
+        velocity = within_limits(linear, angular, self.config.kinematics)
         try:
-            self.say(order)
-            yield order
+            self.command(velocity)
+            yield velocity
         finally:
             self.stop()
 
-    def go_on(self, said: Order, seconds: float) -> None:
-        self.run(seconds, said)
+    def hold(self, velocity: Velocity, seconds: float) -> None:
+        self.run(seconds, velocity)
 
     def motion(self, linear: float, angular: float) -> Motion:
-        with self.driving(linear, angular) as order:
-            return self.measured(order)
+        with self.driving(linear, angular) as velocity:
+            return self.measured(velocity)
 
-    def measured(self, order: Order) -> Motion:
-        """The speeds that come of an order, whatever its limits."""
-        self.go_on(order, self.pace.settle)
-        began, before = self.next_pose(order)
-        self.go_on(order, self.pace.measure)
-        ended, after = self.next_pose(order)
-        seconds, half = ended - began, order[1] * self.config.kinematics.wheel_separation / 2
+    def measured(self, velocity: Velocity) -> Motion:
+        """Returns the speeds that result from a command, without limiting it."""
+        self.hold(velocity, self.pace.settle)
+        began, before = self.next_pose(velocity)
+        self.hold(velocity, self.pace.measure)
+        ended, after = self.next_pose(velocity)
+        seconds, half = ended - began, velocity[1] * self.config.kinematics.wheel_separation / 2
         measured = ((after.left - before.left) / seconds, (after.right - before.right) / seconds)
-        return Motion((order[0] - half, order[0] + half), measured, self.way / seconds)
+        return Motion((velocity[0] - half, velocity[0] + half), measured, self.distance / seconds)
 
-    def next_pose(self, order: Order | None = None) -> tuple[float, Pose]:
-        """Where the wheels are, and when."""
+    def next_pose(self, velocity: Velocity | None = None) -> tuple[float, Pose]:
+        """Returns the next time and pose."""
         known = len(self.poses)
-        if not self.run(_COUNTS, order, until=lambda: len(self.poses) > known):
-            raise LinkLostError(f"no counts of both wheels have come for {_COUNTS:g} s")
+        if not self.run(_COUNTS, velocity, until=lambda: len(self.poses) > known):
+            raise LinkLostError(f"no counts of both wheels for {_COUNTS:g} s")
         return self.poses[-1]
 
-    def speed_said(self, linear: float) -> tuple[bytes, str]:
+    def encoded_speed(self, linear: float) -> tuple[bytes, str]:
         [topic] = [one for one in self.conversation.topics if one.name == COMMAND and not one.published]
-        order = within_limits(linear, 0.0, self.config.kinematics)
-        return frames.encode(topic.id, twist(*order)), f"{order[0]:g} m/s"
+        velocity = within_limits(linear, 0.0, self.config.kinematics)
+        return frames.encode(topic.id, twist(*velocity)), f"{velocity[0]:g} m/s"
 
-    def harmless(self) -> Callable[[bytes], bool]:
-        head = self.speed_said(0.0)[0][:7]
+    def is_harmless(self) -> Callable[[bytes], bool]:
+        head = self.encoded_speed(0.0)[0][:7]
         return lambda data: not data.startswith(head)
 
-    def _hear(self, data: bytes) -> None:
+    def _receive(self, data: bytes) -> None:
         now = self.clock()
         if self.conversation.phase is not Phase.SETTLING:
-            self.frames += [(now, frame.topic_id) for frame in self._ear.feed(data)]
+            self.frames += [(now, frame.topic_id) for frame in self._reader.feed(data)]
         for event in self.conversation.step(data):
             self._take(event, now)
 
@@ -280,13 +286,13 @@ class BoardBench:
             self.firmware = event.text[len(GREETING) :].strip()
             self._wheels.forget()
         elif isinstance(event, Log) and event.level >= _WARNING:
-            self.complaint = event.text
+            self.warning = event.text
         elif isinstance(event, Received):
             self.arrivals[event.topic.name].append(now)
             try:
                 pose = self._wheels.take(event.topic, event.message, now)
             except BadMessageError as error:
-                self.misfits[event.topic.name] = str(error)
+                self.bad_messages[event.topic.name] = str(error)
                 return
             if pose is not None:
                 self._moved(now, pose)

@@ -1,4 +1,4 @@
-"""What a check of a robot finds."""
+"""Results of checks."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Result:
-    """One line of the table: what was tried, how it went, the figure, and how to mend it."""
+    """One line of the table: the check, its verdict, the figure, and how to fix it."""
 
     check: str
     verdict: Verdict
     figure: str = ""
-    mend: str = ""
+    fix: str = ""
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self) | {"verdict": self.verdict.value}
 
 
 def passed(results: Iterable[Result]) -> bool:
+    """Returns whether no result is a failure."""
     return all(one.verdict is not Verdict.FAIL for one in results)

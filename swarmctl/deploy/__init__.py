@@ -1,1 +1,1 @@
-"""Carries a plan out, host by host, and reports what happened as events. Decides nothing the plan did not."""
+"""Executes plans on hosts and reports events. All decisions are in the plan."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from swarm_agent.messages import FlashAnswer, FlashRequest
+
 from swarmctl.firmware import avrdude
-from swarmctl.remote import agent, fleet
+from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Session, Target, Transport
 
 VERBS = ("flash",)
-PATIENCE = 40.0  # s for the board to start, and its driver to hear from it
+PATIENCE = 40.0  # s for the board to start, and to report to its driver
 _TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above their sum
 
 
@@ -29,51 +31,54 @@ class Job:
 
 @dataclass(frozen=True)
 class Flashed:
-    """The board holds the firmware. ``runs``: its driver does; ``told``: and has heard the board say so."""
+    """The board holds the firmware. ``runs``: its driver runs; ``reported``: it sent its digest."""
 
     runs: bool
-    told: bool
+    reported: bool
 
 
 Results = Mapping[str, Flashed | HostError]
-"""What became of the boards of one host, by robot."""
+"""The results of the boards of one host, by robot."""
 
 
 def flash(
-    jobs: Iterable[Job], targets: Mapping[str, Target], transport: Transport, stop: fleet.Stop | None = None
-) -> Iterator[fleet.Event[Results]]:
-    """Write them all: hosts side by side, the boards of one host one after the other."""
+    jobs: Iterable[Job],
+    targets: Mapping[str, Target],
+    transport: Transport,
+    stop: parallel_hosts.Stop | None = None,
+) -> Iterator[parallel_hosts.Event[Results]]:
+    """Write all boards: hosts in parallel, the boards of one host one after the other."""
     by_host: dict[str, list[Job]] = {}
     for job in jobs:
         by_host.setdefault(job.host, []).append(job)
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Results:
-        with agent.talk(session, verbs=VERBS) as host:
+        with agent_client.talk(session, verbs=VERBS) as host:
             return {job.robot: _flashed(host, job, note) for job in by_host[target.host]}
 
-    return fleet.run((targets[name] for name in by_host), work, transport=transport, stop=stop)
+    return parallel_hosts.run((targets[name] for name in by_host), work, transport=transport, stop=stop)
 
 
 def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:
-    """What became of a job; what befell its host befell it too."""
+    """The result of a job; an error of its host is its error, too."""
     return of_host if isinstance(of_host, HostError) else of_host[job.robot]
 
 
-def _flashed(host: agent.Conversation, job: Job, note: Callable[[str], None]) -> Flashed | HostError:
+def _flashed(host: agent_client.Conversation, job: Job, note: Callable[[str], None]) -> Flashed | HostError:
     files = job.writing.files
-    request = {
+    request: FlashRequest = {
         "verb": "flash",
         "swarm": job.swarm,
-        "who": agent.operator(),
+        "who": agent_client.operator(),
         "unit": job.unit,
         "port": job.port,
-        "files": [(name, len(content)) for name, content in files.items()],
-        "write": job.writing.command,
+        "files": [[name, len(content)] for name, content in files.items()],
+        "write": list(job.writing.command),
         "digest": job.digest,
         "patience": PATIENCE,
     }
     try:
-        answer = host.ask(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
+        answer: FlashAnswer = host.ask(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
     except HostError as error:
         return error
-    return Flashed(bool(answer["runs"]), bool(answer["told"]))
+    return Flashed(answer["runs"], answer["told"])

@@ -1,4 +1,4 @@
-"""What this operator last deployed to each host, for plans made without a network."""
+"""Stores what this operator last deployed to each host, for ``plan --offline``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from swarmctl.plan.observed import NOTHING, Observed
+from swarm_agent.manifest import ManifestData
+
+from swarmctl.plan.observed_host import NOTHING, Observed
+from swarmctl.remote.answer_check import mismatch
 
 
 def folder(swarm: str, environment: Mapping[str, str] = os.environ) -> Path:
@@ -18,7 +21,7 @@ def folder(swarm: str, environment: Mapping[str, str] = os.environ) -> Path:
 
 
 def remember(place: Path, host: str, digest: str, manifest: Mapping[str, Any]) -> None:
-    """Note that ``host`` runs release ``digest``. Old or new on the disk, never a part."""
+    """Store that ``host`` runs release ``digest``, atomically. Raises ``OSError``."""
     place.mkdir(parents=True, exist_ok=True)
     draft = place / f".{host}.json.new"
     draft.write_text(json.dumps({"digest": digest, "manifest": manifest}), "utf-8")
@@ -26,19 +29,20 @@ def remember(place: Path, host: str, digest: str, manifest: Mapping[str, Any]) -
 
 
 def forget(place: Path, host: str) -> None:
-    """Note that ``host`` runs nothing of the swarm any more."""
+    """Store that ``host`` runs nothing of the swarm any more."""
     (place / f"{host}.json").unlink(missing_ok=True)
 
 
 def left(place: Path, hosts: Collection[str]) -> list[str]:
-    """The hosts that the swarm was deployed to from here and that are not among ``hosts`` any more."""
+    """The hosts with a stored release that are not in ``hosts``."""
     return sorted(file.stem for file in place.glob("[!.]*.json") if file.stem not in hosts)
 
 
 def recall(place: Path, host: str) -> Observed:
-    """What ``host`` ran when it was last deployed from here; nothing when that is not known."""
+    """What ``host`` ran after the last deploy from this machine; nothing if that is not known."""
     try:
         entry = json.loads((place / f"{host}.json").read_text("utf-8"))
-        return Observed(digest=str(entry["digest"]), manifest=dict(entry["manifest"]))
-    except (OSError, ValueError, KeyError, TypeError):
+        digest, manifest = str(entry["digest"]), entry["manifest"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return NOTHING
+    return NOTHING if mismatch(manifest, ManifestData) else Observed(digest, manifest)

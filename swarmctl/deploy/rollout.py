@@ -1,4 +1,4 @@
-"""Carries plans out: all hosts at once, each looked at, planned and changed on one connection."""
+"""Executes plans: hosts in parallel, each observed, planned and changed on one connection."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
 
-from swarmctl.plan.observed import Observed, from_answer
+from swarm_agent.messages import (
+    ApplyAnswer,
+    ApplyRequest,
+    KeepSecretsRequest,
+    ObserveRequest,
+    RemoveRequest,
+    UnitState,
+)
+
+from swarmctl.plan.observed_host import Observed, from_answer
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem
 from swarmctl.plan.reconcile import reconcile
-from swarmctl.remote import agent, fleet
+from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Session, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
@@ -22,10 +30,10 @@ APPLY_TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one host: the plan that was carried out, and its units after it."""
+    """The result of one host: the executed plan, and the units after it."""
 
     plan: HostPlan
-    units: Mapping[str, Any] = field(default_factory=dict)
+    units: Mapping[str, UnitState] = field(default_factory=dict)
 
     @property
     def changed(self) -> bool:
@@ -34,7 +42,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Removed:
-    """What became of a host that the swarm was taken off: whether there was anything to take."""
+    """The result of a removal: ``changed`` if the swarm was deployed there."""
 
     changed: bool
 
@@ -48,20 +56,22 @@ def observe(
     transport: Transport,
     *,
     diff: bool = False,
-    parallel: int = fleet.PARALLEL,
+    parallel: int = parallel_hosts.PARALLEL,
     secrets: Mapping[str, str] = _NO_SECRETS,
 ) -> Plan:
-    """Look at every host and plan it; a host that does not answer keeps its place, with the reason."""
+    """Observe every host and plan it; the plan of an unreachable host contains the reason."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
         bundle = bundles[target.host]
-        with agent.talk(session) as host:
+        with agent_client.talk(session) as host:
             return reconcile(bundle, look(host, bundle, contents=diff, secrets=secrets), diff=diff)
 
     plans = {
-        event.host: _planned(bundles[event.host], fleet.result_of(event))
-        for event in fleet.run(_chosen(targets, bundles), work, transport=transport, parallel=parallel)
-        if isinstance(event, fleet.Finished | fleet.Skipped)
+        event.host: _planned(bundles[event.host], parallel_hosts.result_of(event))
+        for event in parallel_hosts.run(
+            _chosen(targets, bundles), work, transport=transport, parallel=parallel
+        )
+        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
     }
     swarm = next(iter(bundles.values())).swarm
     return Plan(swarm, tuple(plans[name] for name in bundles))
@@ -72,26 +82,27 @@ def deploy(
     targets: Mapping[str, Target],
     transport: Transport,
     *,
-    parallel: int = fleet.PARALLEL,
-    stop: fleet.Stop | None = None,
+    parallel: int = parallel_hosts.PARALLEL,
+    stop: parallel_hosts.Stop | None = None,
     secrets: Mapping[str, str] = _NO_SECRETS,
-) -> Iterator[fleet.Event[Outcome]]:
-    """Bring every host to its bundle. One connection a host; a host that dies costs that host only."""
+) -> Iterator[parallel_hosts.Event[Outcome]]:
+    """Deploy to every host its bundle. One connection per host; failures stay with their host."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Outcome:
         bundle = bundles[target.host]
-        with agent.talk(session) as host:
+        with agent_client.talk(session) as host:
             plan = reconcile(bundle, look(host, bundle, secrets=secrets))
             if plan.problem:
                 raise HostError(ErrorKind.REFUSED, plan.problem.message, plan.problem.hint)
             if not plan.steps:
                 return Outcome(plan)
             if due := plan.targets(Kind.SECRET):
-                request = {"verb": "keep", "swarm": bundle.swarm, "who": agent.operator()}
-                host.ask(request, _offer(due, secrets))
+                host.ask(_keep_secrets(bundle.swarm), _offer(due, secrets))
             return Outcome(plan, apply(host, plan, bundle, note)["units"])
 
-    return fleet.run(_chosen(targets, bundles), work, transport=transport, parallel=parallel, stop=stop)
+    return parallel_hosts.run(
+        _chosen(targets, bundles), work, transport=transport, parallel=parallel, stop=stop
+    )
 
 
 def remove(
@@ -99,37 +110,46 @@ def remove(
     targets: Iterable[Target],
     transport: Transport,
     *,
-    parallel: int = fleet.PARALLEL,
-    stop: fleet.Stop | None = None,
-) -> Iterator[fleet.Event[Removed]]:
-    """Take the swarm off every target: robots stopped, units, links and folder gone."""
+    parallel: int = parallel_hosts.PARALLEL,
+    stop: parallel_hosts.Stop | None = None,
+) -> Iterator[parallel_hosts.Event[Removed]]:
+    """Remove the swarm from every target: stop the robots; remove units, links and folder."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Removed:
-        request = {"verb": "remove", "swarm": swarm, "who": agent.operator()}
-        with agent.talk(session) as host:
+        request: RemoveRequest = {"verb": "remove", "swarm": swarm, "who": agent_client.operator()}
+        with agent_client.talk(session) as host:
             return Removed(host.ask(request, on_note=note, timeout=APPLY_TIMEOUT)["removed"])
 
-    return fleet.run(targets, work, transport=transport, parallel=parallel, stop=stop)
+    return parallel_hosts.run(targets, work, transport=transport, parallel=parallel, stop=stop)
 
 
 def look(
-    host: agent.Conversation,
+    host: agent_client.Conversation,
     bundle: Bundle,
     *,
     contents: bool = False,
     secrets: Mapping[str, str] = _NO_SECRETS,
 ) -> Observed:
-    """Ask the host what it runs. It compares ``secrets`` itself: a digest of four digits hides nothing."""
-    request = {"verb": "observe", "swarm": bundle.swarm, "know": bundle.digest, "contents": contents}
+    """Observe what the host runs. The host compares ``secrets``: a digest of four digits hides nothing."""
+    request: ObserveRequest = {
+        "verb": "observe",
+        "swarm": bundle.swarm,
+        "know": bundle.digest,
+        "contents": contents,
+    }
     if bundle.asks:
-        request["requires"] = bundle.asks
+        request["requires"] = list(bundle.asks)
     if bundle.wants:
-        request["wants"] = bundle.wants
+        request["wants"] = list(bundle.wants)
     offered = b""
     if bundle.secrets:
-        request["secrets"] = bundle.secrets
+        request["secrets"] = list(bundle.secrets)
         offered = _offer(bundle.secrets, secrets)
     return from_answer(host.ask(request, offered), bundle)
+
+
+def _keep_secrets(swarm: str) -> KeepSecretsRequest:
+    return {"verb": "keep_secrets", "swarm": swarm, "who": agent_client.operator()}
 
 
 def _offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:
@@ -137,25 +157,26 @@ def _offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:
 
 
 def apply(
-    host: agent.Conversation, plan: HostPlan, bundle: Bundle, note: Callable[[str], None]
-) -> dict[str, Any]:
-    """Let the host's agent carry the plan out: old release or new, nothing between."""
-    request = {
+    host: agent_client.Conversation, plan: HostPlan, bundle: Bundle, note: Callable[[str], None]
+) -> ApplyAnswer:
+    """Let the host's agent execute the plan, as one transaction."""
+    request: ApplyRequest = {
         "verb": "apply",
         "swarm": bundle.swarm,
-        "txid": agent.new_txid(),
-        "who": agent.operator(),
+        "txid": agent_client.new_txid(),
+        "who": agent_client.operator(),
         "base": plan.base,
         "next": plan.next,
-        "stop": plan.targets(Kind.STOP),
-        "start": plan.targets(Kind.START),
-        "restart": plan.targets(Kind.RESTART),
-        "reload": plan.targets(Kind.RELOAD),
+        "stop": list(plan.targets(Kind.STOP)),
+        "start": list(plan.targets(Kind.START)),
+        "restart": list(plan.targets(Kind.RESTART)),
+        "reload": list(plan.targets(Kind.RELOAD)),
     }
-    payload = agent.pack(
+    payload = agent_client.pack(
         bundle.manifest_bytes, {file.path: (file.content, file.mode) for file in bundle.files}
     )
-    return host.ask(request, payload, on_note=note, timeout=APPLY_TIMEOUT)
+    answer: ApplyAnswer = host.ask(request, payload, on_note=note, timeout=APPLY_TIMEOUT)
+    return answer
 
 
 def _chosen(targets: Mapping[str, Target], bundles: Mapping[str, Bundle]) -> list[Target]:

@@ -1,4 +1,4 @@
-"""The operator's secrets: a variable of the environment, else a file in `secrets/` beside the spec."""
+"""The operator's secrets: environment variables, else files in `secrets/` beside the spec."""
 
 from __future__ import annotations
 
@@ -12,20 +12,23 @@ LONGEST_PIN = 16  # characters of a Bluetooth PIN (Core Specification, vol. 3 pa
 
 
 class SecretError(Exception):
-    """A secret that cannot be used as it is; the second argument tells the mend. Never holds the secret."""
+    """A secret cannot be used; ``fix`` is the advice. The message never contains the secret."""
 
-    def __init__(self, message: str, mend: str) -> None:
+    def __init__(self, message: str, fix: str) -> None:
         super().__init__(message)
-        self.mend = mend
+        self.fix = fix
 
 
 def variable(name: str) -> str:
-    """The variable that may hold the secret ``name``."""
+    """The environment variable of the secret ``name``."""
     return f"SWARMCTL_SECRET_{name.upper().replace('-', '_')}"
 
 
 def found(names: Iterable[str], beside: Path, environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """The secrets among ``names`` that the operator has, by name. ``beside``: the folder of the spec."""
+    """The secrets in ``names`` that the operator has, by name. ``beside``: the folder of the spec.
+
+    Raises ``SecretError``.
+    """
     values = {}
     for name in names:
         value, place = environment.get(variable(name)), variable(name)
@@ -38,11 +41,11 @@ def found(names: Iterable[str], beside: Path, environment: Mapping[str, str] = o
 
 
 def _read(file: Path) -> str | None:
-    """What a file holds, without its last line's end; a file that others can read is no secret."""
+    """The content of a file without its last newline; rejects a file that others can read."""
     try:
         mode = file.stat().st_mode
         if stat.S_IMODE(mode) & 0o077:
-            raise SecretError(f"{file} can be read by others than you", f"chmod 600 {file}")
+            raise SecretError(f"{file} is readable for other users", f"chmod 600 {file}")
         return file.read_text("utf-8").removesuffix("\n")
     except FileNotFoundError:
         return None
@@ -55,7 +58,7 @@ def _read(file: Path) -> str | None:
 def _checked(value: str, name: str, place: str) -> str:
     if not (1 <= len(value) <= LONGEST_PIN and value.isprintable() and value.isascii() and " " not in value):
         raise SecretError(
-            f"the secret {name} in {place} is no PIN",
-            f"a PIN has 1 to {LONGEST_PIN} letters or digits, and stands alone",
+            f"the secret {name} in {place} is not a PIN",
+            f"a PIN has 1 to {LONGEST_PIN} printable ASCII characters without spaces, and nothing else",
         )
     return value

@@ -1,1 +1,1 @@
-"""From a sketch's source to a board: compiling, measuring. Knows nothing of specs or swarms."""
+"""Compiles a sketch, measures it, and makes the command that writes it. Independent of specs."""

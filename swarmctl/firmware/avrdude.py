@@ -13,10 +13,10 @@ _DATA = b"00"  # records of Intel HEX that are not, have no place
 
 @dataclass(frozen=True)
 class Writing:
-    """How a firmware gets onto a board: ``files`` by name, in a folder of their own, where ``command`` runs.
+    """How to write a firmware to a board: ``files`` by name, in the folder where ``command`` runs.
 
     While the rest of the firmware is written, the board's first page, where it starts, holds a program that
-    does nothing; the true one comes last. So a board that was written to its middle stands still.
+    does nothing; the real page is written last. So a half-written board does not drive.
     """
 
     files: Mapping[str, bytes]

@@ -32,9 +32,7 @@ _WARNINGS = ["-Wall", "-Wextra"]
 
 @dataclass(frozen=True)
 class Built:
-    """A firmware on disk, and what it takes of the board in bytes: flash, RAM for its data, and at most for
-    its stack.
-    """
+    """A firmware on disk and its sizes in bytes: flash, static data in RAM, largest stack."""
 
     elf: Path
     hex: Path
@@ -44,6 +42,7 @@ class Built:
 
     @property
     def ram(self) -> int:
+        """Bytes of RAM that it needs at most."""
         return self.data + self.stack
 
 
@@ -107,7 +106,7 @@ def _run(command: list[str], cwd: Path | None = None) -> str:
 
 
 def _sizes(toolchain: Toolchain, elf: Path) -> tuple[int, int]:
-    """What the sections of the program take: flash (text and data), RAM (data, bss and noinit)."""
+    """Sizes of the sections in bytes: flash (text and data), RAM (data, bss and noinit)."""
     listed = _run([toolchain.tool("avr-size"), "-A", str(elf)])
     size = {name: int(bytes_) for name, bytes_ in re.findall(r"^(\.\w+)\s+(\d+)", listed, re.MULTILINE)}
     data = size.get(".data", 0)

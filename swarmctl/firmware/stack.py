@@ -25,8 +25,8 @@ class _Function:
 
 
 def deepest(disassembly: str) -> int:
-    """Bytes. Every path of calls counts, also one that no run takes; a pointer may lead to any function that
-    nobody calls by name. One interrupt comes at the worst moment: they do not nest.
+    """The most stack in bytes. Counts every call path, also impossible ones; a function pointer may call
+    any function that is never called by name. One interrupt is added: they do not nest.
     """
     functions = _functions(disassembly.splitlines())
     starts = sorted(functions)

@@ -1,4 +1,4 @@
-"""Where the compiler and the Arduino core are on this machine."""
+"""Finds the compiler and the Arduino core on this machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PACKAGES = {
 
 
 class FirmwareError(Exception):
-    """A message and what to do about it. Shown as text, never as a traceback."""
+    """A build failed; ``help_lines`` show how to fix it."""
 
     def __init__(self, message: str, *help_lines: str) -> None:
         super().__init__(message)
@@ -30,7 +30,7 @@ class FirmwareError(Exception):
 
 @dataclass(frozen=True)
 class Toolchain:
-    """The folder of the Arduino core, and a function of the tools' names to their paths."""
+    """The folder of the Arduino core, and the paths of the tools."""
 
     core: Path
 
@@ -43,7 +43,7 @@ class Toolchain:
 
 
 def find(core: Path | None = None) -> Toolchain:
-    """The tools of this machine; all that can be missing is found out here, before anything is compiled."""
+    """The tools of this machine. Raises ``FirmwareError`` if anything is missing."""
     chosen = core or Path(os.environ.get(CORE_VARIABLE) or CORE)
     toolchain = Toolchain(chosen)
     for name in _PACKAGES:

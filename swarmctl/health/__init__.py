@@ -1,1 +1,1 @@
-"""What the swarm should look like, what its hosts say, and what the difference means."""
+"""The health of a swarm: the expected graph, what the hosts report, and the causes of the differences."""

@@ -1,1 +1,1 @@
-"""The swarm on one machine: real hosts in namespaces, emulated robots on ptys."""
+"""The swarm on one machine: hosts in namespaces, emulated robots on ptys."""

@@ -1,10 +1,13 @@
-"""What keeps a lab from running, for the person who must act."""
+"""The error that every lab function raises for the user."""
 
 from __future__ import annotations
 
 
 class LabError(Exception):
-    """A message and what to do about it. Shown as text, never as a traceback."""
+    """What is wrong and, in ``help_lines``, what to do about it.
+
+    The command line prints it without a traceback.
+    """
 
     def __init__(self, message: str, *help_lines: str) -> None:
         super().__init__(message)

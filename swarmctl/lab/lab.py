@@ -1,35 +1,30 @@
-"""A lab from up to down, and what can be done to it in between."""
+"""The commands of a lab: up, down, status, and faults (plug, cut, kill)."""
 
 from __future__ import annotations
 
-import os
 import shutil
-import socket
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from ipaddress import ip_address, ip_interface
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarmctl.lab import control, disks, image, launch, machines, network, places, processes
-from swarmctl.lab.emulated import OWN, robot_of
-from swarmctl.lab.emulators.own import OwnRobotError
+from swarmctl.lab import paths, preparation, supervisor_client, supervisor_start
+from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.places import Home, home
-from swarmctl.lab.plan import LabHost, LabPlan, LabRobot
-from swarmctl.lab.state import State, read_state, write_state
+from swarmctl.lab.host_startup import BOOT_TIMEOUT, wait_for_hosts
+from swarmctl.lab.hosts import image, network, nspawn, processes
+from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
+from swarmctl.lab.lab_state import read_state
+from swarmctl.lab.paths import LabPaths, lab_paths
 
-BOOT_PATIENCE = 90.0
-
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Operator:
-    """Where and as whom swarmctl meets the hosts of a lab. ``keys`` are their pinned public host keys."""
+    """How swarmctl connects to the hosts of a lab; ``keys`` are their public host keys."""
 
     name: str
     namespace: Path
@@ -38,92 +33,87 @@ class Operator:
     keys: Mapping[str, tuple[str, ...]]
 
 
-def up(plan: LabPlan, say: Say) -> None:
-    """Bring up whatever of ``plan`` is not up yet, and wait until every host answers SSH."""
+def up(plan: LabPlan, progress: Progress) -> None:
+    """Starts what is not running of ``plan`` and waits until every host answers SSH.
+
+    ``progress`` gets a line per step. Raises ``LabError``.
+    """
     processes.require("ip", "mount", "setpriv", "ssh", "ssh-keygen", "systemd-nspawn", "unshare")
     for robot in plan.robots:
-        _try_emulator(robot)
-    place = home(plan.name)
-    _require_cgroups(place)
-    if not place.state.exists():
-        with _step(say, "image") as note:
-            note(str(image.ensured(lambda line: say(f"  image: {line}"))))
-    with places.locked(place.directory):
-        state = _settle(place, plan)
-        if report := launch.asked(place):
-            dark = [host.name for host in plan.hosts if report["hosts"][host.name]["state"] == "stopped"]
-            say(f"lab {plan.name} is up" + (f"; switching on {', '.join(dark)}" if dark else " already"))
-            _mend(place, plan, dark)
+        preparation.check_emulator(robot)
+    files = lab_paths(plan.name)
+    preparation.require_cgroups(files)
+    if not files.state.exists():
+        with _step(progress, "image") as note:
+            note(str(image.ensure(lambda line: progress(f"  image: {line}"))))
+    with paths.locked(files.directory):
+        state = preparation.load_or_create(files, plan)
+        if report := supervisor_client.status(files):
+            stopped = [host.name for host in plan.hosts if report["hosts"][host.name]["state"] == "stopped"]
+            starting = f"; starting {', '.join(stopped)}" if stopped else " already"
+            progress(f"lab {plan.name} is up{starting}")
+            _repair(files, plan, stopped)
         else:
-            launch.allow_inotify(say)
-            with _step(say, "disks") as note:
-                note(f"{_prepared(place, state)} of {len(plan.hosts)} new")
-            with _step(say, "network") as note:
-                network.remove(place)
-                network.create(plan, place)
+            supervisor_start.allow_inotify(progress)
+            with _step(progress, "disks") as note:
+                note(f"{preparation.prepare_disks(files, state)} of {len(plan.hosts)} new")
+            with _step(progress, "network") as note:
+                network.remove(files)
+                network.create(plan, files)
                 note(", ".join(f"{one.name} {one.subnet}" for one in plan.networks))
-            with _step(say, "supervisor"):
-                launch.launch(place)
+            with _step(progress, "supervisor"):
+                supervisor_start.launch(files)
             if workspace := state.plan.workspace:
-                say(f"workspace: {workspace.space} is {workspace.place} on every host")
-        _await_hosts(place, plan, say, since=time.monotonic())
+                progress(f"workspace: {workspace.space} is {workspace.place} on every host")
+        wait_for_hosts(files, plan, progress, since=time.monotonic())
     for robot in plan.robots:
-        say(_line_of(robot))
+        progress(_robot_line(robot))
 
 
-def _mend(place: Home, plan: LabPlan, dark: Sequence[str]) -> None:
-    """Undo what ``kill``, ``cut`` and ``unplug`` have done."""
-    for name in dark:
-        control.ask(place.socket, {"do": "start", "what": name})
-    for host in plan.hosts:
-        network.set_cable(plan, place, host.name, up=True)
-    for robot in plan.robots:
-        if robot.emulator:
-            control.ask(place.socket, {"do": "plug", "what": robot.name})
-
-
-def _line_of(robot: LabRobot) -> str:
+def _robot_line(robot: LabRobot) -> str:
     if not robot.emulator:
-        return f"robot {robot.name}: no emulator for type {robot.type}; {robot.device} stays absent"
+        return f"robot {robot.name}: no emulator for type {robot.type}; {robot.device} does not exist"
     radio = (
-        " (no radio here: the device is bound already, the unit that binds it is not needed)"
+        " (no Bluetooth in a lab: the device exists, its rfcomm unit is not needed)"
         if robot.bluetooth
         else ""
     )
-    own = f", emulated by {robot.emulator}" if robot.emulator.endswith(OWN) else ""
-    return f"robot {robot.name}: {robot.type} on {robot.device}{own}{radio}"
+    file = f", emulated by {robot.emulator}" if robot.emulator.endswith(EMULATOR_SUFFIX) else ""
+    return f"robot {robot.name}: {robot.type} on {robot.device}{file}{radio}"
 
 
-def _try_emulator(robot: LabRobot) -> None:
-    """A mistake in an emulator of one's own is told before anything boots."""
-    try:
+def _repair(files: LabPaths, plan: LabPlan, stopped: Sequence[str]) -> None:
+    """Reverts ``kill``, ``cut`` and ``unplug``."""
+    for name in stopped:
+        supervisor_client.command(files, "start", name)
+    for host in plan.hosts:
+        network.set_cable(plan, files, host.name, up=True)
+    for robot in plan.robots:
         if robot.emulator:
-            robot_of(robot.emulator)
-    except OwnRobotError as error:
-        raise LabError(f"robot {robot.name} has no emulator: {error}") from None
+            supervisor_client.command(files, "plug", robot.name)
 
 
 def down(name: str) -> bool:
-    """Remove everything of a lab, whatever state it is in; whether there was anything."""
+    """Removes everything of a lab, whatever its state. Returns whether anything existed."""
     processes.require("ip")
-    place = home(name)
-    if not place.directory.exists() and not place.namespaces():
+    files = lab_paths(name)
+    if not files.directory.exists() and not files.namespaces():
         return False
-    with places.locked(place.directory):
-        launch.end(place)
-        processes.kill(processes.in_network_namespaces(places.NAMESPACES / one for one in place.namespaces()))
-        network.remove(place)
-        for tree in _cgroups(place).all:
-            machines.drop_cgroup(tree)
-        shutil.rmtree(place.directory)
+    with paths.locked(files.directory):
+        supervisor_start.stop(files)
+        processes.kill(processes.in_network_namespaces(paths.NAMESPACES / one for one in files.namespaces()))
+        network.remove(files)
+        for tree in preparation.cgroups(files).all:
+            nspawn.remove_cgroup(tree)
+        shutil.rmtree(files.directory)
     return True
 
 
 def status(name: str) -> dict[str, Any]:
-    """Hosts, robots and networks of a lab as they are now."""
-    place = home(name)
-    plan = read_state(place).plan
-    report = launch.asked(place)
+    """Returns the current state of hosts, robots and networks, as ``lab status --json`` prints it."""
+    files = lab_paths(name)
+    plan = read_state(files).plan
+    report = supervisor_client.status(files)
     return {
         "name": plan.name,
         "swarm": plan.swarm,
@@ -139,7 +129,7 @@ def status(name: str) -> dict[str, Any]:
             }
             for robot in plan.robots
         ],
-        "networks": _network_status(place, plan) if report else [],
+        "networks": _network_status(files, plan) if report else [],
     }
 
 
@@ -155,102 +145,104 @@ def _host_status(host: LabHost, report: Mapping[str, Any] | None) -> dict[str, A
     }
 
 
-def _network_status(place: Home, plan: LabPlan) -> list[dict[str, Any]]:
-    whole = network.cables(plan, place)
+def _network_status(files: LabPaths, plan: LabPlan) -> list[dict[str, Any]]:
+    connected = network.cables(plan, files)
     return [
         {
             "name": one.name,
             "kind": one.kind,
             "subnet": one.subnet,
             "operator": one.operator,
-            "hosts": {host: up for (host, attached), up in whole.items() if attached == one.name},
+            "hosts": {host: up for (host, attached), up in connected.items() if attached == one.name},
         }
         for one in plan.networks
     ]
 
 
 def robots(name: str) -> dict[str, dict[str, Any]]:
-    """The true state of every emulated robot: pose in m and rad, wheel speeds in m/s, plugged or not."""
-    found: dict[str, dict[str, Any]] = _running(name)["robots"]
+    """Returns the true state of every emulated robot: pose (m, rad), wheel speeds (m/s), plugged or not."""
+    found: dict[str, dict[str, Any]] = supervisor_client.running(lab_paths(name))["robots"]
     return found
 
 
 def plug(name: str, robot: str) -> None:
-    _command(name, "plug", read_state(home(name)).plan.robot(robot).name)
+    """Connects a robot's cable: its device appears on the host."""
+    supervisor_client.command(lab_paths(name), "plug", read_state(lab_paths(name)).plan.robot(robot).name)
 
 
 def unplug(name: str, robot: str) -> None:
-    """Pull a robot's cable: the device vanishes from its host, the robot goes on as last told."""
-    _command(name, "unplug", read_state(home(name)).plan.robot(robot).name)
+    """Disconnects a robot's cable: its device disappears, the robot keeps executing its last command."""
+    supervisor_client.command(lab_paths(name), "unplug", read_state(lab_paths(name)).plan.robot(robot).name)
 
 
 def cut(name: str, host: str, link: str | None = None) -> tuple[str, ...]:
-    """Cut a host off its networks, or off one of them. Gives the networks concerned."""
+    """Disconnects a host from all its networks, or from ``link``. Returns the names of these networks."""
     return _set_cable(name, host, link, up=False)
 
 
 def join(name: str, host: str, link: str | None = None) -> tuple[str, ...]:
+    """Reverts ``cut``. Returns the names of the networks."""
     return _set_cable(name, host, link, up=True)
 
 
 def _set_cable(name: str, host: str, link: str | None, *, up: bool) -> tuple[str, ...]:
-    _running(name)
-    place = home(name)
-    return network.set_cable(read_state(place).plan, place, host, up=up, network=link)
+    supervisor_client.running(lab_paths(name))
+    files = lab_paths(name)
+    return network.set_cable(read_state(files).plan, files, host, up=up, network=link)
 
 
 def kill(name: str, host: str) -> None:
-    """Cut a host's power and wait until it is dark. Its disk stays as it is."""
-    _command(name, "kill", read_state(home(name)).plan.host(host).name)
-    deadline = time.monotonic() + BOOT_PATIENCE
-    while _running(name)["hosts"][host]["state"] != "stopped":
+    """Cuts a host's power and waits until it has stopped. Its disk is kept."""
+    supervisor_client.command(lab_paths(name), "kill", read_state(lab_paths(name)).plan.host(host).name)
+    deadline = time.monotonic() + BOOT_TIMEOUT
+    while supervisor_client.running(lab_paths(name))["hosts"][host]["state"] != "stopped":
         if time.monotonic() > deadline:
-            raise LabError(f"host {host} does not go down")
+            raise LabError(f"host {host} does not stop")
         time.sleep(0.02)
 
 
-def start(name: str, host: str, say: Say) -> None:
-    """Switch a host on and wait until it answers SSH."""
-    place = home(name)
-    plan = read_state(place).plan
-    _command(name, "start", plan.host(host).name)
+def start(name: str, host: str, progress: Progress) -> None:
+    """Boots a host and waits until it answers SSH."""
+    files = lab_paths(name)
+    plan = read_state(files).plan
+    supervisor_client.command(files, "start", plan.host(host).name)
     only = LabPlan(plan.name, plan.swarm, (plan.host(host),), plan.networks, ())
-    _await_hosts(place, only, say, since=time.monotonic())
+    wait_for_hosts(files, only, progress, since=time.monotonic())
 
 
 def operator(name: str) -> Operator:
-    """How to reach the hosts of a lab that is up: ``network.enter`` its namespace, use its identity."""
-    place = home(name)
-    plan = read_state(place).plan
-    _running(name)
+    """Returns how to reach the hosts of a running lab, from inside its namespace (``network.enter``)."""
+    files = lab_paths(name)
+    plan = read_state(files).plan
+    supervisor_client.running(lab_paths(name))
     return Operator(
         name=name,
-        namespace=network.namespace_path(place),
-        identity=place.identity,
-        known_hosts=place.known_hosts,
-        keys={host.name: (_public_key(place, host.name),) for host in plan.hosts},
+        namespace=network.namespace_path(files),
+        identity=files.identity,
+        known_hosts=files.known_hosts,
+        keys={host.name: (preparation.public_key(files, host.name),) for host in plan.hosts},
     )
 
 
 def ssh_argv(name: str, host: str, command: Sequence[str] = ()) -> tuple[str, ...]:
-    """The ssh command for a host of the lab. It only makes sense after ``network.enter``."""
-    place = home(name)
-    target = read_state(place).plan.host(host)
+    """Returns the ssh command for a host. Run it inside the lab's namespace (``network.enter``)."""
+    files = lab_paths(name)
+    target = read_state(files).plan.host(host)
     options = {
         "IdentitiesOnly": "yes",
-        "IdentityFile": str(place.identity),
-        "UserKnownHostsFile": str(place.known_hosts),
+        "IdentityFile": str(files.identity),
+        "UserKnownHostsFile": str(files.known_hosts),
         "GlobalKnownHostsFile": "/dev/null",
         "HostKeyAlias": host,
         "StrictHostKeyChecking": "yes",
         "LogLevel": "ERROR",
     }
-    spelled = [word for key, value in options.items() for word in ("-o", f"{key}={value}")]
+    options_argv = [word for key, value in options.items() for word in ("-o", f"{key}={value}")]
     return (
         "ssh",
         "-F",
         "/dev/null",
-        *spelled,
+        *options_argv,
         "-p",
         str(target.port),
         f"{target.user}@{target.address}",
@@ -258,136 +250,10 @@ def ssh_argv(name: str, host: str, command: Sequence[str] = ()) -> tuple[str, ..
     )
 
 
-def _settle(place: Home, plan: LabPlan) -> State:
-    """The state that the lab has or, from now on, will have. Refuses to turn one lab into another."""
-    if place.state.exists():
-        state = read_state(place)
-        if state.plan != replace(plan, workspace=plan.workspace or state.plan.workspace):
-            raise LabError(
-                f"lab {plan.name} is up with other hosts, links or robots, or another workspace",
-                "take it down first (`swarmctl lab down`), or give this one a name of its own (--name)",
-            )
-        if not state.image.is_dir():
-            raise LabError(
-                f"the image {state.image} of lab {plan.name} is gone", "run `swarmctl lab down`, then `up`"
-            )
-        return state
-    state = State(plan, image.ensured(lambda _: None))
-    write_state(place, state)
-    return state
-
-
-def _prepared(place: Home, state: State) -> int:
-    """Make keys and disks where they are missing; how many disks were."""
-    public = place.identity.with_suffix(".pub")
-    if not public.exists():  # it is written last
-        place.identity.unlink(missing_ok=True)
-        disks.generate_key(place.identity, f"swarmctl lab {place.name}")
-    place.hosts.mkdir(exist_ok=True)
-    authorized = public.read_text()
-
-    def prepare(host: LabHost) -> bool:
-        return disks.prepare(host, place.host(host.name), state.image, authorized, state.plan.workspace)
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        fresh = sum(pool.map(prepare, state.plan.hosts))
-    lines = (f"{host.name} {_public_key(place, host.name)}\n" for host in state.plan.hosts)
-    place.known_hosts.write_text("".join(lines))
-    return fresh
-
-
-def _public_key(place: Home, host: str) -> str:
-    """Type and key, without the comment."""
-    return " ".join(place.host(host).host_key.read_text().split()[:2])
-
-
-def _await_hosts(place: Home, plan: LabPlan, say: Say, *, since: float) -> None:
-    """Wait until the systemd of every host has started and its sshd greets, and say so host by host."""
-    waiting = {host.name: host for host in plan.hosts}
-    cut_off = _cut_off(place)
-    while waiting:
-        report = _running(place.name)["hosts"]
-        for host in [host for name, host in waiting.items() if report[name]["state"] == "running"]:
-            if host.name in cut_off:
-                del waiting[host.name]
-                say(f"host {host.name}: it is on, and cut off the network of its address")
-            elif _greets(place, host):
-                del waiting[host.name]
-                say(f"host {host.name}: {host.address} answers SSH  {time.monotonic() - since:.1f} s")
-        for host in waiting.values():
-            if not report[host.name]["wanted"]:
-                said = launch.last_lines(place.host(host.name).log)
-                raise LabError(
-                    f"host {host.name} did not start: exit status {report[host.name]['exit']}", *said
-                )
-        if waiting and time.monotonic() - since > BOOT_PATIENCE:
-            raise LabError(f"after {BOOT_PATIENCE:.0f} s these hosts do not answer: {', '.join(waiting)}")
-        if waiting:
-            time.sleep(0.05)
-
-
-def _cut_off(place: Home) -> set[str]:
-    """The hosts that cannot be reached at their addresses, because ``cut`` saw to it."""
-    plan = read_state(place).plan
-    whole = network.cables(plan, place)
-    return {
-        host.name
-        for host in plan.hosts
-        for interface in host.interfaces
-        if ip_interface(interface.address).ip == ip_address(host.address)
-        and not whole[host.name, interface.network]
-    }
-
-
-def _greets(place: Home, host: LabHost) -> bool:
-    def greeting() -> bytes:
-        with socket.create_connection((host.address, host.port), timeout=1.0) as connection:
-            return connection.recv(4)
-
-    try:
-        return network.within(network.namespace_path(place), greeting) == b"SSH-"
-    except OSError:
-        return False
-
-
-def _running(name: str) -> dict[str, Any]:
-    place = home(name)
-    read_state(place)
-    report = launch.asked(place)
-    if report is None:
-        raise _dark(name)
-    return report
-
-
-def _dark(name: str) -> LabError:
-    return LabError(
-        f"lab {name} is not running", "run `swarmctl lab up` to start it again, `lab down` to remove it"
-    )
-
-
-def _command(name: str, verb: str, subject: str) -> None:
-    try:
-        control.ask(home(name).socket, {"do": verb, "what": subject})
-    except OSError:
-        raise _dark(name) from None
-
-
-def _cgroups(place: Home) -> machines.Cgroups:
-    own, mounts = Path("/proc/self/cgroup").read_text(), Path("/proc/self/mountinfo").read_text()
-    return machines.cgroups(mounts, own, place.tag, delegated=False)
-
-
-def _require_cgroups(place: Home) -> None:
-    if not _cgroups(place).all:
-        raise LabError(
-            "no cgroups that systemd could use are mounted here", "mount -t cgroup2 none /sys/fs/cgroup"
-        )
-
-
 @contextmanager
-def _step(say: Say, title: str) -> Iterator[Callable[[str], None]]:
-    """One line for one step, with how long it took; the step may add what it found."""
+def _step(progress: Progress, title: str) -> Iterator[Callable[[str], None]]:
+    """Reports one line per step, with its duration; the step may append notes."""
     notes: list[str] = []
     began = time.monotonic()
     yield notes.append
-    say(f"{title}: {' '.join(notes) or 'ready'}  {time.monotonic() - began:.1f} s")
+    progress(f"{title}: {' '.join(notes) or 'ready'}  {time.monotonic() - began:.1f} s")

@@ -1,6 +1,6 @@
-"""The one process behind a running lab: it keeps the hosts up, holds the robots, and answers on a socket.
+"""The process of a running lab: boots the hosts, runs the emulated robots, and answers requests on a socket.
 
-It runs sealed, as the first process of its own process and mount namespaces: when it dies, everything does.
+It is the first process of its own process and mount namespaces: when it ends, the kernel ends the whole lab.
 """
 
 from __future__ import annotations
@@ -19,55 +19,56 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from swarmctl.lab import control, launch, machines, network
-from swarmctl.lab.emulated import OWN, robot_of
+from swarmctl.lab import control_socket, supervisor_start
 from swarmctl.lab.emulators import TYPES
-from swarmctl.lab.emulators.port import Port
+from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX, build_robot
+from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.places import Home
-from swarmctl.lab.plan import LabHost, LabRobot, Workspace
-from swarmctl.lab.processes import environment, run
-from swarmctl.lab.state import State, read_state
+from swarmctl.lab.hosts import network, nspawn
+from swarmctl.lab.hosts.processes import environment, run
+from swarmctl.lab.lab_plan import LabHost, LabRobot, Workspace
+from swarmctl.lab.lab_state import State, read_state
+from swarmctl.lab.paths import LabPaths
 
 STARTING, RUNNING, STOPPED = "starting", "running", "stopped"
 
 
-class Line:
-    """A robot and its cable to a host."""
+class RobotLine:
+    """An emulated robot and its cable to a host."""
 
-    def __init__(self, robot: LabRobot, place: Path) -> None:
+    def __init__(self, robot: LabRobot, terminals: Path) -> None:
         self.robot = robot
-        self.port = Port(robot_of(robot.emulator, robot.measured), place / "ptmx")
+        self.port = Port(build_robot(robot.emulator, robot.measured), terminals / "ptmx")
 
-    def wire(self, leader: int | None) -> None:
-        """Make the device appear in the running host, or vanish from it, as the cable is in or out."""
+    def link_device(self, leader: int | None) -> None:
+        """Creates or removes the device in a running host; ``leader`` is the host's first process."""
         if leader is None:
             return
         device = Path(f"/proc/{leader}/root{self.robot.device}")
-        with suppress(OSError):  # a host that goes down in this moment has no devices
+        with suppress(OSError):  # the host may be going down
             device.unlink(missing_ok=True)
             if path := self.port.path:
                 device.parent.mkdir(parents=True, exist_ok=True)
-                device.symlink_to(f"{machines.PTS_INSIDE}/{path.name}")
+                device.symlink_to(f"{nspawn.PTS_INSIDE}/{path.name}")
 
     def report(self) -> dict[str, Any]:
         return asdict(self.port.snapshot())
 
 
-class Keeper(threading.Thread):
-    """Keeps one host as it is wanted: boots it, boots it again when it reboots, leaves it off when it is off.
+class HostRunner(threading.Thread):
+    """Boots one host, boots it again after a reboot, and leaves it off after a power-off or kill.
 
-    The host dies with this thread, which is why the thread never ends.
+    The kernel kills the host when this thread ends, so the thread never ends.
     """
 
     def __init__(
-        self, host: LabHost, home: Home, groups: machines.Cgroups, workspace: Workspace | None
+        self, host: LabHost, files: LabPaths, groups: nspawn.Cgroups, workspace: Workspace | None
     ) -> None:
         super().__init__(name=host.name, daemon=True)
         self.host = host
-        self.lines: list[Line] = []
-        self._place = home.host(host.name)
-        self._namespace = network.namespace_path(home, host.name)
+        self.lines: list[RobotLine] = []
+        self._files = files.host(host.name)
+        self._namespace = network.namespace_path(files, host.name)
         self._groups = groups
         self._workspace = workspace
         self._change = threading.Condition()
@@ -90,12 +91,12 @@ class Keeper(threading.Thread):
                 status = self._boot()
                 network.set_power(self.host, self._namespace.name, on=False)
             except (OSError, LabError) as error:
-                with self._place.log.open("a") as log:
+                with self._files.log.open("a") as log:
                     log.write(f"{error}\n")
                 status = None
             with self._change:
                 self._leader, self._status = None, status
-                self._wanted = self._wanted and status == machines.REBOOT
+                self._wanted = self._wanted and status == nspawn.REBOOT
                 self._enter(STOPPED)
 
     def start_host(self) -> None:
@@ -104,16 +105,16 @@ class Keeper(threading.Thread):
             self._change.notify()
 
     def kill_host(self) -> None:
-        """Cut the power: nothing inside gets a chance to finish."""
+        """Kills the host without a shutdown, like a power cut."""
         with self._change:
             self._wanted = False
             if self._leader is not None:
-                with suppress(ProcessLookupError):  # it is going down already
+                with suppress(ProcessLookupError):  # it is already going down
                     os.kill(self._leader, signal.SIGKILL)
 
-    def wire(self) -> None:
+    def link_devices(self) -> None:
         for line in self.lines:
-            line.wire(self._leader)
+            line.link_device(self._leader)
 
     def report(self) -> dict[str, Any]:
         with self._change:
@@ -129,30 +130,30 @@ class Keeper(threading.Thread):
         self._state, self._since = state, time.time()
 
     def _boot(self) -> int:
-        """One life of the host, from power on to its end. Gives the exit status of systemd-nspawn."""
+        """Runs the host from power-on to its end and returns the exit status of systemd-nspawn."""
         folders = [group / self.host.name for group in self._groups.all]
         for folder in folders:
-            machines.drop_cgroup(folder)
+            nspawn.remove_cgroup(folder)
             folder.mkdir(parents=True)
-        ready = self._place.directory / "ready"
+        ready = self._files.directory / "ready"
         ready.unlink(missing_ok=True)
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as messages, self._place.log.open("ab") as log:
-            folder_of_ready = os.open(self._place.directory, os.O_PATH | os.O_DIRECTORY)
-            address = f"/proc/{os.getpid()}/fd/{folder_of_ready}/{ready.name}"
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as messages, self._files.log.open("ab") as log:
+            descriptor = os.open(self._files.directory, os.O_PATH | os.O_DIRECTORY)
+            address = f"/proc/{os.getpid()}/fd/{descriptor}/{ready.name}"
             messages.bind(address)
-            argv = machines.nspawn_argv(self.host, self._place, self._namespace, self._workspace)
+            argv = nspawn.nspawn_argv(self.host, self._files, self._namespace, self._workspace)
             process = subprocess.Popen(
-                machines.joining(argv, folders),
+                nspawn.in_cgroups(argv, folders),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
                 start_new_session=True,
-                env={**environment(), **machines.nspawn_environment(self._groups), "NOTIFY_SOCKET": address},
+                env={**environment(), **nspawn.nspawn_environment(self._groups), "NOTIFY_SOCKET": address},
             )
             self._follow(process, messages)
-            os.close(folder_of_ready)
+            os.close(descriptor)
             status = process.wait()
-        if status < 0 and self._leader is not None:  # somebody killed systemd-nspawn; its host outlives it
+        if status < 0 and self._leader is not None:  # systemd-nspawn was killed; its host outlives it
             os.kill(self._leader, signal.SIGKILL)
             os.waitpid(self._leader, 0)
         return status
@@ -163,48 +164,48 @@ class Keeper(threading.Thread):
             while True:
                 ready, _, _ = select.select([ending, messages.fileno()], [], [])
                 if messages.fileno() in ready:
-                    self._hear(messages.recv(4096).decode(errors="replace"))
+                    self._notified(messages.recv(4096).decode(errors="replace"))
                 elif ending in ready:
                     return
         finally:
             os.close(ending)
 
-    def _hear(self, message: str) -> None:
-        """What systemd-nspawn says: the first process is there, or its systemd has finished starting."""
-        said = dict(line.partition("=")[::2] for line in message.splitlines())
+    def _notified(self, message: str) -> None:
+        """Handles a message of systemd-nspawn: the first process exists, or its systemd has started."""
+        fields = dict(line.partition("=")[::2] for line in message.splitlines())
         with self._change:
-            if leader := said.get("X_NSPAWN_LEADER_PID"):
+            if leader := fields.get("X_NSPAWN_LEADER_PID"):
                 self._leader = int(leader)
                 if not self._wanted:
                     os.kill(self._leader, signal.SIGKILL)
-            if said.get("READY") == "1":
+            if fields.get("READY") == "1":
                 self._enter(RUNNING)
         if leader:
-            self.wire()
+            self.link_devices()
 
 
 class Supervisor:
-    """All hosts and robots of one lab, and the answers to what ``swarmctl lab`` asks."""
+    """All hosts and robots of one lab, and the handler of requests from ``swarmctl lab``."""
 
-    def __init__(self, home: Home, state: State) -> None:
+    def __init__(self, files: LabPaths, state: State) -> None:
         plan = state.plan
-        groups = machines.cgroups(
+        groups = nspawn.cgroups(
             Path("/proc/self/mountinfo").read_text(),
             Path("/proc/self/cgroup").read_text(),
-            home.tag,
-            delegated=launch.SYSTEMD_RUNS.is_dir(),
+            files.tag,
+            delegated=supervisor_start.SYSTEMD_RUNS.is_dir(),
         )
         for host in plan.hosts:
-            for argv in machines.mount_argvs(state.image, home.host(host.name)):
+            for argv in nspawn.mount_argvs(state.image, files.host(host.name)):
                 run(argv)
-        self.keepers = {host.name: Keeper(host, home, groups, plan.workspace) for host in plan.hosts}
-        self.lines: dict[str, Line] = {}
+        self.runners = {host.name: HostRunner(host, files, groups, plan.workspace) for host in plan.hosts}
+        self.lines: dict[str, RobotLine] = {}
         for robot in plan.robots:
             if robot.emulator:
-                line = Line(robot, home.host(robot.host).pts)
+                line = RobotLine(robot, files.host(robot.host).pts)
                 line.port.plug()
                 self.lines[robot.name] = line
-                self.keepers[robot.host].lines.append(line)
+                self.runners[robot.host].lines.append(line)
         self._verbs: dict[str, Callable[[str], None]] = {
             "status": lambda _: None,
             "plug": self._plug,
@@ -214,60 +215,63 @@ class Supervisor:
         }
 
     def start(self) -> None:
-        for keeper in self.keepers.values():
-            keeper.start()
+        for runner in self.runners.values():
+            runner.start()
 
     def answer(self, request: Mapping[str, str]) -> Mapping[str, Any]:
+        """Carries out a request and returns the state of all hosts and robots. Raises ``LabError``."""
         verb, subject = self._verbs.get(request.get("do", "")), request.get("what", "")
         if verb is None:
             raise LabError(
-                f"this lab knows no `{request.get('do')}`", "it may have been made by another swarmctl"
+                f"this lab has no command `{request.get('do')}`",
+                "it was started by another version: run `lab down`, then `lab up`",
             )
         verb(subject)
         return {
-            "hosts": {name: keeper.report() for name, keeper in self.keepers.items()},
+            "hosts": {name: runner.report() for name, runner in self.runners.items()},
             "robots": {name: line.report() for name, line in self.lines.items()},
         }
 
     def _plug(self, name: str) -> None:
         line = self._line(name)
         line.port.plug()
-        self.keepers[line.robot.host].wire()
+        self.runners[line.robot.host].link_devices()
 
     def _unplug(self, name: str) -> None:
         line = self._line(name)
         line.port.unplug()
-        self.keepers[line.robot.host].wire()
+        self.runners[line.robot.host].link_devices()
 
     def _kill(self, name: str) -> None:
-        self._keeper(name).kill_host()
+        self._runner(name).kill_host()
 
     def _start(self, name: str) -> None:
-        self._keeper(name).start_host()
+        self._runner(name).start_host()
 
-    def _keeper(self, name: str) -> Keeper:
-        if name not in self.keepers:
-            raise LabError(f"there is no host `{name}`", f"there are {', '.join(self.keepers)}")
-        return self.keepers[name]
+    def _runner(self, name: str) -> HostRunner:
+        if name not in self.runners:
+            raise LabError(f"there is no host `{name}`", f"the hosts are {', '.join(self.runners)}")
+        return self.runners[name]
 
-    def _line(self, name: str) -> Line:
+    def _line(self, name: str) -> RobotLine:
         if name not in self.lines:
             raise LabError(
                 f"robot {name} has no emulator",
-                f"there are emulators for {', '.join(TYPES)}; one of your own is robots/TYPE{OWN}",
+                f"there are emulators for {', '.join(TYPES)}; write your own as robots/TYPE{EMULATOR_SUFFIX}",
             )
         return self.lines[name]
 
 
 def main(directory: str) -> None:
-    home = Home(Path(directory))
-    log = os.open(home.log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
+    """Runs the supervisor of the lab in ``directory``; stdout and stderr go to its log."""
+    files = LabPaths(Path(directory))
+    log = os.open(files.log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
     for stream in (1, 2):
         os.dup2(log, stream)
-    supervisor = Supervisor(home, read_state(home))
-    server = control.listen(home.socket)
+    supervisor = Supervisor(files, read_state(files))
+    server = control_socket.listen(files.socket)
     supervisor.start()
-    control.serve(server, supervisor.answer)
+    control_socket.serve(server, supervisor.answer)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A plan: for each host the steps that lead from what it runs to what it should run, each with its cause."""
+"""A plan: per host, the steps from the release it runs to the one it should run, each with its cause."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any
 
-from swarmctl.topology.impact import Impact
+from swarmctl.analysis.impact import Impact
 
 
 class Kind(str, Enum):
-    """What one step does, in the order in which the steps of a host are carried out."""
+    """What a step does, in execution order."""
 
     SECRET = "secret"
     CREATE = "create"
@@ -30,7 +30,7 @@ class Kind(str, Enum):
 
 @dataclass(frozen=True)
 class Step:
-    """One thing to do: to which target (a file, a unit, a link), and why."""
+    """One action on a target (a file, a unit, a link), with its cause."""
 
     kind: Kind
     target: str
@@ -39,7 +39,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Problem:
-    """Why nothing can be said about a host, or nothing done to it."""
+    """Why a host cannot be planned or deployed, with a hint how to fix it."""
 
     kind: str
     message: str
@@ -48,7 +48,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class HostPlan:
-    """The way of one host from release ``base`` to release ``next``. Without steps there is nothing to do."""
+    """The steps of one host from one release to the next; no steps if it is up to date."""
 
     host: str
     base: str | None
@@ -75,7 +75,7 @@ class HostPlan:
 
 @dataclass(frozen=True)
 class Plan:
-    """The whole swarm's plan, host by host in the order of the spec; and where the swarm is weakest."""
+    """The plans of all hosts in the order of the spec, and the single points of failure."""
 
     swarm: str
     hosts: tuple[HostPlan, ...]

@@ -1,41 +1,41 @@
-"""What a host lacks for its preparation, or what that has not brought about, each with the mend. Pure."""
+"""Notes on a host's preparation: missing tools, and settings without effect, each with a fix. Pure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.plan.observed import Observed
+from swarmctl.plan.observed_host import Observed
 from swarmctl.render.bundle import Bundle
 
 _LACKS = {
-    "chronyd": "chrony: it keeps a time of its own; `apt install chrony`, then deploy again",
-    "bluetoothctl": "bluetoothctl: nothing pairs its robots; `apt install bluez`, then deploy again",
-    "rfcomm": "rfcomm: its Bluetooth robots have no line; `apt install bluez`, then deploy again",
+    "chronyd": "chrony: its clock is not synchronised; `apt install chrony`, then deploy again",
+    "bluetoothctl": "bluetoothctl: its robots cannot be paired; `apt install bluez`, then deploy again",
+    "rfcomm": "rfcomm: its Bluetooth robots have no serial line; `apt install bluez`, then deploy again",
     "avrdude": "avrdude: `swarmctl firmware flash` cannot write its boards; `apt install avrdude`",
-    "iw": "iw: power saving of its wlan stays as it is; `apt install iw`, and reboot it",
+    "iw": "iw: wlan power saving stays on; `apt install iw`, then reboot",
 }
 
 
 def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
-    """Nothing that keeps a unit from running: that is a problem, not a note."""
+    """Yields the notes. What keeps a unit from running is a problem instead (see ``reconcile``)."""
     facts = observed.facts
-    if not facts:  # nobody asked the host
+    if not facts:  # the host was not contacted
         return
     saving = facts.get("power_save", {})
     for name in bundle.wants:
-        # A host that is on the wlan by a cable to its access point has no radio to keep awake.
+        # A host that a cable connects to the access point has no radio.
         if not facts["has"].get(name) and not (name == "iw" and not saving):
             yield f"it lacks {_LACKS[name]}"
-    for name, state in observed.secrets.items():
-        if state == "missing":
+    for name, secret in observed.secrets.items():
+        if secret == "missing":
             yield (
-                f"the secret {name} is neither there nor on your side; "
-                f"put it into `secrets/{name}` beside the spec (docs/secrets.md)"
+                f"the secret {name} is missing on the host and beside the spec; "
+                f"write it to `secrets/{name}` beside the spec (docs/secrets.md)"
             )
-    if observed.digest != bundle.digest:  # what follows is for this deploy to mend
+    if observed.digest != bundle.digest:  # this deploy fixes the rest
         return
     if bundle.follows and facts.get("clock") == "alone":
-        yield f"its clock does not follow that of {bundle.follows}; `chronyc sources` tells what it hears"
+        yield f"its clock does not follow {bundle.follows}; `chronyc sources` lists its time sources"
     for interface, state in saving.items():
         if state == "on":
-            yield f"{interface} saves power again; `systemctl restart` the unit that keeps the wlan awake"
+            yield f"{interface} has power saving on; `systemctl restart` its wlan unit"

@@ -1,43 +1,39 @@
-"""Desired bundle and observed host to steps: what to bring, what to stop, start and restart, and why.
+"""Compares a bundle with an observed host: the steps to write, stop, start and restart, with their causes.
 
-The host's agent makes files, links and blocks those of the manifest; the steps say what that comes to.
+The host's agent makes files, links and blocks those of the manifest; the steps describe the effect.
 """
 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
+from swarm_agent.paths import READERS
+
 from swarmctl.plan import preflight
-from swarmctl.plan.observed import Observed
+from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.render.bundle import Bundle, File, package, required
+from swarmctl.render.middleware import middleware_of
 
 _DRIFT = {
     "changed": "was changed on the host",
     "missing": "is missing on the host",
     "damaged": "is damaged on the host",
-    "broken": "lost one of its marker lines",
-    "foreign": "is in the way and not ours",
-    "extra": "does not belong to the release",
-}
-_MENDS = {
-    "roscore": "`apt install ros-noetic-ros-base` (Ubuntu 20.04) or `apt install python3-roslaunch` (Debian)",
-    "rospy": "`apt install ros-noetic-ros-base` (Ubuntu 20.04) or `apt install python3-rospy` (Debian)",
-    "pyserial": "`apt install python3-serial`",
+    "broken": "lacks one of its marker lines",
+    "foreign": "exists and was not written by swarmctl",
+    "extra": "is not part of the release",
 }
 _OLDEST_PYTHON = (3, 8)
-_SECRETS = {"new": "not on the host yet", "other": "is another one now"}
-_READERS = {
-    "/etc/systemd/": "systemd",
-    "/etc/udev/": "udev",
-    "/etc/chrony/": "chrony",
-    "/etc/NetworkManager/": "NetworkManager",
-}
+_SECRETS = {"new": "not on the host yet", "other": "has changed"}
 
 
 def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> HostPlan:
-    """The steps that lead ``observed`` to ``bundle``, in order; none when it is there already."""
+    """The steps from ``observed`` to ``bundle`` in order; none if they are equal.
+
+    ``diff`` adds unified diffs of the files that change.
+    """
     secrets = [
         Step(Kind.SECRET, name, _SECRETS[state])
         for name, state in observed.secrets.items()
@@ -71,7 +67,7 @@ def _file_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         elif observed.files[path]["sha256"] != file.digest:
             yield Step(Kind.UPDATE, path, _origin(file, "changed"))
         elif observed.files[path]["mode"] != file.mode:
-            yield Step(Kind.UPDATE, path, "its permissions change")
+            yield Step(Kind.UPDATE, path, "its mode changes")
         elif path in observed.drift:
             yield Step(Kind.UPDATE, path, _DRIFT[observed.drift[path]])
     for path in observed.files:
@@ -94,7 +90,7 @@ def _origin(file: File, what: str) -> str:
 
 def _activation(bundle: Bundle, observed: Observed) -> Step:
     if observed.unfinished:
-        return Step(Kind.ACTIVATE, bundle.digest, f"an earlier deploy was cut off: {observed.unfinished}")
+        return Step(Kind.ACTIVATE, bundle.digest, f"an earlier deploy was interrupted: {observed.unfinished}")
     if observed.digest is None:
         return Step(Kind.ACTIVATE, bundle.digest, "first release on this host")
     if observed.digest == bundle.digest:
@@ -103,7 +99,7 @@ def _activation(bundle: Bundle, observed: Observed) -> Step:
 
 
 def _link_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
-    known = observed.manifest.get("links", {})
+    known = observed.manifest["links"] if observed.manifest else {}
     for path, inside in bundle.links.items():
         if not observed.takes(path):
             continue
@@ -117,16 +113,16 @@ def _link_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
 
 
 def _block_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
-    """A block is a release file's text: it changes with that file, or when someone edits it on the host."""
-    known = observed.manifest.get("blocks", {})
+    """A block holds a release file's text; it is written when that file changes or the block was edited."""
+    known = observed.manifest["blocks"] if observed.manifest else {}
     digests = {file.path: file.digest for file in bundle.files}
     for path, inside in bundle.blocks.items():
         if not observed.takes(path):
             continue
-        before = observed.files.get(known.get(path, ""), {}).get("sha256")
+        before = observed.files.get(known.get(path, ""))
         if before is None:
             yield Step(Kind.BLOCK, path, "new")
-        elif before != digests[inside]:
+        elif before["sha256"] != digests[inside]:
             yield Step(Kind.BLOCK, path, f"{inside} changes")
         elif path in observed.blocks:
             yield Step(Kind.BLOCK, path, f"its block {_DRIFT[observed.blocks[path]]}")
@@ -138,19 +134,19 @@ def _block_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
 def _reload_steps(
     bundle: Bundle, observed: Observed, files: list[Step], system: list[Step]
 ) -> Iterator[Step]:
-    """A daemon reads its files again when one of them changed, and only then."""
+    """Reloads a daemon if one of its files changed."""
     shown = {inside: path for path, inside in bundle.links.items() if observed.takes(path)}
     changed = {step.target: step.target for step in system}
     changed |= {shown[step.target]: step.target for step in files if step.target in shown}
-    for folder, reader in _READERS.items():
+    for reader, folder in READERS.items():
         because = next((cause for path, cause in changed.items() if path.startswith(folder)), "")
         if because:
             yield Step(Kind.RELOAD, reader, f"{because} changes")
 
 
 def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
-    wishes = {unit.name: [package(one) for one in unit.packages] for unit in bundle.units if unit.packages}
-    complete = {name for name, packages in wishes.items() if not _absent(packages, observed)}
+    optional = {unit.name: [package(one) for one in unit.packages] for unit in bundle.units if unit.packages}
+    complete = {name for name, packages in optional.items() if not _absent(packages, observed)}
     before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
     secrets = {unit.name: unit.secret for unit in bundle.units}
     for name in reversed(tuple(before)):
@@ -170,19 +166,20 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         elif state is not None and not state.runs and not state.skipped:
             yield Step(Kind.START, name, f"is {state.active}")
         elif name in complete and state is not None and state.skipped:
-            yield Step(Kind.START, name, "the host has its ROS packages now")
+            yield Step(Kind.START, name, "the host now has its ROS packages")
 
 
 def _changed_needs(needs: list[str], bundle: Bundle, observed: Observed) -> str:
     digests = {file.path: file.digest for file in bundle.files}
-    changed = [path for path in needs if observed.files.get(path, {}).get("sha256") != digests[path]]
+    known = {path: file["sha256"] for path, file in observed.files.items()}
+    changed = [path for path in needs if known.get(path) != digests[path]]
     if not changed:
-        return "it needs other files now"
+        return "it needs a different set of files"
     return f"{changed[0]} changes" + (f", and {len(changed) - 1} more" if len(changed) > 1 else "")
 
 
 def _diffs(bundle: Bundle, observed: Observed) -> dict[str, str]:
-    """Unified diffs of the files that change, for people: nothing for a file that the host did not show."""
+    """Unified diffs of the files that change; none for a file whose content the host did not send."""
     diffs: dict[str, str] = {}
     wanted = {file.path: file for file in bundle.files}
     for path in sorted({*wanted, *observed.files}):
@@ -207,9 +204,10 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
     optional = {unit.name: unit for unit in bundle.units if unit.packages}
     skipped = [name for name, state in observed.units.items() if state.skipped and name not in optional]
     return (
-        *(f"{name} waits for hardware that the host does not have" for name in skipped),
+        *(f"{name} waits for hardware that is not connected" for name in skipped),
         *(
-            f"program `{unit.program}` is skipped: the host lacks {_list(absent)}; {_mend(absent)}"
+            f"program `{unit.program}` is skipped: the host lacks {_list(absent)}; "
+            + _install_hint(bundle, absent)
             for unit in optional.values()
             if (absent := _absent(map(package, unit.packages), observed))
         ),
@@ -218,18 +216,18 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
 
 
 def _absent(requirements: Iterable[str], observed: Observed) -> list[str]:
-    """What of this the host does not have; nothing is known of one that was not asked."""
+    """The requirements that the host lacks; none if it was not contacted."""
     return [one for one in requirements if not observed.facts["has"].get(one)] if observed.facts else []
 
 
 def _list(requirements: Iterable[str]) -> str:
-    return ", ".join(_called(*required(one)) for one in requirements)
+    return ", ".join(_described(*required(one)) for one in requirements)
 
 
 def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
-    """Why this host cannot run its part of the swarm, whatever is deployed to it."""
+    """Why this host cannot run its part of the swarm."""
     facts = observed.facts
-    if not facts:  # nobody asked the host
+    if not facts:  # the host was not contacted
         return None
     if not facts["systemd"]:
         return Problem("unfit", "it does not run systemd", "swarmctl needs a host that boots with systemd")
@@ -238,30 +236,19 @@ def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
             "unfit", f"its Python is {facts['python']}", "swarmctl needs Python 3.8 or newer on a host"
         )
     if missing := _absent(bundle.requires, observed):
-        return Problem("unfit", f"it lacks {_list(missing)}", _mend(missing))
+        return Problem("unfit", f"it lacks {_list(missing)}", _install_hint(bundle, missing))
     return None
 
 
-def _called(kind: str, name: str) -> str:
+def _described(kind: str, name: str) -> str:
     return {"": "", "package": "the ROS package ", "workspace": "a built ROS workspace in "}[kind] + name
 
 
-def _mend(missing: Sequence[str]) -> str:
-    return "; ".join(_mends(missing))
+def _install_hint(bundle: Bundle, missing: Sequence[str]) -> str:
+    return "; ".join(middleware_of(bundle.distro).install_hints(missing))
 
 
-def _mends(missing: Sequence[str]) -> Iterator[str]:
-    packages: list[str] = []
-    for kind, name in map(required, missing):
-        if kind == "package":
-            packages.append(f"ros-noetic-{name.replace('_', '-')}")
-        elif kind == "workspace":
-            yield f"`cd {name} && catkin_make` on the host, or correct `ros.workspace`"
-        else:
-            yield _MENDS[name]
-    if packages:
-        yield f"`apt install {' '.join(packages)}`, or build it in the workspace that `ros.workspace` names"
-
-
-def _version(text: str) -> tuple[int, ...]:
-    return tuple(int(part) for part in text.split(".")[:2])
+def _version(text: str) -> tuple[int, int]:
+    """Major and minor; 0.0 for a text that is no version."""
+    found = re.match(r"(\d{1,4})\.(\d{1,4})", text, re.ASCII)
+    return (int(found[1]), int(found[2])) if found else (0, 0)

@@ -1,1 +1,1 @@
-"""Hosts over SSH: connections, pinned keys, the bounded parallel runner. Knows nothing of robots."""
+"""Hosts over SSH: connections, pinned keys, the bounded parallel runner. Independent of robots."""

@@ -11,7 +11,7 @@ from threading import Lock
 import paramiko
 from cryptography.exceptions import UnsupportedAlgorithm
 
-from swarmctl.remote.hostkeys import BadKeyError, parse_key
+from swarmctl.remote.host_keys import BadKeyError, parse_key
 from swarmctl.remote.transport import HostError, Kind
 
 DEFAULT_FILES = ("id_ed25519", "id_ecdsa", "id_rsa")
@@ -19,7 +19,7 @@ DEFAULT_FILES = ("id_ed25519", "id_ecdsa", "id_rsa")
 
 @dataclass(frozen=True)
 class Identity:
-    """One key to log in with, and the name a person knows it by."""
+    """One private key, and its name for messages."""
 
     name: str
     key: paramiko.PKey
@@ -65,11 +65,13 @@ class Keyring:
             if held := self._held_by_agent(path):
                 return held
             raise HostError(
-                Kind.AUTH, f"the private key {path} has a passphrase", f"open it once with `ssh-add {path}`"
+                Kind.AUTH,
+                f"the private key {path} has a passphrase",
+                f"add it to ssh-agent with `ssh-add {path}`",
             ) from error
         except FileNotFoundError as error:
             raise HostError(
-                Kind.AUTH, f"the private key {path} does not exist", "make one with `ssh-keygen -t ed25519`"
+                Kind.AUTH, f"the private key {path} does not exist", "create one with `ssh-keygen -t ed25519`"
             ) from error
         except (OSError, ValueError, paramiko.SSHException, UnsupportedAlgorithm) as error:
             raise HostError(

@@ -1,4 +1,4 @@
-"""Sessions over SSH: host keys compared before anything is sent, public keys only, every wait bounded."""
+"""SSH sessions: host keys are compared first, only public keys log in, every wait has a limit."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import paramiko
 
-from swarmctl.remote.hops import Hops
-from swarmctl.remote.hostkeys import fingerprint, parse_key
+from swarmctl.remote.host_keys import fingerprint, parse_key
 from swarmctl.remote.identities import Identity, Keyring
-from swarmctl.remote.session import CHANNEL_TIMEOUT, SshSession
-from swarmctl.remote.sockets import PromptSocket, dial
+from swarmctl.remote.jump_hosts import Hops
+from swarmctl.remote.ssh_channel import CHANNEL_TIMEOUT, SshSession
+from swarmctl.remote.tcp import PromptSocket, dial
 from swarmctl.remote.transport import HostError, Kind, Target
 
 _WEAK = {
@@ -31,7 +31,7 @@ logging.getLogger(_LOG).propagate = False  # paramiko's debug lines can carry da
 
 @dataclass(frozen=True)
 class Timeouts:
-    """Seconds that each part of logging in may take."""
+    """Time limits of a login, in seconds."""
 
     connect: float = 10.0
     banner: float = 10.0
@@ -41,7 +41,7 @@ class Timeouts:
 
 @dataclass(unsafe_hash=True)
 class _DroppedError(HostError):
-    """Closed before the greeting: what sshd does to newcomers beyond its ``MaxStartups``."""
+    """Closed before the SSH banner, as sshd does beyond its ``MaxStartups``."""
 
 
 class SshTransport:
@@ -62,7 +62,7 @@ class SshTransport:
             yield SshSession(client, target.host)
 
     def scan(self, target: Target) -> str:
-        """The public key that ``target`` shows, unchecked, without logging in (but to its jump hosts)."""
+        """The public key that ``target`` shows, unchecked. Logs in to jump hosts only."""
         with self._handshake(replace(target, keys=())) as client:
             return _public(client.get_remote_server_key())
 
@@ -75,7 +75,7 @@ class SshTransport:
 
     @contextmanager
     def _handshake(self, target: Target) -> Iterator[paramiko.Transport]:
-        """A connection with keys exchanged and nothing else said."""
+        """A connection after the key exchange, without login."""
         with self._route(target) as route:
             client = self._negotiate(route, target)
             try:
@@ -108,7 +108,7 @@ class SshTransport:
             raise HostError(
                 Kind.AUTH,
                 f"there is no private key to log in to {target.host} with",
-                "make one with `ssh-keygen -t ed25519`, bring it to the host with "
+                "create one with `ssh-keygen -t ed25519`, copy it to the host with "
                 f"`ssh-copy-id {target.user}@{target.address}`",
             )
         for identity in identities:
@@ -117,14 +117,14 @@ class SshTransport:
         tried = ", ".join(identity.name for identity in identities)
         raise HostError(
             Kind.AUTH,
-            f"{target.host} does not let {target.user} in; tried {tried}",
-            f"`ssh-copy-id -i KEY -p {target.port} {target.user}@{target.address}` makes a key known to it",
+            f"{target.host} rejected the login of {target.user}; tried {tried}",
+            f"`ssh-copy-id -i KEY -p {target.port} {target.user}@{target.address}` authorises a key",
         )
 
 
 @dataclass(frozen=True)
 class _Route:
-    """The way to a host's SSH port: straight, or through a hop that is logged in already."""
+    """The connection to a host's SSH port: direct, or through a jump host that is logged in already."""
 
     target: Target
     hop: paramiko.Transport | None
@@ -183,26 +183,26 @@ def _handshake_error(error: Exception, target: Target) -> HostError:
     if isinstance(error, paramiko.ssh_exception.IncompatiblePeer):
         return HostError(
             Kind.UNREACHABLE,
-            f"{where} speaks only SSH algorithms that are no longer safe: {error}",
+            f"{where} offers only SSH algorithms that are no longer safe: {error}",
             "update its sshd (OpenSSH 6.5 or newer), or reach it through a newer host with ProxyJump",
         )
     if "banner" in str(error) and isinstance(error.__context__, TimeoutError):
         return HostError(
             Kind.UNREACHABLE,
-            f"{where} takes the connection but does not greet",
-            "the host may be overloaded or hung, or this is no SSH port",
+            f"{where} accepts the connection but sends no SSH banner",
+            "the host may be overloaded or hung, or this is not an SSH port",
         )
     if isinstance(error, EOFError | OSError) or "banner" in str(error):
         return _DroppedError(
             Kind.UNREACHABLE,
-            f"{where} closed the connection before greeting",
-            "its sshd may have too many logins under way (MaxStartups), or this is no SSH port",
+            f"{where} closed the connection before its SSH banner",
+            "its sshd may have too many pending logins (MaxStartups), or this is not an SSH port",
         )
     return HostError(Kind.UNREACHABLE, f"{where}: the SSH handshake failed: {error}")
 
 
 def _preferred(supported: tuple[str, ...], pinned: tuple[str, ...]) -> tuple[str, ...]:
-    """The key types to ask for, pinned ones first: a host with several keys then shows the one we know."""
+    """The key types to ask for, pinned ones first: a host with several keys then shows the pinned one."""
     types = [parse_key(key)[0] for key in pinned]
     wanted = [name for kind in types for name in _SIGNATURES.get(kind, (kind,)) if name in supported]
     return tuple(dict.fromkeys([*wanted, *supported]))
@@ -213,14 +213,21 @@ def _public(key: paramiko.PKey) -> str:
 
 
 def _compare(target: Target, shown: str) -> None:
-    """Refuse a host whose key is not one of the pinned ones."""
+    """Raises ``HostError`` if a host's key is not one of the pinned ones, or is revoked."""
+    kind = shown.split(maxsplit=1)[0]
+    if shown in target.revoked:
+        raise HostError(
+            Kind.HOST_KEY,
+            f"{target.host} ({target.address}) shows a revoked host key: {kind} {fingerprint(shown)}",
+            "its line in the known_hosts file beside the spec begins with @revoked; "
+            "make new keys on the host (remove /etc/ssh/ssh_host_*, run `ssh-keygen -A`)",
+        )
     if shown in target.keys:
         return
-    kind = shown.split(maxsplit=1)[0]
     if not target.keys:
         raise HostError(
             Kind.HOST_KEY,
-            f"{target.host} ({target.address}) is not known yet; it shows {kind} {fingerprint(shown)}",
+            f"{target.host} ({target.address}) has no pinned key; it shows {kind} {fingerprint(shown)}",
             "`swarmctl trust SPEC` shows the keys of new hosts and pins them",
         )
     pinned = ", ".join(f"{key.split()[0]} {fingerprint(key)}" for key in target.keys)
@@ -233,15 +240,15 @@ def _compare(target: Target, shown: str) -> None:
 
 
 def _accepted(client: paramiko.Transport, target: Target, identity: Identity) -> bool:
-    """Whether the host lets the user in with this key."""
+    """True if the host accepts this key."""
     try:
         return not client.auth_publickey(target.user, identity.key)
     except paramiko.BadAuthenticationType as error:
-        if "publickey" in error.allowed_types:  # this key was good; the host asks for a second proof on top
+        if "publickey" in error.allowed_types:  # the key was accepted; the host requires a second factor
             return False
         raise HostError(
             Kind.AUTH,
-            f"{target.host} takes no public keys from {target.user}, only {', '.join(error.allowed_types)}",
+            f"{target.host} accepts no public keys from {target.user}, only {', '.join(error.allowed_types)}",
             "allow PubkeyAuthentication in its sshd; swarmctl sends no passwords",
         ) from error
     except paramiko.AuthenticationException as error:

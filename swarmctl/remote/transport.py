@@ -1,4 +1,4 @@
-"""The seam between what swarmctl wants of a host and how it gets there: targets, sessions, errors. No SSH."""
+"""Targets, sessions and errors of connections to hosts, independent of SSH."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from typing import Protocol
 
 
 class Kind(str, Enum):
-    """Why a host could not do what it was asked. The exit code and the retry advice follow from it."""
+    """The kind of a host's error; exit code and advice on retrying depend on it."""
 
     UNREACHABLE = "unreachable"  # no route, refused, timed out, name not found
     HOST_KEY = "host-key"  # the key is not pinned, or is not the pinned one
-    AUTH = "auth"  # the host knows us not
+    AUTH = "auth"  # no key was accepted
     PRIVILEGE = "privilege"  # no root and no password-free sudo
     LOST = "lost"  # the connection died while work was under way
-    PROTOCOL = "protocol"  # the answer was not what the agent says
-    REFUSED = "refused"  # the agent said no: locked, stale plan, disk full, ...
-    FAILED = "failed"  # the agent tried and could not
-    STOPPED = "stopped"  # never begun: the run was interrupted before
-    BUG = "bug"  # swarmctl itself went wrong
+    PROTOCOL = "protocol"  # the answer is not a valid answer of the agent
+    REFUSED = "refused"  # the agent rejected the request: locked, stale plan, disk full, ...
+    FAILED = "failed"  # the agent failed
+    STOPPED = "stopped"  # never started: the run was interrupted before
+    BUG = "bug"  # a bug in swarmctl
 
 
 @dataclass(unsafe_hash=True)
 class HostError(Exception):
-    """What happened to one host, for the person who must act. Travels as a value; never as a traceback."""
+    """An error of one host: what happened, and in ``hint`` how to fix it."""
 
     kind: Kind
     message: str
@@ -35,12 +35,12 @@ class HostError(Exception):
 
     @property
     def retryable(self) -> bool:
-        """Whether the same command, run again, may well succeed without anyone changing anything."""
+        """True if the same command may succeed when run again without any change."""
         return self.kind in (Kind.UNREACHABLE, Kind.LOST)
 
     @property
     def reached(self) -> bool:
-        """Whether the host itself answered."""
+        """True if the host itself answered."""
         return self.kind is not Kind.UNREACHABLE
 
     def __str__(self) -> str:
@@ -49,7 +49,10 @@ class HostError(Exception):
 
 @dataclass(frozen=True)
 class Target:
-    """How to reach one host. ``keys`` are the pinned public host keys, ``"ssh-ed25519 AAAA..."`` each."""
+    """How to reach one host.
+
+    ``keys`` are the pinned public host keys, ``"ssh-ed25519 AAAA..."`` each. Keys in ``revoked`` are refused.
+    """
 
     host: str
     address: str
@@ -58,11 +61,12 @@ class Target:
     keys: tuple[str, ...] = ()
     identities: tuple[Path, ...] = ()
     jump: Target | None = None
+    revoked: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Output:
-    """What a command printed in one exchange, and its status, which is None while it goes on."""
+    """What a command printed in one exchange, and its exit status; None while it runs."""
 
     status: int | None
     stdout: bytes
@@ -70,12 +74,12 @@ class Output:
 
 
 class Channel(Protocol):
-    """One command on a host, with its streams. It starts with the first exchange."""
+    """One command on a host with its streams. The first exchange starts it."""
 
     def exchange(
         self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 60.0
     ) -> Output:
-        """Feed the command ``stdin`` and listen until ``enough`` was heard or the command has ended.
+        """Write ``stdin`` to the command and read its output until ``enough`` is True or the command ends.
 
         ``enough`` sees standard output as it arrives. Raises ``HostError`` when the host dies, sends more
         than the limit on one stream, or is not done within ``timeout`` seconds, which closes the session.
@@ -90,7 +94,7 @@ class Session(Protocol):
     def channel(self, command: str, *, limit: int = 1 << 20) -> AbstractContextManager[Channel]:
         """A channel for ``command``; each exchange reads at most ``limit`` bytes of each stream.
 
-        On leaving, the standard input of the command ends and nobody listens to it any more.
+        On leaving, the standard input of the command ends and its output is no longer read.
         """
         ...
 
@@ -100,7 +104,7 @@ class Session(Protocol):
 
 
 class Transport(Protocol):
-    """Opens sessions. The real one is ``ssh.SshTransport``; tests may bring their own."""
+    """Opens sessions. ``ssh.SshTransport`` is the real one; tests may use their own."""
 
     def connect(self, target: Target) -> AbstractContextManager[Session]:
         """Connect and log in, or raise ``HostError``."""

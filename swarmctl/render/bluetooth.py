@@ -1,42 +1,40 @@
-"""Bluetooth lines: the unit that pairs a robot, with its PIN, and the one that binds its device."""
+"""Bluetooth lines: the unit that pairs a robot by its PIN, and the one that binds its device."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
-from swarmctl.render import shipped
+from swarmctl.render import shipped_files
 from swarmctl.render.bundle import ROOT, File, Unit
-from swarmctl.render.templates import render
-from swarmctl.topology import names
-from swarmctl.topology.swarm import Host, RfcommLine, Robot, Swarm
+from swarmctl.render.part import Part
+from swarmctl.render.quoting import render
+from swarmctl.swarm import names
+from swarmctl.swarm.resolved import Host, RfcommLine, Robot, Swarm
 
 _PAIR = "bin/bluetooth-pair"
 APART = 3  # s between robots, so that a host's first attempts do not meet
 
 
-def files(swarm: Swarm, host: Host) -> Iterator[File]:
-    """What the units run, the units aside."""
-    if secrets(swarm, host):
-        yield File(_PAIR, shipped.text("host/bluetooth-pair"), 0o755)
+def part(swarm: Swarm, host: Host) -> Part:
+    """The pairing script, and the units robot by robot."""
+    lines = list(_lines(swarm, host))
+    secrets = tuple(dict.fromkeys(line.pin for _, line in lines if line.pin is not None))
+    script = File(_PAIR, shipped_files.text("host/bluetooth-pair"), 0o755)
+    return Part(
+        files=(script,) if secrets else (),
+        units=tuple(_units(swarm, lines)),
+        wants=(*(("rfcomm",) if lines else ()), *(("bluetoothctl",) if secrets else ())),
+        secrets=secrets,
+    )
 
 
-def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
+def _units(swarm: Swarm, lines: list[tuple[Robot, RfcommLine]]) -> Iterator[tuple[File, Unit]]:
     """Robot by robot: first the pairing, then the device."""
-    for robot, line in _lines(swarm, host):
+    for robot, line in lines:
         if line.pin is not None:
             yield _unit(swarm, robot, line, "pair", needs=(_PAIR,), secret=line.pin)
         yield _unit(swarm, robot, line, "rfcomm")
-
-
-def wants(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    bound = ("rfcomm",) if any(_lines(swarm, host)) else ()
-    return (*bound, "bluetoothctl") if secrets(swarm, host) else bound
-
-
-def secrets(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    """The names of the PINs that the host must know."""
-    return tuple(dict.fromkeys(line.pin for _, line in _lines(swarm, host) if line.pin is not None))
 
 
 def _lines(swarm: Swarm, host: Host) -> Iterator[tuple[Robot, RfcommLine]]:

@@ -1,23 +1,20 @@
-"""What one host gets, as a value: files, units, and the few places outside its release that point into it."""
+"""What one host gets, as a value: files, units, and the places outside its release that point into it."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
-ROOT = "/opt/swarm"
-MANIFEST = "manifest.json"
-FORMAT = 1
+from swarm_agent import paths
+from swarm_agent.manifest import FORMAT, ManifestData
+
+from swarmctl.plugins import MIDDLEWARES
+from swarmctl.render.manifest import digest_of, file_data, manifest_bytes, release_digest, unit_data
+
+#: The folder of every swarm on a host.
+ROOT = paths.ROOT
 _PACKAGE, _WORKSPACE = "package:", "workspace:"
-
-
-def digest_of(content: bytes) -> str:
-    """SHA-256 of ``content`` in hexadecimal."""
-    return hashlib.sha256(content).hexdigest()
 
 
 def package(name: str) -> str:
@@ -68,14 +65,15 @@ class Unit:
 
 @dataclass(frozen=True)
 class Bundle:
-    """Everything one host gets. Same spec, same bytes, same digest.
+    """Everything one host gets. The same spec gives the same bytes and the same digest.
 
     ``links`` maps an absolute path on the host to a path in the release (a symlink through ``current``);
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
     ``wants`` names programs without which a part of its preparation does nothing (``chronyd``, ``iw``),
     ``follows`` the host whose clock it follows, ``secrets`` those that its units read, by name;
     ``requires`` names what the host must have for its units to run: ``rospy``, ``roscore``, ``pyserial``, and
-    what ``package`` and ``workspace`` make of the names of ROS packages and the places of built workspaces.
+    what ``package`` and ``workspace`` make of the names of ROS packages and the places of built workspaces;
+    ``distro`` is the ROS distribution that these belong to.
     """
 
     swarm: str
@@ -88,12 +86,13 @@ class Bundle:
     wants: tuple[str, ...] = ()
     follows: str = ""
     secrets: tuple[str, ...] = ()
+    distro: str = MIDDLEWARES.default
 
     @property
     def asks(self) -> tuple[str, ...]:
-        """What the host is asked for: all that it must have, and what optional programs would need."""
-        wished = (package(name) for unit in self.units for name in unit.packages)
-        return tuple(dict.fromkeys((*self.requires, *wished)))
+        """What to look for on the host: its requirements, and those of optional programs."""
+        optional = (package(name) for unit in self.units for name in unit.packages)
+        return tuple(dict.fromkeys((*self.requires, *optional)))
 
     @property
     def home(self) -> str:
@@ -101,26 +100,18 @@ class Bundle:
         return f"{ROOT}/{self.swarm}"
 
     @cached_property
-    def manifest(self) -> dict[str, Any]:
-        """The release as data: digests, modes, units with the digest of what each needs, links and blocks."""
+    def manifest(self) -> ManifestData:
+        """The release as data: files with digests and modes, units, links and blocks."""
         digests = {file.path: file.digest for file in self.files}
         return {
             "format": FORMAT,
             "swarm": self.swarm,
             "host": self.host,
             "files": {
-                file.path: {"sha256": file.digest, "mode": file.mode, "size": len(file.content)}
+                file.path: file_data(file.content, file.digest, file.mode)
                 for file in sorted(self.files, key=lambda file: file.path)
             },
-            "units": [
-                {
-                    "name": unit.name,
-                    "needs": list(unit.needs),
-                    "robot": unit.robot,
-                    "digest": digest_of("".join(digests[path] for path in unit.needs).encode()),
-                }
-                for unit in self.units
-            ],
+            "units": [unit_data(unit.name, unit.needs, unit.robot, digests) for unit in self.units],
             "links": dict(sorted(self.links.items())),
             "blocks": dict(sorted(self.blocks.items())),
             "secrets": sorted(self.secrets),
@@ -128,9 +119,9 @@ class Bundle:
 
     @cached_property
     def manifest_bytes(self) -> bytes:
-        return (json.dumps(self.manifest, indent=1, sort_keys=True) + "\n").encode()
+        return manifest_bytes(self.manifest)
 
     @cached_property
     def digest(self) -> str:
-        """The release's name: the first 16 hexadecimal digits of the manifest's SHA-256."""
-        return digest_of(self.manifest_bytes)[:16]
+        """The name of the release: 16 hexadecimal digits."""
+        return release_digest(self.manifest_bytes)

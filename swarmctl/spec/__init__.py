@@ -1,1 +1,1 @@
-"""From text to a typed spec with positions, or to diagnostics that say where it is wrong. Pure."""
+"""The swarm file: its models, loading, validation and defaults. Pure."""

@@ -9,13 +9,13 @@ from functools import cache
 from pathlib import Path
 
 from swarmctl import resources
-from swarmctl.spec.codecs import read_codec
-from swarmctl.spec.diagnostics import Diagnostic, has_errors
-from swarmctl.spec.files import Read, content
+from swarmctl.diagnostics import Diagnostic, has_errors
+from swarmctl.robot_types.codec_check import read_codec
+from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.model import Computer, Computers
-from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import Source, parse
 from swarmctl.spec.validation import M, validated
+from swarmctl.yamltext.files import Read, content
+from swarmctl.yamltext.source import Source, parse
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def load_catalog(beside: Path | None = None, others: Iterable[str] = (), read: R
 @cache
 def _shipped() -> Catalog:
     found = _types_in(resources.templates() / "robots")
-    computers, _, problems = _read(resources.templates() / "computers.yaml", Computers)
+    computers, _, problems = _read(resources.templates() / "data/computers.yaml", Computers)
     return Catalog(found.types, computers.root if computers else {}, (*found.diagnostics, *problems))
 
 

@@ -1,4 +1,4 @@
-"""A spec file to a typed document with positions, or to diagnostics that say what is wrong and where."""
+"""Loads a spec file: returns a typed document with positions, or diagnostics."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from pathlib import Path
 
 import yaml
 
-from swarmctl.spec import ranges
+from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors
+from swarmctl.robot_types.protocols import PythonProtocol
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.spec.catalog import Catalog, load_catalog
-from swarmctl.spec.diagnostics import Diagnostic, Severity, Span, has_errors
-from swarmctl.spec.files import Read, content, text_of
-from swarmctl.spec.include import tree_of
-from swarmctl.spec.limits import Room
 from swarmctl.spec.model import Computer, Spec
-from swarmctl.spec.overlay import overlaid
 from swarmctl.spec.private_keys import private_keys_in
-from swarmctl.spec.protocols import PythonProtocol
-from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import Source, source_of
 from swarmctl.spec.validation import validated
+from swarmctl.yamltext import ranges
+from swarmctl.yamltext.files import Read, content, text_of
+from swarmctl.yamltext.include import tree_of
+from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.overlay import overlaid
+from swarmctl.yamltext.source import Source, source_of
 
 
 @dataclass(frozen=True)
@@ -44,42 +45,48 @@ class Document:
     def computers(self) -> Mapping[str, Computer]:
         return {**self.catalog.computers, **self.spec.computers}
 
+    def settings_layers(self, robot: str) -> tuple[RobotSettings, RobotSettings, RobotSettings]:
+        """The settings that apply to a robot, from general to specific: `defaults`, its type's, its own."""
+        given = self.spec.robots[robot]
+        robot_type = self.spec.types.get(given.type) or self.catalog.types[given.type]
+        return self.spec.defaults.robot, robot_type.settings, given.settings
+
 
 def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """Read and check one spec: its file, and the files laid over it, each over those before.
 
     Robot types beside the first file are found in its folder ``robots/``. ``read`` is the only way to files.
     """
-    room = Room()
+    budget = LoadBudget()
     trees: list[yaml.Node] = []
     diagnostics: list[Diagnostic] = []
     for path in layers:
-        text = text_of(path, room, read)
-        root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, room, read)
+        text = text_of(path, budget, read)
+        root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, budget, read)
         trees += [root] if root is not None else []
         diagnostics += found
-    catalog = load_catalog(layers[0].resolve().parent / "robots", room.texts, read)
-    document, told = _document(trees, diagnostics, str(layers[0]), room, catalog)
+    catalog = load_catalog(layers[0].resolve().parent / "robots", budget.texts, read)
+    document, problems = _document(trees, diagnostics, str(layers[0]), budget, catalog)
     if document is not None:
         document = replace(document, private_keys=private_keys_in(layers[0].resolve().parent))
-    return document, told
+    return document, problems
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """The text of one spec, and its warnings; with errors there is no document."""
-    room = Room()
-    root, found = tree_of(text, Path(path), room)
-    return _document([root] if root is not None else [], found, path, room, catalog)
+    budget = LoadBudget()
+    root, found = tree_of(text, Path(path), budget)
+    return _document([root] if root is not None else [], found, path, budget, catalog)
 
 
 def _document(
-    trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, room: Room, catalog: Catalog
+    trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, budget: LoadBudget, catalog: Catalog
 ) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     diagnostics = [*catalog.diagnostics, *found]
     if has_errors(found):  # what is missing then would bring false complaints
         return None, tuple(diagnostics)
-    root, found = _one(trees, room.texts)
-    source, wrong = source_of(root, path, room.texts)
+    root, found = _one(trees, budget.texts)
+    source, wrong = source_of(root, path, budget.texts)
     diagnostics += [*found, *wrong]
     if source.root is None or source.data is None:
         return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(path))
@@ -111,7 +118,7 @@ def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Nod
     """
     diagnostics: list[Diagnostic] = []
     if any(ranges.may_stand_in(text) for text in texts.values()):
-        written = [ranges.written_out(tree) for tree in trees]
+        written = [ranges.expand(tree) for tree in trees]
         trees, diagnostics = [tree for tree, _ in written], [one for _, found in written for one in found]
     if not trees or diagnostics:
         return None, diagnostics

@@ -1,4 +1,4 @@
-"""The whole vocabulary of a spec as frozen models: what may be written, not what makes sense together."""
+"""The keys of a spec as frozen models: what may be written; rules check what fits together."""
 
 from __future__ import annotations
 
@@ -7,12 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, RootModel
 
-from swarmctl.spec.multimaster import Multimaster
-from swarmctl.spec.protocols import DriverName
-from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.settings import UNTUNED, RobotSettings
-from swarmctl.spec.topics import Topic
-from swarmctl.spec.words import (
+from swarmctl.field_types import (
     Account,
     Adapter,
     Address,
@@ -40,6 +35,12 @@ from swarmctl.spec.words import (
     UsbText,
     Value,
 )
+from swarmctl.plugins import MIDDLEWARES, NameIn
+from swarmctl.robot_types.declared_topic import Topic
+from swarmctl.robot_types.protocols import DriverName
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
+from swarmctl.spec.multimaster_model import Multimaster
 
 
 class Mode(str, Enum):
@@ -55,7 +56,9 @@ class Mode(str, Enum):
 class Ros(Model):
     """Which ROS the swarm runs."""
 
-    distro: Literal["noetic"] = Field("noetic", description="ROS distribution of every host.")
+    distro: Annotated[str, NameIn(MIDDLEWARES)] = Field(
+        MIDDLEWARES.default, description="ROS distribution of every host."
+    )
     master_port: Port = Field(11311, description="TCP port of each ROS master.")
     workspace: Folder | None = Field(
         None,
@@ -92,8 +95,12 @@ class Host(Model):
     """A computer that swarmctl logs into."""
 
     address: Address = Field(description="Where the others reach it; also its ROS_IP (see `ros.naming`).")
-    user: Account = Field("robot", description="Account to log in as; root, or one with password-free sudo.")
-    port: Port = Field(22, description="TCP port of its SSH server.")
+    user: Account = Field(
+        "robot",
+        description="Account to log in as; root, or one with password-free sudo. "
+        "Wins over `User` in ~/.ssh/config.",
+    )
+    port: Port = Field(22, description="TCP port of its SSH server. Wins over `Port` in ~/.ssh/config.")
     computer: ComputerName | None = Field(None, description="What kind of computer it is (see `computers`).")
     bluetooth: tuple[Adapter, ...] = Field((), description="Its Bluetooth adapters.")
     has: tuple[Name, ...] = Field(
@@ -121,10 +128,10 @@ class Robot(Model):
     driver: DriverName = Field(
         "swarmctl",
         description="Who drives it: swarmctl's driver, or, where its board speaks rosserial, the ROS package "
-        "`rosserial_python`, which obeys everybody, makes no odometry and reads no settings.",
+        "`rosserial_python`, which obeys every publisher, makes no odometry and reads no settings.",
     )
     settings: RobotSettings = Field(
-        default_factory=lambda: UNTUNED, description="What differs from its type."
+        default_factory=lambda: NO_SETTINGS, description="What differs from its type."
     )
 
 
@@ -240,7 +247,7 @@ class Program(Model):
         default_factory=dict, description="Environment variables.", examples=[{"LANG": "C.UTF-8"}]
     )
     publishes: tuple[Topic, ...] = Field((), description="Topics it publishes.")
-    subscribes: tuple[Topic, ...] = Field((), description="Topics it hears.")
+    subscribes: tuple[Topic, ...] = Field((), description="Topics it subscribes to.")
     requires: tuple[PackageName, ...] = Field(
         (), description="ROS packages without which it cannot run.", examples=[["joy"]]
     )
@@ -291,7 +298,7 @@ class Time(Model):
 
 
 class Silence(Model):
-    """A finding that the swarm's people know of and accept."""
+    """A finding that is known and accepted."""
 
     rule: Annotated[str, Field(pattern=r"^[A-Z]{2,8}[0-9]{3}$", examples=["SET001"])] = Field(
         description="The rule, by its id."
@@ -313,10 +320,12 @@ class HostDefaults(Model):
 
 
 class Defaults(Model):
-    """What holds for every host or robot that does not say otherwise."""
+    """Defaults for every host or robot."""
 
     host: HostDefaults = Field(default_factory=HostDefaults, description="For every host.")
-    robot: RobotSettings = Field(default_factory=lambda: UNTUNED, description="For every robot, below types.")
+    robot: RobotSettings = Field(
+        default_factory=lambda: NO_SETTINGS, description="For every robot, below types."
+    )
 
 
 class Spec(Model):
@@ -327,7 +336,7 @@ class Spec(Model):
         description="Files that hold more of this spec, from the folder it lies in.",
         examples=[["hosts.yaml", "robots/lab.yaml"]],
     )
-    version: Literal[1] = Field(description="Version of the spec's vocabulary.")
+    version: Literal[1] = Field(description="Version of the spec format.")
     name: Name = Field(
         description="The swarm's name; its folder on every host is /opt/swarm/<name>.", examples=["newswarm"]
     )
@@ -335,7 +344,7 @@ class Spec(Model):
     leader: HostName | None = Field(None, description="The leading host (modes single-minded and leader).")
     hub: HostName | None = Field(None, description="The host that runs the master (mode central).")
     ros: Ros = Field(default_factory=Ros, description="Its ROS: distribution and master port.")
-    defaults: Defaults = Field(default_factory=Defaults, description="What holds where nothing else is said.")
+    defaults: Defaults = Field(default_factory=Defaults, description="Defaults of hosts and robots.")
     computers: dict[Name, Computer] = Field(
         default_factory=dict,
         description="Kinds of computers beside the known ones.",
@@ -366,7 +375,7 @@ class Spec(Model):
     )
     time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")
     multimaster: Multimaster | None = Field(
-        None, description="How islands hear of each other (modes standalone and combined)."
+        None, description="How islands discover each other (modes standalone and combined)."
     )
     silence: tuple[Silence, ...] = Field(
         (),

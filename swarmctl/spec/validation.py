@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from swarmctl.spec.diagnostics import Diagnostic
-from swarmctl.spec.edits import written
-from swarmctl.spec.limits import MAX_FINDINGS
-from swarmctl.spec.mending import (
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.field_types import KEY, ConsistencyError
+from swarmctl.spec.model_lookup import described, known_keys
+from swarmctl.spec.pattern_texts import NAME, PATTERN_TEXTS
+from swarmctl.spec.validation_fixes import (
     BOOLEANS,
-    NAME,
     NUMBERS,
     choices,
     fix_for,
@@ -27,10 +27,10 @@ from swarmctl.spec.mending import (
     noun_at,
     without_tag,
 )
-from swarmctl.spec.source import Loc, Source
-from swarmctl.spec.suggest import did_you_mean, nearest
-from swarmctl.spec.vocabulary import described, known_keys
-from swarmctl.spec.words import KEY, MisfitError
+from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.yamltext.edits import written
+from swarmctl.yamltext.limits import MAX_FINDINGS
+from swarmctl.yamltext.source import Loc, Source
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -57,7 +57,7 @@ def validated(model: type[M], source: Source) -> tuple[M | None, list[Diagnostic
     except ValidationError as errors:
         if errors.error_count() > MAX_FINDINGS:
             return None, _of_many(model, source, errors.error_count())
-        return None, _told(errors, source, model)
+        return None, _diagnostics(errors, source, model)
 
 
 def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
@@ -66,7 +66,7 @@ def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
         model.model_validate(_beginning(source.data))
     except ValidationError as errors:
         if errors.error_count() <= MAX_FINDINGS:
-            return _told(errors, source, model)
+            return _diagnostics(errors, source, model)
     return [Diagnostic("SPEC005", f"{count} values do not fit a spec", source.span())]
 
 
@@ -76,7 +76,7 @@ def _beginning(data: Any) -> Any:
     return tuple(map(_beginning, data[:_FIRST])) if isinstance(data, tuple) else data
 
 
-def _told(errors: ValidationError, source: Source, model: type[M]) -> list[Diagnostic]:
+def _diagnostics(errors: ValidationError, source: Source, model: type[M]) -> list[Diagnostic]:
     return [
         replace(_diagnostic(error, source, model), fix=fix_for(error, source, model))
         for error in _causes(errors.errors(include_url=False), model)
@@ -84,14 +84,23 @@ def _told(errors: ValidationError, source: Source, model: type[M]) -> list[Diagn
 
 
 def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:
-    """The errors without those that mending others mends: a key that is missing because it is misspelt."""
+    """Returns the errors that no other error causes.
+
+    A key may be missing because it is misspelt, a list too short because its items are invalid.
+    """
     kept = list(errors)
     meant = {
         (*error["loc"][:-1], nearest(str(error["loc"][-1]), known_keys(tuple(error["loc"][:-1]), model)))
         for error in kept
         if error["type"] == "extra_forbidden"
     }
-    return [error for error in kept if error["type"] != "missing" or tuple(error["loc"]) not in meant]
+    parents = {tuple(error["loc"][:depth]) for error in kept for depth in range(len(error["loc"]))}
+    return [
+        error
+        for error in kept
+        if not (error["type"] == "missing" and tuple(error["loc"]) in meant)
+        and not (error["type"] == "too_short" and tuple(error["loc"]) in parents)
+    ]
 
 
 def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic:
@@ -103,7 +112,7 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
             "SPEC001",
             f"unknown key `{key}`{_inside(loc[:-1])}",
             source.span(loc, key=True),
-            label="not part of the vocabulary",
+            label="not a key here",
             help=_help_for_unknown(key, tagged, model),
         )
     if kind == "missing" and isinstance(loc[-1], int):
@@ -112,13 +121,13 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
             "SPEC003", f"{_subject(loc[:-1])} has too few entries", source.span(loc[:-1]), label=label
         )
     if kind == "missing":
-        told = described(tagged, model)
+        text = described(tagged, model)
         return Diagnostic(
             "SPEC002",
             f"`{key}` is missing{_inside(loc[:-1])}",
             source.span(loc[:-1], key=bool(loc[:-1])),
             label=f"needs `{key}`",
-            help=(f"`{key}`: {told}",) if told else (),
+            help=(f"`{key}`: {text}",) if text else (),
         )
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         tag = given.get("kind") if isinstance(given, dict) else None
@@ -166,20 +175,18 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
         )
         help_ = (_NUMBERS_THAT_RANGE,) if quoted and not text else _help_for_type(kind, given, tagged, model)
         return Diagnostic("SPEC003", f"{_subject(loc)} {wrong}", span, help=help_)
-    if kind == "value_error":  # raised by a validator of ours, which puts the way to mend last
+    if kind == "value_error":  # raised by a validator of ours, which puts the fix last
         raised = error["ctx"]["error"]
-        message, _, mend = str(raised).partition("; ")
-        if isinstance(raised, MisfitError):
+        message, _, make_fix = str(raised).partition("; ")
+        if isinstance(raised, ConsistencyError):
             span = source.span((*loc, *raised.at), key=raised.at[-1:] == (KEY,))
-        return Diagnostic("SPEC003", message, span, help=(mend,) if mend else ())
+        return Diagnostic("SPEC003", message, span, help=(make_fix,) if make_fix else ())
     message = f"{_subject(loc)} cannot be {_shown(given)}"
     if kind == "string_pattern_mismatch":
         return Diagnostic("SPEC003", message, span, help=(_pattern_help(error["ctx"]["pattern"], given),))
-    if bound := _BOUNDS.get(kind):
-        return Diagnostic("SPEC003", message, span, label=bound.format(**error.get("ctx", {})))
-    return Diagnostic(
-        "SPEC003", f"{message}: {error['msg'].replace('Input should be', 'it should be')}", span
-    )
+    bound = _BOUNDS.get(kind, "").format(**error.get("ctx", {}))
+    text = described(tagged, model)
+    return Diagnostic("SPEC003", message, span, label=bound, help=(text,) if text and not bound else ())
 
 
 def _help_for_unknown(key: str, tagged: tuple[str | int, ...], model: type[BaseModel]) -> tuple[str, ...]:
@@ -233,7 +240,9 @@ _BOUNDS = {
     "greater_than_equal": "must be {ge:.12g} or more",
     "less_than": "must be less than {lt:.12g}",
     "less_than_equal": "must be {le:.12g} or less",
-    "finite_number": "must be a number that ends",
+    "finite_number": "must be a finite number",
+    "string_too_short": "needs {min_length} or more characters",
+    "string_too_long": "must have {max_length} characters or fewer",
 }
 _LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
 
@@ -256,11 +265,11 @@ def _help_for_type(
         return (f"write `{BOOLEANS[str(given).lower()]}`",)
     if _TYPES[kind] == "a list" and isinstance(given, str):
         return (f"put it in brackets: [{_short(given)}]",)
-    if kind == "model_attributes_type":  # an entry of a union, told apart by its kind
+    if kind == "model_attributes_type":  # an entry of a union, text apart by its kind
         return (f"it begins with `kind`, one of {', '.join(kinds_at(loc))}",)
-    told = described(loc, model) if loc else ""
+    text = described(loc, model) if loc else ""
     keys = ", ".join(f"`{key}`" for key in known_keys(loc, model)) if _TYPES[kind] == "a mapping" else ""
-    return tuple(filter(None, (told and f"`{loc[-1]}`: {told}", keys and f"its keys are {keys}")))
+    return tuple(filter(None, (text and f"`{loc[-1]}`: {text}", keys and f"its keys are {keys}")))
 
 
 def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:
@@ -273,26 +282,7 @@ def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:
     )
 
 
-_PATTERNS = {
-    NAME: "names are lower-case letters, digits and hyphens, a letter first, 31 at most",
-    "^[a-z_][a-z0-9_-]{0,31}$": "accounts are lower-case letters, digits, _ and hyphens, a letter or _ first",
-    "^hci[0-9]{1,2}$": "adapters are called hci0, hci1, ...",
-    "^[A-Za-z0-9:._-]{1,64}$": "letters, digits and : . _ - only, as `udevadm info -a` shows it",
-    "^[A-Za-z_][A-Za-z0-9_]*$": "environment variables are letters, digits and _, no digit first",
-    "^[a-z][a-z0-9_]*$": "ROS packages are lower-case letters, digits and _, a letter first",
-    "^[A-Za-z0-9_][A-Za-z0-9_.-]*$": "a file name of letters, digits and _ . -",
-    "^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$": "a folder has its whole path, like /home/robot/catkin_ws",
-    r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$": "text on one line, without control characters",
-    "^[a-z][a-z0-9.-]{0,30}$": "robot types are lower-case letters, digits, dots and hyphens, a letter first",
-    "^[a-z][a-z0-9_]{0,30}$": "lower-case letters, digits and _, a letter first, 31 at most",
-    "^[A-Z]{2,8}[0-9]{3}$": "a rule is written like SET001; `swarmctl rules` lists them",
-    "^[0-9a-fA-F]{4}$": "four hexadecimal digits, in quotes",
-    "^[A-Za-z~/][A-Za-z0-9_/]*$": "a ROS name has letters, digits, _ and /, a letter first",
-    "^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$": "a message type is written package/Type, like geometry_msgs/Twist",
-}
-
-
 def _pattern_help(pattern: str, given: str) -> str:
-    told = _PATTERNS.get(pattern, f"it must match {pattern}")
     name = legal_name(given) if pattern == NAME else None
-    return f"write it `{name}`: {told}" if name else told
+    allowed = PATTERN_TEXTS[pattern]
+    return f"write it `{name}`: {allowed}" if name else allowed

@@ -1,4 +1,4 @@
-"""Firmwares for people: what was built, what a flash does, what became of it."""
+"""Firmwares as text: a build, the steps of a flash, its result."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from swarmctl.deploy.flash import PATIENCE, Flashed, Job
 from swarmctl.firmware.build import FLASH, RAM, Built
 from swarmctl.remote.transport import HostError
 from swarmctl.render.bundle import ROOT
-from swarmctl.views.text import printable
+from swarmctl.views.escape import printable
 
 
 def built(robot: str, digest: str, one: Built) -> str:
-    """What a firmware is, and what it takes of the board."""
+    """A firmware, and its use of the board's flash and RAM."""
     return (
         f"{robot}: {one.hex}, firmware {digest}\n"
         f"  flash {one.flash} of {FLASH} B ({one.flash / FLASH:.0%})\n"
@@ -23,32 +23,32 @@ def built(robot: str, digest: str, one: Built) -> str:
 
 
 def steps(job: Job, login: str) -> str:
-    """All that a flash does on a host, in this order. ``login`` is who does it where."""
+    """The steps of a flash on a host, in order. ``login``: account and address."""
     folder = f"{ROOT}/{job.swarm}/state/firmware"
     sizes = [f"{folder}/{name} ({len(content)} B)" for name, content in job.writing.files.items()]
     done = [
-        ("bring", sizes[0]),
+        ("copy", sizes[0]),
         *(("", size) for size in sizes[1:]),
         ("stop", f"{job.unit}, if it runs"),
         ("run", shlex.join(job.writing.command)),
-        ("start", f"{job.unit}, if it ran, whatever became of the board"),
-        ("check", f"avrdude: the board at {job.port} holds what was written"),
-        ("", f"{job.unit}: the board says `swarmctl firmware {job.digest}` within {PATIENCE:g} s"),
+        ("start", f"{job.unit}, if it ran, also after an error"),
+        ("check", f"avrdude: the board at {job.port} contains the firmware"),
+        ("", f"{job.unit}: the board reports `swarmctl firmware {job.digest}` within {PATIENCE:g} s"),
     ]
     return "\n".join([f"{job.robot}, on {login}:", *(f"  {verb:<5}  {what}" for verb, what in done)])
 
 
 def verdict(job: Job, result: Flashed | HostError) -> Text:
-    """What became of one board, and what to do where it is not well."""
+    """The result for one board, and how to fix an error."""
     name = (job.robot, "bold")
     if isinstance(result, HostError):
         return _trouble(job, result.kind.value, printable(result.message), printable(result.hint))
-    if result.told:
+    if result.reported:
         return Text.assemble(name, "  ", ("runs", "bold green"), f" firmware {job.digest}")
     if not result.runs:
-        said = f" firmware {job.digest}; {job.unit} did not run, so nobody has heard the board say so"
-        return Text.assemble(name, "  ", ("holds", "bold green"), said)
-    silent = f"the board was written and read back, but {job.unit} has not heard from it since"
+        note = f" firmware {job.digest}; {job.unit} is not running, so the board's report was not checked"
+        return Text.assemble(name, "  ", ("holds", "bold green"), note)
+    silent = f"the board was written and read back, but {job.unit} has received nothing from it since"
     return _trouble(job, "silent", silent, f"on {job.host}: journalctl -u {job.unit}")
 
 

@@ -1,4 +1,4 @@
-"""A lab for people: its hosts and networks, and where its robots are."""
+"""A lab as text: its hosts and networks, and the poses of its robots."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STYLE = {"running": "green", "starting": "yellow", "stopped": "red"}
 
 
 def hosts(status: Mapping[str, Any]) -> Table:
-    """One row a host: its state, its address, how often it booted, the networks it is on."""
+    """One row per host: state, address, number of boots, networks."""
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("HOST", "STATE", "ADDRESS", "USER", "BOOTS", "NETWORKS"):
         table.add_column(title)
@@ -32,9 +32,9 @@ def _cable(network: Mapping[str, Any], host: str) -> Text:
 
 
 def robots(found: Mapping[str, Mapping[str, Any]]) -> Group:
-    """One row a robot: its true pose (m, degrees), its true wheel speeds (m/s), whether it moves.
+    """One row per robot: true pose (m, degrees), true wheel speeds (m/s), whether it moves.
 
-    Below it stands what emulators of one's own died of.
+    Below the table are the failures of users' own emulators.
     """
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("ROBOT")
@@ -48,7 +48,7 @@ def robots(found: Mapping[str, Mapping[str, Any]]) -> Group:
         table.add_row(
             name, f"{robot['x']:.3f}", f"{robot['y']:.3f}", f"{_heading(robot['theta']):.1f}",
             f"{robot['left']:.3f}", f"{robot['right']:.3f}",
-            state if robot["plugged"] else state.append(", cable pulled out", "red"),
+            state if robot["plugged"] else state.append(", cable disconnected", "red"),
         )  # fmt: skip
     failures = [f"{name}: {robot['failure']}" for name, robot in found.items() if robot.get("failure")]
     return Group(table, *(Text(failure, "red") for failure in failures))

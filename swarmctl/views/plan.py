@@ -1,12 +1,12 @@
-"""A plan for people: host by host, step by step, each with its cause; the diffs below when asked for."""
+"""A plan as text: the steps of each host with their causes, and the diffs on request."""
 
 from __future__ import annotations
 
 from rich.text import Text
 
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import losses
-from swarmctl.views.text import printable
 
 _GLYPH = {
     Kind.SECRET: ("*", "cyan"),
@@ -25,7 +25,7 @@ _GLYPH = {
 
 
 def plan(shown: Plan, *, diff: bool = False) -> Text:
-    """The whole plan; hosts with nothing to do take one line together."""
+    """The whole plan; hosts without changes share one line."""
     text = Text()
     idle = [host.host for host in shown.hosts if not host.steps and not host.problem]
     for host in shown.hosts:
@@ -40,7 +40,7 @@ def plan(shown: Plan, *, diff: bool = False) -> Text:
 
 
 def _single_points(shown: Plan) -> Text:
-    """What takes several robots with it; all of them stand in `swarmctl graph --impact`."""
+    """The worst single points of failure; `swarmctl graph --impact` lists all."""
     if not shown.single_points:
         return Text()
     text = Text("single points of failure\n", "bold")
@@ -52,6 +52,7 @@ def _single_points(shown: Plan) -> Text:
 
 
 def host_plan(host: HostPlan, *, diff: bool = False) -> Text:
+    """The steps of one host, or the problem that prevents its plan."""
     if host.problem:
         return _problem(host.host, host.problem)
     text = Text.assemble((host.host, "bold"), f"  {host.base or 'nothing'} -> {host.next}\n")
@@ -72,7 +73,7 @@ def _problem(host: str, problem: Problem) -> Text:
 
 
 def summary(shown: Plan) -> Text:
-    """``plan: 12 files, 3 restarts on 2 hosts`` or that there is nothing to do."""
+    """``plan: 12 files, 3 restarts on 2 hosts``, or ``nothing to do``."""
     stuck = ", ".join(host.host for host in shown.problems)
     tail = f"cannot be deployed: {stuck}" if stuck else ""
     if len(shown.problems) == len(shown.hosts):
@@ -86,8 +87,8 @@ def summary(shown: Plan) -> Text:
         _many(files, "file"), _many(counts[Kind.START], "start"),
         _many(counts[Kind.RESTART], "restart"), _many(counts[Kind.STOP], "stop"),
     ]  # fmt: skip
-    said = ", ".join(part for part in parts if part) or "small repairs"
-    return Text(f"plan: {said} on {_many(hosts, 'host')}{'; ' + tail if tail else ''}")
+    counted = ", ".join(part for part in parts if part) or "small repairs"
+    return Text(f"plan: {counted} on {_many(hosts, 'host')}{'; ' + tail if tail else ''}")
 
 
 def _many(count: int, word: str) -> str:

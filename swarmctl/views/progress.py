@@ -1,4 +1,4 @@
-"""A rollout while it runs: one line a host on a terminal, one line an event elsewhere."""
+"""Progress of a rollout: one line per host on a terminal, one line per event elsewhere."""
 
 from __future__ import annotations
 
@@ -10,15 +10,22 @@ from rich.text import Text
 
 from swarmctl.deploy.rollout import Outcome, Removed, Result
 from swarmctl.plan.plan import HostPlan, Kind
-from swarmctl.remote.fleet import Event, Finished, Note, Skipped, Started, result_of
+from swarmctl.remote.parallel_hosts import (
+    Event,
+    Finished,
+    Note,
+    Skipped,
+    Started,
+    result_of,
+)
 from swarmctl.remote.transport import HostError
-from swarmctl.views.text import printable
+from swarmctl.views.escape import printable
 
 MOST_NAMED = 5  # units; more are counted
 
 
 def line(event: Event[Outcome] | Event[Removed]) -> Text | None:
-    """One event as one line, or nothing where it is not worth one."""
+    """One event as one line; None for events that are not shown."""
     match event:
         case Started(host):
             return Text(f"{host}: connecting")
@@ -32,7 +39,7 @@ def line(event: Event[Outcome] | Event[Removed]) -> Text | None:
 
 
 def verdict(result: Result) -> Text:
-    """What became of a host, in a few words."""
+    """The result of a host in a few words."""
     if isinstance(result, HostError):
         return Text.assemble((f"{result.kind.value}", "bold red"), f": {printable(result.message)}")
     if not result.changed:
@@ -54,12 +61,13 @@ def _named(units: Sequence[str]) -> str:
 
 @dataclass
 class Board:
-    """The state of every host, redrawn as events come in."""
+    """The state of every host, redrawn for each event."""
 
     hosts: Sequence[str]
     _lines: dict[str, Text] = field(default_factory=dict)
 
     def take(self, event: Event[Outcome] | Event[Removed]) -> None:
+        """Show the event in the line of its host."""
         shown = line(event)
         if shown is not None:
             self._lines[event.host] = shown[len(event.host) + 2 :]

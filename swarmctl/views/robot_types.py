@@ -1,4 +1,4 @@
-"""Robot types for people and programs: all as a table, one with everything that a driver makes of it."""
+"""Robot types as text and JSON: a table of all types, and one type in detail."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.spec.queries import CodedExchange
-from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.tuning import command_timeout_of, equipped, rates_of
-from swarmctl.topology import lines
-from swarmctl.topology.interfaces import (
+from swarmctl.analysis import serial_load
+from swarmctl.robot_types.effective_settings import command_timeout_of, equipped, rates_of
+from swarmctl.robot_types.line_protocol import CodedExchange
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.swarm.topics import (
     COMMAND,
     COMMAND_TYPE,
     MESSAGES,
@@ -22,16 +22,16 @@ from swarmctl.topology.interfaces import (
     actuators_of,
     driver_topics,
 )
-from swarmctl.views.text import printable
+from swarmctl.views.escape import printable
 
 SHIPPED = "swarmctl"
-_KINDS = {"serial": "usb", "bluetooth": "bluetooth"}  # an adapter that nobody knows is a slow one
+_KINDS = {"serial": "usb", "bluetooth": "bluetooth"}  # an unknown adapter counts as a slow one
 _LEFT = 2
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A robot type, its name, and the file it comes from; ``SHIPPED`` for those that swarmctl brings."""
+    """A robot type, its name, and its file, or ``SHIPPED`` for a type of swarmctl."""
 
     name: str
     source: str
@@ -39,10 +39,10 @@ class Shown:
 
 
 def table(types: Iterable[Shown]) -> Table:
-    """All types, one a line."""
+    """All types, one per line."""
     made = Table(box=None, show_edge=False, pad_edge=False)
-    for heading in ("type", "robot", "speaks", "by", "senses", "from"):
-        made.add_column(heading, no_wrap=heading != "senses")
+    for heading in ("type", "robot", "protocol", "link", "sensors", "from"):
+        made.add_column(heading, no_wrap=heading != "sensors")
     for one in types:
         made.add_row(
             one.name, printable(one.type.title), one.type.protocol.kind, ", ".join(one.type.link.kinds),
@@ -52,7 +52,7 @@ def table(types: Iterable[Shown]) -> Table:
 
 
 def listed(one: Shown) -> dict[str, Any]:
-    """One line of the table for programs."""
+    """One line of the table as JSON data."""
     return {
         "type": one.name,
         "title": one.type.title,
@@ -64,8 +64,10 @@ def listed(one: Shown) -> dict[str, Any]:
 
 
 def detailed(one: Shown) -> dict[str, Any]:
-    """Everything about one type for programs: how it is written, and what follows from that."""
-    budgets = {kind: lines.LineBudget(one.name, "", load).to_json() for kind, load in _loads(one.type)}
+    """Everything about one type as JSON data: its definition and what follows from it."""
+    budgets = {
+        kind: serial_load.SerialBudget(one.name, "", load).to_json() for kind, load in _loads(one.type)
+    }
     for budget in budgets.values():
         del budget["robot"], budget["host"]
     return {
@@ -81,7 +83,7 @@ def detailed(one: Shown) -> dict[str, Any]:
                 {"topic": topic.name, "type": topic.type, "rate": topic.rate}
                 for topic in driver_topics(one.type, one.type.settings, "swarmctl")
             ],
-            "subscribes": [{"topic": name, "type": kind} for name, kind in _hears(one.type)],
+            "subscribes": [{"topic": name, "type": kind} for name, kind in _subscribed(one.type)],
         },
         "line": budgets,
         "definition": one.type.model_dump(mode="json", exclude_none=True),
@@ -89,7 +91,7 @@ def detailed(one: Shown) -> dict[str, Any]:
 
 
 def page(one: Shown) -> Text:
-    """Everything about one type on a screen."""
+    """Everything about one type as text."""
     text = Text.assemble((one.name, "bold"), f": {printable(one.type.title)}, from {one.source}\n")
     for heading, rows in _sections(one.type):
         text.append(f"\n{heading}\n", "bold green")
@@ -100,39 +102,39 @@ def page(one: Shown) -> Text:
 def _sections(kind: RobotType) -> Iterator[tuple[str, Iterable[tuple[str, ...]]]]:
     yield "Line", _line(kind)
     yield "Limits", _limits(kind)
-    if kind.asked is not None:
+    if kind.driver_protocol is not None:
         yield "Requests", _requests(kind)
     yield "Publishes", _published(kind)
-    yield "Hears", ((name, message) for name, message in _hears(kind))
-    if kind.asked is not None:
-        yield "Time of its line at these rates", _budgets(kind)
-    yield "When orders stop", _dead_man(kind)
+    yield "Subscribes", ((name, message) for name, message in _subscribed(kind))
+    if kind.driver_protocol is not None:
+        yield "Load of the serial line at these rates", _budgets(kind)
+    yield "When commands stop", _dead_man(kind)
 
 
 def _line(kind: RobotType) -> Iterator[tuple[str, ...]]:
     link = kind.link
-    yield "by", ", ".join(link.kinds)
-    others = f" ({', '.join(map(str, link.other_bauds))} can be chosen)" if link.other_bauds else ""
+    yield "link", ", ".join(link.kinds)
+    others = f" ({', '.join(map(str, link.other_bauds))} are selectable)" if link.other_bauds else ""
     yield (
         "baud",
         f"{link.baud}{others}, {link.bytesize} data bits, parity {link.parity}, {link.stopbits} stop",
     )
-    yield "speaks", _spoken(kind)
+    yield "protocol", _protocol_text(kind)
     if link.hint:
-        yield "if it is silent", printable(link.hint)
+        yield "if it does not reply", printable(link.hint)
 
 
-def _spoken(kind: RobotType) -> str:
+def _protocol_text(kind: RobotType) -> str:
     protocol = kind.protocol
     match protocol.kind:
         case "line":
             lines_ = f"lines of text that end with {protocol.terminator!r}"
-            return f"{lines_}; answers within {protocol.reply_timeout:g} s"
+            return f"{lines_}; replies within {protocol.reply_timeout:g} s"
         case "binary":
-            return f"bytes, {protocol.byte_order}-endian; answers within {protocol.reply_timeout:g} s"
+            return f"bytes, {protocol.byte_order}-endian; replies within {protocol.reply_timeout:g} s"
         case "python":
-            own = f"what the class {protocol.codec} beside it makes"
-            return f"{own}; answers within {protocol.reply_timeout:g} s"
+            own = f"encoded by the class {protocol.codec} beside it"
+            return f"{own}; replies within {protocol.reply_timeout:g} s"
         case "rosserial":
             return f"rosserial, on an {protocol.board}"
 
@@ -150,9 +152,9 @@ def _limits(kind: RobotType) -> Iterator[tuple[str, ...]]:
 
 def _in_units(kind: RobotType, speed: float) -> Iterator[str]:
     units = (round(speed * scale.speed_units_per_mps) for scale in kind.kinematics.scales)
-    said = " or ".join(map(str, units))
-    if said:
-        yield f"{said} in its own units"
+    counts = " or ".join(map(str, units))
+    if counts:
+        yield f"{counts} in robot units"
 
 
 def _units(kind: RobotType, per_mps: float) -> int:
@@ -164,7 +166,7 @@ def _fastest_turn(kind: RobotType) -> float:
 
 
 def _requests(kind: RobotType) -> Iterator[tuple[str, ...]]:
-    protocol = kind.asked
+    protocol = kind.driver_protocol
     assert protocol is not None
     if protocol.kind == "python":
         yield "set speed", *_sizes(protocol.set_speed)
@@ -199,15 +201,15 @@ def _published(kind: RobotType) -> Iterator[tuple[str, ...]]:
         yield f"{name}*" if each else name, message, f"{rate:g} Hz", *each
     off = [name for name, rate in rates_of(kind, kind.settings).items() if rate == 0]
     for name in off:
-        yield name, MESSAGES[kind.sensors[name].kind], "off; `rates` turns it on"
+        yield name, MESSAGES[kind.sensors[name].kind], "off; enabled by `rates`"
 
 
 def _family(topic: DriverTopic) -> str:
-    """Its name; the sensor's, with a slash, where each of its elements has a topic."""
+    """The topic name; for a topic of one element, the sensor's name and a slash."""
     return "".join(topic.name.rpartition("/")[:2]) if topic.part and "/" in topic.name else topic.name
 
 
-def _hears(kind: RobotType) -> Iterator[tuple[str, str]]:
+def _subscribed(kind: RobotType) -> Iterator[tuple[str, str]]:
     if kind.sketch is not None:
         yield from ((one.topic, one.type) for one in kind.sketch.subscribes)
         return
@@ -215,25 +217,28 @@ def _hears(kind: RobotType) -> Iterator[tuple[str, str]]:
     yield from actuators_of(kind).items()
 
 
-def _loads(kind: RobotType) -> Iterator[tuple[str, lines.Load]]:
-    if kind.asked is not None:
+def _loads(kind: RobotType) -> Iterator[tuple[str, serial_load.SerialLoad]]:
+    if kind.driver_protocol is not None:
         whole, rates = equipped(kind, kind.settings), rates_of(kind, kind.settings)
         for link in kind.link.kinds:
-            yield link, lines.load_of(whole, _KINDS[link], kind.link.baud, lines.COMMAND_RATE, rates)
+            yield (
+                link,
+                serial_load.load_of(whole, _KINDS[link], kind.link.baud, serial_load.COMMAND_RATE, rates),
+            )
 
 
 def _budgets(kind: RobotType) -> Iterator[tuple[str, ...]]:
     for name, load in _loads(kind):
         bytes_ = f"{load.needed:.0f} of {load.available:.0f} B/s"
-        yield name, f"{load.share:.0%}", bytes_, f"a turn of all requests takes {load.cycle * 1000:.0f} ms"
+        yield name, f"{load.share:.0%}", bytes_, f"one cycle of all requests takes {load.cycle * 1000:.0f} ms"
 
 
 def _dead_man(kind: RobotType) -> Iterator[tuple[str, ...]]:
-    yield "the driver", f"stops it after {command_timeout_of(kind, kind.settings):g} s"
+    yield "driver", f"stops the robot after {command_timeout_of(kind, kind.settings):g} s"
     if kind.sketch is not None:
-        yield "the sketch", f"stops it after {kind.sketch.firmware_timeout:g} s"
-    itself = "stops by itself as well" if kind.firmware_dead_man else "goes on with its last speed"
-    yield "without a driver", f"it {itself}"
+        yield "sketch", f"stops the robot after {kind.sketch.firmware_timeout:g} s"
+    itself = "stops on its own" if kind.firmware_dead_man else "keeps its last speed"
+    yield "no driver", f"the robot {itself}"
 
 
 def _senses(kind: RobotType) -> list[str]:

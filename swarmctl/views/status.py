@@ -1,4 +1,4 @@
-"""The health of a swarm for people: a row a host, under it a row a robot; then causes with their symptoms."""
+"""The health of a swarm as text: a table of hosts, robots and programs, then causes with their symptoms."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rich.text import Text
 
-from swarmctl.health.findings import Finding
-from swarmctl.health.seen import UnitSeen
-from swarmctl.health.status import BridgeRow, HostRow, ProgramRow, RobotRow, Status, TopicRow
-from swarmctl.health.verdicts import LOWEST_SHARE, State
-from swarmctl.topology.interfaces import DIAGNOSTICS
-from swarmctl.views.text import printable
+from swarmctl.health.checks import LOWEST_SHARE, State
+from swarmctl.health.health_findings import Finding
+from swarmctl.health.observations import UnitSeen
+from swarmctl.health.swarm_health import (
+    BridgeRow,
+    HostRow,
+    ProgramRow,
+    RobotRow,
+    Status,
+    TopicRow,
+)
+from swarmctl.swarm.topics import DIAGNOSTICS
+from swarmctl.views.escape import printable
 
 MOST_SYMPTOMS = 6  # shown under one cause
 _HEADINGS = ("HOST / ROBOT", "STATE", "RELEASE / DRIVER", "UNITS", "MASTER / DEVICE", "TOPICS, Hz")
@@ -23,9 +30,9 @@ _STYLE = {
     State.BAD: "bold red",
 }
 _GLYPH = {State.OK: "✓", State.SKIPPED: "-", State.WARNING: "!", State.UNKNOWN: "?", State.BAD: "✗"}
-NOBODY = "nobody"  # as a driver says it
-_WIDEST = 40  # columns of a cell that others stand behind
-_LONGEST = 200  # of a sentence that came from a host
+NOBODY = "nobody"  # as a driver reports it
+_WIDEST = 40  # columns of a cell that is not the last
+_LONGEST = 200  # characters of a sentence from a host
 
 
 def status(shown: Status) -> Text:
@@ -34,6 +41,7 @@ def status(shown: Status) -> Text:
 
 
 def table(hosts: Sequence[HostRow]) -> Text:
+    """One row per host, below it one row per robot and program."""
     rows = [row for host in hosts for row in _rows(host)]
     plain = [_HEADINGS, *(cells for _, cells in rows)]
     widths = [max(len(cells[column]) for cells in plain) for column in range(len(_HEADINGS) - 1)]
@@ -53,7 +61,7 @@ def _rows(host: HostRow) -> Iterator[tuple[State, tuple[str, ...]]]:
 
 
 def findings(shown: Status) -> Text:
-    """Every cause that is not ok, how to mend it, and what follows from it."""
+    """Every cause that is not ok, how to fix it, and its symptoms."""
     text = Text()
     for cause, symptoms in shown.diagnosis.explained():
         text.append("\n").append(_GLYPH[cause.state], _STYLE[cause.state]).append(
@@ -105,7 +113,7 @@ def _host(host: HostRow) -> tuple[State, tuple[str, ...]]:
         _clean(host.release or "none", _WIDEST),
         units,
         _master(host),
-        _heard(host.bridges),
+        _received(host.bridges),
     )
 
 
@@ -116,23 +124,23 @@ def _master(host: HostRow) -> str:
     return f"hub, {latency}" if host.is_hub else latency
 
 
-def _heard(bridges: Sequence[BridgeRow]) -> str:
-    """What crosses to this hub: how many topics, from which islands, and which of them do not arrive."""
+def _received(bridges: Sequence[BridgeRow]) -> str:
+    """How many topics this hub receives over bridges, from which islands, and which ones do not arrive."""
     if not bridges:
         return ""
     wrong = [one.topic for one in bridges if one.state not in (State.OK, State.SKIPPED)]
     islands = ", ".join(dict.fromkeys(one.origin for one in bridges))
-    heard = f"{len(bridges) - len(wrong)}/{_many(len(bridges), 'topic')} of {islands}"
-    return _clean(f"hears {heard}" + (f", not {', '.join(wrong)}" if wrong else ""), _LONGEST)
+    received = f"{len(bridges) - len(wrong)}/{_many(len(bridges), 'topic')} of {islands}"
+    return _clean(f"receives {received}" + (f", not {', '.join(wrong)}" if wrong else ""), _LONGEST)
 
 
 def _robot(robot: RobotRow) -> tuple[State, tuple[str, ...]]:
     missing = {False: " (missing)", None: "", True: ""}[robot.device_exists]
     topics = "  ".join(_topics(robot.topics))
     report = _clean(robot.report, _LONGEST)
-    told = "  ".join(part for part in (topics, f'"{report}"' if report else "", _commanded(robot)) if part)
+    details = "  ".join(part for part in (topics, f'"{report}"' if report else "", _commanded(robot)) if part)
     device = "" if robot.device_exists is None else f"{_clean(robot.device, _WIDEST)}{missing}"
-    return robot.state, (f"  {robot.name}", robot.state.value, _driver(robot.driver), "", device, told)
+    return robot.state, (f"  {robot.name}", robot.state.value, _driver(robot.driver), "", device, details)
 
 
 def _program(program: ProgramRow) -> tuple[State, tuple[str, ...]]:
@@ -156,10 +164,12 @@ def _topics(topics: Iterable[TopicRow]) -> Iterable[str]:
 
 
 def _commanded(robot: RobotRow) -> str:
-    """Whom the robot obeys; where that is nobody, who might order it."""
+    """The commander of the robot; without one, those that may command it."""
     if robot.commander not in ("", NOBODY):
-        return f"obeys {_clean(robot.commander, _LONGEST)}"
-    return f"awaits orders of {_clean(', '.join(robot.commanders), _LONGEST)}" if robot.commanders else ""
+        return f"commanded by {_clean(robot.commander, _LONGEST)}"
+    return (
+        f"waits for commands from {_clean(', '.join(robot.commanders), _LONGEST)}" if robot.commanders else ""
+    )
 
 
 def _sentence(finding: Finding) -> str:
@@ -167,7 +177,7 @@ def _sentence(finding: Finding) -> str:
 
 
 def _clean(text: str, longest: int = _LONGEST) -> str:
-    """Text from a host, safe for a terminal and not longer than a row bears."""
+    """Text from a host, safe for a terminal and cut to ``longest`` characters."""
     safe = printable(text)
     return safe if len(safe) <= longest else f"{safe[: longest - 3]}..."
 

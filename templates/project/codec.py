@@ -1,10 +1,10 @@
 """The protocol of one kind of robot: values to bytes, bytes to values. It runs on robots: Python 3.8.
 
-What it raises is a failed exchange, told in /diagnostics with its line; the robot is stopped all the same.
+An exception is a failed exchange: /diagnostics reports it with its line, and the robot is still stopped.
 """
 
 from swarm_driver.codec import BadReplyError, Reply, Request
-from swarm_driver.lines import LineBuffer
+from swarm_driver.line_protocol import LineBuffer
 
 
 class OwnCodec:
@@ -15,22 +15,22 @@ class OwnCodec:
 
     def speed(self, left, right):
         """Sets both wheel speeds, in the robot's units; zeros stop it."""
-        return self._ask(f"S,{left},{right}", "s")
+        return self._request(f"S,{left},{right}", "s")
 
     def query(self, name):
-        """Asks what the robot type calls ``name``."""
-        request = {"position": "P"}[name]
-        return self._ask(request, request.lower())
+        """Sends the query ``name`` of the robot type."""
+        request = {"position": "P", "floor": "F", "eyes": "E", "battery": "V"}[name]
+        return self._request(request, request.lower())
 
     def actuator(self, actuator, index, values):
         """Sets the channel ``index`` of an actuator to ``values[0]``."""
-        return self._ask(f"{actuator.name},{index},{values[0]}", "l")
+        return self._request(f"{actuator.name},{index},{values[0]}", "l")
 
     def identify(self):
-        """Asks for the firmware: the first number in the reply's text. Called with `identify: true`."""
-        return self._ask("B", "b")
+        """Requests the firmware version: the first number in the reply. Called with `identify: true`."""
+        return self._request("B", "b")
 
-    def _ask(self, text, head):
+    def _request(self, text, head):
         return Request(text.encode("ascii") + b"\r", text, lambda: _Reader(head))
 
 

@@ -1,4 +1,4 @@
-"""Robots drive what they are told: the page is what is measured now, and each of its bars can be missed."""
+"""Robots drive as commanded: the page is up to date, and each of its bars can be missed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from motion_quality.paths import Leg, Manoeuvre, Place, Twist
 from motion_quality.robots import Entrant
 from motion_quality.trial import Ride, place_of
 from motion_quality.verdict import Row
-from swarm_driver import board, session
+from swarm_driver import rosserial_robot, session
 from swarm_driver.config import Kinematics, Scale
 
 from swarmctl.spec.catalog import load_catalog
@@ -35,7 +35,7 @@ def missed(entrant: Entrant) -> set[str]:
     return {miss for row in rows_of(entrant).values() for miss in row.misses}
 
 
-def test_the_page_is_what_is_measured_now_and_no_robot_is_beyond_a_bar(
+def test_the_page_is_up_to_date_and_no_robot_is_beyond_a_bar(
     root: Path, tmp_path: Path, golden: Callable[[Path, str], None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     written = tmp_path / "page.md"
@@ -50,9 +50,11 @@ def test_each_type_drives_or_is_left_out_by_name() -> None:
     assert papers.FORMULAS.keys() <= driving
 
 
-def test_the_readme_tells_what_is_measured(root: Path) -> None:
+def test_the_readme_states_what_is_measured(root: Path) -> None:
     koala = rows_of(ENTRANTS["koala"])["straight, 1 m"]
-    said = "Ordered to drive a metre, a Koala drives one; by the paper's own formula it drives 10 cm."
+    said = (
+        "A Koala that is commanded to drive a metre drives one; with the paper's own formula it drives 10 cm."
+    )
     assert said in (root / "README.md").read_text("utf-8")
     assert koala.driven.end < 0.01
     assert koala.paper is not None
@@ -94,7 +96,7 @@ def test_counters_two_percent_wrong_are_beyond_the_bar(name: str) -> None:
     )
 
 
-def test_a_rover_whose_wheels_are_a_fifth_larger_than_said_is_beyond_the_bar() -> None:
+def test_a_rover_with_wheels_a_fifth_larger_is_beyond_the_bar() -> None:
     entrant = ENTRANTS[ROVER]
     protocol = entrant.config.protocol
     smaller = replace(protocol, ticks=replace(protocol.ticks, wheel_radius=protocol.ticks.wheel_radius / 1.2))
@@ -117,7 +119,7 @@ def test_wheels_clamped_each_by_itself_are_beyond_the_bar(name: str, monkeypatch
         return (left + right) / 2, (right - left) / kinematics.wheel_separation
 
     monkeypatch.setattr(session, "wheel_units", units)
-    monkeypatch.setattr(board, "within_limits", twist)
+    monkeypatch.setattr(rosserial_robot, "within_limits", twist)
     rows = rows_of(ENTRANTS[name])
     assert "the curvature" in rows["half circle, outer wheel too fast"].misses
     assert rows["half circle to the left"].misses == []
@@ -144,7 +146,7 @@ def test_the_curve_driven_is_the_curve_ordered(name: str) -> None:
     wheels, robot = entrant.wheels, entrant.make()
     ride = Ride(entrant.config, robot)
 
-    @settings(max_examples=150, deadline=None)
+    @settings(max_examples=150)
     @given(share, share)
     def drives(linear: float, angular: float) -> None:
         order = Twist(linear * wheels.fastest, angular * 2 * wheels.fastest / wheels.separation)
@@ -168,7 +170,7 @@ def test_each_wheel_turns_as_ordered_within_its_units(name: str) -> None:
     wheels, robot = entrant.wheels, entrant.make()
     ride = Ride(entrant.config, robot)
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=100)
     @given(share, share)
     def turn(linear: float, angular: float) -> None:
         order = Twist(linear * wheels.fastest, angular * 2 * wheels.fastest / wheels.separation)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from pathlib import Path
 
-BENCHMARK = Path(__file__).parents[2] / "benchmarks/validate.py"
+from tests import ROOT
+
+BENCHMARK = ROOT / "benchmarks/validate.py"
 
 
 def test_small_swarms_keep_the_bars() -> None:
@@ -19,9 +20,9 @@ def test_small_swarms_keep_the_bars() -> None:
     )
     assert ran.returncode in (0, 1), ran.stdout + ran.stderr
     *table, verdict = ran.stdout.splitlines()
-    told = re.match(r"(PASS|FAIL): .*ratio ([0-9.]+) .*memory ([0-9]+) MB", verdict)
-    assert told is not None, ran.stdout + ran.stderr
-    assert float(told[2]) <= 1.5 * 3, verdict  # the bar, with room for a machine that does much at once
-    assert int(told[3]) <= 400, verdict
+    found = re.match(r"(PASS|FAIL): .*ratio ([0-9.]+) .*memory ([0-9]+) MB", verdict)
+    assert found is not None, ran.stdout + ran.stderr
+    assert float(found[2]) <= 1.5 * 3, verdict  # the bar, with a margin for a busy machine
+    assert int(found[3]) <= 400, verdict
     modes = {line.split()[0] for line in table[1:]}
     assert {"single-minded", "leader", "central", "standalone", "combined"} <= modes

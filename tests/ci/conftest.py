@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.rules.specs import BROKEN, spec
+
 OUTSIDE = ("PYTHONPATH", "VIRTUAL_ENV", "FORCE_COLOR")  # of this test run; CI has none of them
 
 
@@ -32,4 +34,4 @@ def project(tmp_path: Path, leader_spec: Path) -> Path:
 @pytest.fixture
 def broken(root: Path) -> str:
     """The text of a spec with one error: SPEC003 in line 3."""
-    return (root / "tests/spec/broken/bad-mode.yaml").read_text("utf-8")
+    return spec(BROKEN, "bad-mode").read_text("utf-8")

@@ -7,7 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from tests import ROOT
+
 THIS_CHECKOUT = f'PYTHONPATH={ROOT} exec python -m swarmctl "$@"'  # as a script
 
 
@@ -31,6 +32,6 @@ def checks(kind: str, file: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(program, capture_output=True, text=True, check=False)
 
 
-def without_index(told: str) -> bool:
+def without_index(output: str) -> bool:
     """Whether pip failed because it reaches no package index."""
-    return bool(re.search(r"No matching distribution|Could not find a version|Failed to establish", told))
+    return bool(re.search(r"No matching distribution|Could not find a version|Failed to establish", output))

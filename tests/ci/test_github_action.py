@@ -9,7 +9,15 @@ from typing import Any
 
 import pytest
 import yaml
-from jobs import ROOT, THIS_CHECKOUT, checks, program, ran, without_index
+
+from tests.ci.jobs import (
+    ROOT,
+    THIS_CHECKOUT,
+    checks,
+    program,
+    ran,
+    without_index,
+)
 
 ACTION = ROOT / ".github/actions/validate/action.yml"
 INSTALL, VALIDATE = yaml.safe_load(ACTION.read_text("utf-8"))["runs"]["steps"]
@@ -65,20 +73,20 @@ def test_it_installs_what_it_came_with(runner: dict[str, str], project: Path) ->
         pytest.skip("pip reaches no package index")
     assert made.returncode == 0, made.stderr
     done = ran(VALIDATE["run"], project, runner | inputs(VALIDATE))
-    assert (done.returncode, done.stderr) == (0, "nothing to mend in 2 specs\n")
+    assert (done.returncode, done.stderr) == (0, "no findings in 2 specs\n")
 
 
 def test_a_version_is_asked_of_the_index(runner: dict[str, str], project: Path, tmp_path: Path) -> None:
-    """What pip is told, by a pip that only repeats it."""
+    """The arguments of pip, printed by a stand-in."""
     program(tmp_path / "temp/swarmctl/bin/pip", 'echo "$@"')
     path = f"{program(tmp_path / 'bin/python3', ':').parent}:{runner['PATH']}"
-    told = ran(INSTALL["run"], project, runner | {"PATH": path} | inputs(INSTALL, version="0.1.0"))
-    assert told.stdout.split()[-1] == "swarmctl==0.1.0"
+    pip = ran(INSTALL["run"], project, runner | {"PATH": path} | inputs(INSTALL, version="0.1.0"))
+    assert pip.stdout.split()[-1] == "swarmctl==0.1.0"
 
 
 def test_right_specs_pass_without_a_word(installed: dict[str, str], project: Path) -> None:
     done = ran(VALIDATE["run"], project, installed | inputs(VALIDATE))
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "nothing to mend in 2 specs\n")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "no findings in 2 specs\n")
 
 
 def test_a_wrong_spec_fails_with_an_annotation_in_its_line(
@@ -111,7 +119,7 @@ def test_strict(strict: str, code: int, installed: dict[str, str], project: Path
 
 
 @pytest.mark.parametrize(
-    ("spec", "told"),
+    ("spec", "output"),
     [
         ("nowhere/*.yaml", "::error::no file matches the input spec\n"),
         ("$(touch owned)", "there is no file `$(touch owned)`"),
@@ -120,9 +128,9 @@ def test_strict(strict: str, code: int, installed: dict[str, str], project: Path
     ],
 )
 def test_what_stands_in_an_input_is_a_name_and_never_a_command(
-    spec: str, told: str, installed: dict[str, str], project: Path
+    spec: str, output: str, installed: dict[str, str], project: Path
 ) -> None:
     done = ran(VALIDATE["run"], project, installed | inputs(VALIDATE, spec=spec))
     assert done.returncode == 1
-    assert told in done.stdout
+    assert output in done.stdout
     assert not (project / "owned").exists()

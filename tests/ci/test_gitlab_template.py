@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from jobs import ROOT, THIS_CHECKOUT, checks, program, ran
+
+from tests.ci.jobs import ROOT, THIS_CHECKOUT, checks, program, ran
 
 TEMPLATE = ROOT / ".gitlab/validate.yml"
 JOB = yaml.safe_load(TEMPLATE.read_text("utf-8"))["swarmctl-validate"]

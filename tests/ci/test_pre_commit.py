@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from jobs import ROOT, without_index
+
+from tests.ci.jobs import ROOT, without_index
 
 HOOKS = ROOT / ".pre-commit-hooks.yaml"
 CONFIG = ROOT / "docs/snippets/pre-commit-config.yaml"
@@ -49,6 +50,7 @@ def test_pre_commit_takes_the_file(kind: str, file: Path, environment: dict[str,
         ("robots/rover.yaml", False),
         ("myswarm.yaml", False),
         ("swarm.lock.yaml", False),
+        ("swarm.known_hosts", False),
         ("swarm.yaml.j2", False),
         (".swarmctl/swarm.schema.json", False),
     ],

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.cli import exits
-from swarmctl.cli.findings import Format
+from swarmctl.cli import exit_codes
+from swarmctl.cli.finding_output import Format
+from tests import ROOT
 
-ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/checking.md").read_text("utf-8")
 PROGRAM = Path(sys.executable).with_name("swarmctl")
 COMMANDS = re.findall(r"^swarmctl (.+?)(?: +#.*)?$", PAGE, re.MULTILINE)
@@ -36,7 +36,7 @@ def swarmctl(folder: Path, command: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_commands_run(command: str, folder: Path) -> None:
     ran = swarmctl(folder, command)
-    assert ran.returncode == (exits.OK if "--fix" in command else exits.ERROR)
+    assert ran.returncode == (exit_codes.OK if "--fix" in command else exit_codes.ERROR)
     written = "".join(one.read_text("utf-8") for one in folder.iterdir() if one.suffix != ".yaml")
     assert ("--quiet" in command) == (not ran.stdout + ran.stderr + written)
     assert "bug in swarmctl" not in ran.stderr

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from swarmctl import __version__
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import app
+from tests.rules.specs import BROKEN, spec
 
-BROKEN = Path(__file__).parents[1] / "spec/broken"
 PROGRAM = Path(sys.executable).with_name("swarmctl")
 VERBS = [command.callback.__name__ for command in app.registered_commands if command.callback]
 
@@ -31,87 +31,105 @@ def swarmctl(*arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
 def test_version() -> None:
     for asked in ("--version", "-V"):
         ran = swarmctl(asked)
-        assert (ran.returncode, ran.stdout, ran.stderr) == (exits.OK, f"swarmctl {__version__}\n", "")
+        assert (ran.returncode, ran.stdout, ran.stderr) == (exit_codes.OK, f"swarmctl {__version__}\n", "")
 
 
 def test_no_arguments_show_the_help() -> None:
     ran = swarmctl()
-    assert ran.returncode == exits.USAGE
+    assert ran.returncode == exit_codes.USAGE
     assert "Usage: swarmctl" in ran.stdout + ran.stderr
 
 
 @pytest.mark.parametrize("verb", ["", *VERBS])
 def test_help(verb: str) -> None:
     ran = swarmctl(*filter(None, (verb, "--help")))
-    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
     assert ran.stdout.startswith(f"Usage: swarmctl {verb}".rstrip())
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["validat", "x.yaml"], "No such command 'validat'"),
-        (["validate"], "name the swarm's YAML file"),
+        (["validate"], "missing argument SPEC"),
         (["validate", "x.yaml", "--jsn"], "No such option: --jsn"),
         (["render", "x.yaml"], "Missing option '--out'"),
         (["schema", "robots"], "is not one of 'swarm', 'robot-type'"),
     ],
 )
-def test_wrong_usage(arguments: list[str], told: str) -> None:
+def test_wrong_usage(arguments: list[str], expected: str) -> None:
     ran = swarmctl(*arguments)
-    assert (ran.returncode, ran.stdout) == (exits.USAGE, "")
-    assert told in ran.stderr
+    assert (ran.returncode, ran.stdout) == (exit_codes.USAGE, "")
+    assert expected in ran.stderr
     assert "--help" in ran.stderr
+
+
+@pytest.mark.parametrize("columns", ["0", "00", "1"])
+def test_findings_are_shown_in_any_width(columns: str) -> None:
+    ran = swarmctl("validate", str(spec(BROKEN, "bad-mode")), COLUMNS=columns)
+    assert ran.returncode == exit_codes.ERROR
+    assert "error[SPEC003]" in ran.stderr
+
+
+def test_closed_streams_are_no_error() -> None:
+    for closed, stream in ((">&-", "stderr"), ("2>&-", "stdout")):
+        command = f"exec '{PROGRAM}' rules {closed}"
+        ran = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+        assert ran.returncode == exit_codes.OK
+        assert "AttributeError" not in ran.stderr
+        assert ("NET001" in ran.stdout) == (stream == "stdout")
 
 
 def test_a_valid_spec(leader_spec: Path) -> None:
     ran = swarmctl("validate", str(leader_spec))
-    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
     assert ran.stdout == f"{leader_spec}: swarm `newswarm` is valid: 3 robots on 3 hosts, mode leader\n"
 
 
 @pytest.mark.parametrize("name", ["many-at-once", "syntax-tab", "empty", "not-utf8", "control-character"])
 def test_json_is_the_only_thing_on_stdout(name: str) -> None:
-    ran = swarmctl("validate", "--json", str(BROKEN / f"{name}.yaml"))
-    assert (ran.returncode, ran.stderr) == (exits.ERROR, "")
-    told = json.loads(ran.stdout)
-    assert told["valid"] is False
-    assert all(one["span"]["line"] >= 1 and one["severity"] == "error" for one in told["diagnostics"])
+    ran = swarmctl("validate", "--json", str(spec(BROKEN, name)))
+    assert (ran.returncode, ran.stderr) == (exit_codes.ERROR, "")
+    report = json.loads(ran.stdout)
+    assert report["valid"] is False
+    assert all(one["span"]["line"] >= 1 and one["severity"] == "error" for one in report["diagnostics"])
 
 
 def test_json_of_a_valid_spec(leader_spec: Path) -> None:
     ran = swarmctl("validate", "--json", str(leader_spec))
-    assert (ran.returncode, ran.stderr) == (exits.OK, "")
-    told = json.loads(ran.stdout)
-    assert (told["v"], told["valid"], told["diagnostics"]) == (1, True, [])
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
+    report = json.loads(ran.stdout)
+    assert (report["v"], report["valid"], report["diagnostics"]) == (1, True, [])
 
 
 def test_no_colour_where_nobody_looks() -> None:
-    ran = swarmctl("validate", str(BROKEN / "bad-mode.yaml"))
-    assert ran.returncode == exits.ERROR
+    ran = swarmctl("validate", str(spec(BROKEN, "bad-mode")))
+    assert ran.returncode == exit_codes.ERROR
     assert "\x1b" not in ran.stderr
 
 
 def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
-        "import swarmctl.checks.check as check\n"
+        "import swarmctl.rules.runner as runner\n"
         "def broken(path): raise RuntimeError('boom')\n"
-        "check.examine = broken\n"
+        "runner.load_checked = broken\n"
     )
     ran = swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path))
-    assert (ran.returncode, ran.stdout) == (exits.ERROR, "")
+    assert (ran.returncode, ran.stdout) == (exit_codes.ERROR, "")
     assert ran.stderr.startswith("error: RuntimeError: boom\n")
     assert "Traceback" not in ran.stderr
     assert "Traceback" in swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path), SWARMCTL_DEBUG="1").stderr
 
 
-def test_the_help_loads_no_room_of_the_house() -> None:
+def test_the_help_imports_no_package_but_cli() -> None:
     """What a verb needs is imported when it runs; that keeps the start short (benchmarks/startup.py)."""
     code = "import sys, swarmctl.cli.app; print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(ran.stdout.split())
-    rooms = {name for name in loaded if name.startswith("swarmctl.") and not name.startswith("swarmctl.cli")}
-    assert rooms == set()
+    packages = {
+        name for name in loaded if name.startswith("swarmctl.") and not name.startswith("swarmctl.cli")
+    }
+    assert packages == {"swarmctl.resources"}  # makes the on-robot packages importable; imports nothing
     assert not loaded & {"pydantic", "networkx", "paramiko", "jinja2", "yaml", "rich", "serial", "asyncio"}
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from swarmctl.cli import carry_out, exits
+from swarmctl.cli import exit_codes, rollout_output
 from swarmctl.deploy.rollout import Outcome
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote.transport import HostError, Kind
-from swarmctl.topology.swarm import Host
+from swarmctl.swarm.resolved import Host
 
 DONE = Outcome(HostPlan("laptop", "a", "a"))
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
@@ -22,9 +22,9 @@ def host(name: str, *, optional: bool) -> Host:
 @pytest.mark.parametrize(
     ("error", "optional", "code", "said"),
     [
-        (AWAY, True, exits.OK, "0 of 2 hosts changed; away, and optional: pi"),
-        (AWAY, False, exits.HOSTS_UNREACHABLE, "0 of 2 hosts changed; not done: pi; run the same"),
-        (REFUSED, True, exits.HOSTS_FAILED, "0 of 2 hosts changed; not done: pi"),
+        (AWAY, True, exit_codes.OK, "0 of 2 hosts changed; optional and unreachable: pi"),
+        (AWAY, False, exit_codes.HOSTS_UNREACHABLE, "0 of 2 hosts changed; failed: pi; run the same"),
+        (REFUSED, True, exit_codes.HOSTS_FAILED, "0 of 2 hosts changed; failed: pi"),
     ],
 )
 def test_an_optional_host_may_be_away_but_not_refuse(
@@ -32,7 +32,7 @@ def test_an_optional_host_may_be_away_but_not_refuse(
 ) -> None:
     found = {"laptop": DONE, "pi": error}
     hosts = {"laptop": host("laptop", optional=False), "pi": host("pi", optional=optional)}
-    absent = carry_out.absent(found, hosts)
-    assert carry_out.exit_code(found, interrupted=False, absent=absent) == code
-    carry_out.report(found, absent)
+    absent = rollout_output.absent(found, hosts)
+    assert rollout_output.exit_code(found, interrupted=False, absent=absent) == code
+    rollout_output.report(found, absent)
     assert capsys.readouterr().out.splitlines()[-1].startswith(said)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.spec.catalog import load_catalog
 
@@ -58,7 +58,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_list_has_what_is_shipped_and_what_is_beside_the_spec(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run(["driver", "list", "--json"]) == exits.OK
+    assert run(["driver", "list", "--json"]) == exit_codes.OK
     types = {one["type"]: one for one in json.loads(capsys.readouterr().out)["types"]}
     assert set(types) == {*load_catalog().types, "beetle"}
     assert types["koala"]["from"] == "swarmctl"
@@ -66,45 +66,45 @@ def test_the_list_has_what_is_shipped_and_what_is_beside_the_spec(
         "type": "beetle", "title": "Beetle", "protocol": "line", "links": ["serial"],
         "senses": ["odom", "eyes"], "from": "robots/beetle.yaml",
     }  # fmt: skip
-    assert run(["driver", "list"]) == exits.OK
+    assert run(["driver", "list"]) == exit_codes.OK
     lines = capsys.readouterr().out.splitlines()
     assert {line.split()[0] for line in lines[1:] if not line.startswith(" ")} == set(types)
 
 
-def test_a_page_tells_everything(
+def test_a_page_shows_everything(
     folder: Path, capsys: pytest.CaptureFixture[str], golden: Callable[[Path, str], None]
 ) -> None:
-    assert run(["driver", "show", "beetle"]) == exits.OK
+    assert run(["driver", "show", "beetle"]) == exit_codes.OK
     golden(GOLDEN / "beetle.txt", capsys.readouterr().out)
-    assert run(["driver", "show", "beetle", "--json"]) == exits.OK
-    told = json.loads(capsys.readouterr().out)
-    assert told.pop("definition")["title"] == "Beetle"
-    golden(GOLDEN / "beetle.json", json.dumps(told, indent=2) + "\n")
+    assert run(["driver", "show", "beetle", "--json"]) == exit_codes.OK
+    output = json.loads(capsys.readouterr().out)
+    assert output.pop("definition")["title"] == "Beetle"
+    golden(GOLDEN / "beetle.json", json.dumps(output, indent=2) + "\n")
 
 
 @pytest.mark.parametrize("name", sorted(load_catalog().types))
 def test_every_shipped_type_has_a_page(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["driver", "show", name]) == exits.OK
+    assert run(["driver", "show", name]) == exit_codes.OK
     shown = capsys.readouterr().out
     assert shown.startswith(f"{name}: ")
     assert all(topic in shown for topic in ("cmd_vel", "/diagnostics") if name != "arduino-rover")
-    heard = shown.partition("\nHears\n")[2]
-    assert all(f"\n  {light} " in heard for light in load_catalog().types[name].actuators)
+    subscribed = shown.partition("\nSubscribes\n")[2]
+    assert all(f"\n  {light} " in subscribed for light in load_catalog().types[name].actuators)
 
 
 def test_a_type_that_is_not_there(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["driver", "show", "beetel"]) == exits.USAGE
+    assert run(["driver", "show", "beetel"]) == exit_codes.USAGE
     assert "did you mean `beetle`?" in capsys.readouterr().err
 
 
-def test_a_file_that_is_wrong_is_told_and_hides_no_other(
+def test_a_wrong_file_is_an_error_and_hides_no_other(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (folder / "robots/bug.yaml").write_text(BEETLE.replace("title", "titel"))
-    assert run(["driver", "show", "bug"]) == exits.ERROR
+    assert run(["driver", "show", "bug"]) == exit_codes.ERROR
     assert "robots/bug.yaml:1:1" in capsys.readouterr().err
-    assert run(["driver", "list"]) == exits.ERROR
-    told = capsys.readouterr()
-    assert "beetle" in told.out
-    assert "did you mean `title`" in told.err
-    assert run(["driver", "show", "beetle"]) == exits.OK
+    assert run(["driver", "list"]) == exit_codes.ERROR
+    output = capsys.readouterr()
+    assert "beetle" in output.out
+    assert "did you mean `title`" in output.err
+    assert run(["driver", "show", "beetle"]) == exit_codes.OK

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from tests import ROOT
 
-FIXABLE = Path(__file__).parents[1] / "spec/fixable"
+FIXABLE = ROOT / "tests/rules/fixable"
 
 
 @pytest.fixture
@@ -21,45 +22,45 @@ def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_fix_writes_the_file_and_says_what_it_did(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.OK
     assert spec.read_bytes() == (FIXABLE / "folded.fixed.yaml").read_bytes()
-    told = capsys.readouterr()
-    assert told.err == (
+    output = capsys.readouterr()
+    assert output.err == (
         "fixed SPEC003 swarm.yaml:4:9: rename `Laptop` to `laptop` in 4 places\n"
         "fixed SPEC001 swarm.yaml:25:5: rename the key to `baud`\n"
         "fixed REF001 swarm.yaml:11:7: write `laptop`\n"
     )
-    assert told.out.startswith("swarm.yaml: swarm `lab` is valid")
-    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert output.out.startswith("swarm.yaml: swarm `lab` is valid")
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.OK
     assert capsys.readouterr().err == ""
 
 
-def test_what_cannot_be_fixed_is_told_and_decides_the_exit_code(
+def test_errors_without_fix_are_printed_and_set_the_exit_code(
     spec: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spec.write_text(spec.read_text("utf-8").replace("/dev/ttyS0", "/dev/swarm/koala"), "utf-8")
-    assert run(["validate", str(spec)]) == exits.ERROR
+    assert run(["validate", str(spec)]) == exit_codes.ERROR
     assert "6 errors (5 fixable with validate --fix) in swarm.yaml" in capsys.readouterr().err
-    assert run(["validate", "--fix", str(spec)]) == exits.ERROR
-    told = capsys.readouterr().err
-    assert told.count("fixed ") == 2
-    assert told.endswith("1 error in swarm.yaml\n")
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.ERROR
+    output = capsys.readouterr().err
+    assert output.count("fixed ") == 2
+    assert output.endswith("1 error in swarm.yaml\n")
     assert "host: laptop" in spec.read_text("utf-8")
 
 
 def test_diff_shows_the_change_and_writes_nothing(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = spec.read_bytes()
-    assert run(["validate", "--diff", str(spec)]) == exits.ERROR
-    told = capsys.readouterr()
-    assert told.err == ""
-    assert told.out.startswith("--- swarm.yaml\n+++ swarm.yaml\n@@ -1,25 +1,24 @@\n")
+    assert run(["validate", "--diff", str(spec)]) == exit_codes.ERROR
+    output = capsys.readouterr()
+    assert output.err == ""
+    assert output.out.startswith("--- swarm.yaml\n+++ swarm.yaml\n@@ -1,25 +1,24 @@\n")
     assert (
         "-    baudrate: 115200    # as the manual says\n+    baud: 115200    # as the manual says\n"
-        in told.out
+        in output.out
     )
     assert spec.read_bytes() == before
-    assert run(["validate", "--fix", "--quiet", str(spec)]) == exits.OK
-    assert run(["validate", "--diff", str(spec)]) == exits.OK
+    assert run(["validate", "--fix", "--quiet", str(spec)]) == exit_codes.OK
+    assert run(["validate", "--diff", str(spec)]) == exit_codes.OK
     assert capsys.readouterr().out == ""
 
 
@@ -77,7 +78,7 @@ def test_byte_order_mark_mode_and_link_stay(spec: Path) -> None:
     spec.symlink_to(real)
     real.write_bytes(b"\xef\xbb\xbf" + real.read_bytes().replace(b"\n", b"\r\n"))
     real.chmod(0o640)
-    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.OK
     fixed = (FIXABLE / "folded.fixed.yaml").read_bytes().replace(b"\n", b"\r\n")
     assert real.read_bytes() == b"\xef\xbb\xbf" + fixed
     assert spec.is_symlink()
@@ -88,7 +89,7 @@ def test_byte_order_mark_mode_and_link_stay(spec: Path) -> None:
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root gives files away")
 def test_the_owner_stays(spec: Path) -> None:
     os.chown(spec, 1234, 4321)
-    assert run(["validate", "--fix", str(spec)]) == exits.OK
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.OK
     assert (spec.stat().st_uid, spec.stat().st_gid) == (1234, 4321)
 
 
@@ -100,7 +101,7 @@ def test_a_file_that_cannot_be_replaced_stays_whole(
 
     before = spec.read_bytes()
     monkeypatch.setattr(os, "fsync", refuse)
-    assert run(["validate", "--fix", str(spec)]) == exits.ERROR
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.ERROR
     assert "cannot write swarm.yaml: No space left on device" in capsys.readouterr().err
     assert spec.read_bytes() == before
     assert [one.name for one in Path().iterdir()] == ["swarm.yaml"]
@@ -111,14 +112,14 @@ def test_a_file_that_may_not_be_written_is_left_alone(
 ) -> None:
     before = spec.read_bytes()
     monkeypatch.setattr(os, "access", lambda _, mode: mode == os.R_OK)
-    assert run(["validate", "--fix", str(spec)]) == exits.ERROR
-    assert "swarm.yaml is left as it is: it is read-only" in capsys.readouterr().err
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.ERROR
+    assert "swarm.yaml was not written: it is read-only" in capsys.readouterr().err
     assert spec.read_bytes() == before
 
 
 def test_several_specs_are_fixed_one_by_one(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
     other = Path("other.yaml")
     other.write_bytes((FIXABLE / "many-at-once.yaml").read_bytes())
-    assert run(["validate", "--fix", str(spec), str(other)]) == exits.OK
+    assert run(["validate", "--fix", str(spec), str(other)]) == exit_codes.OK
     assert other.read_bytes() == (FIXABLE / "many-at-once.fixed.yaml").read_bytes()
     assert "fixed SPEC001 other.yaml:8:20: rename the key to `address`" in capsys.readouterr().err

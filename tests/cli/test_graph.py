@@ -11,13 +11,14 @@ from pathlib import Path
 import pydot
 import pytest
 
-from swarmctl.cli import exits
+from swarmctl.analysis.diagram import Diagram, Edge, Node
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.topology.picture import Edge, Node, Picture
 from swarmctl.views.graph import dot, mermaid
+from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden/graph"
-ROOT = Path(__file__).parents[2]
+
 PAGE = (ROOT / "docs/graph.md").read_text("utf-8")
 COMMANDS = re.findall(r"^swarmctl (.+?)(?: +#.*)?$", PAGE, re.MULTILINE)
 NASTY = 'a "quoted" \\ <b>name</b>; end\n]} #35; ünïcode'
@@ -31,7 +32,7 @@ def beside_the_example(monkeypatch: pytest.MonkeyPatch, leader_spec: Path) -> No
 
 
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert run(["graph", "swarm.yaml", *arguments]) == exits.OK
+    assert run(["graph", "swarm.yaml", *arguments]) == exit_codes.OK
     return capsys.readouterr().out
 
 
@@ -73,10 +74,10 @@ def test_edges_join_nodes_that_there_are(capsys: pytest.CaptureFixture[str]) -> 
     assert all({one["start"], one["end"]} <= ids for one in document["edges"])
 
 
-def nasty() -> Picture:
+def nasty() -> Diagram:
     """A picture whose every text is foreign."""
     nodes = (Node("host", "h", NASTY, NASTY), Node("program", "p", NASTY))
-    return Picture(NASTY, "leader", ((NASTY, "h"),), nodes, (Edge("data", "host:h", "program:p", NASTY),))
+    return Diagram(NASTY, "leader", ((NASTY, "h"),), nodes, (Edge("data", "host:h", "program:p", NASTY),))
 
 
 def test_no_text_breaks_out_of_the_dot() -> None:
@@ -94,18 +95,18 @@ def test_no_text_breaks_out_of_the_mermaid() -> None:
 
 
 def test_a_drawing_has_no_tables(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["graph", "swarm.yaml", "--format", "dot", "--impact"]) == exits.USAGE
+    assert run(["graph", "swarm.yaml", "--format", "dot", "--impact"]) == exit_codes.USAGE
     assert "tables are text or json" in capsys.readouterr().err
 
 
 def test_a_misspelt_commander_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["graph", "swarm.yaml", "--path", "koala-laptob", "k3"]) == exits.ERROR
+    assert run(["graph", "swarm.yaml", "--path", "koala-laptob", "k3"]) == exit_codes.ERROR
     assert "did you mean `koala-laptop`?" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_commands_of_the_page_run(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(shlex.split(command)) == exits.OK
+    assert run(shlex.split(command)) == exit_codes.OK
     assert capsys.readouterr().out
 
 
@@ -130,7 +131,7 @@ def test_a_plan_names_where_the_swarm_is_weakest(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    assert run(["plan", "--offline", "swarm.yaml"]) == exits.OK
+    assert run(["plan", "--offline", "swarm.yaml"]) == exit_codes.OK
     assert (
         "single points of failure\n"
         "  ! host koala-laptop  koala loses its driver; k3, epuck lose command; "
@@ -138,7 +139,7 @@ def test_a_plan_names_where_the_swarm_is_weakest(
         "  ! master newswarm    koala, k3, epuck lose command; island newswarm loses its master\n"
         "  ! network lab        k3, epuck lose command\n"
     ) in capsys.readouterr().out
-    assert run(["plan", "--offline", "--json", "swarm.yaml"]) == exits.OK
+    assert run(["plan", "--offline", "--json", "swarm.yaml"]) == exit_codes.OK
     weakest = json.loads(capsys.readouterr().out)["single_points_of_failure"]
     assert [(one["kind"], one["name"]) for one in weakest] == [
         ("host", "koala-laptop"),

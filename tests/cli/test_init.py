@@ -9,14 +9,14 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from swarmctl.checks.check import check, read
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.render.starting_spec import starting_spec
+from swarmctl.rules.runner import lint, load_swarm
+from swarmctl.scaffold.starting_spec import starting_spec
+from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.spec.model import Mode
-from swarmctl.spec.schema import schema_of
 
 CATALOG = load_catalog()
 CHOICES = [chosen for size in (1, 2, 3) for chosen in combinations(sorted(CATALOG.types), size)]
@@ -32,7 +32,7 @@ def test_it_is_free_of_findings_in_every_mode_with_every_robot(mode: Mode, types
     document, found = load_text(text, "swarm.yaml", CATALOG)
     assert found == ()
     assert document is not None
-    assert check(document) == ()
+    assert lint(document) == ()
     assert jsonschema.Draft7Validator(schema_of("swarm")).is_valid(
         json.loads(json.dumps(document.source.data))
     )
@@ -40,8 +40,8 @@ def test_it_is_free_of_findings_in_every_mode_with_every_robot(mode: Mode, types
 
 
 def test_it_writes_a_spec_and_its_schemas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["init", str(tmp_path / "My swarm")]) == exits.OK
-    swarm, found = read(tmp_path / "My swarm/swarm.yaml")
+    assert run(["init", str(tmp_path / "My swarm")]) == exit_codes.OK
+    swarm, found = load_swarm(tmp_path / "My swarm/swarm.yaml")
     assert (found, swarm and swarm.name, swarm and swarm.mode) == ((), "my-swarm", Mode.LEADER)
     assert {file.name for file in (tmp_path / "My swarm").iterdir()} == {"swarm.yaml", ".swarmctl"}
     assert str(tmp_path / "My swarm/swarm.yaml") in capsys.readouterr().out
@@ -58,16 +58,16 @@ def test_the_modelines_lead_to_the_schema(tmp_path: Path, root: Path) -> None:
 
 
 def test_a_range_names_several_robots(tmp_path: Path) -> None:
-    assert run(["init", str(tmp_path), "--robot", "epuck-[1-3]=epuck"]) == exits.OK
-    swarm, _ = read(tmp_path / "swarm.yaml")
+    assert run(["init", str(tmp_path), "--robot", "epuck-[1-3]=epuck"]) == exit_codes.OK
+    swarm, _ = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None
     assert list(swarm.robots) == ["epuck-1", "epuck-2", "epuck-3"]
 
 
 def test_flags_say_what_is_in_it(tmp_path: Path) -> None:
     flags = ["--name", "hall", "--mode", "central", "--robot", "a=koala", "--robot", "b=epuck"]
-    assert run(["init", str(tmp_path), *flags]) == exits.OK
-    swarm, _ = read(tmp_path / "swarm.yaml")
+    assert run(["init", str(tmp_path), *flags]) == exit_codes.OK
+    swarm, _ = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None
     assert (swarm.name, swarm.mode) == ("hall", Mode.CENTRAL)
     assert {name: robot.type_name for name, robot in swarm.robots.items()} == {"a": "koala", "b": "epuck"}
@@ -75,60 +75,60 @@ def test_flags_say_what_is_in_it(tmp_path: Path) -> None:
 
 def test_the_help_names_every_mode(capsys: pytest.CaptureFixture[str]) -> None:
     run(["init", "--help"])
-    told = capsys.readouterr().out
-    assert [mode.value for mode in Mode if mode.value not in told] == []
+    output = capsys.readouterr().out
+    assert [mode.value for mode in Mode if mode.value not in output] == []
 
 
 def test_robot_types_beside_the_spec_count(tmp_path: Path, root: Path) -> None:
     (tmp_path / "robots").mkdir()
     (tmp_path / "robots/rover.yaml").write_bytes((root / "templates/robots/koala.yaml").read_bytes())
-    assert run(["init", str(tmp_path), "--robot", "r=rover"]) == exits.OK
-    assert read(tmp_path / "swarm.yaml")[1] == ()
+    assert run(["init", str(tmp_path), "--robot", "r=rover"]) == exit_codes.OK
+    assert load_swarm(tmp_path / "swarm.yaml")[1] == ()
 
 
 @pytest.mark.parametrize("taken", ["swarm.yaml", ".swarmctl/robot-type.schema.json"])
 def test_it_never_writes_over_a_file(taken: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / taken).parent.mkdir(exist_ok=True)
     (tmp_path / taken).write_text("mine\n")
-    assert run(["init", str(tmp_path)]) == exits.ERROR
-    told = capsys.readouterr().err
-    assert f"{tmp_path / taken} is there already" in told
-    assert "help: " in told
+    assert run(["init", str(tmp_path)]) == exit_codes.ERROR
+    output = capsys.readouterr().err
+    assert f"{tmp_path / taken} exists already" in output
+    assert "help: " in output
     assert [one.read_text() for one in tmp_path.rglob("*") if one.is_file()] == ["mine\n"]
 
 
 def test_twice_is_once(tmp_path: Path) -> None:
-    assert [run(["init", str(tmp_path)]) for _ in range(2)] == [exits.OK, exits.OK]
+    assert [run(["init", str(tmp_path)]) for _ in range(2)] == [exit_codes.OK, exit_codes.OK]
 
 
 @pytest.mark.parametrize(
-    ("flags", "code", "told"),
+    ("flags", "code", "expected"),
     [
-        (["--mode", "leadr"], exits.USAGE, "did you mean `leader`?"),
-        (["--robot", "k3"], exits.USAGE, "write NAME=TYPE, like k3=khepera3"),
-        (["--robot", "k3=kepera3"], exits.USAGE, "did you mean `khepera3`?"),
-        (["--robot", "a=koala", "--robot", "a=epuck"], exits.USAGE, "two robots are called `a`"),
-        (["--robot", "K3=khepera3"], exits.ERROR, "names are lower-case letters"),
-        (["--name", "Hall 2"], exits.ERROR, "names are lower-case letters"),
+        (["--mode", "leadr"], exit_codes.USAGE, "did you mean `leader`?"),
+        (["--robot", "k3"], exit_codes.USAGE, "write NAME=TYPE, like k3=khepera3"),
+        (["--robot", "k3=kepera3"], exit_codes.USAGE, "did you mean `khepera3`?"),
+        (["--robot", "a=koala", "--robot", "a=epuck"], exit_codes.USAGE, "two robots are called `a`"),
+        (["--robot", "K3=khepera3"], exit_codes.ERROR, "names are lower-case letters"),
+        (["--name", "Hall 2"], exit_codes.ERROR, "names are lower-case letters"),
     ],
 )
-def test_what_cannot_be_is_told_and_nothing_written(
-    flags: list[str], code: int, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_invalid_options_are_errors_and_nothing_is_written(
+    flags: list[str], code: int, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["init", str(tmp_path / "new"), *flags]) == code
-    assert told in capsys.readouterr().err
+    assert expected in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_that_is_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "new").write_text("")
-    assert run(["init", str(tmp_path / "new")]) == exits.ERROR
+    assert run(["init", str(tmp_path / "new")]) == exit_codes.ERROR
     assert "cannot write" in capsys.readouterr().err
 
 
 def test_schemas_are_refreshed_by_schema_out(tmp_path: Path, root: Path) -> None:
     run(["init", str(tmp_path)])
     (tmp_path / ".swarmctl/swarm.schema.json").write_text("{}")
-    assert run(["schema", "--out", str(tmp_path / ".swarmctl")]) == exits.OK
+    assert run(["schema", "--out", str(tmp_path / ".swarmctl")]) == exit_codes.OK
     fresh = (tmp_path / ".swarmctl/swarm.schema.json").read_bytes()
     assert fresh == (root / "schemas/swarm.schema.json").read_bytes()

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import app
-from swarmctl.cli.findings import Format
+from swarmctl.cli.finding_output import Format
+from tests import ROOT
 
-BROKEN = Path(__file__).parents[1] / "spec/broken"
+BROKEN = ROOT / "tests/rules/broken"
 PROGRAM = str(Path(sys.executable).with_name("swarmctl"))
 WRONG = "bad-mode.yaml"
 Ran = subprocess.CompletedProcess[str]
@@ -71,7 +72,7 @@ def test_github_is_the_format_in_actions(validate: Callable[..., Ran], tmp_path:
     page = tmp_path / "summary.md"
     page.write_text("before\n")
     ran = validate(WRONG, GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(page))
-    assert ran.returncode == exits.ERROR
+    assert ran.returncode == exit_codes.ERROR
     assert ran.stdout.startswith("::error title=")
     assert page.read_text().startswith("before\n### swarmctl validate: 1 error in 1 spec\n")
     asked = validate(WRONG, "--format", "human", GITHUB_ACTIONS="true")
@@ -80,7 +81,7 @@ def test_github_is_the_format_in_actions(validate: Callable[..., Ran], tmp_path:
 
 def test_a_summary_that_cannot_be_written_spoils_nothing(validate: Callable[..., Ran]) -> None:
     ran = validate(WRONG, GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY="/nowhere/summary.md")
-    assert ran.returncode == exits.ERROR
+    assert ran.returncode == exit_codes.ERROR
     assert "::error" in ran.stdout
     assert "warning: the job summary cannot be written" in ran.stderr
 
@@ -95,39 +96,39 @@ def test_a_file_gets_what_stdout_would_get(
     expected = printed.stderr if form is Format.HUMAN else printed.stdout
     assert (file.read_text("utf-8"), written.stdout) == (expected, "")
     assert written.stderr == "1 error in 1 spec\n"
-    assert written.returncode == exits.ERROR
+    assert written.returncode == exit_codes.ERROR
 
 
 def test_a_file_that_cannot_be_written(validate: Callable[..., Ran]) -> None:
     ran = validate(WRONG, "--output", "/nowhere/found.txt")
-    assert ran.returncode == exits.ERROR
+    assert ran.returncode == exit_codes.ERROR
     assert ran.stderr.startswith("error: cannot write /nowhere/found.txt: No such file or directory\n")
 
 
 @pytest.mark.parametrize("form", Format)
 def test_quiet_prints_nothing(form: Format, validate: Callable[..., Ran], leader_spec: Path) -> None:
-    for spec, code in ((WRONG, exits.ERROR), (str(leader_spec), exits.OK)):
+    for spec, code in ((WRONG, exit_codes.ERROR), (str(leader_spec), exit_codes.OK)):
         ran = validate(spec, "-q", "--format", form.value)
         assert (ran.returncode, ran.stdout, ran.stderr) == (code, "", "")
 
 
 def test_strict_lets_a_warning_fail(validate: Callable[..., Ran], warned: Path) -> None:
     kind = validate(str(warned))
-    assert kind.returncode == exits.OK
+    assert kind.returncode == exit_codes.OK
     assert "is valid (1 warning)" in kind.stdout
     strict = validate(str(warned), "--strict")
-    assert (strict.returncode, strict.stdout) == (exits.ERROR, "")
+    assert (strict.returncode, strict.stdout) == (exit_codes.ERROR, "")
     assert strict.stderr.endswith(f"1 warning in {warned}, and --strict allows none\n")
     assert json.loads(validate(str(warned), "--strict", "--json").stdout)["valid"] is False
 
 
 def test_json_and_another_format_exclude_each_other(validate: Callable[..., Ran]) -> None:
     ran = validate(WRONG, "--json", "--format", "sarif")
-    assert (ran.returncode, ran.stdout) == (exits.USAGE, "")
+    assert (ran.returncode, ran.stdout) == (exit_codes.USAGE, "")
     assert "exclude each other" in ran.stderr
 
 
-def test_sarif_tells_of_the_rules_that_were_broken(validate: Callable[..., Ran]) -> None:
+def test_sarif_contains_the_rules_of_its_findings(validate: Callable[..., Ran]) -> None:
     (run,) = json.loads(validate("many-at-once.yaml", "--format", "sarif").stdout)["runs"]
     for result in run["results"]:
         rule = run["tool"]["driver"]["rules"][result["ruleIndex"]]
@@ -211,13 +212,13 @@ def test_a_letter_that_the_output_does_not_know_is_no_error(
     spec = tmp_path / "swärm.yaml"
     spec.write_text(leader_spec.read_text("utf-8"), "utf-8")
     ran = validate(str(spec), PYTHONIOENCODING="ascii")
-    assert (ran.returncode, ran.stderr) == (exits.OK, "")
+    assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
     assert "sw\\xe4rm.yaml: swarm `newswarm` is valid" in ran.stdout
 
 
 def test_every_help_names_the_exit_codes(root: Path) -> None:
     for command in app.registered_commands:
         assert command.epilog
-        assert command.epilog.startswith("Exit codes: 0 done")
+        assert command.epilog.startswith("Exit codes: 0 success")
     table = re.findall(r"^\| (\d+) \| (.+) \|$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
-    assert {int(code): meaning.replace("`", "") for code, meaning in table} == exits.MEANING
+    assert {int(code): meaning.replace("`", "") for code, meaning in table} == exit_codes.MEANING

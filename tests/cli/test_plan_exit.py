@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from swarmctl.cli import exits
-from swarmctl.cli.plan import exit_code
+from swarmctl.cli import exit_codes
+from swarmctl.cli.verbs.plan import exit_code
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
 
 AWAY = HostPlan("pi", None, "b", problem=Problem("unreachable", "connect timed out"))
@@ -17,10 +17,10 @@ OTHER = HostPlan("laptop", "a", "b", steps=(Step(Kind.CREATE, "env/ros.env", "ne
 @pytest.mark.parametrize(
     ("hosts", "optional", "code"),
     [
-        ((SAME, AWAY), {"pi"}, exits.OK),
-        ((SAME, AWAY), set(), exits.HOSTS_UNREACHABLE),
-        ((SAME, UNFIT), {"pi"}, exits.HOSTS_FAILED),
-        ((OTHER, AWAY), {"pi"}, exits.CHANGES),
+        ((SAME, AWAY), {"pi"}, exit_codes.OK),
+        ((SAME, AWAY), set(), exit_codes.HOSTS_UNREACHABLE),
+        ((SAME, UNFIT), {"pi"}, exit_codes.HOSTS_FAILED),
+        ((OTHER, AWAY), {"pi"}, exit_codes.CHANGES),
     ],
 )
 def test_an_optional_host_may_be_away_but_not_unfit(

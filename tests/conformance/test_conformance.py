@@ -7,26 +7,26 @@ from pathlib import Path
 
 import pytest
 import swarm_driver.session
-from beetles import OWN, TYPE, beetle
+from swarm_driver.command_mailbox import CommandMailbox, DeadMan
 from swarm_driver.config import Kinematics, Scale
 from swarm_driver.kinematics import Units
 from swarm_driver.link import BytePort
-from swarm_driver.orders import DeadMan, Orders
 
-from swarmctl.conformance import moving, talking, whole_driver
-from swarmctl.conformance.bench import Bench
-from swarmctl.conformance.core import PortError, config_for, open_port
-from swarmctl.conformance.examine import ASKED, examine
+from swarmctl.conformance import driver_checks, motion_checks, protocol_checks
+from swarmctl.conformance.bench_runner import POLLED_CHECKS, run_checks
+from swarmctl.conformance.driver_core import PortError, config_for, open_port
+from swarmctl.conformance.motion_base import NotStoppedError, Pace
 from swarmctl.conformance.results import Result, Verdict, passed
-from swarmctl.conformance.wheeled import NotStoppedError, Pace
-from swarmctl.lab.emulated import SAME_ROBOT
+from swarmctl.conformance.robot_bench import Bench
 from swarmctl.lab.emulators import emulator
-from swarmctl.lab.emulators.faults import Faults
-from swarmctl.lab.emulators.port import Port
-from swarmctl.render.own_type import codec_text
+from swarmctl.lab.emulators.emulator_lookup import EMULATED_AS
+from swarmctl.lab.emulators.serial_faults import Faults
+from swarmctl.lab.emulators.serial_robot import Port
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.scaffold.robot_type_file import codec_text
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.robot_type import RobotType
-from swarmctl.spec.source import parse
+from swarmctl.yamltext.source import parse
+from tests.conformance.user_robots import OWN, TYPE, beetle
 
 Check = Callable[[Bench], Iterator[Result]]
 FAST = Pace(settle=0.05, measure=0.2, silence=0.7, questions=20)
@@ -59,36 +59,36 @@ def tried(
         bench = bench_for(port, text)
         port.faults = faults or Faults()
         if check is None:
-            results = list(examine(bench, ASKED))
+            results = list(run_checks(bench, POLLED_CHECKS))
         else:
             bench.connect()
             results = list(check(bench))
-            bench.leave()
+            bench.finish()
         assert fault == "never stops" or not port.snapshot().v
     assert len({one.check for one in results}) == len(results)
     return {one.check: one for one in results}
 
 
-def test_a_robot_that_is_as_its_type_says_passes_every_check() -> None:
+def test_a_robot_that_matches_its_type_passes_every_check() -> None:
     results = tried()
     assert list(results) == CHECKS
     assert {one.check for one in results.values() if one.verdict is not Verdict.OK} == set()
     assert results["firmware"].figure == "beetle,1: 1000 units are 1 m/s"
-    assert results["limits"].figure == "2.5 m/s is said as `S,250,250`"
+    assert results["limits"].figure == "2.5 m/s is sent as `S,250,250`"
     assert results["sensor battery"].figure == "3.80 V"
 
 
 FAULTS: dict[Check, list[tuple[str, str, Verdict, str]]] = {
-    talking.says_its_firmware: [("no firmware", "firmware", Verdict.FAIL, "identify")],
-    talking.answers_questions: [
-        ("short reply", "question position", Verdict.FAIL, "has 1 values instead of 2"),
+    protocol_checks.reports_firmware: [("no firmware", "firmware", Verdict.FAIL, "identify")],
+    protocol_checks.answers_queries: [
+        ("short reply", "query position", Verdict.FAIL, "has 1 values instead of 2"),
         ("wild eyes", "sensor eyes", Verdict.WARN, "999 is outside 0 to 255"),
         ("flat battery", "sensor battery", Verdict.WARN, "0.38 V"),
     ],
-    talking.takes_settings: [("no lamp", "actuator lamp", Verdict.FAIL, "the robot answers `!`")],
-    moving.drives_as_ordered: [
-        ("twice as fast", "forward, slow", Verdict.FAIL, "times as fast as ordered"),
-        ("a bit fast", "forward, at the limit", Verdict.WARN, "times as fast as ordered"),
+    protocol_checks.sets_actuators: [("no lamp", "actuator lamp", Verdict.FAIL, "the robot answers `!`")],
+    motion_checks.drives_as_commanded: [
+        ("twice as fast", "forward, slow", Verdict.FAIL, "times as fast as commanded"),
+        ("a bit fast", "forward, at the limit", Verdict.WARN, "times as fast as commanded"),
         ("swapped", "left wheel alone", Verdict.FAIL, "the sides are swapped"),
         ("swapped", "turn to the left", Verdict.FAIL, "the sides are swapped"),
         ("backward", "forward, slow", Verdict.FAIL, "runs the wrong way"),
@@ -97,29 +97,31 @@ FAULTS: dict[Check, list[tuple[str, str, Verdict, str]]] = {
         ("no wheels", "forward, slow", Verdict.FAIL, "the counters stand"),
         ("counters stand", "forward, slow", Verdict.FAIL, "the counters stand"),
     ],
-    moving.stands_after_a_stop: [("never stops", "stands after a stop", Verdict.FAIL, "and goes on")],
-    moving.stops_by_itself: [
+    motion_checks.stands_after_stop: [
+        ("never stops", "stands after a stop", Verdict.FAIL, "but keeps driving")
+    ],
+    motion_checks.stops_by_itself: [
         ("dead-man", "driver killed in motion", Verdict.WARN, "firmware_dead_man: true")
     ],
-    talking.recovers_from_half_a_request: [
-        ("takes offence", "half a request", Verdict.FAIL, "no stop is confirmed any more"),
+    protocol_checks.recovers_from_half_a_request: [
+        ("takes offence", "half a request", Verdict.FAIL, "a stop is not confirmed"),
     ],
 }
 
 
 @pytest.mark.parametrize(
-    ("check", "fault", "name", "verdict", "told"),
+    ("check", "fault", "name", "verdict", "text"),
     [(check, *one) for check, faults in FAULTS.items() for one in faults],
 )
-def test_each_fault_of_a_robot_is_found(
-    check: Check, fault: str, name: str, verdict: Verdict, told: str
+def test_each_fault_of_a_robot_is_detected(
+    check: Check, fault: str, name: str, verdict: Verdict, text: str
 ) -> None:
     result = tried(fault, check)[name]
     assert result.verdict is verdict, result
-    assert told in f"{result.figure} {result.mend}"
+    assert text in f"{result.figure} {result.fix}"
 
 
-def test_a_robot_that_starts_anew_with_its_line_is_found() -> None:
+def test_a_robot_that_restarts_with_its_line_is_detected() -> None:
     with beetle() as port:
         bench = bench_for(port, HASTY)
         bench.connect()
@@ -131,41 +133,41 @@ def test_a_robot_that_starts_anew_with_its_line_is_found() -> None:
             return opened()
 
         bench.open_port = restarted
-        [result] = talking.recovers_from_a_reconnect(bench)
-        bench.leave()
+        [result] = protocol_checks.recovers_from_a_reconnect(bench)
+        bench.finish()
     assert result.verdict is Verdict.FAIL
-    assert "raise `settle` of the link" in result.mend
+    assert "raise `settle` of the link" in result.fix
 
 
 @pytest.mark.parametrize(
-    ("setup", "verdict", "told"),
+    ("setup", "verdict", "text"),
     [("{send: P, reply: p}", Verdict.OK, "confirmed"), ("{send: X, reply: x}", Verdict.FAIL, "answers `!`")],
 )
-def test_a_setup_that_the_robot_refuses_is_found(setup: str, verdict: Verdict, told: str) -> None:
+def test_a_refused_setup_request_fails(setup: str, verdict: Verdict, text: str) -> None:
     [result] = tried(
-        "", talking.takes_its_setup, TYPE.replace("  queries:", f"  setup: [{setup}]\n  queries:")
+        "", protocol_checks.accepts_setup, TYPE.replace("  queries:", f"  setup: [{setup}]\n  queries:")
     ).values()
     assert result.verdict is verdict
-    assert told in result.figure
+    assert text in result.figure
 
 
-def test_a_driver_that_forgets_the_limits_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_driver_without_limits_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(swarm_driver.session, "wheel_units", unlimited)
-    results = tried("", whole_driver.stops_for_its_dead_man)
+    results = tried("", driver_checks.driver_dead_man_stops)
     assert results["limits"].verdict is Verdict.FAIL
     assert "S,2500,2500" in results["limits"].figure
 
 
 @pytest.mark.parametrize("factor", [4.0, 100.0])
 @pytest.mark.parametrize("own", [False, True], ids=["line", "python"])
-def test_a_driver_that_goes_on_by_itself_is_found(
+def test_a_driver_without_dead_man_is_detected(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, factor: float, own: bool
 ) -> None:
-    def late(orders: Orders, timeout: float, clock: Callable[[], float]) -> DeadMan:
+    def late(orders: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
         return DeadMan(orders, factor * timeout, clock)
 
     monkeypatch.setattr(swarm_driver.session, "DeadMan", late)
-    results = of_a_class(tmp_path) if own else tried("", whole_driver.stops_for_its_dead_man)
+    results = of_a_class(tmp_path) if own else tried("", driver_checks.driver_dead_man_stops)
     assert results["limits"].verdict is Verdict.OK
     assert results["dead-man of the driver"].verdict is Verdict.FAIL
 
@@ -182,13 +184,13 @@ def of_a_class(folder: Path, *change: str, text: str = OWN) -> dict[str, Result]
     with beetle() as port:
         bench = bench_for(port, text, module)
         bench.connect()
-        results = {one.check: one for one in whole_driver.stops_for_its_dead_man(bench)}
-        bench.leave()
+        results = {one.check: one for one in driver_checks.driver_dead_man_stops(bench)}
+        bench.finish()
     return results
 
 
-def test_what_a_class_makes_of_the_limits_is_measured_at_the_wheels(tmp_path: Path) -> None:
-    """A class may number what it says: its bytes tell nothing."""
+def test_limits_of_a_user_codec_are_measured_at_the_wheels(tmp_path: Path) -> None:
+    """A class may number its requests, so its bytes cannot be compared."""
     results = of_a_class(tmp_path)
     assert {one.verdict for one in results.values()} == {Verdict.OK}
     assert results["limits"].figure.endswith("the limit is 0.25")
@@ -196,72 +198,70 @@ def test_what_a_class_makes_of_the_limits_is_measured_at_the_wheels(tmp_path: Pa
     assert fast["limits"].verdict is Verdict.FAIL
 
 
-def test_without_counters_nobody_can_tell_what_becomes_of_what_a_class_says(tmp_path: Path) -> None:
+def test_a_user_codec_without_counters_is_a_warning(tmp_path: Path) -> None:
     blind = OWN.split("  queries:")[0] + OWN[OWN.index("firmware_dead_man") :]
     results = of_a_class(tmp_path, text=blind)
     assert {one.verdict for one in results.values()} == {Verdict.WARN}
 
 
-def test_a_driver_of_a_class_that_forgets_the_limits_is_found(
+def test_a_driver_with_a_user_codec_without_limits_is_detected(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(swarm_driver.session, "wheel_units", unlimited)
     assert of_a_class(tmp_path)["limits"].verdict is not Verdict.OK
 
 
-def test_a_wrong_scale_is_told_with_the_right_one() -> None:
-    mend = tried("twice as fast", moving.drives_as_ordered)["forward, at the limit"].mend
+def test_a_wrong_scale_is_reported_with_the_right_one() -> None:
+    fix = tried("twice as fast", motion_checks.drives_as_commanded)["forward, at the limit"].fix
     units, metres = (
-        float(mend.split(f"{name}: ")[1].split(",")[0].split(";")[0])
+        float(fix.split(f"{name}: ")[1].split(",")[0].split(";")[0])
         for name in ("speed_units_per_mps", "metres_per_count")
     )
     assert units == pytest.approx(500, rel=0.05)
     assert metres == pytest.approx(0.00025, rel=0.05)
 
 
-def test_a_dead_man_that_is_declared_must_be_there() -> None:
+def test_a_declared_dead_man_must_exist() -> None:
     declared = TYPE.replace("firmware_dead_man: false", "firmware_dead_man: true")
-    [found] = tried("", moving.stops_by_itself, declared).values()
+    [found] = tried("", motion_checks.stops_by_itself, declared).values()
     assert found.verdict is Verdict.FAIL
-    [found] = tried("dead-man", moving.stops_by_itself, declared).values()
+    [found] = tried("dead-man", motion_checks.stops_by_itself, declared).values()
     assert found.verdict is Verdict.OK
     assert 0.2 < float(found.figure.split()[5]) < 0.6
 
 
 @pytest.mark.parametrize(
-    ("faults", "verdict", "told"),
+    ("faults", "verdict", "text"),
     [
         (Faults(delay=0.42), Verdict.WARN, "of 500 ms"),
         (Faults(drop=0.15, seed=3), Verdict.FAIL, "raise `reply_timeout`"),
     ],
     ids=["late replies", "lost replies"],
 )
-def test_a_bad_line_is_found(faults: Faults, verdict: Verdict, told: str) -> None:
-    [result] = tried("", talking.answers_in_time, HASTY, faults).values()
+def test_a_bad_line_is_detected(faults: Faults, verdict: Verdict, text: str) -> None:
+    [result] = tried("", protocol_checks.answers_in_time, HASTY, faults).values()
     assert result.verdict is verdict
-    assert told in f"{result.figure} {result.mend}"
+    assert text in f"{result.figure} {result.fix}"
 
 
-def test_garbage_before_replies_is_no_fault_of_the_robots() -> None:
+def test_garbage_before_replies_is_tolerated() -> None:
     """Half a line before a reply spoils it now and then; the driver asks again."""
     results = tried(faults=Faults(garbage=0.02, seed=5))
     assert results["reconnect"].verdict is not Verdict.FAIL
 
 
-def test_nothing_is_asked_of_a_robot_that_cannot_be_stopped() -> None:
+def test_no_queries_to_a_robot_that_cannot_be_stopped() -> None:
     results: list[Result] = []
     with beetle("mute") as port, pytest.raises(NotStoppedError, match="no reply to `S,0,0`"):
-        results.extend(examine(bench_for(port, HASTY), ASKED))
-    assert [(one.check, one.verdict, one.mend) for one in results] == [
-        ("stop", Verdict.FAIL, "is it asleep?")
-    ]
+        results.extend(run_checks(bench_for(port, HASTY), POLLED_CHECKS))
+    assert [(one.check, one.verdict, one.fix) for one in results] == [("stop", Verdict.FAIL, "is it asleep?")]
     assert port.robot.state.last_command == "S,0,0"
 
 
-def test_a_cable_that_is_pulled_ends_the_test() -> None:
+def test_an_unplugged_cable_ends_the_test() -> None:
     results: list[Result] = []
     with beetle() as port:
-        running = examine(bench_for(port), ASKED)
+        running = run_checks(bench_for(port), POLLED_CHECKS)
         while not results or results[-1].check != "forward, slow":
             results.append(next(running))
         port.unplug()
@@ -271,19 +271,19 @@ def test_a_cable_that_is_pulled_ends_the_test() -> None:
     assert not passed(results)
 
 
-def test_a_port_that_is_not_there() -> None:
+def test_a_missing_port_is_an_error() -> None:
     with beetle() as port:
         bench = bench_for(port)
     with pytest.raises(PortError, match="is missing"):
-        next(examine(bench, ASKED))
+        next(run_checks(bench, POLLED_CHECKS))
 
 
 @pytest.mark.parametrize(
     "interrupted_after", ["stop", "sensor odom", "forward, slow", "limits", "half a request"]
 )
-def test_whenever_it_is_given_up_the_robot_stands(interrupted_after: str) -> None:
+def test_the_robot_stands_whenever_the_test_is_aborted(interrupted_after: str) -> None:
     with beetle() as port:
-        running = examine(bench_for(port), ASKED)
+        running = run_checks(bench_for(port), POLLED_CHECKS)
         for one in running:
             if one.check == interrupted_after:
                 break
@@ -291,13 +291,15 @@ def test_whenever_it_is_given_up_the_robot_stands(interrupted_after: str) -> Non
         assert not port.snapshot().v
 
 
-@pytest.mark.parametrize("name", sorted(name for name, one in load_catalog().types.items() if one.asked))
-def test_every_emulated_robot_is_as_its_shipped_type_says(name: str) -> None:
+@pytest.mark.parametrize(
+    "name", sorted(name for name, one in load_catalog().types.items() if one.driver_protocol)
+)
+def test_every_emulated_robot_matches_its_shipped_type(name: str) -> None:
     """Types and emulators are written from the manuals by themselves: here they meet."""
     robot_type = load_catalog().types[name]
-    with Port(emulator(SAME_ROBOT.get(name, name))) as port:
+    with Port(emulator(EMULATED_AS.get(name, name))) as port:
         config = config_for(robot_type, name, str(port.path), None, "")
         bench = Bench(config, lambda: open_port(config), firmware_dead_man=False, pace=FAST)
-        results = list(examine(bench, ASKED))
+        results = list(run_checks(bench, POLLED_CHECKS))
         assert not port.snapshot().v
     assert [one for one in results if one.verdict is Verdict.FAIL] == []

@@ -7,160 +7,164 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-import swarm_driver.board
-from boards_on_the_bench import Rover, bench_for, checked, config, tried
-from swarm_driver.orders import DeadMan, Orders
+import swarm_driver.rosserial_robot
+from swarm_driver.command_mailbox import CommandMailbox, DeadMan
 
+from swarmctl.conformance.bench_runner import BOARD_CHECKS, run_checks
 from swarmctl.conformance.board_bench import type_of
-from swarmctl.conformance.examine import BOARD, examine
+from swarmctl.conformance.motion_base import NotStoppedError
 from swarmctl.conformance.results import Verdict, passed
-from swarmctl.conformance.wheeled import NotStoppedError
 from swarmctl.lab.emulators import VirtualPort
-from swarmctl.lab.emulators.faults import Faults
+from swarmctl.lab.emulators.serial_faults import Faults
+from tests.conformance.board_benches import Rover, bench_for, checked, config, tried
 
 CHECKS = [
-    "board", "protocol", "hears orders", "topics", "firmware", "rate lwheel", "rate rwheel", "time",
+    "board", "protocol", "subscribes to commands", "topics", "firmware", "rate lwheel", "rate rwheel", "time",
     "forward, slow", "backward, slow", "forward, at the limit", "backward, at the limit", "left wheel alone",
     "right wheel alone", "turn to the left", "limits of the firmware", "stands after a stop",
-    "dead-man of the firmware", "limits", "dead-man of the driver", "garbage", "half a frame", "goodbye",
+    "dead-man of the firmware", "limits", "dead-man of the driver", "garbage", "half a frame", "TX_STOP",
     "latency", "line", "reconnect",
 ]  # fmt: skip
 OK, WARN, FAIL = Verdict.OK, Verdict.WARN, Verdict.FAIL
-MUTE = ("wedged", "dead after a reset")  # robots that nothing stops any more but their own dead-man
+MUTE = ("wedged", "dead after a reset")  # robots that only their own dead-man stops
 
 
 @dataclass(frozen=True)
 class Case:
-    """The row that turns red and what it tells; the robot's fault, its settings, the line's faults."""
+    """The row that fails and its text; the robot's fault and settings, the line's faults."""
 
     row: str
     verdict: Verdict
-    told: str
+    text: str
     fault: str = ""
     settings: Mapping[str, Any] = field(default_factory=dict)
     line: Faults = field(default_factory=Faults)
-    check: str | None = None  # that tells the row, if it is called otherwise
+    check: str | None = None  # the name of its check, if different
 
 
 FAULTS = [
-    Case("board", FAIL, "has said nothing for 15 s", line=Faults(stuck=True), check=""),
-    Case("board", FAIL, "has it another baud rate", fault="babble", check=""),
+    Case("board", FAIL, "has sent nothing for 15 s", line=Faults(stuck=True), check=""),
+    Case("board", FAIL, "check the baud rate", fault="babble", check=""),
     Case("protocol", FAIL, "speaks rosserial 0.4", fault="old", check=""),
-    Case("hears orders", FAIL, "of another definition", line=Faults(wrong_md5=True), check=""),
-    Case("hears orders", FAIL, "does not hear `cmd_vel`", fault="deaf", check=""),
-    Case("hears orders", FAIL, "larger buffers", fault="no room", check=""),
+    Case("subscribes to commands", FAIL, "of another definition", line=Faults(wrong_md5=True), check=""),
+    Case("subscribes to commands", FAIL, "does not subscribe to `cmd_vel`", fault="deaf", check=""),
+    Case("subscribes to commands", FAIL, "larger buffers", fault="small buffers", check=""),
     Case("topics", FAIL, "does not publish `rwheel`", fault="one wheel"),
     Case("topics", FAIL, "`rwheel` is std_msgs/Int64, not std_msgs/Int32", fault="a longer number"),
     Case("topic sonar", FAIL, "install sensor_msgs", fault="one more", check="topics"),
-    Case("firmware", WARN, "the sketch names none", settings={"firmware": ""}),
+    Case("firmware", WARN, "the sketch reports no digest", settings={"firmware": ""}),
     Case("rate lwheel", WARN, "20.0 of 10 Hz", settings={"rate": 20.0}, check="rates"),
     Case("rate rwheel", FAIL, "4.0 of 10 Hz", settings={"rate": 4.0}, check="rates"),
     Case("rate rwheel", FAIL, "0 messages", fault="one wheel silent", check="rates"),
-    Case("time", FAIL, "asked for never", line=Faults(no_time=True), check="rates"),
+    Case("time", FAIL, "requested never", line=Faults(no_time=True), check="rates"),
     Case("left wheel alone", FAIL, "the sides are swapped", fault="sides swapped", check="motion"),
     Case("turn to the left", FAIL, "the sides are swapped", fault="sides swapped", check="motion"),
     Case("forward, slow", FAIL, "counts the wrong way", fault="turns the wrong way", check="motion"),
     Case("forward, slow", FAIL, "the counters stand", fault="stands", check="motion"),
-    Case("forward, slow", FAIL, "times as fast as ordered", fault="slow", check="motion"),
+    Case("forward, slow", FAIL, "times as fast as commanded", fault="slow", check="motion"),
     Case("motion", FAIL, "no counts of both wheels", fault="one wheel silent"),
-    Case("limits of the firmware", FAIL, "makes 1.497", settings={"top_speed": 2.0}),
+    Case("limits of the firmware", FAIL, "results in 1.497", settings={"top_speed": 2.0}),
     Case("stands after a stop", WARN, "no sooner than", fault="ignores zero"),
     Case("stands after a stop", FAIL, "1.4", fault="ignores zero", settings={"dead_man": 1.5}),
-    Case("dead-man of the firmware", FAIL, "build", settings={"dead_man": 60.0}),
+    Case("dead-man of the firmware", FAIL, "add a dead-man", settings={"dead_man": 60.0}),
     Case("dead-man of the firmware", FAIL, "1.2", settings={"dead_man": 1.2}),
     Case("dead-man of the firmware", WARN, "stutter", settings={"dead_man": 0.11}),
-    Case("garbage", FAIL, "no order turns a wheel", fault="wedged"),
-    Case("half a frame", FAIL, "no order turns a wheel", fault="wedged"),
-    Case("goodbye", WARN, "goes on to publish lwheel, rwheel", fault="no goodbye"),
-    Case("goodbye", FAIL, "the wheels turn on", settings={"dead_man": 60.0}),
+    Case("garbage", FAIL, "no command turns a wheel", fault="wedged"),
+    Case("half a frame", FAIL, "no command turns a wheel", fault="wedged"),
+    Case("TX_STOP", WARN, "still publishes lwheel, rwheel", fault="no goodbye"),
+    Case("TX_STOP", FAIL, "the wheels keep turning", settings={"dead_man": 60.0}),
     Case("latency", WARN, "at most 70", line=Faults(delay=0.7)),
     Case("line", FAIL, "frames damaged", line=Faults(bad_checksum=0.1, seed=1)),
     Case("reconnect", FAIL, "without a driver", settings={"dtr": False, "dead_man": 60.0}),
-    Case("reconnect", FAIL, "said nothing", fault="dead after a reset"),
+    Case("reconnect", FAIL, "sent nothing", fault="dead after a reset"),
 ]  # fmt: skip
 
 
-def test_a_board_that_is_as_its_type_says_passes_every_check() -> None:
+def test_a_board_that_matches_its_type_passes_every_check() -> None:
     results = tried(Rover())
     assert list(results) == CHECKS
     assert {one.check for one in results.values() if one.verdict is not OK} == set()
     assert results["topics"].figure.startswith("lwheel Int32 (4 of 120 bytes), ")
-    assert results["limits"].figure == "5 m/s is said as 0.5 m/s"
+    assert results["limits"].figure == "5 m/s is sent as 0.5 m/s"
     assert results["dead-man of the firmware"].figure.startswith("0.4")
 
 
-@pytest.mark.parametrize("case", FAULTS, ids=lambda case: f"{case.row}: {case.told}")
-def test_each_fault_of_a_board_is_found(case: Case) -> None:
+@pytest.mark.parametrize("case", FAULTS, ids=lambda case: f"{case.row}: {case.text}")
+def test_each_fault_of_a_board_is_detected(case: Case) -> None:
     check = case.row if case.check is None else case.check
     found, stands = checked(check, Rover(case.fault, **case.settings), case.line)
     result = found[case.row]
     assert result.verdict is case.verdict, found
-    assert case.told in f"{result.figure} {result.mend}"
+    assert case.text in f"{result.figure} {result.fix}"
     assert stands or case.fault in MUTE
 
 
 @pytest.mark.parametrize(
-    ("wanted", "verdict", "told"),
-    [("0123456789ab", OK, "as the spec has it"), ("ffffffffffff", FAIL, "the spec makes ffffffffffff")],
+    ("wanted", "verdict", "text"),
+    [("0123456789ab", OK, "as in the spec"), ("ffffffffffff", FAIL, "the spec makes ffffffffffff")],
 )
-def test_the_digest_of_a_spec_is_compared(wanted: str, verdict: Verdict, told: str) -> None:
-    found, _ = checked("firmware", Rover(), told=config(firmware=wanted))
+def test_the_firmware_digest_of_the_spec_is_compared(wanted: str, verdict: Verdict, text: str) -> None:
+    found, _ = checked("firmware", Rover(), driver_config=config(firmware=wanted))
     assert found["firmware"].verdict is verdict
-    assert told in found["firmware"].figure
+    assert text in found["firmware"].figure
 
 
-def test_a_type_of_message_that_is_not_known_here_is_no_fault_of_the_boards() -> None:
+def test_an_unknown_message_type_is_only_a_warning() -> None:
     more = {"lwheel": "std_msgs/Int32", "rwheel": "std_msgs/Int32", "sonar": "sensor_msgs/Range"}
-    found, _ = checked("topics", Rover("one more"), told=config(publishes=more))
+    found, _ = checked("topics", Rover("one more"), driver_config=config(publishes=more))
     assert {name: found[name].verdict for name in ("topics", "topic sonar")} == {
         "topics": OK,
         "topic sonar": WARN,
     }
 
 
-def test_a_sketch_without_a_name_is_not_the_specs() -> None:
-    found, _ = checked("firmware", Rover(firmware=""), told=config(firmware="ffffffffffff"))
+def test_an_unnamed_sketch_is_not_the_one_of_the_spec() -> None:
+    found, _ = checked("firmware", Rover(firmware=""), driver_config=config(firmware="ffffffffffff"))
     assert found["firmware"].verdict is FAIL
 
 
-def test_a_driver_that_forgets_the_limits_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swarm_driver.board, "within_limits", lambda linear, angular, _: (linear, angular))
+def test_a_driver_without_limits_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        swarm_driver.rosserial_robot, "within_limits", lambda linear, angular, _: (linear, angular)
+    )
     found, _ = checked("dead-man of the driver", Rover())
     assert found["limits"].verdict is FAIL
 
 
-@pytest.mark.parametrize(("factor", "told"), [(1.3, "0.650 s"), (100.0, "no stop is seen")])
-def test_a_driver_that_goes_on_by_itself_is_found(
-    monkeypatch: pytest.MonkeyPatch, factor: float, told: str
+@pytest.mark.parametrize(("factor", "text"), [(1.3, "0.650 s"), (100.0, "no stop after")])
+def test_a_driver_without_dead_man_is_detected(
+    monkeypatch: pytest.MonkeyPatch, factor: float, text: str
 ) -> None:
-    def late(orders: Orders, timeout: float, clock: Callable[[], float]) -> DeadMan:
+    def late(orders: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
         return DeadMan(orders, factor * timeout, clock)
 
-    monkeypatch.setattr(swarm_driver.board, "DeadMan", late)
+    monkeypatch.setattr(swarm_driver.rosserial_robot, "DeadMan", late)
     found, _ = checked("dead-man of the driver", Rover())
     assert (found["limits"].verdict, found["dead-man of the driver"].verdict) == (OK, FAIL)
-    assert told in found["dead-man of the driver"].figure
+    assert text in found["dead-man of the driver"].figure
 
 
-def test_nothing_is_said_to_a_board_that_announces_nothing() -> None:
+def test_nothing_is_sent_to_a_board_that_announces_nothing() -> None:
     port = VirtualPort(Rover("deaf"))
-    results = list(examine(bench_for(port), BOARD))
-    assert [one.check for one in results] == ["board", "protocol", "hears orders"]
+    results = list(run_checks(bench_for(port), BOARD_CHECKS))
+    assert [one.check for one in results] == ["board", "protocol", "subscribes to commands"]
     assert not passed(results)
     assert "cmd_vel" not in port.robot.state.last_command
 
 
-def test_a_robot_that_does_not_stop_is_told_to_be_switched_off() -> None:
-    """Its firmware heeds no order to stop and has no dead-man: nobody says that it stands."""
-    running = examine(bench_for(VirtualPort(Rover("ignores zero", dead_man=1000.0, dtr=False))), BOARD)
+def test_a_board_that_does_not_stop_is_reported() -> None:
+    """Its firmware ignores stop commands and has no dead-man."""
+    running = run_checks(
+        bench_for(VirtualPort(Rover("ignores zero", dead_man=1000.0, dtr=False))), BOARD_CHECKS
+    )
     with pytest.raises(NotStoppedError, match="the wheels still turn"):
         list(running)
 
 
-@pytest.mark.parametrize("interrupted_after", ["board", "forward, slow", "limits", "goodbye"])
-def test_whenever_a_test_is_given_up_the_rover_stands(interrupted_after: str) -> None:
+@pytest.mark.parametrize("interrupted_after", ["board", "forward, slow", "limits", "TX_STOP"])
+def test_the_rover_stands_whenever_the_test_is_aborted(interrupted_after: str) -> None:
     port = VirtualPort(Rover())
-    running = examine(bench_for(port), BOARD)
+    running = run_checks(bench_for(port), BOARD_CHECKS)
     for one in running:
         if one.check == interrupted_after:
             break
@@ -168,8 +172,8 @@ def test_whenever_a_test_is_given_up_the_rover_stands(interrupted_after: str) ->
     assert port.robot.state.v == 0.0
 
 
-def test_types_are_known_without_ros() -> None:
-    """Their digests as `rosmsg md5` of noetic tells them."""
+def test_message_types_are_known_without_ros() -> None:
+    """Their digests are those of `rosmsg md5` of noetic."""
     known = {name: type_of(f"std_msgs/{name}") for name in ("Int16", "Int32", "String", "Bool", "Float32")}
     assert {name: one and (one.md5sum, one.least) for name, one in known.items()} == {
         "Int16": ("8524586e34fbd7cb1c08c5f5f1ca0e57", 2),

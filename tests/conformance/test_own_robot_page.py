@@ -1,10 +1,11 @@
-"""docs/own-robot.md followed to the letter: its files and commands, in their order, in an empty folder."""
+"""Runs docs/own-robot.md: its files and commands, in their order, in an empty folder."""
 
 from __future__ import annotations
 
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -13,13 +14,17 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[2] / "docs/own-robot.md"
+from tests import ROOT
+from tests.timing import PATIENCE
+
+PAGE = ROOT / "docs/own-robot.md"
 _BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def script(*, lab: bool) -> str:
     """The page as one script. A block that names a file is that file; `sh lab` needs a lab."""
     lines = ["set -eum"]  # -m: a program in the background is `%1`, as at a prompt
+    lines.append("trap 'kill $(jobs -p) 2>/dev/null || :' EXIT")  # after a failure, too
     for language, name, text in _BLOCK.findall(PAGE.read_text("utf-8")):
         if language == "sh" and (not name or lab):
             lines.append(text)
@@ -32,16 +37,21 @@ def followed(folder: Path, *, lab: bool) -> subprocess.CompletedProcess[str]:
     path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
     return subprocess.run(
         ["bash", "-c", script(lab=lab)], cwd=folder, env={**os.environ, "PATH": path, "NO_COLOR": "1"},
-        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=240, check=False,
+        stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=10 * PATIENCE, check=False,
     )  # fmt: skip
 
 
-def test_the_page_does_what_it_says(tmp_path: Path, note: Callable[[str, str, str], None]) -> None:
+def test_the_page_runs_as_it_stands(tmp_path: Path, note: Callable[[str, str, str], None]) -> None:
     began = time.monotonic()
     ran = followed(tmp_path, lab=False)
+    if ran.returncode and "no reply" in ran.stdout and os.getloadavg()[0] > (os.cpu_count() or 1):
+        shutil.rmtree(tmp_path)  # a busy machine answered later than the type's 0.2 s
+        tmp_path.mkdir()
+        ran = followed(tmp_path, lab=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr
     note("docs/own-robot.md, followed by a machine", f"{time.monotonic() - began:.0f} s", "<= 10 min by hand")
-    assert ran.stdout.count("the robot is as its type says") == 2
+    assert "`wheel_separation` is empty; it must be a number" in ran.stderr
+    assert ran.stdout.count("the robot matches its type") == 2
     report = json.loads((tmp_path / "report.json").read_text())
     assert (report["passed"], {one["verdict"] for one in report["results"]}) == (True, {"ok"})
     assert {"sensor floor", "actuator lamp"} <= {one["check"] for one in report["results"]}

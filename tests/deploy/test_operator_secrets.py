@@ -9,15 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fakehost import FakeHost
-from local_session import LocalSession
 
 from swarmctl.deploy.rollout import Outcome, deploy, observe
 from swarmctl.deploy.secrets import SecretError, found, variable
 from swarmctl.plan.plan import Kind
-from swarmctl.remote import fleet
+from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit
+from tests.packages.agent.fakehost import FakeHost
+from tests.packages.agent.local_session import LocalSession
 
 PIN = "4971"
 
@@ -44,11 +44,11 @@ def test_one_that_is_nowhere_is_left_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "mode", "complaint"),
     [
-        (PIN, 0o644, "can be read by others"),
-        (f"{PIN}\n\n", 0o600, "is no PIN"),
-        ("", 0o600, "is no PIN"),
-        ("12 34", 0o600, "is no PIN"),
-        ("1" * 17, 0o600, "is no PIN"),
+        (PIN, 0o644, "is readable for other users"),
+        (f"{PIN}\n\n", 0o600, "is not a PIN"),
+        ("", 0o600, "is not a PIN"),
+        ("12 34", 0o600, "is not a PIN"),
+        ("1" * 17, 0o600, "is not a PIN"),
     ],
 )
 def test_what_cannot_be_one_is_refused_without_being_shown(
@@ -58,8 +58,8 @@ def test_what_cannot_be_one_is_refused_without_being_shown(
     with pytest.raises(SecretError) as caught:
         found(["epuck-pin"], tmp_path, {})
     assert complaint in str(caught.value)
-    assert caught.value.mend
-    assert not text.strip() or text.strip() not in f"{caught.value}{caught.value.mend}"
+    assert caught.value.fix
+    assert not text.strip() or text.strip() not in f"{caught.value}{caught.value.fix}"
 
 
 @pytest.fixture
@@ -92,13 +92,15 @@ TARGETS = {"pi": Target("pi", "192.0.2.1", "robot")}
 def rolled(host: FakeHost, **secrets: str) -> Outcome:
     given = {name.replace("_", "-"): value for name, value in secrets.items()}
     events = deploy(wanted(), TARGETS, Way(host), secrets=given)
-    (outcome,) = (fleet.result_of(event) for event in events if isinstance(event, fleet.Finished))
+    (outcome,) = (
+        parallel_hosts.result_of(event) for event in events if isinstance(event, parallel_hosts.Finished)
+    )
     assert isinstance(outcome, Outcome), outcome
     assert not any(value in json.dumps(outcome.plan.to_json()) for value in secrets.values())
     return outcome
 
 
-def test_it_is_brought_once_and_again_when_it_changes_with_a_restart_of_who_reads_it(host: FakeHost) -> None:
+def test_a_changed_secret_is_sent_again_and_its_reader_restarts(host: FakeHost) -> None:
     kept = host.prefix / "etc/swarm/new/secrets/epuck-pin"
     assert rolled(host, epuck_pin=PIN).plan.targets(Kind.SECRET) == ("epuck-pin",)
     assert kept.read_text() == PIN
@@ -114,6 +116,6 @@ def test_it_is_brought_once_and_again_when_it_changes_with_a_restart_of_who_read
 
 def test_a_plan_says_where_it_is_missing(host: FakeHost) -> None:
     (plan,) = observe(wanted(), TARGETS, Way(host)).hosts
-    assert "epuck-pin is neither there nor on your side" in plan.notes[0]
+    assert "epuck-pin is missing on the host and beside the spec" in plan.notes[0]
     (plan,) = observe(wanted(), TARGETS, Way(host), secrets={"epuck-pin": PIN}).hosts
     assert [step.cause for step in plan.steps if step.kind is Kind.SECRET] == ["not on the host yet"]

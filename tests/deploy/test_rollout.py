@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from fakehost import FakeHost
-from local_session import LocalSession
 
 from swarmctl.deploy import journal
 from swarmctl.deploy.rollout import Outcome, deploy, observe
 from swarmctl.plan.plan import Kind as Do
-from swarmctl.remote import fleet
+from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit
+from tests.packages.agent.fakehost import FakeHost
+from tests.packages.agent.local_session import LocalSession
 
 HOSTS = ("leader", "k3", "epuck")
 
@@ -69,14 +69,18 @@ def rollout(
     hosts: Mapping[str, FakeHost], wanted: Mapping[str, Bundle], **broken: Exception
 ) -> dict[str, Outcome | HostError]:
     events = deploy(wanted, TARGETS, FolderTransport(hosts, broken), parallel=3)
-    return {event.host: fleet.result_of(event) for event in events if isinstance(event, fleet.Finished)}
+    return {
+        event.host: parallel_hosts.result_of(event)
+        for event in events
+        if isinstance(event, parallel_hosts.Finished)
+    }
 
 
 def changed(results: Mapping[str, Outcome | HostError]) -> dict[str, bool | Kind]:
     return {name: one.kind if isinstance(one, HostError) else one.changed for name, one in results.items()}
 
 
-def test_every_host_gets_its_release_and_a_second_run_finds_nothing_to_do(hosts: dict[str, FakeHost]) -> None:
+def test_every_host_gets_its_release_and_a_second_run_is_idle(hosts: dict[str, FakeHost]) -> None:
     assert changed(rollout(hosts, bundles())) == dict.fromkeys(HOSTS, True)
     for name, host in hosts.items():
         assert host.read("opt/swarm/new/current/params/robot.yaml") == b"speed: 1\n", name
@@ -121,7 +125,7 @@ def test_a_host_whose_unit_does_not_start_keeps_its_old_release(hosts: dict[str,
     assert hosts["k3"].read("opt/swarm/new/current/params/robot.yaml") == b"speed: 1\n"
 
 
-def test_a_plan_changes_nothing_and_keeps_the_place_of_a_host_that_is_away(
+def test_a_plan_changes_nothing_and_lists_unreachable_hosts(
     hosts: dict[str, FakeHost],
 ) -> None:
     away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route to k3", "is it on?")})

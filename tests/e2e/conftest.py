@@ -13,14 +13,15 @@ from types import FrameType
 from typing import NoReturn
 
 import pytest
-from labswarm import LabSwarm, Run, lab_of, missing_for_a_lab
 
-from swarmctl.lab import places
+from swarmctl.lab import paths
+from tests.e2e.lab_swarm import LabSwarm, Run, lab_of, missing_for_a_lab
 
 FAILED = pytest.StashKey[bool]()
 HERE = Path(__file__).parent
 #: They start first, the longest first: of two labs side by side, none is to be left over with a long file.
-LONGEST = ("test_e2e_recovery.py", "test_e2e_paper.py", "test_e2e_5_dead_man.py")
+LONGEST = ("test_recovery.py", "test_paper.py", "test_dead_man.py")
+NOT_LAB = ("test_dead_man_page.py",)
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class FirstTime:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     missing = missing_for_a_lab()
     for item in items:
-        if HERE in item.path.parents and item.path.name.startswith("test_e2e_"):
+        if HERE in item.path.parents and item.path.name not in NOT_LAB:
             item.add_marker(pytest.mark.lab)
             if missing:
                 item.add_marker(pytest.mark.skip(reason=f"no lab here: {missing}"))
@@ -56,7 +57,7 @@ def workplace() -> Iterator[Path]:
     folder = Path(tempfile.mkdtemp(prefix="swarm-e2e-"))
     before = signal.signal(signal.SIGTERM, _interrupted)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(places.STATE_VARIABLE, str(folder))
+        patch.setenv(paths.STATE_VARIABLE, str(folder))
         yield folder
     signal.signal(signal.SIGTERM, before)
     shutil.rmtree(folder)

@@ -10,22 +10,30 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import wholegraph
-from labswarm import LEADER, SOURCE, LabSwarm, lab_of, moves, quoted, within
+from swarmctl.cli import exit_codes
+from swarmctl.rules.runner import load_swarm
+from swarmctl.swarm import names
+from swarmctl.swarm.resolved import Swarm
+from swarmctl.swarm.topics import COMMAND
+from tests import ROOT
+from tests.e2e import whole_graph
+from tests.e2e.lab_swarm import (
+    LEADER,
+    SOURCE,
+    LabSwarm,
+    lab_of,
+    moves,
+    quoted,
+    within,
+)
 
-from swarmctl.checks.check import read
-from swarmctl.cli import exits
-from swarmctl.topology import names
-from swarmctl.topology.interfaces import COMMAND
-from swarmctl.topology.swarm import Swarm
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = ROOT / "examples"
 PAD = (EXAMPLES / "gamepad.py").read_text("utf-8")
 LACKING = ("gamepad", "kinect", "rtabmap", "gmapping")  # programs whose ROS packages the lab's image lacks
 HEALTHY = 20.0  # s within which a swarm must be healthy after its deploy
 STILL = 1.5  # s within which all robots must stand after the button is let go
 PATIENCE = 15.0  # s
-TRYING = 1.0  # s for which an order that must not be heard is looked at
+TRYING = 1.0  # s to watch for the effect of a command that must be rejected
 
 
 @dataclass(frozen=True)
@@ -56,7 +64,7 @@ class Experiment:
 
     @contextmanager
     def gamepad(self) -> Iterator[Gamepad]:
-        """A gamepad at the leader's host. Entered once the joystick program hears it."""
+        """A gamepad at the leader's host. Entered once the joystick program subscribes to it."""
         argv = self.lab.shell_argv(LEADER, f"{SOURCE}; exec python3 -uc {quoted(PAD)}")
         pipe = subprocess.PIPE
         with subprocess.Popen(argv, stdin=pipe, stdout=subprocess.DEVNULL, text=True) as process:
@@ -71,17 +79,17 @@ class Experiment:
 
     def orders(self, topic: str, island: str) -> list[str]:
         """The nodes other than the joystick that an island's master lists as publishers of ``topic``."""
-        ends = wholegraph.real(self.lab, self.spec)[island]
+        ends = whole_graph.real(self.lab, self.spec)[island]
         found = (end.node for end in ends if (end.topic, end.way) == (topic, "publishes"))
         return [node for node in found if node != "/joystick"]
 
     def settles(self) -> None:
         """Wait until every master lists what the spec says, and nothing else."""
-        wanted = wholegraph.expected(self.spec, LACKING)
+        wanted = whole_graph.expected(self.spec, LACKING)
         wrong: list[str] = []
 
         def right() -> bool:
-            wrong[:] = wholegraph.difference(wholegraph.real(self.lab, self.spec), wanted)
+            wrong[:] = whole_graph.difference(whole_graph.real(self.lab, self.spec), wanted)
             return not wrong
 
         with suppress(AssertionError):
@@ -115,14 +123,14 @@ class Experiment:
             assert self.ways()[robot] == before, f"{robot} moves"
             time.sleep(0.05)
 
-    def refuses(self, robot: str, heard_on: str) -> None:
+    def refuses(self, robot: str, received_on: str) -> None:
         """Wait until the driver of ``robot`` says that it refuses `rostopic`; it stands all the while."""
         before = self.ways()[robot]
-        heard = "refuses /rostopic"
-        within(PATIENCE, lambda: heard in self.lab.diagnosis(heard_on, robot), "nothing is refused")
+        refusal = "refuses /rostopic"
+        within(PATIENCE, lambda: refusal in self.lab.diagnosis(received_on, robot), "nothing is refused")
         assert self.ways()[robot] == before, f"{robot} has moved"
 
-    def is_not_told(self, robot: str, *, ordered_on: str, home: str) -> None:
+    def receives_nothing(self, robot: str, *, ordered_on: str, home: str) -> None:
         """An order that one island's master knows of never comes to the robot's own."""
         topic = f"{names.namespace(robot)}/{COMMAND}"
         within(PATIENCE, lambda: self.orders(topic, ordered_on), "the order is not announced")
@@ -143,7 +151,7 @@ def conducted(
     folder.mkdir()
     began = time.monotonic()
     with lab_of(f"{short}-{os.getpid()}", EXAMPLES / name / "swarm.yaml", folder) as swarm:
-        spec, _ = read(swarm.spec)
+        spec, _ = load_swarm(swarm.spec)
         assert spec is not None
         up = time.monotonic() - began
         prepare(swarm)
@@ -155,6 +163,6 @@ def conducted(
 
 def seconds_to_health(swarm: LabSwarm, spec: Path | None = None) -> float:
     began = time.monotonic()
-    while (status := swarm.swarmctl("status", spec=spec)).status != exits.OK:
+    while (status := swarm.swarmctl("status", spec=spec)).status != exit_codes.OK:
         assert time.monotonic() - began < HEALTHY, status.out + status.err
     return time.monotonic() - began

@@ -12,9 +12,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarmctl.lab import network
+from swarmctl.lab.hosts import network
 
-ETH_P_ALL, ETH_P_IP = 0x0003, 0x0800  # only a socket for all protocols hears what we send
+ETH_P_ALL, ETH_P_IP = 0x0003, 0x0800  # only a socket for all protocols receives what we send
 SYN, ACK = 0x02, 0x10
 SSH = 22
 
@@ -29,7 +29,7 @@ class Talk:
     round_trips: int = 0
     _we_spoke: bool = False
 
-    def hear(self, size: int, payload: int, flags: int, *, ours: bool) -> None:
+    def add(self, size: int, payload: int, flags: int, *, ours: bool) -> None:
         self.connections += flags & (SYN | ACK) == SYN
         self.payload += payload
         self.on_wire += size
@@ -90,4 +90,4 @@ def _take(packet: bytes, talks: defaultdict[str, Talk], begun: set[tuple[str, in
         begun.add(talk)
     if talk in begun:
         payload = size - header - (packet[header + 12] >> 4) * 4
-        talks[host].hear(size, payload, flags, ours=ours)
+        talks[host].add(size, payload, flags, ours=ours)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from deadman import Page
-from test_e2e_5_dead_man import FAULTS, GHOSTS, SPEEDS
+from tests.e2e.dead_man import Page
+from tests.e2e.test_dead_man import FAULTS, GHOSTS, SPEEDS
 
 
 def test_the_page_knows_every_fault_and_its_figures_keep_its_bounds() -> None:

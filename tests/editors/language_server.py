@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-PATIENCE = 30.0
+from tests.timing import PATIENCE
+
 OFFLINE = {"schemaStore": {"enable": False}}
 CAPABILITIES: dict[str, Any] = {
     "textDocument": {
@@ -30,7 +31,7 @@ class LanguageServer:
         self._process = process
         self._folder = folder
         self._settings = settings
-        self._heard: queue.Queue[dict[str, Any]] = queue.Queue()
+        self._received: queue.Queue[dict[str, Any]] = queue.Queue()
         self._diagnostics: dict[str, list[dict[str, Any]]] = {}
         self._numbers = itertools.count(1)
         threading.Thread(target=self._listen, daemon=True).start()
@@ -38,8 +39,8 @@ class LanguageServer:
     def start(self) -> None:
         folder = self._folder.as_uri()
         self._ask("initialize", {"processId": None, "rootUri": folder, "capabilities": CAPABILITIES})
-        self._tell("initialized", {})
-        self._tell("workspace/didChangeConfiguration", {"settings": None})  # it asks for them then
+        self._notify("initialized", {})
+        self._notify("workspace/didChangeConfiguration", {"settings": None})  # it asks for them then
 
     def diagnostics(self, text: str, name: str = "") -> list[dict[str, Any]]:
         """What the server underlines in a text, opened as the file ``name`` or as any other."""
@@ -65,21 +66,21 @@ class LanguageServer:
         """A text as a new document of the folder, once the server has checked it."""
         uri = (self._folder / (name or f"{next(self._numbers)}.yaml")).as_uri()
         document = {"uri": uri, "languageId": "yaml", "version": 1, "text": text}
-        self._tell("textDocument/didOpen", {"textDocument": document})
+        self._notify("textDocument/didOpen", {"textDocument": document})
         while uri not in self._diagnostics:
-            self._hear()
+            self._receive()
         return uri
 
     def _ask(self, method: str, params: dict[str, Any]) -> Any:
         number = next(self._numbers)
         self._send({"id": number, "method": method, "params": params})
         while True:
-            message = self._hear()
+            message = self._receive()
             if message.get("id") == number and "method" not in message:
                 assert "error" not in message, message
                 return message["result"]
 
-    def _tell(self, method: str, params: dict[str, Any]) -> None:
+    def _notify(self, method: str, params: dict[str, Any]) -> None:
         self._send({"method": method, "params": params})
 
     def _send(self, message: dict[str, Any]) -> None:
@@ -88,8 +89,8 @@ class LanguageServer:
         self._process.stdin.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
         self._process.stdin.flush()
 
-    def _hear(self) -> dict[str, Any]:
-        message = self._heard.get(timeout=PATIENCE)
+    def _receive(self) -> dict[str, Any]:
+        message = self._received.get(timeout=PATIENCE)
         if message.get("method") == "textDocument/publishDiagnostics":
             self._diagnostics[message["params"]["uri"]] = message["params"]["diagnostics"]
         elif "method" in message and "id" in message:
@@ -111,7 +112,7 @@ class LanguageServer:
                 name, _, value = header.partition(b":")
                 length = int(value) if name.lower() == b"content-length" else length
                 header = out.readline()
-            self._heard.put(json.loads(out.read(length)))
+            self._received.put(json.loads(out.read(length)))
 
 
 @contextmanager

@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from language_server import LanguageServer, running
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from swarmctl.cli.app import run
+from swarmctl.schema.json_schema import MODELS
 from swarmctl.spec import model
-from swarmctl.spec.schema import MODELS
+from tests.editors.language_server import LanguageServer, running
 
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "swarmctl/editor-tools"
 SPEC = "# yaml-language-server: $schema=.swarmctl/swarm.schema.json\n"
@@ -148,10 +148,12 @@ def test_values_are_offered(place: str, value: str, editor: LanguageServer) -> N
         ("robots:\n  k3:\n    settings: {command_time|out: 0.4}", "RobotSettings", "command_timeout"),
     ],
 )
-def test_a_key_tells_what_it_is_for(place: str, definition: str, key: str, editor: LanguageServer) -> None:
-    told = editor.hover(f"{SPEC}{place}\n")
-    assert str(fields_of(definition)[key].description) in told
-    assert "Example" in told
+def test_hover_over_a_key_shows_what_it_is_for(
+    place: str, definition: str, key: str, editor: LanguageServer
+) -> None:
+    shown = editor.hover(f"{SPEC}{place}\n")
+    assert str(fields_of(definition)[key].description) in shown
+    assert "Example" in shown
 
 
 def test_the_modeline_of_other_editors_works_alone(editor: LanguageServer) -> None:
@@ -174,5 +176,5 @@ def test_the_settings_for_vs_code_need_no_modeline(
 ) -> None:
     settings = json.loads((root / "docs/snippets/vscode-settings.json").read_text("utf-8"))
     with running(server, swarm, {"schemas": settings["yaml.schemas"]}) as editor:
-        told = [found["message"] for found in editor.diagnostics("title: x\n", file)]
-    assert (f'Missing property "{missing}".' in told) is bool(missing)
+        messages = [found["message"] for found in editor.diagnostics("title: x\n", file)]
+    assert (f'Missing property "{missing}".' in messages) is bool(missing)

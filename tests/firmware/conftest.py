@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from firmware_bench import Bench
 
 from swarmctl.firmware import toolchain
 from swarmctl.firmware.build import Built, build
-from swarmctl.lab.emulators.board import SimulatedBoard
 from swarmctl.lab.emulators.uno import program
+from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.lab.errors import LabError
-from swarmctl.render.firmware import FirmwareSettings, sketch
+from swarmctl.render.sketch import FirmwareSettings, sketch
+from tests.firmware.firmware_bench import Bench
 
 
 @pytest.fixture(scope="session")
@@ -43,7 +43,7 @@ def firmware(build_firmware: Callable[[FirmwareSettings], Built]) -> Built:
 
 @pytest.fixture
 def boards(firmware: Built) -> Iterator[Callable[..., SimulatedBoard]]:
-    """Boards that are switched off in the end. They run the default firmware unless told which."""
+    """Boards that are switched off in the end. They run the default firmware unless another is given."""
     try:
         program()
     except LabError as error:

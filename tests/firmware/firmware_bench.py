@@ -10,14 +10,14 @@ from swarm_rosserial.conversation import Conversation, Event, Phase, Received
 from swarm_rosserial.messages import Log
 from swarm_rosserial.topics import MessageType
 
-from swarmctl.lab.emulators.board import SimulatedBoard
+from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 
 TYPES = {
     "std_msgs/Int32": MessageType("da5909fbe378aeaf85e547e830cc1bb7", 4),
     "geometry_msgs/Twist": MessageType("9f195f881246fdfa2798d1d3eebca84a", 48),
 }
 STEP = 0.01  # s
-ORDERS = 10  # Hz
+COMMAND_RATE = 10  # Hz
 RADIUS, SEPARATION, PULSES = 0.0325, 0.13, 20
 
 
@@ -26,7 +26,7 @@ def twist(v: float, omega: float) -> bytes:
 
 
 class Bench:
-    """``run`` lets time pass, with an order at 10 Hz if one is given. Speeds are a wheel's on the ground."""
+    """``run`` lets time pass, with a command at 10 Hz if given. Speeds are of the wheels over ground, m/s."""
 
     def __init__(self, board: SimulatedBoard) -> None:
         self.board = board
@@ -44,17 +44,17 @@ class Bench:
         assert self.host.phase is Phase.CONNECTED
         return self
 
-    def run(self, seconds: float, order: tuple[float, float] | None = None) -> list[Event]:
-        """What came of it. The first order goes out at once."""
+    def run(self, seconds: float, command: tuple[float, float] | None = None) -> list[Event]:
+        """The events of that time, s. The first command is sent at once."""
         before = len(self.events)
         for count in range(round(seconds / STEP)):
-            if order is not None and count % round(1 / STEP / ORDERS) == 0:
-                self.host.send("cmd_vel", twist(*order))
-            self.events += self.host.step(b"".join(self.board.live(STEP)))
+            if command is not None and count % round(1 / STEP / COMMAND_RATE) == 0:
+                self.host.send("cmd_vel", twist(*command))
+            self.events += self.host.step(b"".join(self.board.run_for(STEP)))
         return self.events[before:]
 
     def drive(self, v: float, omega: float, seconds: float) -> tuple[float, float]:
-        """The mean speeds of the wheels while the order holds."""
+        """The mean speeds of the wheels while the command is repeated."""
         start = self.board.truth
         self.run(seconds, (v, omega))
         end = self.board.truth
@@ -74,7 +74,7 @@ class Bench:
         return [event.text for event in self.events if isinstance(event, Log)]
 
     def ticks(self, name: str) -> list[int]:
-        """Everything that the board told on the topic of that name."""
+        """Everything that the board published on the topic of that name."""
         return [
             struct.unpack("<i", event.message)[0]
             for event in self.events

@@ -160,7 +160,7 @@ class FakeRos:
 
 
 def slave(
-    ports: dict[str, int], kinds: dict[str, str], hears: dict[str, str] | None = None
+    ports: dict[str, int], kinds: dict[str, str], subscribes: dict[str, str] | None = None
 ) -> dict[str, Any]:
     """The slave API of a node that publishes ``kinds`` on ``ports``."""
 
@@ -172,6 +172,6 @@ def slave(
     return {
         "getPid": lambda caller: [1, "", 42],
         "getPublications": lambda caller: [1, "", [list(pair) for pair in kinds.items()]],
-        "getSubscriptions": lambda caller: [1, "", [list(pair) for pair in (hears or {}).items()]],
+        "getSubscriptions": lambda caller: [1, "", [list(pair) for pair in (subscribes or {}).items()]],
         "requestTopic": request_topic,
     }

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-from swarmctl.checks.check import read
-from swarmctl.health.expected import ExpectedGraph, ExpectedHost, ExpectedRobot, Release, expected_graph
-from swarmctl.health.seen import (
+from swarmctl.health.expected_graph import (
+    ExpectedGraph,
+    ExpectedHost,
+    ExpectedRobot,
+    Release,
+    expected_graph,
+)
+from swarmctl.health.observations import (
     Answer,
     DeviceSeen,
     MasterSeen,
@@ -20,10 +24,12 @@ from swarmctl.health.seen import (
     TopicSeen,
     UnitSeen,
 )
-from swarmctl.render.host import bundles
-from swarmctl.topology.swarm import Swarm
+from swarmctl.render.build_bundle import bundles
+from swarmctl.rules.runner import load_swarm
+from swarmctl.swarm.resolved import Swarm
+from tests import ROOT
 
-EXAMPLE = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
+EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
 HOSTS = ("koala-laptop", "k3-pi", "epuck-pi")
 LAPTOP, K3_PI, EPUCK_PI = HOSTS
 MASTER = "swarm-newswarm.master.service"
@@ -36,7 +42,7 @@ DIGESTS = {"koala-laptop": "a" * 16, "k3-pi": "b" * 16, "epuck-pi": "c" * 16}
 
 @cache
 def swarm() -> Swarm:
-    found, diagnostics = read(EXAMPLE)
+    found, diagnostics = load_swarm(EXAMPLE)
     assert found is not None, diagnostics
     return found
 
@@ -95,7 +101,7 @@ def node(robot: ExpectedRobot, host: ExpectedHost) -> NodeSeen:
         pid=42,
         error="",
         publishes={topic.name: topic.type for topic in robot.topics},
-        hears={robot.command: "geometry_msgs/Twist"},
+        subscribes={robot.command: "geometry_msgs/Twist"},
         topics={one.name: TopicSeen(20, one.rate, 2.0, one.type, "") for one in robot.topics},
         report=Report(0, "standing still: no order yet"),
     )
@@ -136,7 +142,7 @@ def with_topic(robot: str, topic: str, **changes: Any) -> Spoil:
 
 
 def with_senders(robot: str, **hosts: str) -> Spoil:
-    """Nodes that publish orders of ``robot``, each with its host; told by the hub."""
+    """Nodes that publish commands of ``robot``, each with its host, as the hub reports them."""
     command = f"/{robot}/cmd_vel"
 
     def spoil(answer: Answer) -> Answer:

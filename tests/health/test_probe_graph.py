@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from ros_fakes import FakeRos, served
 from swarm_agent.verbs import probe_graph
 from swarm_agent.verbs.probe_ros import PeerError
+
+from tests.health.ros_fakes import FakeRos, served
 
 ODOM = "nav_msgs/Odometry"
 OWN = ["192.168.77.10", "koala-laptop"]
@@ -36,7 +37,7 @@ def look(uri: str, topics: list[str]) -> dict[str, Any]:
     return asyncio.run(probe_graph.look(uri, {"topics": topics, "own": OWN}))
 
 
-def test_publishers_of_what_crosses_are_told_with_their_places(master: tuple[FakeRos, str]) -> None:
+def test_publishers_of_bridged_topics_have_their_addresses(master: tuple[FakeRos, str]) -> None:
     found = look(master[1], ["/k3/odom", "/stale", "/nothing"])
     assert found["publishers"] == {
         "/k3/odom": {"/k3/driver": "http://192.168.77.11:4003/"},
@@ -46,7 +47,7 @@ def test_publishers_of_what_crosses_are_told_with_their_places(master: tuple[Fak
     assert found["types"] == {"/k3/odom": ODOM}
 
 
-def test_a_stranger_is_told_by_its_address_with_all_that_it_does(master: tuple[FakeRos, str]) -> None:
+def test_a_foreign_node_is_found_by_its_address(master: tuple[FakeRos, str]) -> None:
     """A host's own name counts as its address, however it is written; a node that just left is nobody."""
     assert look(master[1], [])["strangers"] == [
         {

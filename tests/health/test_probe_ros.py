@@ -13,8 +13,20 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros_fakes import FakeRos, diagnostics, header, peer, publishing, received_header, served, slave
 from swarm_agent.verbs import probe_ros as ros
+from swarm_common.xmlrpc import PeerError
+
+from tests.health.ros_fakes import (
+    FakeRos,
+    diagnostics,
+    header,
+    peer,
+    publishing,
+    received_header,
+    served,
+    slave,
+)
+from tests.timing import at_most
 
 ODOM = "nav_msgs/Odometry"
 
@@ -65,7 +77,7 @@ def test_the_first_message_can_be_kept() -> None:
 
 @given(st.binary(max_size=200))
 def test_any_bytes_are_diagnostics_or_an_error(body: bytes) -> None:
-    with suppress(ros.PeerError):
+    with suppress(PeerError):
         ros.diagnostics_in(body)
 
 
@@ -118,14 +130,14 @@ LIARS = {
     "silent": (silent, "no answer within 0.3 s"),
     "dripping": (dripping, "no answer within 0.3 s"),
     "closes at once": (lambda connection: None, "the connection ended early"),
-    "endless header": (endless_header, "not what a ROS node says"),
+    "endless header": (endless_header, "does not speak HTTP"),
     "no HTTP": (lambda connection: connection.sendall(b"SSH-2.0-x\r\n\r\n"), "does not speak HTTP"),
     "a web server": (http(b"", b"404 Not Found"), "is no ROS node"),
-    "garbage": (http(b"\xff\x00garbage"), "not what a ROS node says"),
-    "an entity bomb": (http(BOMB), "not what a ROS node says"),
+    "garbage": (http(b"\xff\x00garbage"), "document type"),
+    "an entity bomb": (http(BOMB), "document type"),
     "no length": (
         lambda connection: connection.sendall(b"HTTP/1.0 200 OK\r\n\r\n"),
-        "not what a ROS node says",
+        "has no length",
     ),
     "promises 1 GB": (http(b"x", length=1 << 30), "larger than 16 MB"),
     "promises too many digits": (http(b"x", length=10**4000), "larger than 16 MB"),
@@ -137,28 +149,28 @@ LIARS = {
 def test_a_bad_master_is_an_error_in_words_and_in_time(behave: Any, complaint: str) -> None:
     with peer(behave) as port:
         began = time.monotonic()
-        with pytest.raises(ros.PeerError, match=complaint):
+        with pytest.raises(PeerError, match=complaint):
             call(f"http://127.0.0.1:{port}")
-        assert time.monotonic() - began < 1.0
+        assert time.monotonic() - began < at_most(1.0)
 
 
 def test_nobody_there_is_an_error_in_words() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-    with pytest.raises(ros.PeerError, match="connection refused"):
+    with pytest.raises(PeerError, match="connection refused"):
         call(f"http://127.0.0.1:{port}")
 
 
 @pytest.mark.parametrize("reply", [7, "text", [1], [1, "", 2, 3], {"a": 1}, []])
 def test_an_answer_that_is_no_triple_is_an_error(reply: Any) -> None:
-    with served({"getPid": lambda caller: reply}) as uri, pytest.raises(ros.PeerError):
+    with served({"getPid": lambda caller: reply}) as uri, pytest.raises(PeerError):
         call(uri, seconds=2.0)
 
 
 def test_a_refusal_carries_the_peers_words() -> None:
     with (
         served(FakeRos().functions()) as uri,
-        pytest.raises(ros.PeerError, match=r"unknown node \[/k3/driver\]"),
+        pytest.raises(PeerError, match=r"unknown node \[/k3/driver\]"),
     ):
         asyncio.run(ros.call(uri, "lookupNode", "/k3/driver"))
 
@@ -167,7 +179,7 @@ def test_a_refusal_carries_the_peers_words() -> None:
     "uri", ["", "http://", "http://h", "rosrpc://h:x", "http://[::1", "http://h\r\nX: y:1/"]
 )
 def test_a_uri_without_a_place_is_an_error(uri: str) -> None:
-    with pytest.raises(ros.PeerError, match="is no address"):
+    with pytest.raises(PeerError, match="is no address"):
         call(uri)
 
 
@@ -196,9 +208,9 @@ def test_a_flood_of_empty_messages_ends_with_the_window() -> None:
     began = time.monotonic()
     try:
         listened(flood_of_nothing, seconds=0.3)
-    except ros.PeerError as error:
+    except PeerError as error:
         assert "more than 32 MB" in str(error)  # noqa: PT017  (either end will do)
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < at_most(2.0)
 
 
 STRANGERS = {
@@ -216,7 +228,7 @@ STRANGERS = {
 
 @pytest.mark.parametrize(("behave", "complaint"), STRANGERS.values(), ids=STRANGERS.keys())
 def test_a_bad_publisher_is_an_error_in_words(behave: Any, complaint: str) -> None:
-    with pytest.raises(ros.PeerError, match=complaint):
+    with pytest.raises(PeerError, match=complaint):
         listened(behave, seconds=5.0)
 
 
@@ -235,5 +247,5 @@ def test_a_publisher_that_sends_nothing_counts_as_zero() -> None:
     "offer", [["UDPROS", "h", 1], ["TCPROS"], 7, ["TCPROS", 5, 5], ["TCPROS", "h", "x"], []]
 )
 def test_a_node_that_offers_no_tcpros_is_an_error(offer: Any) -> None:
-    with served({"requestTopic": lambda *_: [1, "", offer]}) as uri, pytest.raises(ros.PeerError):
+    with served({"requestTopic": lambda *_: [1, "", offer]}) as uri, pytest.raises(PeerError):
         asyncio.run(ros.listen(uri, "/k3/odom", ros.Flow(0.1)))

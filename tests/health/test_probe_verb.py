@@ -11,11 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ros_fakes import FakeRos, diagnostics, peer, publishing, served, slave
 from swarm_agent.verbs import probe
 
-from swarmctl.health.answer import answer_of
-from swarmctl.health.seen import SenderSeen
+from swarmctl.health.observations import SenderSeen
+from swarmctl.health.probe_answer import answer_of
+from tests.health.ros_fakes import (
+    FakeRos,
+    diagnostics,
+    peer,
+    publishing,
+    served,
+    slave,
+)
+from tests.timing import at_most
 
 TWIST = "geometry_msgs/Twist"
 ODOM = "nav_msgs/Odometry"
@@ -86,7 +94,7 @@ def asked(master: str, **other: Any) -> dict[str, Any]:
     return probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
 
 
-def test_a_healthy_host_tells_all(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+def test_a_healthy_host_reports_everything(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     answer = answer_of(json.loads(json.dumps(asked(graph[1]))), received=time.time())
     assert answer.troubles == {}
     assert answer.release == "0123456789abcdef"
@@ -95,7 +103,7 @@ def test_a_healthy_host_tells_all(prefix: Path, graph: tuple[FakeRos, str]) -> N
     assert answer.master.run_id == "run-1"
     node = answer.nodes["/k3/driver"]
     assert (node.registered, node.alive, node.pid) == (True, True, 42)
-    assert node.hears == {"/k3/cmd_vel": TWIST}
+    assert node.subscribes == {"/k3/cmd_vel": TWIST}
     assert node.publishes == KINDS
     rate = node.topics["/k3/odom"].rate
     assert rate is not None
@@ -104,7 +112,7 @@ def test_a_healthy_host_tells_all(prefix: Path, graph: tuple[FakeRos, str]) -> N
     assert (node.report.level, node.report.message) == (2, "no serial port")
     assert answer.commanders == {"/k3/cmd_vel": ("/joystick",)}
     assert answer.senders == {"/joystick": SenderSeen("127.0.0.1", {"/k3/cmd_vel": TWIST})}
-    assert answer.clock_ahead == pytest.approx(0.0, abs=0.5)
+    assert answer.clock_ahead == pytest.approx(0.0, abs=at_most(0.5))
     assert answer.boot_id
 
 
@@ -121,7 +129,7 @@ def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRo
 def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
     began = time.monotonic()
     answer = asked("http://127.0.0.1:9")
-    assert time.monotonic() - began < 3
+    assert time.monotonic() - began < at_most(3)
     assert answer["master"] == {"reachable": False, "error": "connection refused"}
     assert answer["nodes"] == {}
     assert answer["release"] == "0123456789abcdef"

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_values import K3_PI, all_well, graph, with_device
 
-from swarmctl.cli import access, exits
+from swarmctl.cli import exit_codes, options
 from swarmctl.cli.app import run
-from swarmctl.health import ask as asking
-from swarmctl.health.expected import ExpectedGraph, ExpectedHost
-from swarmctl.health.seen import Answer
+from swarmctl.health import collect as asking
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.observations import Answer
 from swarmctl.remote.transport import HostError, Kind, Target
+from tests.health.swarm_values import K3_PI, all_well, graph, with_device
 
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
 
@@ -49,16 +49,16 @@ def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
     found = Hosts()
     monkeypatch.setattr(asking, "ask", found.ask)
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
-    monkeypatch.setattr(access, "targets", lambda *_, **__: reach)
+    monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
     return found
 
 
 CASES = {
-    "healthy": (all_well, exits.OK),
-    "unhealthy": (spoilt, exits.UNHEALTHY),
-    "unreachable": (lambda: {**all_well(), K3_PI: AWAY}, exits.HOSTS_UNREACHABLE),
-    "unreachable and unhealthy": (lambda: {**spoilt(), "epuck-pi": AWAY}, exits.UNHEALTHY),
-    "a wrong key": (lambda: {**all_well(), K3_PI: HostError(Kind.HOST_KEY, "wrong")}, exits.UNHEALTHY),
+    "healthy": (all_well, exit_codes.OK),
+    "unhealthy": (spoilt, exit_codes.UNHEALTHY),
+    "unreachable": (lambda: {**all_well(), K3_PI: AWAY}, exit_codes.HOSTS_UNREACHABLE),
+    "unreachable and unhealthy": (lambda: {**spoilt(), "epuck-pi": AWAY}, exit_codes.UNHEALTHY),
+    "a wrong key": (lambda: {**all_well(), K3_PI: HostError(Kind.HOST_KEY, "wrong")}, exit_codes.UNHEALTHY),
 }
 
 
@@ -70,7 +70,7 @@ def test_the_exit_code_says_how_it_is(hosts: Hosts, leader_spec: Path, answers: 
 
 def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
     hosts.rounds = [spoilt()]
-    assert run(["status", str(leader_spec), "--json"]) == exits.UNHEALTHY
+    assert run(["status", str(leader_spec), "--json"]) == exit_codes.UNHEALTHY
     document = json.loads(capsys.readouterr().out)
     assert document["healthy"] is False
     assert {one["key"] for one in document["findings"] if one["state"] == "bad"} == {"device k3"}
@@ -78,7 +78,7 @@ def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.Ca
 
 def test_a_limit_asks_no_other_host(hosts: Hosts, leader_spec: Path) -> None:
     hosts.rounds = [all_well()]
-    assert run(["status", str(leader_spec), "--limit", K3_PI]) == exits.OK
+    assert run(["status", str(leader_spec), "--limit", K3_PI]) == exit_codes.OK
     assert hosts.asked == [(K3_PI,)]
 
 
@@ -86,7 +86,7 @@ def test_watching_prints_a_line_of_json_a_round(
     hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     hosts.rounds = [all_well(), spoilt()]
-    assert run(["status", str(leader_spec), "--watch", "--every", "1", "--json"]) == exits.INTERRUPTED
+    assert run(["status", str(leader_spec), "--watch", "--every", "1", "--json"]) == exit_codes.INTERRUPTED
     assert [json.loads(line)["healthy"] for line in capsys.readouterr().out.splitlines()] == [True, False]
 
 
@@ -94,10 +94,10 @@ def test_watching_prints_a_block_a_round(
     hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     hosts.rounds = [all_well(), spoilt()]
-    assert run(["status", str(leader_spec), "--watch", "--every", "1"]) == exits.INTERRUPTED
+    assert run(["status", str(leader_spec), "--watch", "--every", "1"]) == exit_codes.INTERRUPTED
     assert capsys.readouterr().out.count("HOST / ROBOT") == 2
 
 
 def test_rounds_come_no_closer_than_a_second(hosts: Hosts, leader_spec: Path) -> None:
-    assert run(["status", str(leader_spec), "--watch", "--every", "0.1"]) == exits.USAGE
+    assert run(["status", str(leader_spec), "--watch", "--every", "0.1"]) == exit_codes.USAGE
     assert hosts.asked == []

@@ -6,35 +6,36 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.checks.check import read
-from swarmctl.health import authority, verdicts
-from swarmctl.health.expected import ExpectedRobot, Release, expected_graph
-from swarmctl.health.seen import Answer, NodeSeen, SenderSeen, UnitSeen
-from swarmctl.health.verdicts import State
-from swarmctl.topology.interfaces import COMMAND_TYPE
+from swarmctl.health import checks, command_sources
+from swarmctl.health.checks import State
+from swarmctl.health.expected_graph import ExpectedRobot, Release, expected_graph
+from swarmctl.health.observations import Answer, NodeSeen, SenderSeen, UnitSeen
+from swarmctl.rules.runner import load_swarm
+from swarmctl.swarm.topics import COMMAND_TYPE
+from tests import ROOT
 
-EXAMPLE = Path(__file__).parents[2] / "examples/arduino-rover/swarm.yaml"
+EXAMPLE = ROOT / "examples/arduino-rover/swarm.yaml"
 ADDRESS = "192.168.77.30"
 
 
 @pytest.fixture
 def spec(tmp_path: Path) -> Path:
     """The example, with rosserial_python."""
-    told = EXAMPLE.read_text("utf-8")
-    foreign = told.replace("{type: arduino-rover}", "{type: arduino-rover, driver: rosserial_python}")
-    assert foreign != told
+    text = EXAMPLE.read_text("utf-8")
+    foreign = text.replace("{type: arduino-rover}", "{type: arduino-rover, driver: rosserial_python}")
+    assert foreign != text
     (tmp_path / "swarm.yaml").write_text(foreign, "utf-8")
     return tmp_path / "swarm.yaml"
 
 
 def rover(spec: Path) -> ExpectedRobot:
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     [robot] = expected_graph(swarm, {"rover-pi": Release("a" * 16, ())}).robots
     return robot
 
 
-def test_our_driver_tells_strangers_and_makes_odometry() -> None:
+def test_our_driver_rejects_unauthorised_nodes_and_has_odometry() -> None:
     robot = rover(EXAMPLE)
     assert robot.guarded
     assert [(one.name, one.type, one.rate) for one in robot.topics] == [
@@ -45,7 +46,7 @@ def test_our_driver_tells_strangers_and_makes_odometry() -> None:
     ]
 
 
-def test_its_node_its_orders_and_what_the_sketch_publishes_are_expected(spec: Path) -> None:
+def test_its_node_command_and_sketch_topics_are_expected(spec: Path) -> None:
     robot = rover(spec)
     assert (robot.unit, robot.node, robot.device) == (
         "swarm-rover.rover.service",
@@ -59,15 +60,15 @@ def test_its_node_its_orders_and_what_the_sketch_publishes_are_expected(spec: Pa
     ]
 
 
-def test_whoever_publishes_its_orders_is_obeyed_and_that_is_no_mere_warning(spec: Path) -> None:
+def test_an_unauthorised_publisher_that_is_obeyed_is_bad(spec: Path) -> None:
     robot = rover(spec)
     stranger = SenderSeen("192.168.77.99", {robot.command: COMMAND_TYPE})
     hub = Answer(commanders={robot.command: ("/rostopic_7",)}, senders={"/rostopic_7": stranger})
-    verdict = authority.strangers(robot, hub)
+    verdict = command_sources.unauthorised(robot, hub)
     assert verdict.state is State.BAD
     assert "/rostopic_7 on 192.168.77.99" in verdict.message
-    assert "obeys it" in verdict.message
-    assert "keys may" in verdict.hint
+    assert "obeys any publisher" in verdict.message
+    assert "allowed now: keys" in verdict.hint
 
 
 def test_its_node_is_a_child_of_its_unit_and_no_second_driver(spec: Path) -> None:
@@ -80,8 +81,8 @@ def test_its_node_is_a_child_of_its_unit_and_no_second_driver(spec: Path) -> Non
         pid=57,
         error="",
         publishes={topic.name: topic.type for topic in robot.topics},
-        hears={robot.command: COMMAND_TYPE},
+        subscribes={robot.command: COMMAND_TYPE},
         topics={},
         report=None,
     )
-    assert verdicts.driver(robot, ADDRESS, unit, node).fine
+    assert checks.driver(robot, ADDRESS, unit, node).fine

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_values import RUNNING
 
-from swarmctl.checks.check import read
-from swarmctl.health.diagnose import diagnose
-from swarmctl.health.expected import ExpectedGraph, Release, expected_graph
-from swarmctl.health.findings import Finding
-from swarmctl.health.probe import request
-from swarmctl.health.seen import Answer, MasterSeen, NodeSeen
-from swarmctl.health.status import status
-from swarmctl.health.verdicts import State
-from swarmctl.render.host import bundles
+from swarmctl.health.checks import State
+from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
+from swarmctl.health.health_findings import Finding
+from swarmctl.health.observations import Answer, MasterSeen, NodeSeen
+from swarmctl.health.probe_request import request
+from swarmctl.health.root_cause import diagnose
+from swarmctl.health.swarm_health import status
+from swarmctl.render.build_bundle import bundles
+from swarmctl.rules.runner import load_swarm
 from swarmctl.views.status import table
+from tests import ROOT
+from tests.health.swarm_values import RUNNING
 
-SPEC = Path(__file__).parents[1] / "render/programs.yaml"
+SPEC = ROOT / "tests/render/programs.yaml"
 SAID = """\
     publishes: [{topic: scan, type: sensor_msgs/LaserScan}]
     subscribes: [{topic: odom, type: nav_msgs/Odometry}]
@@ -31,7 +31,7 @@ SAID = """\
 def graph(tmp_path_factory: pytest.TempPathFactory) -> ExpectedGraph:
     spec = tmp_path_factory.mktemp("spec") / "swarm.yaml"
     spec.write_text(SPEC.read_text("utf-8").replace("    memory_mb: 100\n", SAID), "utf-8")
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     releases = {
         name: Release(one.digest, tuple(unit.name for unit in one.units))
@@ -46,7 +46,7 @@ JOYSTICK = NodeSeen(
 )  # fmt: skip
 WANDER = replace(
     JOYSTICK, uri="http://10.0.0.2:4001/", publishes={"/k_3/laser": "sensor_msgs/LaserScan"},
-    hears={"/k_3/odom": "nav_msgs/Odometry"},
+    subscribes={"/k_3/odom": "nav_msgs/Odometry"},
 )  # fmt: skip
 MAP = "swarm-prog.map.service"
 
@@ -92,11 +92,11 @@ def test_the_hosts_are_asked_for_the_nodes(graph: ExpectedGraph) -> None:
     [
         ("joystick", replace(JOYSTICK, registered=False), State.BAD, "/joystick is not registered"),
         ("joystick", replace(JOYSTICK, alive=False, error="no answer"), State.BAD, "does not answer"),
-        ("joystick", replace(JOYSTICK, uri="http://10.0.0.9:1/"), State.BAD, "at 10.0.0.9, not at 10.0.0.1"),
+        ("joystick", replace(JOYSTICK, uri="http://10.0.0.9:1/"), State.BAD, "10.0.0.9 instead of 10.0.0.1"),
         ("joystick", replace(JOYSTICK, publishes={}), State.BAD, "does not publish /koala/cmd_vel"),
         ("wander", replace(WANDER, publishes={"/k_3/laser": "std_msgs/String"}), State.BAD,
-         "is of type std_msgs/String, not sensor_msgs/LaserScan"),
-        ("wander", replace(WANDER, hears={}), State.WARNING, "does not hear /k_3/odom"),
+         "has type std_msgs/String instead of sensor_msgs/LaserScan"),
+        ("wander", replace(WANDER, subscribes={}), State.WARNING, "does not subscribe to /k_3/odom"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_node_is_said(
@@ -107,7 +107,7 @@ def test_what_is_wrong_with_a_node_is_said(
     assert words in finding.message
 
 
-def test_an_optional_program_that_is_skipped_is_said_to_be_and_is_no_trouble(graph: ExpectedGraph) -> None:
+def test_a_skipped_optional_program_is_no_trouble(graph: ExpectedGraph) -> None:
     skipped = replace(RUNNING, active="inactive", sub="dead", skipped=True)
     finding = about("map", graph, units={MAP: skipped})
     assert finding.state is State.SKIPPED

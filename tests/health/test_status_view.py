@@ -10,7 +10,13 @@ from typing import Any
 
 import pytest
 from rich.console import Console
-from swarm_values import (
+
+from swarmctl.health.observations import Answer, Report
+from swarmctl.health.root_cause import diagnose
+from swarmctl.health.swarm_health import Status, status
+from swarmctl.remote.transport import HostError, Kind
+from swarmctl.views import status as view
+from tests.health.swarm_values import (
     EPUCK_PI,
     K3_PI,
     LAPTOP,
@@ -27,12 +33,6 @@ from swarm_values import (
     with_topic,
     with_unit,
 )
-
-from swarmctl.health.diagnose import diagnose
-from swarmctl.health.seen import Answer, Report
-from swarmctl.health.status import Status, status
-from swarmctl.remote.transport import HostError, Kind
-from swarmctl.views import status as view
 
 GOLDEN = Path(__file__).parent / "golden"
 ESCAPES = "\x1b]52;c;aGk=\x07\x9b2J\u202e"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.checks.check import read
-from swarmctl.lab.plan import LabPlan, plan_of
+from swarmctl.lab.lab_plan import LabPlan, plan_of
+from swarmctl.rules.runner import load_swarm
 
 # A host with a user and one of root's, two networks, a robot on a cable and one on the radio.
 SPEC = """\
@@ -43,6 +43,6 @@ def changed(*changes: tuple[str, str]) -> str:
 def plan_of_text(folder: Path, text: str, name: str | None = None) -> LabPlan:
     spec = folder / "spec.yaml"
     spec.write_text(text)
-    swarm, diagnostics = read(spec)
+    swarm, diagnostics = load_swarm(spec)
     assert swarm is not None, diagnostics
     return plan_of(swarm, name)

@@ -9,29 +9,32 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from tiny_labs import SWARMCTL, in_a_lab, left_of
 
-from swarmctl.cli.lab import lab
-from swarmctl.lab import places
+from swarmctl.cli.verbs.lab import lab
+from swarmctl.lab import paths
+from tests import ROOT
+from tests.lab.tiny_labs import SWARMCTL, in_a_lab, left_of
 
-PAGE = (Path(__file__).parents[2] / "docs/lab.md").read_text("utf-8")
+PAGE = (ROOT / "docs/lab.md").read_text("utf-8")
 BLOCKS = re.findall(r"^```sh\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 VERBS = [command.callback.__name__ for command in lab.registered_commands if command.callback]
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_is_shown_by_example(verb: str) -> None:
+def test_every_verb_has_an_example(verb: str) -> None:
     assert re.search(rf"^swarmctl lab {verb} ", "".join(BLOCKS), re.MULTILINE)
 
 
-def test_what_moves_the_labs_folders_is_told() -> None:
-    for told in (places.STATE_VARIABLE, places.CACHE_VARIABLE, places.DEFAULT_STATE, places.DEFAULT_CACHE):
-        assert str(told) in PAGE
+def test_the_variables_for_folders_are_documented() -> None:
+    for documented in (paths.STATE_VARIABLE, paths.CACHE_VARIABLE, paths.DEFAULT_STATE, paths.DEFAULT_CACHE):
+        assert str(documented) in PAGE
 
 
 @in_a_lab
-def test_the_commands_of_the_page(leader_spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(places.STATE_VARIABLE, str(tmp_path / "state"))
+def test_the_commands_of_the_page_run(
+    leader_spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(paths.STATE_VARIABLE, str(tmp_path / "state"))
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "journal"))
     monkeypatch.setenv("PATH", f"{SWARMCTL.parent}:{os.environ['PATH']}")
     shutil.copy(leader_spec, tmp_path / "swarm.yaml")
@@ -44,6 +47,6 @@ def test_the_commands_of_the_page(leader_spec: Path, tmp_path: Path, monkeypatch
             assert ran.returncode == 0, block + ran.stdout + ran.stderr
             promised = re.findall(r'"exit code \$\?: ', block)
             assert len(re.findall(r"^exit code \d", ran.stdout, re.MULTILINE)) == len(promised), ran.stdout
-        assert left_of(places.home("newswarm")) == left_of(places.home("second")) == []
+        assert left_of(paths.lab_paths("newswarm")) == left_of(paths.lab_paths("second")) == []
     finally:
         subprocess.run((SWARMCTL, "lab", "down", "--all"), capture_output=True, check=False)

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from lab_values import plan_from
 
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.places import Home
-from swarmctl.lab.plan import Interface, LabNetwork, LabPlan, LabRobot, plan_of
-from swarmctl.lab.state import State, read_state, write_state
+from swarmctl.lab.lab_plan import Interface, LabNetwork, LabPlan, LabRobot, plan_of
+from swarmctl.lab.lab_state import State, read_state, write_state
+from swarmctl.lab.paths import LabPaths
 from swarmctl.spec.model import Mode
-from swarmctl.topology.swarm import Host, Network, Swarm
+from swarmctl.swarm.resolved import Host, Network, Swarm
+from tests.lab.lab_values import plan_from
 
 
 def swarm_of(addresses: dict[str, str], *networks: Network) -> Swarm:
@@ -54,7 +54,7 @@ def test_the_operator_has_the_last_free_address_of_every_network(tmp_path: Path)
     assert moved.networks[0].operator == "10.91.1.253/24"
 
 
-def test_robots_hang_on_the_devices_of_their_links(tmp_path: Path) -> None:
+def test_robots_have_the_devices_of_their_links(tmp_path: Path) -> None:
     plan = plan_from(tmp_path)
     assert plan.robots == (
         LabRobot("rover", "khepera3", "alpha", "/dev/swarm/rover", bluetooth=False, emulator="khepera3"),
@@ -63,13 +63,13 @@ def test_robots_hang_on_the_devices_of_their_links(tmp_path: Path) -> None:
     assert [robot.name for robot in plan.robots_on("beta")] == ["puck"]
 
 
-def test_a_lab_is_called_as_its_swarm_unless_told_otherwise(tmp_path: Path) -> None:
+def test_a_lab_has_the_name_of_its_swarm_by_default(tmp_path: Path) -> None:
     assert plan_from(tmp_path).name == "tiny"
     other = plan_from(tmp_path, name="other")
     assert (other.name, other.swarm) == ("other", "tiny")
 
 
-def test_hosts_without_a_network_hang_on_an_uplink_by_subnet() -> None:
+def test_hosts_without_a_network_get_an_uplink_per_subnet() -> None:
     plan = plan_of(swarm_of({"a": "10.0.1.1", "b": "10.0.2.1", "c": "10.0.1.2"}))
     assert [(one.name, one.subnet) for one in plan.networks] == [
         ("uplink", "10.0.1.0/24"),
@@ -85,11 +85,11 @@ def test_ipv6() -> None:
 
 
 @pytest.mark.parametrize(
-    ("swarm", "said", "mended"),
+    ("swarm", "message", "fix"),
     [
         (
             swarm_of({"a": "a.local"}),
-            "host a has the address `a.local`, a name",
+            "host a: the address `a.local` is a name",
             "give the host an IP address",
         ),
         (swarm_of({"a": "10.0.0.1", "b": "10.0.0.1"}), "hosts a and b both have the address", "its own"),
@@ -100,36 +100,40 @@ def test_ipv6() -> None:
                 wlan("y", "a", "b", subnet="10.0.0.128/25"),
             ),
             "networks x (10.0.0.0/24) and y (10.0.0.128/25) overlap",
-            "give each link its own `subnet`",
+            "use a separate `subnet` for each link",
         ),
         (
             swarm_of({"a": "10.0.0.1", "b": "10.0.0.2"}, wlan("x", "a", "b", subnet="10.0.0.0/30")),
-            "the subnet 10.0.0.0/30 has no free address left for swarmctl itself",
+            "the subnet 10.0.0.0/30 has no free address for swarmctl",
             "a larger subnet",
         ),
         (
             swarm_of({"a": "10.0.0.1", "b": "10.0.1.2"}, wlan("x", "a", "b")),
-            "the hosts of network x lie in several subnets: a 10.0.0.1, b 10.0.1.2",
-            "give the link its `subnet`",
+            "the hosts of network x are in several subnets: a 10.0.0.1, b 10.0.1.2",
+            "set the `subnet` of the link",
         ),
         (
             swarm_of({"a": "10.0.0.1", "b": "10.0.1.2"}, wlan("x", "a", "b", subnet="10.0.0.0/24")),
             "host b has the address 10.0.1.2, which is in none of its networks",
             "correct the address",
         ),
-        (swarm_of({"operator": "10.0.0.1"}), "a host is called `operator`", "another name"),
+        (
+            swarm_of({"operator": "10.0.0.1"}),
+            "`operator` is the lab's name for this machine",
+            "rename the host",
+        ),
     ],
     ids=["name", "doubled", "overlap", "full", "several-subnets", "stray", "operator"],
 )
-def test_what_no_lab_can_be(swarm: Swarm, said: str, mended: str) -> None:
+def test_a_swarm_that_is_impossible_in_a_lab(swarm: Swarm, message: str, fix: str) -> None:
     with pytest.raises(LabError) as refusal:
         plan_of(swarm)
-    assert said in str(refusal.value)
-    assert mended in refusal.value.help_lines[0]
+    assert message in str(refusal.value)
+    assert fix in refusal.value.help_lines[0]
 
 
 @given(st.sets(st.integers(1, 254), min_size=1, max_size=40))
-def test_no_address_is_given_twice(numbers: set[int]) -> None:
+def test_no_address_is_used_twice(numbers: set[int]) -> None:
     addresses = {f"h{number}": f"10.0.0.{number}" for number in sorted(numbers)}
     swarm = swarm_of(
         addresses,
@@ -147,7 +151,7 @@ def test_no_address_is_given_twice(numbers: set[int]) -> None:
         assert operator not in (inside.network_address, inside.broadcast_address)
 
 
-def test_unknown_hosts_and_robots_are_told_with_the_known_ones(tmp_path: Path) -> None:
+def test_unknown_hosts_and_robots_list_the_known_ones(tmp_path: Path) -> None:
     plan = plan_from(tmp_path)
     with pytest.raises(LabError, match="lab tiny has no host `gamma`") as refusal:
         plan.host("gamma")
@@ -156,22 +160,22 @@ def test_unknown_hosts_and_robots_are_told_with_the_known_ones(tmp_path: Path) -
         plan.robot("alpha")
 
 
-def test_the_state_comes_back_as_it_was_written(tmp_path: Path) -> None:
-    home, state = Home(tmp_path), State(plan_from(tmp_path), tmp_path / "image")
+def test_the_state_is_read_as_it_was_written(tmp_path: Path) -> None:
+    home, state = LabPaths(tmp_path), State(plan_from(tmp_path), tmp_path / "image")
     write_state(home, state)
     assert read_state(home) == state
     assert home.state.stat().st_mode & 0o777 == 0o600
     assert LabPlan.from_json(json.loads(json.dumps(state.plan.to_json()))) == state.plan
 
 
-def test_a_state_of_another_format_is_told(tmp_path: Path) -> None:
-    home = Home(tmp_path)
+def test_a_state_of_another_format_is_an_error(tmp_path: Path) -> None:
+    home = LabPaths(tmp_path)
     home.state.write_text('{"format": 0}')
-    with pytest.raises(LabError, match="made by another swarmctl"):
+    with pytest.raises(LabError, match="made by another version of swarmctl"):
         read_state(home)
 
 
-def test_a_lab_that_was_never_up_is_told(tmp_path: Path) -> None:
+def test_a_lab_that_was_never_up_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(LabError, match="is not up") as refusal:
-        read_state(Home(tmp_path / "none"))
+        read_state(LabPaths(tmp_path / "none"))
     assert refusal.value.help_lines == ("run `swarmctl lab up` first",)

@@ -47,11 +47,13 @@ def shown(table: Any) -> str:
 
 
 @pytest.mark.parametrize(("name", "table"), [("hosts", view.hosts(STATUS)), ("robots", view.robots(ROBOTS))])
-def test_the_table_is_the_golden_one(name: str, table: Any, golden: Callable[[Path, str], None]) -> None:
+def test_the_table_matches_the_golden_file(
+    name: str, table: Any, golden: Callable[[Path, str], None]
+) -> None:
     golden(GOLDEN / f"{name}.txt", shown(table))
 
 
-def test_a_lab_that_does_not_run_has_hosts_all_the_same() -> None:
+def test_a_stopped_lab_lists_its_hosts() -> None:
     assert "alpha  running" in shown(view.hosts({**STATUS, "networks": []}))
 
 

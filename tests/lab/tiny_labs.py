@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from swarmctl.lab import lab, launch, network, places, processes
+from swarmctl.lab import lab, paths, preparation, supervisor_start
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.places import Home
-from swarmctl.lab.plan import LabPlan
+from swarmctl.lab.hosts import network, processes
+from swarmctl.lab.lab_plan import LabPlan
+from swarmctl.lab.paths import LabPaths
+from tests.timing import PATIENCE, wait_for
 
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
 TOOLS = ("ip", "mmdebstrap", "mount", "setpriv", "ssh", "ssh-keygen", "systemd-nspawn", "unshare")
@@ -33,7 +34,7 @@ def in_a_lab(test: Callable[..., object]) -> Callable[..., object]:
     return pytest.mark.lab(pytest.mark.skipif(bool(_missing()), reason=_missing())(test))
 
 
-def on(name: str, host: str, command: str, timeout: float = 20.0) -> str:
+def on(name: str, host: str, command: str, timeout: float = PATIENCE) -> str:
     """What ``command`` prints on ``host``, as the spec's user."""
     done = subprocess.run(
         ("nsenter", f"--net={lab.operator(name).namespace}", *lab.ssh_argv(name, host, [command])),
@@ -61,17 +62,10 @@ def boots_of(name: str, host: str) -> int:
     return found
 
 
-def until(condition: Callable[[], bool], complaint: str, seconds: float = 20.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, complaint
-        time.sleep(0.02)
-
-
 def reach(name: str, host: str, address: str) -> None:
-    """``host`` hears ``address`` within seconds: only then is it forgotten that nobody answered."""
-    until(
-        lambda: succeeds(name, host, f"ping -c1 -W1 {address}"), f"{host} never hears {address}", seconds=10.0
+    """Waits until ``host`` reaches ``address``, after its neighbour cache has expired."""
+    wait_for(
+        lambda: succeeds(name, host, f"ping -c1 -W1 {address}"), complaint=f"{host} never receives {address}"
     )
 
 
@@ -89,15 +83,15 @@ def booted(plan: LabPlan) -> Iterator[str]:
         lab.down(plan.name)
 
 
-def left_of(place: Home) -> list[str]:
+def left_of(place: LabPaths) -> list[str]:
     """Everything of a lab that is still on this machine."""
     inside = str(place.directory)
     found = [f"namespace {name}" for name in place.namespaces()]
-    found += [f"process {pid}" for pid in launch.running(place)]
+    found += [f"process {pid}" for pid in supervisor_start.pids(place)]
     found += [
         f"mount {line}" for line in Path("/proc/self/mountinfo").read_text().splitlines() if inside in line
     ]
-    found += [f"cgroup {path}" for path in lab._cgroups(place).all if path.exists()]
+    found += [f"cgroup {path}" for path in preparation.cgroups(place).all if path.exists()]
     found += [f"file {path}" for path in (place.directory, *place.directory.rglob("*")) if path.exists()]
     return found
 
@@ -112,7 +106,7 @@ def machine() -> dict[str, str]:
     }
     found = {what: _said(command) for what, command in asked.items()}
     mounts = Path("/proc/self/mountinfo").read_text().splitlines()
-    return {**found, "mounts": "\n".join(one for one in mounts if str(places.NAMESPACES) not in one)}
+    return {**found, "mounts": "\n".join(one for one in mounts if str(paths.NAMESPACES) not in one)}
 
 
 def _said(command: str) -> str:
@@ -123,6 +117,6 @@ def _said(command: str) -> str:
 
 
 def processes_in(name: str) -> set[int]:
-    place = places.home(name)
+    place = paths.lab_paths(name)
     every = [network.namespace_path(place, host.name) for host in lab.read_state(place).plan.hosts]
     return set(processes.in_network_namespaces(every))

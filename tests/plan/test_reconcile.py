@@ -6,12 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from swarmctl.plan.observed import NOTHING, Observed, UnitState
+from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle, File, Unit, package, workspace
 
-FIT = {"systemd": True, "python": "3.8.10", "has": {"roscore": None, "rospy": "/x", "pyserial": "/y"}}
+FIT = {
+    "systemd": True,
+    "python": "3.8.10",
+    "has": {"roscore": None, "rospy": "/x", "pyserial": "/y"},
+    "absent": [],
+}
 RUNS = UnitState("active", "running", 42)
 
 
@@ -53,7 +58,7 @@ def test_a_sound_host_with_the_same_release_has_nothing_to_do() -> None:
     assert reconcile(bundle(), running(bundle())).steps == ()
 
 
-def test_the_first_deploy_brings_everything_and_starts_it_in_order() -> None:
+def test_the_first_deploy_creates_all_and_starts_it_in_order() -> None:
     plan = reconcile(bundle(), NOTHING)
     assert plan.base is None
     assert plan.targets(Kind.CREATE) == tuple(file.path for file in bundle().files)
@@ -99,7 +104,7 @@ PREPARED = replace(
 WITHOUT = ["/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf"]
 
 
-def test_files_of_programs_are_planned_where_the_program_is_and_it_reads_them_again() -> None:
+def test_files_outside_are_planned_only_with_their_program() -> None:
     plan = reconcile(PREPARED, running(bundle()))
     assert plan.targets(Kind.BLOCK) == ("/etc/chrony/chrony.conf",)
     assert plan.targets(Kind.RELOAD) == ("chrony", "NetworkManager")
@@ -122,14 +127,14 @@ def test_a_host_that_cannot_write_its_boards_drives_all_the_same() -> None:
         ({"has": {"chronyd": "/x", "iw": "/x"}, "clock": "follows", "power_save": {"wlan0": "off"}}, []),
         ({"has": {"chronyd": "/x"}, "clock": "borrowed", "power_save": {}}, []),
         ({"has": {}, "power_save": {"wlan0": ""}}, ["it lacks chrony", "it lacks iw"]),
-        ({"has": {"chronyd": "/x"}, "clock": "alone", "power_save": {}}, ["does not follow that of hub"]),
+        ({"has": {"chronyd": "/x"}, "clock": "alone", "power_save": {}}, ["does not follow hub"]),
         (
             {"has": {"chronyd": "/x", "iw": "/x"}, "clock": "follows", "power_save": {"wlan0": "on"}},
-            ["wlan0 saves power again"],
+            ["wlan0 has power saving on"],
         ),
     ],
 )
-def test_what_preparation_lacks_is_a_note_with_its_mend_and_no_problem(
+def test_missing_tools_are_notes_with_a_fix_and_no_problem(
     facts: dict[str, object], notes: list[str]
 ) -> None:
     plan = reconcile(PREPARED, running(PREPARED, facts=FIT | facts))
@@ -162,7 +167,7 @@ def test_what_left_the_spec_is_stopped_unlinked_and_deleted() -> None:
     [
         ({"drift": {"params/a.yaml": "changed"}}, ["update params/a.yaml: was changed on the host"]),
         ({"drift": {"params/a.yaml": "missing"}}, ["update params/a.yaml: is missing on the host"]),
-        ({"drift": {"junk": "extra"}}, ["delete junk: does not belong to the release"]),
+        ({"drift": {"junk": "extra"}}, ["delete junk: is not part of the release"]),
     ],
 )
 def test_a_file_touched_on_the_host_is_put_right(change: dict[str, object], expected: list[str]) -> None:
@@ -186,7 +191,7 @@ def test_only_the_unit_that_reads_the_touched_file_restarts() -> None:
         ),
         (
             {"links": {"/etc/systemd/system/x.service": "extra"}},
-            "unlink /etc/systemd/system/x.service: does not belong to the release",
+            "unlink /etc/systemd/system/x.service: is not part of the release",
         ),
         ({"blocks": {"/etc/hosts": "changed"}}, "write-block /etc/hosts: its block was changed on the host"),
     ],
@@ -201,16 +206,17 @@ def test_a_unit_that_does_not_run_is_started(state: str) -> None:
     assert lines(reconcile(bundle(), running(bundle(), units=units))) == [f"start a.service: is {state}"]
 
 
-def test_a_unit_that_waits_for_missing_hardware_is_left_alone_and_noted() -> None:
+def test_a_unit_without_its_hardware_is_only_noted() -> None:
     units = {"a.service": UnitState("inactive", skipped=True), "b.service": RUNS, "s.target": RUNS}
     plan = reconcile(bundle(), running(bundle(), units=units))
     assert plan.steps == ()
-    assert plan.notes == ("a.service waits for hardware that the host does not have",)
+    assert plan.notes == ("a.service waits for hardware that is not connected",)
 
 
-def test_a_deploy_that_was_cut_off_is_taken_up_again() -> None:
+def test_an_interrupted_deploy_is_resumed() -> None:
     plan = reconcile(bundle(), running(bundle(), unfinished="x -> y by someone"))
-    assert lines(plan) == [f"activate {bundle().digest}: an earlier deploy was cut off: x -> y by someone"]
+    cause = "an earlier deploy was interrupted: x -> y by someone"
+    assert lines(plan) == [f"activate {bundle().digest}: {cause}"]
 
 
 def test_diffs_show_what_changes_and_only_that() -> None:
@@ -233,10 +239,11 @@ def test_the_json_form_says_the_same() -> None:
         (FIT, None),
         (FIT | {"systemd": False}, "does not run systemd"),
         (FIT | {"python": "3.6.9"}, "its Python is 3.6.9"),
+        (FIT | {"python": "nonsense"}, "its Python is nonsense"),
         (FIT | {"has": {"rospy": None, "pyserial": None}}, "it lacks rospy, pyserial"),
     ],
 )
-def test_a_host_that_cannot_run_its_part_is_named_with_the_mend(
+def test_a_host_that_cannot_run_its_part_is_a_problem(
     facts: dict[str, object], complaint: str | None
 ) -> None:
     wanted = replace(bundle(), requires=("rospy", "pyserial"))
@@ -248,7 +255,7 @@ def test_a_host_that_cannot_run_its_part_is_named_with_the_mend(
     )
 
 
-def test_a_host_without_a_ros_package_is_told_which_and_how_to_get_it() -> None:
+def test_a_missing_ros_package_has_an_install_hint() -> None:
     needs = (package("fkie_master_sync"), package("joy"), workspace("/home/robot/ws"))
     wanted = replace(bundle(), requires=needs)
     has = dict.fromkeys(needs) | {package("joy"): "/opt/ros/noetic/share/joy"}
@@ -269,7 +276,7 @@ def with_optional_program() -> Bundle:
     return replace(plain, units=(*plain.units, maps))
 
 
-def test_an_optional_program_without_its_package_is_no_problem_and_said_so() -> None:
+def test_an_optional_program_without_its_package_is_a_note() -> None:
     wanted, has = with_optional_program(), {package("tf"): "/usr/share/tf", package("gmapping"): None}
     skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
     plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT | {"has": has}))
@@ -281,18 +288,16 @@ def test_an_optional_program_without_its_package_is_no_problem_and_said_so() -> 
     assert "tf" not in note
 
 
-def test_an_optional_program_is_started_once_its_packages_are_there() -> None:
+def test_an_optional_program_starts_once_its_packages_exist() -> None:
     wanted = with_optional_program()
     has = dict.fromkeys((package("tf"), package("gmapping")), "/usr/share")
     skipped = running(wanted).units | {"map.service": UnitState("inactive", "dead", skipped=True)}
     plan = reconcile(wanted, running(wanted, units=skipped, facts=FIT | {"has": has}))
-    assert lines(plan) == ["start map.service: the host has its ROS packages now"]
+    assert lines(plan) == ["start map.service: the host now has its ROS packages"]
     assert plan.notes == ()
 
 
-def test_a_host_that_leaves_the_graph_loses_everything_and_a_host_that_was_never_in_it_is_left_alone() -> (
-    None
-):
+def test_a_host_that_leaves_the_graph_loses_everything() -> None:
     nothing = Bundle("s", "pi", ())
     plan = reconcile(nothing, running(bundle()))
     assert plan.targets(Kind.STOP) == ("s.target", "b.service", "a.service")

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import sshd as servers
 
 from swarmctl.remote.identities import Keyring
 from swarmctl.remote.ssh import SshTransport, Timeouts
+from tests.remote import sshd as servers
+from tests.timing import PATIENCE
 
 
 @pytest.fixture(scope="session")
@@ -31,5 +32,16 @@ def spare(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def transport(tmp_path: Path) -> SshTransport:
-    """A transport that knows no keys but those it is given."""
-    return SshTransport(Keyring(tmp_path / "no-keys", use_agent=False), timeouts=Timeouts(2, 2, 5, 5))
+    """A transport that trusts only the keys it is given."""
+    return transport_of(tmp_path, PATIENCE)
+
+
+@pytest.fixture
+def impatient(tmp_path: Path) -> SshTransport:
+    """The same, for servers that do not answer in any time."""
+    return transport_of(tmp_path, 2)
+
+
+def transport_of(folder: Path, seconds: float) -> SshTransport:
+    timeouts = Timeouts(seconds, seconds, seconds, seconds)
+    return SshTransport(Keyring(folder / "no-keys", use_agent=False), timeouts=timeouts)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.remote.transport import Output, Session, Target
+from tests.timing import PATIENCE
 
 SSHD = "/usr/sbin/sshd"
 
@@ -122,11 +123,11 @@ def running(
                 os.kill(child, signal.SIGCONT)
                 os.kill(child, signal.SIGKILL)
         process.terminate()
-        process.wait(10)
+        process.wait(PATIENCE)
 
 
 def _wait_for(server: Sshd) -> None:
-    end = time.monotonic() + 10
+    end = time.monotonic() + PATIENCE
     while "Server listening" not in (server.log if (server.folder / "log").exists() else ""):
         if server.process.poll() is not None or time.monotonic() > end:
             raise RuntimeError(f"sshd did not start: {server.log}")

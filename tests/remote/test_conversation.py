@@ -5,16 +5,16 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import sshd as servers
-from fakehost import FakeHost, bundle, payload_of, request_for
 
-from swarmctl.remote import agent
+from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import HostError, Kind
+from tests.packages.agent.fakehost import FakeHost, bundle, payload_of, request_for
+from tests.remote import sshd as servers
+from tests.timing import PATIENCE, wait_for
 
 OBSERVE = {"verb": "observe", "swarm": "new"}
 RELEASE = bundle("1")
@@ -47,13 +47,6 @@ def agents(host: FakeHost) -> list[int]:
     return found
 
 
-def within(seconds: float, happened: Callable[[], bool]) -> bool:
-    end = time.monotonic() + seconds
-    while not happened() and time.monotonic() < end:
-        time.sleep(0.02)
-    return happened()
-
-
 def test_two_questions_are_answered_by_one_process_on_one_channel(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
@@ -61,10 +54,10 @@ def test_two_questions_are_answered_by_one_process_on_one_channel(
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
     ):
-        with agent.talk(session) as first:  # after this the host keeps the agent
+        with agent_client.talk(session) as first:  # after this the host keeps the agent
             first.ask(OBSERVE)
         before = server.log.count("Starting session: command")
-        with agent.talk(session) as talk:
+        with agent_client.talk(session) as talk:
             assert talk.ask(OBSERVE)["release"] is None
             (process,) = agents(host)
             notes: list[str] = []
@@ -73,16 +66,16 @@ def test_two_questions_are_answered_by_one_process_on_one_channel(
             assert agents(host) == [process]
         assert notes[0] == "staging 6 files"
         assert server.log.count("Starting session: command") == before + 1
-        assert within(5, lambda: not agents(host)), "the agent stayed when the conversation was over"
+        wait_for(lambda: not agents(host), complaint="the agent stayed when the conversation was over")
 
 
-def test_a_host_that_has_no_agent_gets_it_with_the_first_question_and_answers_the_second(
+def test_a_host_without_agent_gets_it_with_the_first_request(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         assert talk.ask(OBSERVE)["release"] is None
         assert talk.ask(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
@@ -96,7 +89,7 @@ def test_an_answer_that_is_an_error_leaves_the_conversation_as_it_was(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         for request, payload in ((stale, payload_of(RELEASE)), ({"verb": "../../etc"}, b"x"), ({}, b"")):
             with pytest.raises(HostError):
@@ -113,7 +106,7 @@ def test_noise_between_two_answers_does_not_matter(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         for _ in range(4):
             assert talk.ask(OBSERVE)["release"] is None
@@ -126,50 +119,50 @@ def test_a_host_that_dies_between_two_questions_is_lost_for_the_rest(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         talk.ask(OBSERVE)
         for child in server.children():
             os.kill(child, signal.SIGKILL)
         for _ in range(2):
             with pytest.raises(HostError) as caught:
-                talk.ask(request_for(RELEASE), payload_of(RELEASE), timeout=5)
+                talk.ask(request_for(RELEASE), payload_of(RELEASE), timeout=PATIENCE)
             assert caught.value.kind is Kind.LOST
     assert not (host.prefix / "opt/swarm/new").exists()
 
 
-def test_an_agent_that_dies_between_two_questions_is_told(
+def test_an_agent_that_dies_between_two_requests_is_an_error(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         talk.ask(OBSERVE)
         for process in agents(host):
             os.kill(process, signal.SIGKILL)
         for _ in range(2):
             with pytest.raises(HostError, match="the agent ended without an answer") as caught:
-                talk.ask(OBSERVE, timeout=5)
+                talk.ask(OBSERVE, timeout=PATIENCE)
             assert caught.value.kind is Kind.PROTOCOL
 
 
-def test_an_operator_that_dies_between_two_questions_leaves_no_agent_behind(
+def test_an_operator_that_dies_leaves_no_agent_running(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         talk.ask(OBSERVE)
         assert agents(host)
         session.close()
-        assert within(5, lambda: not agents(host))
+        wait_for(lambda: not agents(host))
 
 
-def test_a_question_that_is_not_answered_in_time_ends_the_conversation(
+def test_a_request_without_answer_in_time_ends_the_session(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
     host.apply(RELEASE)
@@ -178,25 +171,25 @@ def test_a_question_that_is_not_answered_in_time_ends_the_conversation(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         talk.ask(OBSERVE)
         for _ in range(2):
             with pytest.raises(HostError, match=r"did not finish within 0\.2 s"):
                 talk.ask(request_for(RELEASE, **stop), payload_of(RELEASE), timeout=0.2)
-    assert within(10, lambda: not agents(host))
+    wait_for(lambda: not agents(host))
     assert host.observe()["transaction"]["state"] == "applied"
 
 
-def test_a_flood_ends_the_conversation_and_what_came_with_it_is_no_answer(
+def test_a_flood_ends_the_session_and_is_not_an_answer(
     spare: Path, host: FakeHost, transport: SshTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(agent, "_LONGEST_ANSWER", 5000)
+    monkeypatch.setattr(agent_client, "_LONGEST_ANSWER", 5000)
     (host.prefix / "home/.bashrc").write_text("seq 2000\n")
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent.talk(session) as talk,
+        agent_client.talk(session) as talk,
     ):
         for _ in range(2):
             with pytest.raises(HostError, match="more than 5000 bytes"):

@@ -14,12 +14,14 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-import sshd as servers
-from sshd import Sshd
 
-from swarmctl.remote.hostkeys import LockFile, fingerprint, read_lock, write_lock
+from swarmctl.remote.host_keys import fingerprint
+from swarmctl.remote.known_hosts import KnownHosts, read, write
+from tests.remote import sshd as servers
+from tests.remote.sshd import Sshd
+from tests.timing import PATIENCE
 
-RUN = "import sys, typer; from swarmctl.cli.trust import trust; typer.run(trust)"
+RUN = "import sys, typer; from swarmctl.cli.verbs.trust import trust; typer.run(trust)"
 
 
 @pytest.fixture
@@ -56,8 +58,17 @@ def trust(spec: Path, home: Path, *options: str) -> subprocess.CompletedProcess[
     )
 
 
+def file(spec: Path) -> Path:
+    return spec.with_name("swarm.known_hosts")
+
+
 def pinned(spec: Path) -> dict[str, tuple[str, ...]]:
-    return dict(read_lock(spec.with_name("swarm.lock.yaml")).hosts)
+    """The pinned keys by host name."""
+    found: dict[str, tuple[str, ...]] = {}
+    for line in read(file(spec)).lines:
+        if line.names:
+            found[line.names[0]] = (*found.get(line.names[0], ()), line.key)
+    return found
 
 
 def test_without_a_terminal_nothing_is_pinned(spec: Path, home: Path, sshd: Sshd) -> None:
@@ -73,18 +84,18 @@ def test_without_a_terminal_nothing_is_pinned(spec: Path, home: Path, sshd: Sshd
 def test_yes_pins_and_a_second_time_finds_nothing_new(spec: Path, home: Path, sshd: Sshd) -> None:
     first = trust(spec, home, "--yes")
     assert (first.returncode, pinned(spec)) == (0, {"laptop": (sshd.keys[2],)}), first.stderr
-    before = spec.with_name("swarm.lock.yaml").stat().st_mtime_ns
+    before = file(spec).stat().st_mtime_ns
 
     second = trust(spec, home)
 
     assert second.returncode == 0, second.stderr
     assert second.stdout.startswith("known ")
-    assert spec.with_name("swarm.lock.yaml").stat().st_mtime_ns == before
+    assert file(spec).stat().st_mtime_ns == before
 
 
-def test_a_changed_key_is_pinned_only_when_told_to_replace_it(spec: Path, home: Path, sshd: Sshd) -> None:
+def test_a_changed_key_is_pinned_only_with_replace(spec: Path, home: Path, sshd: Sshd) -> None:
     stale = servers.make_key(spec.parent / "stale")
-    write_lock(spec.with_name("swarm.lock.yaml"), LockFile({"laptop": (stale,)}))
+    write(file(spec), KnownHosts().pinned("laptop", "127.0.0.1", sshd.port, (stale,)))
 
     refused = trust(spec, home, "--yes")
 
@@ -111,11 +122,88 @@ def test_an_unknown_host_and_an_absent_one(spec: Path, home: Path) -> None:
     assert "nothing listens for SSH there" in absent.stderr
 
 
-def test_a_wrong_lock_file_is_an_error_with_its_place(spec: Path, home: Path) -> None:
-    spec.with_name("swarm.lock.yaml").write_text("version: 1\nhost: {}\n")
+def test_a_wrong_known_hosts_file_is_an_error_with_its_place(spec: Path, home: Path) -> None:
+    file(spec).write_text("# ours\nlaptop\n")
     done = trust(spec, home)
     assert done.returncode == 1
-    assert "swarm.lock.yaml:2:1: the file knows no `host`" in done.stderr
+    assert "swarm.known_hosts:2: a line needs host names, a key type and a key" in done.stderr
+
+
+def test_a_wrong_ssh_config_is_an_error_with_its_place(spec: Path, home: Path) -> None:
+    (home / ".ssh/config").write_text("Host *\n Port many\n")
+    done = trust(spec, home)
+    assert done.returncode == 1
+    assert "config:2: Port many is not a number" in done.stderr
+
+
+def test_keys_of_an_earlier_version_are_converted_once(spec: Path, home: Path, sshd: Sshd) -> None:
+    old = spec.with_name("swarm.lock.yaml")
+    gone = servers.make_key(spec.parent / "gone")
+    old.write_text(f"version: 1\nhosts:\n  gone: {{keys: [{gone}]}}\n  laptop: {{keys: [{sshd.keys[2]}]}}\n")
+
+    first, second = trust(spec, home), trust(spec, home)
+
+    assert first.returncode == 0, first.stderr
+    assert "converted the keys of 2 hosts" in first.stdout
+    assert pinned(spec) == {"gone": (gone,), "laptop": (sshd.keys[2],)}
+    assert f"laptop,[127.0.0.1]:{sshd.port} " in file(spec).read_text()
+    assert old.exists()
+    assert second.returncode == 0
+    assert "converted" not in second.stdout
+
+
+def test_a_wrong_file_of_an_earlier_version_is_an_error(spec: Path, home: Path) -> None:
+    spec.with_name("swarm.lock.yaml").write_text("version: 1\nhost: {}\n")
+    done = trust(spec, home, "--yes")
+    assert done.returncode == 1
+    assert "swarm.lock.yaml: not a file of host keys" in done.stderr
+    assert not file(spec).exists()
+
+
+def test_the_other_verbs_name_the_conversion(spec: Path, home: Path) -> None:
+    spec.with_name("swarm.lock.yaml").write_text("version: 1\nhosts: {}\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "swarmctl", "status", str(spec)],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "HOME": str(home), "NO_COLOR": "1"},
+        timeout=60,
+    )
+    assert done.returncode == 1
+    assert "in the format of an earlier version" in done.stderr
+    assert f"`swarmctl trust {spec}` converts them" in done.stderr
+
+
+def test_a_revoked_key_is_never_pinned(spec: Path, home: Path, sshd: Sshd) -> None:
+    revoked = "".join(f"@revoked * {key}\n" for key in sshd.keys)
+    file(spec).write_text(revoked)
+    done = trust(spec, home, "--yes", "--replace")
+    assert done.returncode == 1
+    assert done.stdout.startswith("revoked ")
+    assert "revoked (@revoked)" in done.stderr
+    assert file(spec).read_text() == revoked
+
+
+def test_replace_with_host_leaves_a_changed_jump_host(
+    spec: Path, home: Path, sshd: Sshd, tmp_path: Path
+) -> None:
+    stale = servers.make_key(tmp_path / "stale")
+    with servers.running(tmp_path / "gate") as gate:
+        (home / ".ssh/config").write_text(
+            f"Host laptop\n ProxyJump root@gate\nHost gate\n HostName 127.0.0.1\n Port {gate.port}\n"
+            f" IdentityFile {gate.identity}\n"
+        )
+        write(file(spec), KnownHosts().pinned("gate", "127.0.0.1", gate.port, (stale,)))
+
+        refused = trust(spec, home, "--host", "laptop", "--replace", "--yes")
+        assert refused.returncode == 1
+        assert pinned(spec) == {"gate": (stale,)}
+        assert "--host gate --replace" in refused.stderr
+
+        assert trust(spec, home, "--host", "gate", "--replace", "--yes").returncode == 0
+        assert pinned(spec) == {"gate": (gate.keys[0],)}
 
 
 def test_a_host_behind_another_is_seen_through_it(spec: Path, home: Path, sshd: Sshd, tmp_path: Path) -> None:
@@ -146,7 +234,7 @@ def _answer(terminal: tuple[int, int], answer: str) -> int:
     """Wait for the question, answer it, and return the exit code."""
     pid, master = terminal
     seen = b""
-    end = time.monotonic() + 30
+    end = time.monotonic() + PATIENCE
     while b": " not in seen.partition(b"type yes to pin 1 key")[2]:
         assert time.monotonic() < end, seen
         if select.select([master], [], [], 0.2)[0]:
@@ -157,7 +245,7 @@ def _answer(terminal: tuple[int, int], answer: str) -> int:
             try:
                 if not os.read(master, 4096):
                     break
-            except OSError:  # how Linux says that the other end of a terminal is gone
+            except OSError:  # how Linux reports that the other end of a terminal is closed
                 break
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 

@@ -15,21 +15,22 @@ from typing import Any
 import pytest
 import yaml
 
-from swarmctl.checks.check import read
-from swarmctl.render import prepare
+from swarmctl.render import host_os
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.host import bundles
-from swarmctl.render.templates import render
+from swarmctl.render.quoting import render
+from swarmctl.rules.runner import load_swarm
+from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden"
-SPEC = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
+SPEC = ROOT / "examples/paper-leader/swarm.yaml"
 SHIPPED = "drivers/"  # the driver's own files: golden by name, not by content
 
 
 def bundles_of(text: str, folder: Path) -> Mapping[str, Bundle]:
     spec = folder / "swarm.yaml"
     spec.write_text(text, "utf-8")
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return bundles(swarm)
 
@@ -67,8 +68,8 @@ def test_golden(
 def test_two_processes_render_the_same_bytes() -> None:
     code = (
         "import sys, pathlib\n"
-        "from swarmctl.checks.check import read; from swarmctl.render.host import bundles\n"
-        "swarm, _ = read(pathlib.Path(sys.argv[1]))\n"
+        "from swarmctl.rules.runner import load_swarm; from swarmctl.render.build_bundle import bundles\n"
+        "swarm, _ = load_swarm(pathlib.Path(sys.argv[1]))\n"
         "print({name: bundle.digest for name, bundle in bundles(swarm).items()})"
     )
     digests = {
@@ -82,9 +83,7 @@ def test_two_processes_render_the_same_bytes() -> None:
     assert len(digests) == 1
 
 
-def test_the_order_of_robots_and_hosts_changes_no_other_robots_files(
-    rendered: Mapping[str, Bundle], tmp_path: Path
-) -> None:
+def test_the_order_of_entries_changes_no_other_file(rendered: Mapping[str, Bundle], tmp_path: Path) -> None:
     lines = SPEC.read_text("utf-8").splitlines()
     start = lines.index("robots:") + 1
     lines[start : start + 3] = reversed(lines[start : start + 3])
@@ -113,7 +112,7 @@ def test_one_robots_setting_changes_its_parameters_and_one_unit(
     assert units == {("k3-pi", "swarm-newswarm.k3.service")}
 
 
-def test_parameters_say_what_the_spec_says(rendered: Mapping[str, Bundle]) -> None:
+def test_parameters_have_the_values_of_the_spec(rendered: Mapping[str, Bundle]) -> None:
     files = {file.path: file.content for file in rendered["koala-laptop"].files}
     params = yaml.safe_load(files["params/koala.yaml"])
     assert params["port"] == "/dev/swarm/koala"
@@ -156,7 +155,7 @@ def test_launch_files_are_xml_and_name_files_that_are_there(rendered: Mapping[st
                         assert path.removeprefix(f"{bundle.home}/current/") in paths
 
 
-def test_nothing_waits_for_a_network_that_may_never_be_called_online(rendered: Mapping[str, Bundle]) -> None:
+def test_no_unit_waits_for_network_online(rendered: Mapping[str, Bundle]) -> None:
     """wait-online takes two minutes and fails where a robot boots off its wlan (robot_upstart#67, #93)."""
     for bundle in rendered.values():
         assert [file.path for file in bundle.files if b"network-online" in file.content] == []
@@ -230,7 +229,7 @@ def test_the_manifest_is_json_with_the_digest_of_every_file(rendered: Mapping[st
 
 
 def test_what_all_hosts_share_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    swarm, _ = read(SPEC)
+    swarm, _ = load_swarm(SPEC)
     assert swarm is not None
     made: list[str] = []
 
@@ -238,7 +237,7 @@ def test_what_all_hosts_share_is_made_once(monkeypatch: pytest.MonkeyPatch) -> N
         made.append(template)
         return render(template, **values)
 
-    monkeypatch.setattr(prepare, "render", counted)
+    monkeypatch.setattr(host_os, "render", counted)
     made_for = bundles(swarm)
     assert len(made_for) == 3
     assert made.count("block.hosts") == 1

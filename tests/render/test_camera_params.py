@@ -1,4 +1,4 @@
-"""What the driver of an e-puck is told that is to bring images: how long they take, how the camera is set."""
+"""Parameters of an e-puck's driver for images: transfer time and camera settings."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.checks.check import read
-from swarmctl.render.host import bundles
+from swarmctl.render.build_bundle import bundles
+from swarmctl.rules.runner import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden/epuck-camera"
 SPEC = """\
@@ -32,7 +32,7 @@ def test_golden_of_a_camera_that_is_on(
 ) -> None:
     spec = tmp_path / "swarm.yaml"
     spec.write_text(SPEC, "utf-8")
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     [params] = [one for one in bundles(swarm)["pi"].files if one.path == f"params/{robot}.yaml"]
     golden(GOLDEN / f"{robot}.yaml", params.content.decode())

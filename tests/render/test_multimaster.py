@@ -1,4 +1,4 @@
-"""Several masters: each hub gets exactly what it needs to hear the declared topics, and nothing else."""
+"""Several masters: each hub gets exactly what it needs to receive the declared topics, and nothing else."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import Any
 import pytest
 import yaml
 
-from swarmctl.checks.check import read
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.host import bundles
-from swarmctl.topology.fkie import FAMILIES
+from swarmctl.render.multimaster.fkie_packages import FAMILIES
+from swarmctl.rules.runner import load_swarm
+from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden"
-MODES = Path(__file__).parents[1] / "topology/modes"
+MODES = ROOT / "tests/mode_conversion/modes"
 PARAMS = "params/multimaster.yaml"
 UNIT = "swarm-newswarm.multimaster.service"
 
@@ -25,7 +26,7 @@ def rendered(tmp_path: Path, mode: str, more: str = "") -> Mapping[str, Bundle]:
     text = (MODES / f"{mode}.yaml").read_text("utf-8").replace("multimaster: {provider: fkie}\n", "")
     spec = tmp_path / "swarm.yaml"
     spec.write_text(text + (more or "multimaster: {provider: fkie}\n"), "utf-8")
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return bundles(swarm)
 
@@ -65,7 +66,7 @@ def test_golden_combined(tmp_path: Path, golden: Callable[[Path, str], None]) ->
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_hub_hears_each_topic_from_its_own_master_and_publishers_only(family: str, tmp_path: Path) -> None:
+def test_a_hub_receives_each_topic_from_its_own_master_only(family: str, tmp_path: Path) -> None:
     made = rendered(tmp_path, "standalone", CROSSING.format(packages=family))
     sync = params(made["koala-laptop"])[FAMILIES[family].sync.name]
 
@@ -75,8 +76,8 @@ def test_a_hub_hears_each_topic_from_its_own_master_and_publishers_only(family: 
     assert "ignore_hosts" not in sync
 
 
-def test_a_hub_that_is_to_hear_nothing_runs_no_sync(tmp_path: Path) -> None:
-    """Told of no topic, fkie's sync lets all of them in."""
+def test_a_hub_that_receives_nothing_runs_no_sync(tmp_path: Path) -> None:
+    """Without a list of topics, fkie's sync accepts all of them."""
     made = rendered(tmp_path, "standalone", CROSSING.format(packages="fkie_multimaster"))
 
     assert list(params(made["k3-pi"])) == ["master_discovery"]
@@ -86,7 +87,7 @@ def test_a_hub_that_is_to_hear_nothing_runs_no_sync(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_the_launch_file_starts_the_nodes_that_the_parameters_are_for(family: str, tmp_path: Path) -> None:
+def test_the_launch_file_starts_the_nodes_of_the_parameters(family: str, tmp_path: Path) -> None:
     bundle = rendered(tmp_path, "standalone", CROSSING.format(packages=family))["epuck-pi"]
     launch = ET.fromstring(texts(bundle)["launch/multimaster.launch"])
     nodes = {node.get("name"): node.get("pkg") for node in launch.iter("node")}
@@ -99,18 +100,18 @@ def test_nodes_of_an_islands_other_hosts_cross_too(tmp_path: Path) -> None:
     assert params(rendered(tmp_path, "combined")["epuck-pi"])["master_sync"]["sync_remote_nodes"] is True
 
 
-def test_who_greets_whom_is_everybody_or_as_the_spec_says(tmp_path: Path) -> None:
+def test_the_peer_list_is_everybody_or_that_of_the_spec(tmp_path: Path) -> None:
     everybody = rendered(tmp_path, "standalone")
-    said = rendered(tmp_path, "standalone", "multimaster: {robot_hosts: {k3-pi: [epuck-pi]}}\n")
+    limited = rendered(tmp_path, "standalone", "multimaster: {robot_hosts: {k3-pi: [epuck-pi]}}\n")
 
     assert params(everybody["k3-pi"])["master_discovery"]["robot_hosts"] == ["192.168.77.10", "192.168.77.12"]
-    assert params(said["k3-pi"])["master_discovery"]["robot_hosts"] == ["192.168.77.12"]
+    assert params(limited["k3-pi"])["master_discovery"]["robot_hosts"] == ["192.168.77.12"]
 
 
 def test_no_multicast_is_tried_where_none_passes(tmp_path: Path) -> None:
     text = (MODES / "standalone.yaml").read_text("utf-8").replace("multicast: true", "multicast: false")
     (tmp_path / "swarm.yaml").write_text(text, "utf-8")
-    swarm, found = read(tmp_path / "swarm.yaml")
+    swarm, found = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None, found
     discovery = params(bundles(swarm)["k3-pi"])["master_discovery"]
 
@@ -121,7 +122,7 @@ def test_one_island_needs_no_multimaster(tmp_path: Path) -> None:
     assert not any(texts(bundle) for bundle in rendered(tmp_path, "leader", "\n").values())
 
 
-def test_the_unit_waits_for_its_master_and_restarts_when_its_files_change(tmp_path: Path) -> None:
+def test_the_unit_waits_for_its_master_and_needs_its_files(tmp_path: Path) -> None:
     bundle = rendered(tmp_path, "standalone")["k3-pi"]
     unit = next(one for one in bundle.units if one.name == UNIT)
 

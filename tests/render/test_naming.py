@@ -10,15 +10,16 @@ from urllib.parse import urlsplit
 import pytest
 import yaml
 
-from swarmctl.checks.check import read
-from swarmctl.health.expected import Release, expected_graph
+from swarmctl.health.expected_graph import Release, expected_graph
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.host import bundles
+from swarmctl.rules.runner import load_swarm
 from swarmctl.spec.model import Mode
-from swarmctl.topology.swarm import Swarm
+from swarmctl.swarm.resolved import Swarm
+from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden/naming-hosts"
-MODES = Path(__file__).parents[1] / "topology/modes"
+MODES = ROOT / "tests/mode_conversion/modes"
 SHOWN = ("env/ros.env", "hosts/block", "params/multimaster.yaml")
 everywhere = pytest.mark.parametrize("mode", [mode.value for mode in Mode])
 both = pytest.mark.parametrize("naming", ["address", "hosts"])
@@ -32,7 +33,7 @@ def swarm_in(folder: Path, mode: str, naming: str, provider: str = "fkie") -> Sw
         text += f"multimaster: {{provider: {provider}{crossing}}}\n"
     spec = folder / "swarm.yaml"
     spec.write_text(text, "utf-8")
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return swarm
 
@@ -72,8 +73,8 @@ def test_nodes_masters_and_the_authority_use_one_text(mode: str, naming: str, tm
         assert urlsplit(environment(bundle)["ROS_MASTER_URI"]).hostname == texts[island.hub]
         assert f"export {key}={texts[name]}\n" in text_of(bundle, "setup.bash")
         for robot in swarm.robots_on(name):
-            told = parameters(bundle, robot.name)["commanders"]
-            assert {one for commander in told for one in commander["addresses"]} <= set(texts.values())
+            commanders = parameters(bundle, robot.name)["commanders"]
+            assert {one for commander in commanders for one in commander["addresses"]} <= set(texts.values())
     if mode in ("leader", "single-minded"):
         [robot, *_] = swarm.robots.values()
         assert robot.commanders[0].addresses == (texts[swarm.islands[0].hub],)
@@ -86,12 +87,12 @@ def test_nodes_masters_and_the_authority_use_one_text(mode: str, naming: str, tm
 
 @pytest.mark.parametrize("mode", ["standalone", "combined"])
 @both
-def test_peers_know_each_other_by_that_text(mode: str, naming: str, tmp_path: Path) -> None:
+def test_peers_address_each_other_by_that_text(mode: str, naming: str, tmp_path: Path) -> None:
     swarm = swarm_in(tmp_path, mode, naming, provider="static")
     islands = {island.name: island for island in swarm.islands}
-    told = {name: parameters(bundle, "multimaster") for name, bundle in bundles(swarm).items()}
-    assert any(told.values())
-    for name, params in told.items():
+    parameters_by_host = {name: parameters(bundle, "multimaster") for name, bundle in bundles(swarm).items()}
+    assert any(parameters_by_host.values())
+    for name, params in parameters_by_host.items():
         if not params:
             continue
         assert params["address"] == swarm.hosts[name].advertised
@@ -102,16 +103,14 @@ def test_peers_know_each_other_by_that_text(mode: str, naming: str, tmp_path: Pa
 
 
 @both
-def test_fkie_sends_from_the_hosts_address_whatever_its_own_name_means_at_home(
-    naming: str, tmp_path: Path
-) -> None:
+def test_fkie_sends_from_the_hosts_address(naming: str, tmp_path: Path) -> None:
     swarm = swarm_in(tmp_path, "standalone", naming)
     for name, bundle in bundles(swarm).items():
         [discovery, *_] = parameters(bundle, "multimaster").values()
         assert discovery.get("interface") == (swarm.hosts[name].address if naming == "hosts" else None)
 
 
-def test_a_master_waits_for_its_address_whatever_its_own_name_means_at_home(tmp_path: Path) -> None:
+def test_a_master_waits_for_its_address(tmp_path: Path) -> None:
     """By Debian's line it means 127.0.1.1, where one can listen before the network is there."""
     swarm = swarm_in(tmp_path, "leader", "hosts")
     [island] = swarm.islands

@@ -13,9 +13,9 @@ import pytest
 import yaml
 from swarm_teleop import config as teleop_config
 
-from swarmctl.checks.check import read
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit
-from swarmctl.render.host import bundles
+from swarmctl.rules.runner import load_swarm
 
 SPEC = Path(__file__).with_name("programs.yaml")
 GOLDEN = Path(__file__).parent / "golden/programs"
@@ -23,7 +23,7 @@ PROGRAMS = ("joystick", "keys", "wander", "map")
 
 
 def rendered_of(spec: Path) -> Mapping[str, Bundle]:
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return bundles(swarm)
 
@@ -67,7 +67,7 @@ def test_a_host_gets_only_what_its_own_programs_need(rendered: Mapping[str, Bund
     assert not any(path.startswith("teleop/") or path == "bin/has-packages" for path in pi)
 
 
-def test_a_program_for_a_person_at_a_terminal_has_a_command_and_no_unit(
+def test_an_interactive_program_has_a_script_and_no_unit(
     rendered: Mapping[str, Bundle],
 ) -> None:
     laptop = rendered["laptop"]
@@ -84,7 +84,7 @@ def test_a_joystick_that_commands_nobody_has_no_unit_to_fail(tmp_path: Path) -> 
     assert "joystick" not in {unit.program for bundle in made.values() for unit in bundle.units}
 
 
-def test_a_shipped_program_is_told_its_node_and_where_its_robots_listen(
+def test_a_shipped_program_reads_its_node_and_its_topics(
     rendered: Mapping[str, Bundle],
 ) -> None:
     params = yaml.safe_load(files_of(rendered["laptop"])["params/joystick.yaml"].content)
@@ -159,7 +159,7 @@ def test_every_need_is_a_file_of_the_bundle(rendered: Mapping[str, Bundle]) -> N
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
-def test_what_swarmctl_ships_is_shut_in_and_what_it_does_not_is_held_back(
+def test_shipped_programs_are_sandboxed_and_others_limited(
     rendered: Mapping[str, Bundle], tmp_path: Path
 ) -> None:
     limits = {"joystick": 2.0, "map": 8.2}  # a user's program keeps the user's rights, and gains none
@@ -174,7 +174,7 @@ def test_what_swarmctl_ships_is_shut_in_and_what_it_does_not_is_held_back(
         assert ran.returncode == 0, [one for one in json.loads(ran.stdout or "[]") if one.get("exposure")]
 
 
-def test_a_program_runs_on_the_first_host_that_has_what_it_needs(tmp_path: Path) -> None:
+def test_a_program_runs_on_the_first_host_with_its_needs(tmp_path: Path) -> None:
     spec = tmp_path / "swarm.yaml"
     text = SPEC.read_text("utf-8").replace("map:\n    host: laptop", "map:\n    needs: [kinect, gpu]")
     text = text.replace("user: root}", "user: root, has: [gpu, kinect]}")

@@ -17,15 +17,15 @@ import yaml
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from swarmctl.checks.check import check
-from swarmctl.render import templates
-from swarmctl.render.host import bundles
-from swarmctl.render.templates import LITERALS, UnsafeValueError
+from swarmctl.diagnostics import has_errors
+from swarmctl.render import quoting
+from swarmctl.render.build_bundle import bundles
+from swarmctl.render.quoting import LITERALS, UnsafeValueError
+from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.diagnostics import has_errors
 from swarmctl.spec.load import load_text
-from swarmctl.spec.source import parse
-from swarmctl.topology.resolve import resolve
+from swarmctl.swarm.resolve import resolve
+from swarmctl.yamltext.source import parse
 
 CATALOG = load_catalog()
 HOSTILE = [
@@ -67,21 +67,21 @@ def printed(shell: list[str], script: str) -> list[str]:
     return ran.stdout.decode().split("\0")[:-1]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(one_line, min_size=1, max_size=30))
 @example(HOSTILE)
 def test_shell_words(values: list[str]) -> None:
-    script = "printf '%s\\0' " + " ".join(templates.shell(value) for value in values) + "\n"
+    script = "printf '%s\\0' " + " ".join(quoting.shell(value) for value in values) + "\n"
     for shell in shells():
         assert printed(shell, script) == values
     assert shlex.split(script)[2:] == values
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(one_line, min_size=1, max_size=30))
 @example(HOSTILE)
 def test_environment_files_to_a_shell_and_to_systemd(values: list[str]) -> None:
-    lines = [f"V{number}={templates.environment_file(value)}" for number, value in enumerate(values)]
+    lines = [f"V{number}={quoting.environment_file(value)}" for number, value in enumerate(values)]
     prints = [f"printf '%s\\0' \"$V{number}\"" for number in range(len(values))]
     script = "\n".join([*lines, *prints]) + "\n"
     for shell in shells():
@@ -97,7 +97,7 @@ def environment_value(text: str) -> str:
 
 @given(one_line)
 def test_words_of_a_units_command(value: str) -> None:
-    assert command_words(f"/bin/x {templates.systemd(value)} end") == ["/bin/x", value, "end"]
+    assert command_words(f"/bin/x {quoting.systemd(value)} end") == ["/bin/x", value, "end"]
 
 
 def command_words(line: str) -> list[str]:
@@ -132,9 +132,9 @@ def command_words(line: str) -> list[str]:
 def test_sentences_expand_to_what_they_were(value: str) -> None:
     if value.endswith("\\"):
         with pytest.raises(UnsafeValueError):
-            templates.sentence(value)
+            quoting.sentence(value)
     else:
-        written = templates.sentence(value)
+        written = quoting.sentence(value)
         assert not re.search(r"(?<!%)(%%)*%(?!%)", written)
         assert written.replace("%%", "%") == value
 
@@ -143,14 +143,14 @@ def test_sentences_expand_to_what_they_were(value: str) -> None:
 def test_attributes(value: str) -> None:
     if "$(" in value:
         with pytest.raises(UnsafeValueError):
-            templates.xml(value)
+            quoting.xml(value)
         return
-    (node,) = ET.fromstring(f"<launch><node args={templates.xml(value)} /></launch>")
+    (node,) = ET.fromstring(f"<launch><node args={quoting.xml(value)} /></launch>")
     assert node.attrib == {"args": value}
     assert list(node) == []
 
 
-@pytest.mark.parametrize("literal", [templates.udev, templates.hosts, templates.variable])
+@pytest.mark.parametrize("literal", [quoting.udev, quoting.hosts, quoting.variable])
 @given(value=one_line)
 def test_formats_without_quoting_let_only_plain_words_pass(literal: Callable[[str], str], value: str) -> None:
     try:
@@ -162,7 +162,7 @@ def test_formats_without_quoting_let_only_plain_words_pass(literal: Callable[[st
 
 
 @pytest.mark.parametrize(
-    "literal", sorted({*LITERALS.values(), templates.sentence, templates.variable}, key=repr)
+    "literal", sorted({*LITERALS.values(), quoting.sentence, quoting.variable}, key=repr)
 )
 @given(
     before=st.text("ab", max_size=3),
@@ -178,13 +178,13 @@ def test_control_characters_are_refused_everywhere(
 
 @pytest.mark.parametrize(("value", "text"), [(True, "true"), (False, "false"), (7, "7"), (0.5, "0.5")])
 def test_numbers_and_booleans(value: object, text: str) -> None:
-    assert templates.shell(value) == templates.systemd(value) == text
-    assert templates.xml(value) == templates.environment_file(value) == f'"{text}"'
+    assert quoting.shell(value) == quoting.systemd(value) == text
+    assert quoting.xml(value) == quoting.environment_file(value) == f'"{text}"'
 
 
 def test_a_value_that_is_missing_is_an_error_not_nothing() -> None:
     with pytest.raises(jinja2.UndefinedError):
-        templates.render("swarm.target", swarm="x")
+        quoting.render("swarm.target", swarm="x")
 
 
 NAMES = st.from_regex(r"[a-z][a-z0-9-]{0,20}", fullmatch=True).filter(
@@ -218,7 +218,7 @@ links:
 """
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(one_line)
 @example("no")
 @example("null")
@@ -227,12 +227,12 @@ links:
 @example("192.168.77.10")
 @example("Yes")
 def test_yaml_scalars_to_both_versions_of_yaml(value: str) -> None:
-    text = f"{{key: {templates.scalar(value)}}}\n"
+    text = f"{{key: {quoting.scalar(value)}}}\n"
     assert yaml.safe_load(text) == {"key": value}
     assert parse(text, "swarm.yaml")[0].data == {"key": value}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     values=st.fixed_dictionaries(
         {
@@ -259,7 +259,7 @@ def files_of(values: dict[str, str], more: str = "") -> dict[str, bytes]:
     text = SPEC.format(**{**values, "title": json.dumps(values["title"], ensure_ascii=False)})
     document, found = load_text(text + more, "swarm.yaml", CATALOG)
     assert document is not None, found
-    assume(not has_errors(check(document)))
+    assume(not has_errors(lint(document)))
     (bundle,) = bundles(resolve(document)).values()
     return {file.path: file.content for file in bundle.files}
 
@@ -296,13 +296,13 @@ control: [{{by: teleop, of: [r]}}]
 """
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(text=one_line, note=one_line)
 @example("deg(90)", 'a "b" & <c> %n $HOME')
 @example("$(eval 1)", "")
 @example("1e3", "rad(pi)")
 def test_no_value_of_a_program_is_read_as_anything_else(text: str, note: str) -> None:
-    assume("$(" not in note)  # PROG016 refuses it: roslaunch knows no escape
+    assume("$(" not in note)  # PROG016 refuses it: roslaunch has no escape for it
     written = {key: json.dumps(value, ensure_ascii=False) for key, value in (("text", text), ("note", note))}
     files = files_of(PLAIN, PROGRAM.format(**written))
     plain = files_of(PLAIN, PROGRAM.format(text='"x"', note='"x"'))
@@ -317,28 +317,26 @@ def test_no_value_of_a_program_is_read_as_anything_else(text: str, note: str) ->
 
 
 @pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is missing")
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.lists(one_line, min_size=1, max_size=30))
 def test_a_compiler_reads_texts_as_they_were(texts: list[str]) -> None:
     source = "#include <stdio.h>\nint main(void) {\n"
-    source += "".join(
-        f"fwrite({templates.c(text)}, 1, {len(text.encode())} + 1, stdout);\n" for text in texts
-    )
+    source += "".join(f"fwrite({quoting.c(text)}, 1, {len(text.encode())} + 1, stdout);\n" for text in texts)
     with tempfile.TemporaryDirectory() as folder:
-        command = ["gcc", "-std=c11", "-trigraphs", "-x", "c", "-o", f"{folder}/said", "-"]
+        command = ["gcc", "-std=c11", "-trigraphs", "-x", "c", "-o", f"{folder}/print", "-"]
         subprocess.run(command, input=f"{source}}}\n".encode(), check=True)
-        said = subprocess.run([f"{folder}/said"], capture_output=True, check=True).stdout
-    assert said.decode().split("\0")[:-1] == texts
+        output = subprocess.run([f"{folder}/print"], capture_output=True, check=True).stdout
+    assert output.decode().split("\0")[:-1] == texts
 
 
 @pytest.mark.parametrize(
     ("value", "literal"), [(True, "true"), (57600, "57600"), (0.0325, "0.0325f"), (1e-05, "1e-05f")]
 )
 def test_numbers_in_c(value: float, literal: str) -> None:
-    assert templates.c(value) == literal
+    assert quoting.c(value) == literal
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), "line\nbreak"])
 def test_what_c_has_no_literal_for_is_refused(value: object) -> None:
     with pytest.raises(UnsafeValueError):
-        templates.c(value)
+        quoting.c(value)

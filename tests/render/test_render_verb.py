@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.cli import exits
+from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 
 
@@ -24,7 +24,7 @@ def digests(out: str) -> dict[str, str]:
 
 
 def test_a_folder_a_host_and_a_line_a_host(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["render", "swarm.yaml", "--out", "made/here"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made/here"]) == exit_codes.OK
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["koala-laptop", "k3-pi", "epuck-pi"]
     manifest = json.loads(Path("made/here/k3-pi/manifest.json").read_text())
@@ -40,31 +40,31 @@ def test_a_folder_a_host_and_a_line_a_host(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_json_is_the_only_thing_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["render", "swarm.yaml", "--out", "made", "--json"]) == exits.OK
-    told = json.loads(capsys.readouterr().out)
-    assert told["hosts"]["k3-pi"]["path"] == "made/k3-pi"
-    assert len(told["hosts"]["k3-pi"]["digest"]) == 16
+    assert run(["render", "swarm.yaml", "--out", "made", "--json"]) == exit_codes.OK
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["hosts"]["k3-pi"]["path"] == "made/k3-pi"
+    assert len(answer["hosts"]["k3-pi"]["digest"]) == 16
 
 
 def test_again_over_an_earlier_render_takes_away_what_is_gone(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
     Path("made/k3-pi/old-file").touch()
     Path("made/gone").mkdir()
     Path("made/gone/manifest.json").write_text('{"format": 1, "swarm": "newswarm", "host": "gone"}')
     Path("made/.unfinished-1").mkdir()
     before = digests(capsys.readouterr().out)
-    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
     assert digests(capsys.readouterr().out) == before
     assert not Path("made/k3-pi/old-file").exists()
     assert sorted(path.name for path in Path("made").iterdir()) == ["epuck-pi", "k3-pi", "koala-laptop"]
 
 
 def test_one_host_leaves_the_others_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
     mark = Path("made/epuck-pi/mark")
     mark.touch()
     capsys.readouterr()
-    assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-pi"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-pi"]) == exit_codes.OK
     assert list(digests(capsys.readouterr().out)) == ["k3-pi"]
     assert mark.exists()
 
@@ -74,7 +74,7 @@ def test_what_is_not_a_render_is_not_touched(stranger: str, capsys: pytest.Captu
     path = Path("made") / stranger
     path.parent.mkdir(parents=True)
     path.write_text("mine")
-    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.ERROR
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.ERROR
     printed = capsys.readouterr()
     assert "was not written by swarmctl render" in printed.err
     assert "--force" in printed.err
@@ -85,34 +85,34 @@ def test_what_is_not_a_render_is_not_touched(stranger: str, capsys: pytest.Captu
 def test_force_writes_beside_it() -> None:
     Path("made").mkdir()
     Path("made/file.txt").write_text("mine")
-    assert run(["render", "swarm.yaml", "--out", "made", "--force"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made", "--force"]) == exit_codes.OK
     assert Path("made/file.txt").read_text() == "mine"
     assert Path("made/k3-pi/manifest.json").is_file()
 
 
 def test_out_is_a_file(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["render", "swarm.yaml", "--out", "swarm.yaml"]) == exits.ERROR
+    assert run(["render", "swarm.yaml", "--out", "swarm.yaml"]) == exit_codes.ERROR
     assert "swarm.yaml was not written by swarmctl render" in capsys.readouterr().err
 
 
 def test_an_unknown_host(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-p"]) == exits.ERROR
+    assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-p"]) == exit_codes.ERROR
     assert "did you mean `k3-pi`?" in capsys.readouterr().err
     assert not Path("made").exists()
 
 
 def test_a_wrong_spec_writes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     Path("swarm.yaml").write_text("version: 1\n")
-    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.ERROR
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.ERROR
     assert "error[SPEC002]" in capsys.readouterr().err
     assert not Path("made").exists()
 
 
-def test_a_host_without_ros_has_a_folder_that_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_folder_of_a_host_without_ros_states_that(capsys: pytest.CaptureFixture[str]) -> None:
     spec = Path("swarm.yaml")
     gate = "hosts:\n  gate: {address: gate.uni.example, user: jdoe}\n"
     spec.write_text(
         spec.read_text().replace("hosts:\n", gate, 1).replace("k3-pi: {", "k3-pi: {via: gate, ", 1)
     )
-    assert run(["render", "swarm.yaml", "--out", "made"]) == exits.OK
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
     assert json.loads(Path("made/gate/manifest.json").read_text())["files"] == {}

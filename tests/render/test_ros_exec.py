@@ -5,7 +5,9 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-ROS_EXEC = Path(__file__).parents[2] / "templates/host/ros-exec"
+from tests import ROOT
+
+ROS_EXEC = ROOT / "templates/host/ros-exec"
 OWN, SYSTEM = "/opt/swarm/s/current/drivers", "/usr/share:/usr/lib"
 
 
@@ -20,12 +22,12 @@ def environment(workspace: Path | None, *arguments: str) -> dict[str, str]:
     if workspace is not None:
         given["SWARM_WORKSPACE"] = str(workspace)
     argv = ("sh", str(ROS_EXEC), "sh", "-c", "env", "sh", *arguments)
-    said = subprocess.run(argv, env=given, capture_output=True, text=True, check=True).stdout
-    return dict(line.split("=", 1) for line in said.splitlines())
+    printed = subprocess.run(argv, env=given, capture_output=True, text=True, check=True).stdout
+    return dict(line.split("=", 1) for line in printed.splitlines())
 
 
 def space(folder: Path) -> Path:
-    """A space whose setup.sh does what catkin's does, and tells which arguments it saw."""
+    """A space whose setup.sh does what catkin's does, and records its arguments."""
     folder.mkdir(parents=True)
     (folder / "setup.sh").write_text(
         f"export ROS_PACKAGE_PATH={folder}/share ROS_MASTER_URI=http://localhost:11311 ROS_DISTRO=other\n"
@@ -34,17 +36,17 @@ def space(folder: Path) -> Path:
     return folder
 
 
-def test_packages_of_the_workspace_come_before_the_systems_and_behind_the_swarms(tmp_path: Path) -> None:
+def test_workspace_packages_come_between_swarm_and_system(tmp_path: Path) -> None:
     seen = environment(space(tmp_path / "devel").parent)
     assert seen["ROS_PACKAGE_PATH"] == f"{OWN}:{tmp_path}/devel/share:{SYSTEM}"
 
 
-def test_the_master_and_the_distribution_stay_those_of_the_swarm(tmp_path: Path) -> None:
+def test_master_and_distribution_stay_those_of_the_swarm(tmp_path: Path) -> None:
     seen = environment(space(tmp_path / "devel").parent)
     assert (seen["ROS_MASTER_URI"], seen["ROS_DISTRO"]) == ("http://10.0.0.1:11311", "nowhere")
 
 
-def test_devel_comes_before_install_and_a_space_may_be_named_itself(tmp_path: Path) -> None:
+def test_devel_comes_before_install(tmp_path: Path) -> None:
     install = space(tmp_path / "install")
     assert f"{install}/share" in environment(tmp_path)["ROS_PACKAGE_PATH"]
     assert f"{install}/share" in environment(install)["ROS_PACKAGE_PATH"]

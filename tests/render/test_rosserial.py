@@ -1,4 +1,4 @@
-"""A robot whose board speaks rosserial: our driver drives it, or `rosserial_python` and nothing of ours."""
+"""A robot whose board uses rosserial is driven by swarmctl's driver, or by `rosserial_python` alone."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.checks.check import read
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.host import bundles
+from swarmctl.rules.runner import load_swarm
+from tests import ROOT
 
-ROOT = Path(__file__).parents[2]
 GOLDEN = Path(__file__).parent / "golden/arduino-rover"
 FILES = ("launch/rover.launch", "units/swarm-rover.rover.service")
 UNIT = "swarm-rover.rover.service"
@@ -28,16 +28,16 @@ def ours() -> Bundle:
 @pytest.fixture(scope="module")
 def bundle(tmp_path_factory: pytest.TempPathFactory) -> Bundle:
     """The example, with rosserial_python."""
-    told = EXAMPLE.read_text("utf-8")
-    foreign = told.replace("{type: arduino-rover}", "{type: arduino-rover, driver: rosserial_python}")
-    assert foreign != told
+    text = EXAMPLE.read_text("utf-8")
+    foreign = text.replace("{type: arduino-rover}", "{type: arduino-rover, driver: rosserial_python}")
+    assert foreign != text
     spec = tmp_path_factory.mktemp("foreign") / "swarm.yaml"
     spec.write_text(foreign, "utf-8")
     return rendered(spec)
 
 
 def rendered(spec: Path) -> Bundle:
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return bundles(swarm)["rover-pi"]
 
@@ -62,16 +62,16 @@ def test_our_driver_needs_no_package_of_rosserial(ours: Bundle) -> None:
     assert {"rospy", "pyserial"} <= set(ours.requires)
     assert "drivers/swarm_rosserial/frames.py" in [one.path for one in ours.files]
     [unit] = (one for one in ours.units if one.name == UNIT)
-    assert {"params/rover.yaml", "drivers/swarm_driver/board.py"} <= set(unit.needs)
+    assert {"params/rover.yaml", "drivers/swarm_driver/rosserial_robot.py"} <= set(unit.needs)
 
 
-def test_the_host_needs_rosserial_python_and_gets_no_driver_of_ours(bundle: Bundle) -> None:
+def test_the_host_needs_rosserial_python_and_no_driver(bundle: Bundle) -> None:
     assert "package:rosserial_python" in bundle.requires
     assert "pyserial" not in bundle.requires
     assert not [one.path for one in bundle.files if one.path.startswith(("drivers/", "params/rover"))]
 
 
-def test_another_port_or_rate_restarts_it_and_another_order_does_not(bundle: Bundle) -> None:
+def test_another_port_or_baud_restarts_it(bundle: Bundle) -> None:
     [unit] = (one for one in bundle.units if one.name == UNIT)
     assert unit.robot == "rover"
     assert {"launch/rover.launch", "bin/ros-client", f"units/{UNIT}"} <= set(unit.needs)

@@ -1,4 +1,4 @@
-"""Provider `static`: each hub that hears something gets the node, told of its peers and of nothing else."""
+"""Provider `static`: each hub that receives topics gets the node, with its own peers only."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from typing import Any
 
 import pytest
 import yaml
-from swarm_sync import config
+from swarm_multimaster import config
 
-from swarmctl.checks.check import read
+from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.host import bundles
+from swarmctl.rules.runner import load_swarm
+from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden/static"
-MODES = Path(__file__).parents[1] / "topology/modes"
+MODES = ROOT / "tests/mode_conversion/modes"
 PARAMS = "params/multimaster.yaml"
 UNIT = "swarm-newswarm.multimaster.service"
 CROSSING = """
@@ -34,7 +35,7 @@ def rendered(tmp_path: Path, mode: str, more: str = CROSSING) -> Mapping[str, Bu
     text = (MODES / f"{mode}.yaml").read_text("utf-8").replace("multimaster: {provider: fkie}\n", "")
     spec = tmp_path / "swarm.yaml"
     spec.write_text(text + more, "utf-8")
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return bundles(swarm)
 
@@ -53,15 +54,15 @@ def test_golden(mode: str, tmp_path: Path, golden: Callable[[Path, str], None]) 
     crossing = "multimaster: {provider: static}\n" if mode == "combined" else CROSSING
     for host, bundle in rendered(tmp_path, mode, crossing).items():
         for file in bundle.files:
-            if "multimaster" in file.path:
+            if "multimaster" in file.path and not file.path.startswith("multimaster/"):
                 golden(GOLDEN / mode / host / file.path, file.content.decode())
 
 
-def test_who_hears_nothing_joins_nothing(tmp_path: Path) -> None:
+def test_a_hub_that_receives_nothing_runs_nothing(tmp_path: Path) -> None:
     made = rendered(tmp_path, "standalone")
     for host, joins in {"koala-laptop": True, "k3-pi": False, "epuck-pi": True}.items():
         assert (UNIT in [unit.name for unit in made[host].units]) == joins
-        assert any(file.path.startswith("sync/") for file in made[host].files) == joins
+        assert any(file.path.startswith("multimaster/") for file in made[host].files) == joins
         assert (PARAMS in [file.path for file in made[host].files]) == joins
 
 
@@ -69,13 +70,13 @@ def test_the_node_understands_its_parameters(tmp_path: Path) -> None:
     for bundle in rendered(tmp_path, "standalone").values():
         if any(file.path == PARAMS for file in bundle.files):
             parsed = config.parse(params(bundle))
-            assert {peer.island: dict(peer.hears) for peer in parsed.peers} == {
+            assert {peer.island: dict(peer.receives) for peer in parsed.peers} == {
                 peer["island"]: {one["topic"]: one["type"] for one in peer["hears"]}
                 for peer in params(bundle)["peers"]
             }
 
 
-def test_a_hub_is_told_what_comes_here_and_what_leaves(tmp_path: Path) -> None:
+def test_the_parameters_list_incoming_and_outgoing_topics(tmp_path: Path) -> None:
     [k3, epuck] = params(rendered(tmp_path, "standalone")["koala-laptop"])["peers"]
     assert [one["topic"] for one in k3["hears"]] == ["/k3/odom"]
     assert k3["tells"] == []
@@ -89,13 +90,17 @@ def test_nodes_of_an_islands_other_hosts_cross_too(tmp_path: Path) -> None:
     assert UNIT not in [unit.name for unit in made["k3-pi"].units]
 
 
-def test_the_unit_restarts_when_its_node_or_its_parameters_change_and_not_with_the_drivers(
+def test_the_unit_needs_its_node_and_parameters_but_no_driver(
     tmp_path: Path,
 ) -> None:
     bundle = rendered(tmp_path, "standalone")["koala-laptop"]
     unit = next(one for one in bundle.units if one.name == UNIT)
     paths = {file.path for file in bundle.files}
-    assert {PARAMS, "sync/static_sync.py", "sync/swarm_sync/bridge.py"} <= set(unit.needs) <= paths
+    assert (
+        {PARAMS, "multimaster/static_multimaster.py", "multimaster/swarm_multimaster/bridge.py"}
+        <= set(unit.needs)
+        <= paths
+    )
     assert "drivers/swarm_driver/driver.py" not in unit.needs
 
 
@@ -108,10 +113,10 @@ def test_the_node_comes_with_all_that_it_imports(tmp_path: Path) -> None:
         + "multimaster: {provider: static, topics: [{topic: /k3/odom, to: [desk]}]}\n",
         "utf-8",
     )
-    swarm, found = read(tmp_path / "swarm.yaml")
+    swarm, found = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None, found
     paths = {file.path for file in bundles(swarm)["desk"].files}
-    assert {"sync/swarm_shared/__init__.py", "sync/swarm_shared/systemd.py"} <= paths
+    assert {"multimaster/swarm_common/__init__.py", "multimaster/swarm_common/systemd.py"} <= paths
     assert "drivers/serial_driver.py" not in paths
 
 

@@ -6,16 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.checks.check import read
-from swarmctl.render.host import bundles
-from swarmctl.topology import names
+from swarmctl.render.build_bundle import bundles
+from swarmctl.rules.runner import load_swarm
+from swarmctl.swarm import names
+from tests import ROOT
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("paper-*/swarm.yaml"))
+EXAMPLES = sorted((ROOT / "examples").glob("paper-*/swarm.yaml"))
 
 
 @pytest.mark.parametrize("spec", EXAMPLES, ids=lambda path: path.parent.name)
 def test_every_tool_of_a_release_is_a_taken_name(spec: Path) -> None:
-    swarm, found = read(spec)
+    swarm, found = load_swarm(spec)
     assert swarm is not None, found
     tools = {
         file.path.removeprefix("bin/")

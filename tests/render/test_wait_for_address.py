@@ -1,4 +1,4 @@
-"""``wait-for-address``: a master starts when its host has its address, not when somebody says `online`."""
+"""``wait-for-address``: a master starts once its host has its address, not on `network-online.target`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ import sys
 import pytest
 
 from swarmctl import resources
+from tests.timing import PATIENCE
 
 PROGRAM = resources.templates() / "host/wait-for-address"
 
 
 def wait(address: str, within: float = 0.1) -> tuple[int, str]:
     argv = [sys.executable, str(PROGRAM), address, "--within", str(within)]
-    done = subprocess.run(argv, capture_output=True, text=True, timeout=20, check=False)
+    done = subprocess.run(argv, capture_output=True, text=True, timeout=PATIENCE, check=False)
     return done.returncode, done.stderr.strip()
 
 

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.checks.check import check, read
+from swarmctl.diagnostics import Severity, has_errors
+from swarmctl.rules.runner import lint, load_swarm
 from swarmctl.spec.catalog import Catalog, load_catalog
-from swarmctl.spec.diagnostics import Severity, has_errors
 from swarmctl.spec.load import load_text
-from swarmctl.topology.swarm import RfcommLine, UsbLine
+from swarmctl.swarm.resolved import RfcommLine, UsbLine
+from tests import ROOT
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/swarm.yaml"))
+EXAMPLES = sorted((ROOT / "examples").glob("*/swarm.yaml"))
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +23,7 @@ def catalog() -> Catalog:
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.parent.name)
 def test_examples_are_free_of_findings(example: Path) -> None:
-    swarm, found = read(example)
+    swarm, found = load_swarm(example)
     assert found == ()
     assert swarm is not None
 
@@ -36,12 +37,10 @@ def test_the_catalog_is_free_of_findings(catalog: Catalog) -> None:
     assert {"koala", "khepera3", "epuck"} <= set(catalog.types)
 
 
-def test_a_bluetooth_address_of_digits_is_understood_without_quotes_too(
-    leader_spec: Path, tmp_path: Path
-) -> None:
+def test_a_bluetooth_address_of_digits_needs_no_quotes(leader_spec: Path, tmp_path: Path) -> None:
     text = leader_spec.read_text("utf-8").replace('"10:00:e8:c5:64:37"', "10:00:52:14:33:11")
     (tmp_path / "swarm.yaml").write_text(text, "utf-8")
-    swarm, found = read(tmp_path / "swarm.yaml")
+    swarm, found = load_swarm(tmp_path / "swarm.yaml")
     assert [(one.code, one.severity) for one in found] == [("YAML009", Severity.WARNING)]
     assert swarm is not None
     line = swarm.robots["epuck"].line
@@ -53,12 +52,10 @@ def test_one_serial_number_on_two_hosts_is_fine(leader_spec: Path, catalog: Cata
     text = leader_spec.read_text("utf-8").replace("FTDI1234", "A600dXyz")
     document, _ = load_text(text, "swarm.yaml", catalog)
     assert document is not None
-    assert check(document) == ()
+    assert lint(document) == ()
 
 
-def test_cheap_adapters_with_one_serial_number_are_told_apart_by_their_ids(
-    leader_spec: Path, catalog: Catalog
-) -> None:
+def test_adapters_with_one_serial_number_differ_by_their_ids(leader_spec: Path, catalog: Catalog) -> None:
     text = (
         leader_spec.read_text("utf-8")
         .replace("type: khepera3, host: k3-pi", "type: khepera3, host: koala-laptop")
@@ -70,7 +67,7 @@ def test_cheap_adapters_with_one_serial_number_are_told_apart_by_their_ids(
     )
     document, _ = load_text(text, "swarm.yaml", catalog)
     assert document is not None
-    assert check(document) == ()
+    assert lint(document) == ()
 
 
 def test_usb_ids_become_lower_case_as_the_kernel_writes_them(leader_spec: Path, tmp_path: Path) -> None:
@@ -78,7 +75,7 @@ def test_usb_ids_become_lower_case_as_the_kernel_writes_them(leader_spec: Path, 
         "{serial: FTDI1234}", "{serial: FTDI1234, vendor: 10C4, product: EA60}"
     )
     (tmp_path / "swarm.yaml").write_text(text, "utf-8")
-    swarm, _ = read(tmp_path / "swarm.yaml")
+    swarm, _ = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None
     line = swarm.robots["k3"].line
     assert isinstance(line, UsbLine)
@@ -90,7 +87,7 @@ def test_a_robot_type_beside_the_spec_is_found(leader_spec: Path, root: Path, tm
     (tmp_path / "robots/tracked.yaml").write_bytes((root / "templates/robots/koala.yaml").read_bytes())
     text = leader_spec.read_text("utf-8").replace("{type: koala,", "{type: tracked,")
     (tmp_path / "swarm.yaml").write_text(text, "utf-8")
-    swarm, found = read(tmp_path / "swarm.yaml")
+    swarm, found = load_swarm(tmp_path / "swarm.yaml")
     assert found == ()
     assert swarm is not None
     assert swarm.robots["koala"].type_name == "tracked"
@@ -102,7 +99,7 @@ def test_a_broken_robot_type_beside_the_spec_is_shown_in_its_own_file(
     (tmp_path / "robots").mkdir()
     (tmp_path / "robots/tracked.yaml").write_text("titel: Tracked\n", "utf-8")
     (tmp_path / "swarm.yaml").write_bytes(leader_spec.read_bytes())
-    swarm, found = read(tmp_path / "swarm.yaml")
+    swarm, found = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is None
     assert {one.span.file for one in found if one.span} == {str(tmp_path / "robots/tracked.yaml")}
     assert "unknown key `titel`" in {one.message for one in found}
@@ -122,7 +119,7 @@ def test_the_ready_modes(mode: str, leader_spec: Path, catalog: Catalog) -> None
     document, found = load_text(text, "swarm.yaml", catalog)
     assert found == ()
     assert document is not None
-    assert check(document) == ()
+    assert lint(document) == ()
 
 
 @pytest.mark.parametrize(
@@ -137,8 +134,8 @@ def test_a_limit_above_what_the_robot_can_do_brings_a_warning(
     )
     document, _ = load_text(text, "swarm.yaml", catalog)
     assert document is not None
-    assert [one.code for one in check(document) if one.severity is Severity.WARNING] == warned
-    assert not has_errors(check(document))
+    assert [one.code for one in lint(document) if one.severity is Severity.WARNING] == warned
+    assert not has_errors(lint(document))
 
 
 def test_a_swarm_of_one_host_may_call_it_by_its_own_address(catalog: Catalog) -> None:
@@ -153,4 +150,4 @@ links: [{kind: serial, host: laptop, robot: koala, device: /dev/ttyS0}]
 """
     document, _ = load_text(text, "swarm.yaml", catalog)
     assert document is not None
-    assert check(document) == ()
+    assert lint(document) == ()

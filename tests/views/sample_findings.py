@@ -1,13 +1,19 @@
-"""One report that has everything: every severity, place, note and mend, and text that breaks formats."""
+"""One report that has everything: every severity, place, note and fix, and text that breaks formats."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from swarmctl.checks.check import examine
-from swarmctl.checks.rulebook import RuleText
-from swarmctl.spec.diagnostics import Diagnostic, Edit, Fix, Note, Severity, Span
+from swarmctl.diagnostics import (
+    Diagnostic,
+    Edit,
+    Fix,
+    Note,
+    Severity,
+    Span,
+)
+from swarmctl.rules.rulebook import RuleText
+from swarmctl.rules.runner import load_checked
 from swarmctl.views.findings.report import Checked, Report
+from tests import ROOT
 
 SPEC, SHARED, QUIET = "lab day/swärm.yaml", "shared/hosts, old: 1.yaml", "arena.yaml"
 LONG = "    key: " + "x" * 300 + " # the end"
@@ -66,7 +72,7 @@ RULES = {
         what="No two hosts share an address",
         why="Both would answer, now one and now the other.",
         threads=(),
-        mend="Give each its own.",
+        fix="Give each its own.",
         fails=None, passes=None, shown="", firm=False,
     )
 }  # fmt: skip
@@ -74,8 +80,8 @@ RULES = {
 
 def report(*, strict: bool = False) -> Report:
     """A spec that is wrong, one that is right but for a warning, and one that is right."""
-    example = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
-    document, _ = examine(example)
+    example = ROOT / "examples/paper-leader/swarm.yaml"
+    document, _ = load_checked(example)
     checked = (
         Checked(SPEC, None, FINDINGS),
         Checked(QUIET, document, (WARNING,)),

@@ -11,17 +11,24 @@ from urllib.parse import unquote
 
 import jsonschema
 import pytest
-import sample_findings as sample
 from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from swarmctl.spec.diagnostics import Diagnostic, Edit, Fix, Note, Severity, Span
+from swarmctl.diagnostics import (
+    Diagnostic,
+    Edit,
+    Fix,
+    Note,
+    Severity,
+    Span,
+)
+from swarmctl.views.escape import printable
 from swarmctl.views.findings import concise, github, gitlab, junit, sarif, summary
 from swarmctl.views.findings import json as json_format
 from swarmctl.views.findings.formats import FORMATS
 from swarmctl.views.findings.report import Checked, Report, fingerprints, relative
-from swarmctl.views.text import printable
+from tests.views import sample_findings as sample
 
 HERE = Path(__file__).parent
 SARIF = jsonschema.Draft4Validator(json.loads((HERE / "schemas/sarif-schema-2.1.0.json").read_text("utf-8")))
@@ -103,9 +110,9 @@ def test_a_concise_finding_is_one_line_that_hides_nothing(report: Report) -> Non
 
 @given(reports)
 def test_json_carries_every_text_as_it_is(report: Report) -> None:
-    told = json.loads(json_format.render(report))
-    assert [one["message"] for one in told["diagnostics"]] == [one.message for one in report.diagnostics]
-    assert told["valid"] is report.passed
+    parsed = json.loads(json_format.render(report))
+    assert [one["message"] for one in parsed["diagnostics"]] == [one.message for one in report.diagnostics]
+    assert parsed["valid"] is report.passed
 
 
 # ---------------------------------------------------------------------------- sarif
@@ -188,7 +195,7 @@ def decoded(command: str) -> tuple[dict[str, str], str]:
 
 
 @given(reports)
-def test_a_github_command_is_one_line_that_says_it_all(report: Report) -> None:
+def test_a_github_command_is_one_line_with_all_details(report: Report) -> None:
     commands = github.render(report).splitlines()
     assert len(commands) == len(report.diagnostics)
     for command, (one, found) in zip(commands, report.findings, strict=True):
@@ -225,8 +232,8 @@ def test_no_text_is_taken_for_markdown(report: Report) -> None:
 def test_junit_follows_its_schema(report: Report) -> None:
     root = etree.fromstring(junit.render(report).encode("utf-8"))
     JUNIT.assertValid(root)
-    told = "".join(root.itertext())
-    assert all(printable(found.message) in told for found in report.diagnostics)
+    text = "".join(root.itertext())
+    assert all(printable(found.message) in text for found in report.diagnostics)
 
 
 def test_the_sample_follows_the_schema_of_junit() -> None:

@@ -7,15 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import sample_findings as sample
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
-from swarmctl.spec.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.views.findings import human
 from swarmctl.views.findings.excerpt import cells, marked, view
 from swarmctl.views.findings.report import Checked
+from tests.views import sample_findings as sample
 
 HERE = Path(__file__).parent
 WIDE = "日本語🤖"
@@ -31,17 +31,17 @@ def test_it_stays_as_it_is(name: str, width: int | None, golden: Callable[[Path,
 
 
 @given(source_lines, st.integers(1, 121), st.integers(0, 20), st.integers(12, 160))
-def test_the_mark_stands_under_its_text(line: str, column: int, length: int, room: int) -> None:
+def test_the_mark_stands_under_its_text(line: str, column: int, length: int, columns: int) -> None:
     column = min(column, len(line) + 1)
     first, last = marked(line, Span("f", 1, column, 1, column + length))
-    shown = view(line, first, last, room)
+    shown = view(line, first, last, columns)
     before, marks = shown.under(first, last)
-    assert cells(shown.text) <= room
+    assert cells(shown.text) <= columns
     under = line[column - 1 : column]
-    if under and cells(under) and room >= 20:
+    if under and cells(under) and columns >= 20:
         assert shown_at(shown.text, before) == under
     assert marks >= 1
-    assert before + marks <= max(room, before + 1)
+    assert before + marks <= max(columns, before + 1)
 
 
 def shown_at(text: str, cell: int) -> str:

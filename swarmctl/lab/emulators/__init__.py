@@ -1,6 +1,6 @@
-"""Robots that answer on a pty as their manuals say, and move as their wheels turn.
+"""Emulated robots: they answer on a pty as in their manuals, and move as their wheels turn.
 
-An emulator of one's own is a class derived from ``LineRobot``; see docs/emulators.md.
+Write your own as a class derived from ``LineRobot``; see docs/emulators.md.
 """
 
 from __future__ import annotations
@@ -9,17 +9,17 @@ from collections.abc import Iterable
 from typing import Any
 
 from swarmctl.lab.emulators.arduino_rover import ArduinoRover
+from swarmctl.lab.emulators.differential_drive import Chassis
+from swarmctl.lab.emulators.emulator_settings import build
 from swarmctl.lab.emulators.epuck import EPuck
 from swarmctl.lab.emulators.epuck2 import EPuck2
+from swarmctl.lab.emulators.fault_script import play, read_script
 from swarmctl.lab.emulators.khepera3 import Khepera3
 from swarmctl.lab.emulators.koala import Koala
 from swarmctl.lab.emulators.koala25 import Koala25
-from swarmctl.lab.emulators.motion import Chassis
+from swarmctl.lab.emulators.obstacles import Sensor, Wall, distance
 from swarmctl.lab.emulators.robot import LineRobot, Robot, State, reply
-from swarmctl.lab.emulators.script import play, read_script
-from swarmctl.lab.emulators.settings import build
-from swarmctl.lab.emulators.virtual import VirtualPort
-from swarmctl.lab.emulators.world import Sensor, Wall, distance
+from swarmctl.lab.emulators.virtual_time import VirtualPort
 
 TYPES: dict[str, type[Robot]] = {
     robot.type_name: robot for robot in (Koala, Koala25, Khepera3, EPuck, EPuck2, ArduinoRover)
@@ -33,7 +33,7 @@ def emulator(
     walls: Iterable[Wall] = (),
     **settings: Any,
 ) -> Robot:
-    """A robot of ``type_name``, at rest.
+    """Returns a robot of ``type_name`` at rest.
 
     Raises ``KeyError`` for a type that is not in ``TYPES``, ``ValueError`` for a wrong setting.
     """

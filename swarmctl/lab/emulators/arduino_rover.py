@@ -1,4 +1,4 @@
-"""The second paper's rover: an Arduino UNO that speaks rosserial, two wheels with 20 pulses a turn."""
+"""The second paper's rover: an Arduino UNO with rosserial, two wheels with 20 pulses a turn."""
 
 from __future__ import annotations
 
@@ -9,32 +9,31 @@ from random import Random
 from typing import ClassVar
 
 from swarmctl.lab.emulators import rosserial_frames
-from swarmctl.lab.emulators.faults import Faults
-from swarmctl.lab.emulators.motion import Chassis
+from swarmctl.lab.emulators.differential_drive import Chassis
 from swarmctl.lab.emulators.robot import Robot
 from swarmctl.lab.emulators.rosserial_device import Device
-from swarmctl.lab.emulators.rosserial_frames import TIME, TX_STOP, Message, Mishap, Topic, log
+from swarmctl.lab.emulators.rosserial_frames import TIME, TX_STOP, FrameError, Message, Topic, log
+from swarmctl.lab.emulators.serial_faults import Faults
 
 TICKS_PER_TURN = 20
-BOOTLOADER = 1.5  # s after a reset in which what arrives is eaten
+BOOTLOADER = 1.5  # s after a reset in which received bytes are lost
 SLOTS, BUFFER = 4, 128  # of its node: subscribers and publishers, bytes of a message
 TICKS = ("lwheel", "rwheel")
 PUBLISHERS = tuple(Topic(name, "std_msgs/Int32", "da5909fbe378aeaf85e547e830cc1bb7") for name in TICKS)
 SUBSCRIBERS = (Topic("cmd_vel", "geometry_msgs/Twist", "9f195f881246fdfa2798d1d3eebca84a"),)
-SOON = 1e-6  # s; what is due within it is due now
+SOON = 1e-6  # s; tolerance of due times
 
 
 class ArduinoRover(Robot):
     """Arduino rover: rosserial, wheel ticks, a dead-man of its own; reset when its port is opened.
 
-    The encoders have one channel: a tick counts the way the wheel was last told to turn. ``firmware`` is what
-    it says of itself in a log message once its topics are asked for; ``dtr`` says that opening the port
-    resets it, as on an UNO.
+    The encoders have one channel: a tick counts in the direction of the last command. ``firmware`` is sent in
+    a log message when its topics are requested; with ``dtr``, opening the port resets it, as on an UNO.
     """
 
     type_name: ClassVar[str] = "arduino-rover"
     refusal = b""
-    speaks_frames: ClassVar[bool] = True
+    uses_rosserial: ClassVar[bool] = True
     changeable: ClassVar[Mapping[str, type]] = {**Robot.changeable, "firmware": str}
 
     def __init__(
@@ -88,10 +87,10 @@ class ArduinoRover(Robot):
             self.power_cycle()
 
     def closed(self) -> None:
-        """Nothing on the board hears of it."""
+        """The board does not notice."""
 
     def advance(self, dt: float) -> None:
-        """Without a word for as long as the dead-man waits, the wheels stand."""
+        """The dead-man stops the wheels after ``dead_man`` seconds without a command."""
         until_stop = max(0.0, self._stop_at - self._now)
         if dt >= until_stop:
             super().advance(until_stop)
@@ -100,7 +99,7 @@ class ArduinoRover(Robot):
             dt -= until_stop
         super().advance(dt)
 
-    # What it hears
+    # Input
 
     def replies(self, data: bytes) -> list[bytes]:
         if self._now < self._awake_at:
@@ -111,7 +110,7 @@ class ArduinoRover(Robot):
         event = self._device.push(byte, self._now)
         if event is None or self._now < self._awake_at:
             return []
-        if event is Mishap.OVERRUN:  # whatever lay behind the buffer is gone; here the board resets
+        if event is FrameError.OVERRUN:  # memory behind the buffer is overwritten: the board resets
             self.power_cycle()
             return []
         was_connected = self._device.connected(self._now)
@@ -134,7 +133,7 @@ class ArduinoRover(Robot):
         self._note(name or f"unknown topic {message.topic}")
 
     def _drive(self, v: float, omega: float) -> None:
-        """Metres and radians per second; what is too fast is slowed down on the same arc."""
+        """Takes m/s and rad/s; a command that is too fast is scaled down on the same arc."""
         half = omega * self.chassis.wheel_separation / 2
         wheels = [v - half, v + half]
         if not all(map(math.isfinite, wheels)):
@@ -143,21 +142,21 @@ class ArduinoRover(Robot):
         self.chassis.drive(*(speed / too_fast for speed in wheels))
         self._stop_at = self._now + self._dead_man
 
-    # What it says
+    # Output
 
-    def unasked_due(self) -> float:
+    def unsolicited_due(self) -> float:
         return min(self._device.due(), self._publish_at) - self._now
 
-    def unasked(self) -> list[bytes]:
+    def unsolicited(self) -> list[bytes]:
         now = self._now + SOON
-        said = self._device.tick(now)
+        output = self._device.tick(now)
         if not self._device.connected(now):
             self._publish_at = math.inf
         while self._publish_at <= now:
             self._publish_at += self._period
             counts = zip(TICKS, self.chassis.wheels, strict=True)
-            said += [self._device.publish(name, struct.pack("<i", wheel.count)) for name, wheel in counts]
-        return said
+            output += [self._device.publish(name, struct.pack("<i", wheel.count)) for name, wheel in counts]
+        return output
 
-    def spoilt(self, frame: bytes, faults: Faults, random: Random) -> bytes:
-        return rosserial_frames.spoilt(frame, faults, random)
+    def corrupt(self, frame: bytes, faults: Faults, random: Random) -> bytes:
+        return rosserial_frames.corrupt(frame, faults, random)

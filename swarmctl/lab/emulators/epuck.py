@@ -22,7 +22,7 @@ class EPuck(EPuckBody):
     type_name: ClassVar[str] = "epuck"
     int_bits: ClassVar[int] = 16
     top_speed: ClassVar[int] = 1000
-    speaking: ClassVar[frozenset[int]] = frozenset({OVER_BLUETOOTH, OVER_SECOND_LINE})
+    protocol_positions: ClassVar[frozenset[int]] = frozenset({OVER_BLUETOOTH, OVER_SECOND_LINE})
     turn_unit: ClassVar[float] = 0.00875  # LSM330 at 250 degrees per second
     payloads: ClassVar[Mapping[str, int]] = PAYLOADS
 
@@ -31,7 +31,7 @@ class EPuck(EPuckBody):
         self.lights = dict.fromkeys([*(f"led{number}" for number in range(RING)), "body", "front"], 0)
 
     def banner(self) -> bytes:
-        return b"Selector pos %d\r\n" % self._runs + (WELCOME if self.speaks else b"")
+        return b"Selector pos %d\r\n" % self._runs + (WELCOME if self.runs_protocol else b"")
 
     def set_ring(self, number: int, action: int) -> None:
         self.set_light(f"led{number}", action)
@@ -41,7 +41,7 @@ class EPuck(EPuckBody):
         return EMPTY + round((FULL - EMPTY) * self.battery)
 
     def seen(self) -> list[int]:
-        """Proximity as text tells it: on the second serial line with two values more."""
+        """Returns the proximity values of text replies: on the second serial line there are two more."""
         return self.proximity() + (self.background(4, 2) if self._runs == OVER_SECOND_LINE else [])
 
     def reset(self) -> bytes:

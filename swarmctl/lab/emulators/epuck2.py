@@ -7,14 +7,14 @@ import struct
 from collections.abc import Callable, Mapping
 from typing import ClassVar
 
+from swarmctl.lab.emulators.differential_drive import wrap
 from swarmctl.lab.emulators.epuck_body import RING, EPuckBody
 from swarmctl.lab.emulators.epuck_commands import BINARIES, PAYLOADS, TEXTS, WELCOME, low16
-from swarmctl.lab.emulators.motion import wrap
+from swarmctl.lab.emulators.obstacles import Sensor, distance
 from swarmctl.lab.emulators.robot import reply
-from swarmctl.lab.emulators.world import Sensor, distance
 
 OVER_BLUETOOTH, OVER_USB = 3, 8
-EMPTY, FULL = 2600, 3300  # of the battery, as its converter reads it
+EMPTY, FULL = 2600, 3300  # of the battery, in converter units
 INTENSITY = 10  # of a coloured light that text switches on, of 100
 COLOURED = (1, 3, 5, 7)  # of the ring; they are LED2, 4, 6 and 8 on the robot
 COLOURS = ("red", "green", "blue")
@@ -35,7 +35,7 @@ class EPuck2(EPuckBody):
     type_name: ClassVar[str] = "epuck2"
     int_bits: ClassVar[int] = 32
     top_speed: ClassVar[int] = 1100
-    speaking: ClassVar[frozenset[int]] = frozenset({OVER_BLUETOOTH, OVER_USB, 15})
+    protocol_positions: ClassVar[frozenset[int]] = frozenset({OVER_BLUETOOTH, OVER_USB, 15})
     turn_unit: ClassVar[float] = 1 / 131  # MPU-9250 at 250 degrees per second
     payloads: ClassVar[Mapping[str, int]] = {
         **PAYLOADS,
@@ -49,10 +49,10 @@ class EPuck2(EPuckBody):
         self.lights = dict.fromkeys([*plain, *coloured, "body", "front"], 0)
 
     def banner(self) -> bytes:
-        return WELCOME if self.speaks else b""
+        return WELCOME if self.runs_protocol else b""
 
     def set_ring(self, number: int, action: int) -> None:
-        """Of a coloured light the number moves the red alone when it is switched over."""
+        """A toggle of a coloured light changes only its red."""
         if number not in COLOURED:
             self.set_light(f"led{number}", action)
         elif action in (0, 1):
@@ -74,12 +74,12 @@ class EPuck2(EPuckBody):
         return EMPTY + round((FULL - EMPTY) * self.battery)
 
     def range_ahead(self) -> int:
-        """What the time-of-flight sensor measures, mm."""
+        """Returns the reading of the time-of-flight sensor, mm."""
         metres = distance(AHEAD, self._pose, self.walls)
         return round(1000 * metres) if metres <= LONGEST_RANGE else NOTHING_IN_RANGE
 
     def field(self) -> list[float]:
-        """The Earth's field as the magnetometer turns in it, microtesla."""
+        """Returns the reading of the magnetometer in the Earth's field, microtesla."""
         level, up = FIELD
         theta = self.chassis.theta
         return [level * math.cos(theta), -level * math.sin(theta), up]
@@ -114,13 +114,13 @@ class EPuck2(EPuckBody):
         for bit, name in enumerate(("led0", "led2", "led4", "led6", "body", "front")):
             self.set_light(name, lights >> bit & 1)
         self.set_colours(payload[6:18])
-        for bit in range(6):  # the sixth stops; of several the last one stands
+        for bit in range(6):  # the sixth stops; of several the last one counts
             if payload[18] >> bit & 1:
                 self.play(bit + 1)
         return b""
 
     def set_speeds(self, payload: bytes) -> bytes:
-        """The firmware puts the bytes together without their sign, which is how E tells them."""
+        """The firmware decodes the bytes without their sign; E returns them like that."""
         self.speeds[:] = struct.unpack("<2H", payload)
         self.take_up_speeds()
         return b""

@@ -1,4 +1,4 @@
-"""What both generations of the e-puck have: wheels, lights, sound, camera and sensors, and one protocol."""
+"""The common part of both e-puck generations: wheels, lights, sound, camera, sensors and the protocol."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
-from swarmctl.lab.emulators.motion import Chassis, clamp, wrap
+from swarmctl.lab.emulators.differential_drive import Chassis, clamp, wrap
+from swarmctl.lab.emulators.obstacles import Sensor, distance
 from swarmctl.lab.emulators.robot import Robot, reply
 from swarmctl.lab.emulators.sercom import Binary, End, Reader, Text, scan
-from swarmctl.lab.emulators.world import Sensor, distance
 
 WHEEL_DIAMETER = 0.041
 STEPS_PER_TURN = 1000
@@ -31,7 +31,7 @@ class EPuckBody(Robot):
     """Letters may be small, apart from ``b`` and ``g``, which are commands of their own.
 
     Missing parameters keep their previous value and are acknowledged. The selector is read when the robot
-    starts: unless it stands at a position that runs the sercom protocol, nothing is answered.
+    starts; only some positions run the sercom protocol, others send no replies.
     """
 
     refusal = b"z,Command not found\r\n"
@@ -39,7 +39,7 @@ class EPuckBody(Robot):
 
     int_bits: ClassVar[int]  # of the processor's numbers
     top_speed: ClassVar[int]  # steps per second
-    speaking: ClassVar[frozenset[int]]  # selector positions that run this protocol
+    protocol_positions: ClassVar[frozenset[int]]  # selector positions that run this protocol
     turn_unit: ClassVar[float]  # of the gyroscope, degrees per second
     payloads: ClassVar[Mapping[str, int]]  # bytes after a binary letter
 
@@ -80,30 +80,30 @@ class EPuckBody(Robot):
         self._selector = position
 
     @property
-    def speaks(self) -> bool:
-        """Whether what the selector chose at the start is this protocol."""
-        return self._runs in self.speaking
+    def runs_protocol(self) -> bool:
+        """Whether the selector position at the start runs this protocol."""
+        return self._runs in self.protocol_positions
 
     @abstractmethod
     def set_ring(self, number: int, action: int) -> None:
-        """Light one of the ring off (0), on (1) or over (anything else)."""
+        """Switches one of the ring off (0), on (1) or toggles it (anything else)."""
 
     def power_cycle(self) -> bytes:
         self._set_defaults()
         return super().power_cycle()
 
     def replies(self, data: bytes) -> list[bytes]:
-        return [answer for byte in data if (answer := self._push(byte))] if self.speaks else []
+        return [answer for byte in data if (answer := self._push(byte))] if self.runs_protocol else []
 
     def _push(self, byte: int) -> bytes:
-        """Take one byte; what the robot sends because of it."""
+        """Takes one byte; returns what the robot sends."""
         match self._reader.push(byte):
             case Text(line):
                 self._note(line)
                 letter = line[0] if line[0] in "bg" else line[0].upper()
                 return self.texts[letter](self, line[1:]) if letter in self.texts else self.refusal
             case Binary("U", _) if "U" in self.binaries:
-                self._collect(bytes([99]))  # where the newest of the samples stands, told at the end
+                self._collect(bytes([99]))  # the index of the newest sample, sent first
                 return self.binaries["U"](self, b"")
             case Binary(letter, payload) if letter in self.binaries:
                 self._collect(self.binaries[letter](self, payload))
@@ -121,7 +121,7 @@ class EPuckBody(Robot):
     # Motion
 
     def take_up_speeds(self) -> None:
-        """Turn the wheels as ``speeds`` says, within what the motors can do."""
+        """Applies ``speeds``, limited to the top speed."""
         step = self.chassis.left.metres_per_count
         left, right = (clamp(wrap(speed, 16), self.top_speed) * step for speed in self.speeds)
         self.chassis.drive(left, right)
@@ -136,11 +136,11 @@ class EPuckBody(Robot):
     # Lights and sound
 
     def set_light(self, name: str, action: int) -> None:
-        """Switch a light off (0), on (1) or over (anything else)."""
+        """Switches a light off (0), on (1) or toggles it (anything else)."""
         self.lights[name] = action if action in (0, 1) else 1 - self.lights[name]
 
     def set_lights_of_ring(self, number: int, action: int) -> None:
-        """One of the ring, or with any other number all of them."""
+        """Switches one of the ring, or all for any other number."""
         for each in [number] if 0 <= number < RING else range(RING):
             self.set_ring(each, action)
 
@@ -199,7 +199,7 @@ class EPuckBody(Robot):
 
 
 def acknowledged(letter: str, act: Callable[[EPuckBody, str], None]) -> Callable[[EPuckBody, str], bytes]:
-    """A text command that does something and says no more than its letter."""
+    """Returns a text command that calls ``act`` and replies with its letter."""
 
     def answer(robot: EPuckBody, parameters: str) -> bytes:
         act(robot, parameters)

@@ -1,4 +1,4 @@
-"""The commands that both generations of the e-puck answer alike, as text and binary."""
+"""The commands that both e-puck generations have in common, as text and binary."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _binary_steps(robot: EPuckBody, payload: bytes) -> bytes:
 
 
 def low16(values: list[int]) -> bytes:
-    """The low 16 bits of each, little end first."""
+    """Returns the low 16 bits of each value, little-endian."""
     return struct.pack(f"<{len(values)}H", *(value & 0xFFFF for value in values))
 
 

@@ -1,4 +1,4 @@
-"""The Khepera III (K-Team): typed arguments, ``$`` for errors, and a clock in what it measures."""
+"""The Khepera III (K-Team): typed arguments, ``$`` for errors, and a timestamp in its measurements."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from swarmctl.lab.emulators.motion import Chassis, clamp, wrap
+from swarmctl.lab.emulators.differential_drive import Chassis, clamp, wrap
+from swarmctl.lab.emulators.obstacles import Sensor, distance
 from swarmctl.lab.emulators.robot import LineRobot, reply
-from swarmctl.lab.emulators.world import Sensor, distance
 
 WHEEL_DIAMETER = 0.041
 TOP_SPEED = 0.2986  # what the speed regulator reaches, m/s
@@ -51,7 +51,7 @@ SENSORS = (
 GROUND_SENSORS = 2
 ULTRASOUND = tuple(Sensor(0.0, 0.0, heading) for heading in (90.0, 45.0, 0.0, -45.0, -90.0))
 ULTRASOUND_REACH = 4.0
-ROOM = 2.4  # where the background echoes from, m
+BACKGROUND = 2.4  # range of the echo without a wall, m
 
 US_MASK, IR_MASK = 0, 4
 LIGHTS = ("led0", "led1")
@@ -61,7 +61,7 @@ LEADING_NUMBER = re.compile(r"\s*([+-]?[0-9]+)")
 
 
 def leading_number(text: str) -> int:
-    """The number ``text`` begins with, 0 if it begins with none, as C reads it."""
+    """Returns the number at the start of ``text``, else 0, like C's atoi."""
     match = LEADING_NUMBER.match(text)
     return wrap(int(match[1]), 32) if match else 0
 
@@ -258,7 +258,7 @@ class Khepera3(LineRobot):
         return reply("c")
 
     def _ultrasound(self, number: str) -> bytes:
-        """Distances in cm. A sensor outside the mask hears nothing; one without a wall hears the room."""
+        """Distances in cm. A sensor outside the mask has no echo; one without a wall has the background's."""
         sensor = leading_number(number) - 1
         if not 0 <= sensor < len(ULTRASOUND):
             return self.refusal
@@ -266,7 +266,7 @@ class Khepera3(LineRobot):
         if not self._settings[US_MASK] >> sensor & 1:
             return reply("g", 0, *[0] * 15, noise)
         metres = distance(ULTRASOUND[sensor], self._pose, self.walls)
-        centimetres = round(100 * (metres if metres <= ULTRASOUND_REACH else ROOM)) + noise % 2
+        centimetres = round(100 * (metres if metres <= ULTRASOUND_REACH else BACKGROUND)) + noise % 2
         return reply("g", 1, centimetres, 40_000 // (100 + centimetres), self._timestamp(), *[0] * 12, noise)
 
     def _battery(self, quantity: str) -> bytes:

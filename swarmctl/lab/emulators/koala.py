@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
+from swarmctl.lab.emulators.differential_drive import Chassis, Wheel, clamp
 from swarmctl.lab.emulators.kteam import Handlers, answered
-from swarmctl.lab.emulators.motion import Chassis, Wheel, clamp
+from swarmctl.lab.emulators.obstacles import Sensor, distance
 from swarmctl.lab.emulators.robot import LineRobot, reply
-from swarmctl.lab.emulators.world import Sensor, distance
 
 METRES_PER_PULSE = 0.045e-3
 SPEED_UNIT = 4.5e-3  # one pulse per 10 ms, in m/s
-TOP_SPEED = 127  # what the motors reach, in speed units
+TOP_SPEED = 127  # of the motors, in speed units
 FULL_PWM = 255
 PROFILE_SPEED = 20  # for going to a position, until J says otherwise
 
@@ -35,7 +35,7 @@ SPEED_MODE, POSITION_MODE, PWM_MODE = 1, 0, 2
 
 
 class Koala(LineRobot):
-    """Koala (classic): decimal numbers between commas, ``z,Protocol error`` for what it does not understand.
+    """Koala (classic): decimal numbers between commas, ``z,Protocol error`` for an invalid request.
 
     No turret is fitted, so ``T`` is refused; the extension bus reads as it floats.
     """

@@ -1,4 +1,4 @@
-"""The Koala 2.5 (K-Team): not the classic Koala's letters, finer units, ultrasound, reports unasked."""
+"""The Koala 2.5 (K-Team): not the classic Koala's letters, finer units, ultrasound, unsolicited reports."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import math
 from collections.abc import Callable
 from typing import ClassVar
 
+from swarmctl.lab.emulators.differential_drive import Chassis, clamp
 from swarmctl.lab.emulators.kteam import Handlers, answered
-from swarmctl.lab.emulators.motion import Chassis, clamp
+from swarmctl.lab.emulators.obstacles import Sensor, distance
 from swarmctl.lab.emulators.robot import LineRobot, reply
-from swarmctl.lab.emulators.world import Sensor, distance
 
 METRES_PER_PULSE = math.pi * 0.0825 / 23_400
 SPEED_UNIT = METRES_PER_PULSE / 0.010  # one pulse per 10 ms, in m/s
 TOP_SPEED = 516  # what the motors reach, in speed units
 FULL_PWM = 2000
 PROFILE = (5, 1, 10, 200, 10, 10)  # increment, divider, least and constant speed, margin, most current
-IDLE, SPEED, RAMP, POSITION, OPEN_LOOP = range(5)  # how a motor is driven, as Y tells it
-REFRESH = 0.1  # of the sensors that report unasked, s
+IDLE, SPEED, RAMP, POSITION, OPEN_LOOP = range(5)  # the mode of a motor, as reported by Y
+REFRESH = 0.1  # period of unsolicited reports, s
 
 ULTRASOUND = (  # left rear, left front, front left, front, and so on clockwise
     Sensor(-0.12, 0.14, 90.0),
@@ -46,8 +46,8 @@ ENDS = {"cr": b"\r", "lf": b"\n"}
 class Koala25(LineRobot):
     """Koala 2.5: its own letters, ultrasound, inertial sensors; a reply ends with one byte, ``cr`` or ``lf``.
 
-    The manual's page on the protocol exchanges the codes of CR and LF, hence the choice. What it does not
-    understand it answers with ``#``, which is what the maker's library takes for an error.
+    The manual's page on the protocol exchanges the codes of CR and LF, hence the choice. An
+    invalid request is answered with ``#``, which the maker's library takes for an error.
     """
 
     type_name: ClassVar[str] = "koala-2.5"
@@ -104,7 +104,7 @@ class Koala25(LineRobot):
         }
 
     def _set_defaults(self) -> None:
-        self._mask = 0  # of what reports unasked
+        self._mask = 0  # of unsolicited reports
         self._report_at = math.inf
         self._us_mask = 511
         self._io = [0, 0, 0, 0]
@@ -125,17 +125,17 @@ class Koala25(LineRobot):
         self._set_defaults()
         return super().power_cycle()
 
-    # What it tells unasked
+    # Unsolicited reports
 
     def _set_reports(self, mask: int) -> bytes:
         self._mask = mask
         self._report_at = self.chassis.time + REFRESH if mask & 0x1FF else math.inf
         return self._reply("a")
 
-    def unasked_due(self) -> float:
+    def unsolicited_due(self) -> float:
         return self._report_at - self.chassis.time
 
-    def unasked(self) -> list[bytes]:
+    def unsolicited(self) -> list[bytes]:
         self._report_at += REFRESH
         return [report() for bit, report in self._reports.items() if self._mask >> bit & 1]
 
@@ -160,7 +160,7 @@ class Koala25(LineRobot):
         return self._reply("f")
 
     def _set_counters(self, left: int, right: int) -> bytes:
-        """On the way to a position the motors stop, since that would be another place now."""
+        """A move to a position is stopped: the target would have changed."""
         if self._status == POSITION:
             self.chassis.drive(0.0, 0.0)
         self.chassis.left.count, self.chassis.right.count = left, right

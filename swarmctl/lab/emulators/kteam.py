@@ -1,4 +1,4 @@
-"""How K-Team's Koalas take a line apart: a capital letter, then decimal numbers between commas."""
+"""Parses the lines of K-Team's Koalas: a capital letter, then decimal numbers between commas."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 
 NUMBER = re.compile(r"[+-]?[0-9]{1,10}")
 
-Handlers = Mapping[str, tuple[int, Callable[..., bytes]]]  # by letter: how many numbers, and who takes them
+Handlers = Mapping[str, tuple[int, Callable[..., bytes]]]  # by letter: the count of numbers, and the function
 
 
 def answered(handlers: Handlers, line: str, refusal: bytes) -> bytes:
-    """The reply to one line; ``refusal`` if letter, count or numbers are wrong."""
+    """Returns the reply to a line; ``refusal`` if letter, count or numbers are wrong."""
     letter, *fields = line.split(",")
     if letter not in handlers:
         return refusal

@@ -1,4 +1,4 @@
-"""What every emulated robot is: bytes in, bytes out, and wheels that keep turning until told to stop."""
+"""The base classes of emulated robots: bytes in, bytes out, wheels that turn until a stop command."""
 
 from __future__ import annotations
 
@@ -7,23 +7,22 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from random import Random
-from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
-from swarmctl.lab.emulators.motion import Chassis
-from swarmctl.lab.emulators.world import Wall, ripple
-
-if TYPE_CHECKING:
-    from swarmctl.lab.emulators.faults import Faults
+from swarmctl.lab.emulators.differential_drive import Chassis
+from swarmctl.lab.emulators.obstacles import Wall, ripple
+from swarmctl.lab.emulators.serial_faults import Faults
 
 TERMINATORS = b"\r\n"
 
 
 @dataclass(frozen=True)
 class State:
-    """The truth about a robot, in SI units; ``theta`` is not wrapped, ``distance`` is the length of the path.
+    """The true state of a robot, in SI units; ``theta`` is not wrapped, ``distance`` is the length of the
+    path.
 
     ``commands`` counts complete requests, refused ones too; ``last_command`` is the latest, binary as hex.
-    ``lights`` are what shines, and how: 0 is dark. ``sound`` is the number of the one that plays, 0 is none.
+    ``lights`` are the levels by name, 0 is off. ``sound`` is the number of the sound that plays, 0 is none.
     """
 
     x: float
@@ -47,16 +46,16 @@ AT_REST = State(
 
 
 class Robot(ABC):
-    """One robot without clock or wire: ``receive`` bytes, ``live`` some time, see its ``state``.
+    """One robot without a clock or a line: ``receive`` bytes, ``run_for`` seconds, read its ``state``.
 
-    A robot that speaks unasked tells when by ``unasked_due``; see ``NoticesPort`` for one that notices when
-    its port is opened.
+    A robot with unsolicited output overrides ``unsolicited_due`` and ``unsolicited``; ``NoticesPort`` is for
+    one that notices when its port is opened.
     """
 
     type_name: ClassVar[str]
-    refusal: bytes = b""  # what it answers to a request it does not understand
-    speaks_frames: ClassVar[bool] = False  # those of rosserial, which have faults of their own
-    changeable: ClassVar[Mapping[str, type]] = {"battery": float}  # while it runs, with their kinds
+    refusal: bytes = b""  # its answer to an invalid request
+    uses_rosserial: ClassVar[bool] = False  # has frames, which have faults of their own
+    changeable: ClassVar[Mapping[str, type]] = {"battery": float}  # settings that may change while it runs
 
     def __init__(self, chassis: Chassis) -> None:
         self.chassis = chassis
@@ -70,46 +69,49 @@ class Robot(ABC):
 
     @abstractmethod
     def replies(self, data: bytes) -> list[bytes]:
-        """Take raw bytes as they arrive, in any pieces; give the answers they complete, one per request."""
+        """Takes raw bytes in any pieces and returns the answers to the requests they complete."""
 
     def receive(self, data: bytes) -> bytes:
-        """``replies`` as one run of bytes."""
+        """Returns ``replies`` joined."""
         return b"".join(self.replies(data))
 
     def banner(self) -> bytes:
-        """What the robot prints when it is switched on."""
+        """Returns what the robot prints when it is switched on."""
         return b""
 
     def power_cycle(self) -> bytes:
-        """Switch off and on: wheels stand, counters and settings are as new. Gives the banner."""
+        """Switches the robot off and on: wheels stand, counters and settings are reset.
+
+        Returns the banner.
+        """
         self.chassis.power_cycle()
         self.lights = dict.fromkeys(self.lights, 0)
         self.sound = 0
         return self.banner()
 
     def advance(self, dt: float) -> None:
-        """Let ``dt`` seconds pass."""
+        """Moves the robot for ``dt`` seconds."""
         self.chassis.advance(dt)
 
-    def unasked_due(self) -> float:
-        """Seconds until the robot wants to say something that nobody asked for; infinite if it never does."""
+    def unsolicited_due(self) -> float:
+        """Returns the seconds until the next unsolicited output; infinite if there is none."""
         return math.inf
 
-    def unasked(self) -> list[bytes]:
-        """What it wants to say now that ``unasked_due`` is 0; after that it is due later."""
+    def unsolicited(self) -> list[bytes]:
+        """Returns the unsolicited output that is due (``unsolicited_due`` is 0) and schedules the next."""
         return []
 
-    def live(self, dt: float) -> list[bytes]:
-        """Let ``dt`` seconds pass; gives what the robot says unasked in them."""
-        said: list[bytes] = []
-        while (due := max(0.0, self.unasked_due())) <= dt:
+    def run_for(self, dt: float) -> list[bytes]:
+        """Runs the robot for ``dt`` seconds and returns its unsolicited output."""
+        output: list[bytes] = []
+        while (due := max(0.0, self.unsolicited_due())) <= dt:
             self.advance(due)
             dt -= due
-            said += self.unasked()
-            if self.unasked_due() <= 0.0:
-                raise RuntimeError(f"{type(self).__name__}.unasked_due() is still 0 after unasked()")
+            output += self.unsolicited()
+            if self.unsolicited_due() <= 0.0:
+                raise RuntimeError(f"{type(self).__name__}.unsolicited_due() is still 0 after unsolicited()")
         self.advance(dt)
-        return said
+        return output
 
     @property
     def state(self) -> State:
@@ -118,8 +120,8 @@ class Robot(ABC):
             x=chassis.x,
             y=chassis.y,
             theta=chassis.theta,
-            left=chassis.stretch * chassis.left.speed,
-            right=chassis.stretch * chassis.right.speed,
+            left=chassis.distance_scale * chassis.left.speed,
+            right=chassis.distance_scale * chassis.right.speed,
             v=chassis.v,
             omega=chassis.omega,
             distance=chassis.distance,
@@ -132,7 +134,7 @@ class Robot(ABC):
 
     @property
     def battery(self) -> float:
-        """How full it is, 0 to 1."""
+        """The charge, 0 to 1."""
         return self._charge
 
     @battery.setter
@@ -141,8 +143,8 @@ class Robot(ABC):
             raise ValueError(f"'battery' is between 0 (empty) and 1 (full), not {level!r}")
         self._charge = level
 
-    def spoilt(self, frame: bytes, faults: Faults, random: Random) -> bytes:
-        """``frame`` with the faults that only the robot's own protocol can have."""
+    def corrupt(self, frame: bytes, faults: Faults, random: Random) -> bytes:
+        """Returns ``frame`` with the faults that are specific to the robot's protocol."""
         return frame
 
     @property
@@ -154,24 +156,24 @@ class Robot(ABC):
         self._last_command = command
 
     def _background(self, level: int, channels: int) -> list[int]:
-        """A quiet reading of ``channels`` sensors around ``level``; the next one differs a little."""
+        """Returns readings of ``channels`` sensors near ``level``; each call differs a little."""
         self._samples += 1
         return [level + ripple(channel, self._samples) for channel in range(channels)]
 
 
 @runtime_checkable
 class NoticesPort(Protocol):
-    """A robot that notices when a program opens its port, as an Arduino UNO does, which is reset by it."""
+    """A robot that notices when its port is opened, as an Arduino UNO, which is reset by it."""
 
     def opened(self) -> None:
-        """A program has opened the port, which nobody had open."""
+        """A program has opened the port."""
 
     def closed(self) -> None:
-        """Nobody has the port open any more."""
+        """The port is closed again."""
 
 
 class LineRobot(Robot):
-    """A robot that speaks in lines: a request ends with CR or LF, empty lines are ignored."""
+    """A robot with a line protocol: a request ends with CR or LF, empty lines are ignored."""
 
     longest_line: ClassVar[int] = 128
 
@@ -181,7 +183,7 @@ class LineRobot(Robot):
 
     @abstractmethod
     def answer(self, line: str) -> bytes:
-        """The reply to one request, terminator included."""
+        """Returns the reply to one request, terminator included."""
 
     def replies(self, data: bytes) -> list[bytes]:
         return [answer for byte in data if (answer := self._push(byte)) is not None]
@@ -191,7 +193,10 @@ class LineRobot(Robot):
         return super().power_cycle()
 
     def _push(self, byte: int) -> bytes | None:
-        """Take one byte; the answer if it completed a request. A line too long is taken as it stands."""
+        """Takes one byte; returns the answer if a request is complete.
+
+        A line that is too long counts as complete.
+        """
         if byte not in TERMINATORS:
             self._line.append(byte)
             if len(self._line) < self.longest_line:
@@ -205,5 +210,5 @@ class LineRobot(Robot):
 
 
 def reply(letter: str, *values: int | str, end: bytes = b"\r\n") -> bytes:
-    """``letter`` and its values, comma separated."""
+    """Returns ``letter`` and its values, separated by commas."""
     return ",".join([letter, *map(str, values)]).encode("ascii") + end

@@ -1,4 +1,4 @@
-"""The device's end of rosserial: negotiation, time, and when it holds itself for connected."""
+"""The device side of rosserial: negotiation, time requests, and its idea of being connected."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from swarmctl.lab.emulators.rosserial_frames import (
     SUBSCRIBER,
     TIME,
     TX_STOP,
+    FrameError,
     Message,
-    Mishap,
     Parser,
     Topic,
     frame,
     topic_info,
 )
 
-ASKS_TIME_EVERY = 2.5  # s
+TIME_REQUEST_PERIOD = 2.5  # s
 LOST_AFTER = 11.0  # s without a time reply
 TIME_REQUEST = frame(TIME, bytes(8))
 
@@ -36,58 +36,58 @@ class Device:
         self.boot(0.0)
 
     def boot(self, now: float) -> None:
-        """Start anew: nobody knows its topics."""
+        """Resets the connection; its topics are not negotiated."""
         self._parser = Parser(self._buffer)
         self._configured = False
-        self._asked = self._heard = now
+        self._requested_at = self._time_reply_at = now
 
     def connected(self, now: float) -> bool:
         """Whether it may publish."""
-        return self._configured and now - self._heard <= LOST_AFTER
+        return self._configured and now - self._time_reply_at <= LOST_AFTER
 
-    def push(self, byte: int, now: float) -> Message | Mishap | None:
-        """Take a byte; the message or the mishap that it completes."""
+    def push(self, byte: int, now: float) -> Message | FrameError | None:
+        """Takes a byte; returns the message or error that it completes."""
         return self._parser.push(byte, now)
 
-    def respond(self, event: Message | Mishap, now: float) -> list[bytes]:
-        """What it sends because of a message of the protocol itself, or because of a wrong version."""
-        if event is Mishap.WRONG_VERSION and not self._configured:
-            return [self._ask_time(now)]
+    def respond(self, event: Message | FrameError, now: float) -> list[bytes]:
+        """Returns what it sends after a protocol message or a wrong version."""
+        if event is FrameError.WRONG_VERSION and not self._configured:
+            return [self._request_time(now)]
         if isinstance(event, Message):
             if event.topic == PUBLISHER:
                 return self._negotiate(now)
             if event.topic == TIME:
-                self._heard = now
+                self._time_reply_at = now
             elif event.topic == TX_STOP:
                 self._configured = False
         return []
 
-    def _ask_time(self, now: float) -> bytes:
-        self._asked = now
+    def _request_time(self, now: float) -> bytes:
+        self._requested_at = now
         return TIME_REQUEST
 
     def _negotiate(self, now: float) -> list[bytes]:
-        """First the time is asked for, then all publishers are told, then all subscribers."""
+        """Requests the time, then announces all publishers, then all subscribers."""
         self._configured = True
-        self._heard = now
+        self._time_reply_at = now
         return [
-            self._ask_time(now),
+            self._request_time(now),
             *(topic_info(PUBLISHER, *known, self._buffer) for known in self._publishers.items()),
             *(topic_info(SUBSCRIBER, *known, self._buffer) for known in self._subscribers.items()),
         ]
 
     def due(self) -> float:
-        """When it asks for the time again."""
-        return self._asked + ASKS_TIME_EVERY if self._configured else math.inf
+        """Returns when the next time request is due."""
+        return self._requested_at + TIME_REQUEST_PERIOD if self._configured else math.inf
 
     def tick(self, now: float) -> list[bytes]:
-        """What is due now. Once it holds itself for lost it waits to be asked for its topics."""
+        """Returns what is due. Without time replies it disconnects and waits for a topic request."""
         if not self.connected(now):
             self._configured = False
-        return [self._ask_time(now)] if self.due() <= now else []
+        return [self._request_time(now)] if self.due() <= now else []
 
     def topic(self, message: Message) -> str | None:
-        """The name of the topic that it subscribes to and ``message`` is for."""
+        """Returns the subscribed topic of ``message``."""
         topic = self._subscribers.get(message.topic)
         return topic.name if topic else None
 

@@ -1,4 +1,4 @@
-"""How an e-puck takes bytes apart: lines of text, and chained binary requests that a zero ends."""
+"""Parses the input of an e-puck: lines of text, and chained binary requests that end with a zero."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from swarmctl.lab.emulators.motion import wrap
+from swarmctl.lab.emulators.differential_drive import wrap
 from swarmctl.lab.emulators.robot import TERMINATORS
 
 LONGEST_LINE = 80
@@ -31,13 +31,13 @@ class Binary:
 
 @dataclass(frozen=True)
 class End:
-    """The zero that ends a binary request, which is given as a whole."""
+    """The zero that ends a binary request, with the whole request."""
 
     request: bytes
 
 
 class _Reading(Enum):
-    """What the robot takes the next byte for."""
+    """How the next byte is read."""
 
     START = auto()  # the first byte of a request decides between text and binary
     TEXT_START = auto()  # a CR or LF came first: whatever follows is text, even a binary request
@@ -59,7 +59,7 @@ class Reader:
         self._payload = bytearray()
 
     def push(self, byte: int) -> Text | Binary | End | None:
-        """Take one byte; what it completes."""
+        """Takes one byte; returns what it completes."""
         if self._reading is _Reading.BINARY:
             return self._binary(byte)
         if self._reading is _Reading.PAYLOAD:
@@ -77,19 +77,19 @@ class Reader:
             self._reading = _Reading.TEXT
         return None
 
-    def _remember(self, byte: int) -> None:
+    def _append(self, byte: int) -> None:
         if len(self._line) < LONGEST_LINE:
             self._line.append(byte)
 
     def _text(self, byte: int) -> Text | None:
         if byte not in TERMINATORS:
-            self._remember(byte)
+            self._append(byte)
             return None
         self._reading = _Reading.START
         return Text(self._line.decode("latin-1"))
 
     def _binary(self, byte: int) -> Binary | End | None:
-        self._remember(byte)
+        self._append(byte)
         if byte == 0:
             self._reading = _Reading.START
             return End(bytes(self._line))
@@ -102,7 +102,7 @@ class Reader:
         return None
 
     def _binary_payload(self, byte: int) -> Binary | None:
-        self._remember(byte)
+        self._append(byte)
         self._payload.append(byte)
         if len(self._payload) < self._payloads[self._letter]:
             return None

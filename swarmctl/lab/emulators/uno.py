@@ -27,8 +27,8 @@ class Fault(IntFlag):
     LEFT_WIRE_BROKEN, LEFT_STALLED, LEFT_NOISE = 1, 2, 4  # the wire is the encoder's
     RIGHT_WIRE_BROKEN, RIGHT_STALLED, RIGHT_NOISE = 16, 32, 64
     RESET = 0x100  # the button, or the DTR line
-    HANG = 0x200  # the program loses itself with interrupts off
-    HELD = 0x400  # its boot loader has the processor
+    HANG = 0x200  # the program hangs with interrupts off
+    HELD = 0x400  # its boot loader runs
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ RIGHT = Motor(encoder=3, enable=6, forward=11, backward=12)
 class Truth:
     """What the board and its wheels did: angles in rad, speeds in rad/s, left first; ``time`` in seconds.
 
-    ``stack`` is the most that the firmware's stack ever took, bytes; ``resets`` counts the watchdog's.
+    ``stack`` is the maximum stack of the firmware, bytes; ``resets`` counts those of the watchdog.
     """
 
     angles: tuple[float, float]
@@ -75,7 +75,7 @@ class Truth:
 
 
 class Uno:
-    """One board, without a program yet. Its time passes only in ``run``: the same calls, the same answers."""
+    """One board, without a program yet. Time passes only in ``run``: the same calls give the same answers."""
 
     def __init__(self, *, baud: int, left: Motor, right: Motor) -> None:
         self._process = subprocess.Popen(
@@ -85,10 +85,12 @@ class Uno:
     def run(
         self, us: int, data: bytes, faults: Fault, load: tuple[float, float], flash: bytes = b""
     ) -> tuple[Truth, bytes]:
-        """Feed ``data`` to the UART, at its pace, and let ``us`` microseconds pass. Gives what it sent.
+        """Feeds ``data`` to the UART at its baud rate and runs ``us`` microseconds.
 
-        ``load`` is the part of each motor's speed that its load takes, 0..1; ``flash`` what the processor's
-        flash is to hold before, from its start.
+        Returns state and output.
+
+        ``load`` is the part of each motor's speed that its load takes, 0..1; ``flash`` is written to the
+        flash first, from address 0.
         """
         pipe_in, pipe_out = self._process.stdin, self._process.stdout
         assert pipe_in is not None
@@ -111,7 +113,7 @@ class Uno:
 
 
 def image(firmware: Path) -> bytes:
-    """What a HEX file (Intel's) puts into a flash, from its start. Raises LabError."""
+    """Returns the flash contents of an Intel HEX file, from address 0. Raises ``LabError``."""
     found = bytearray()
     try:
         for line in firmware.read_text("ascii").split():
@@ -121,15 +123,15 @@ def image(firmware: Path) -> bytes:
                 found.extend(b"\xff" * (at - len(found)))
                 found[at : at + count] = data
     except (OSError, ValueError) as error:
-        raise LabError(f"{firmware} is no program for a board: {error}") from None
+        raise LabError(f"{firmware} is not a valid HEX file: {error}") from None
     return bytes(found)
 
 
 @cache
 def program() -> str:
-    """The compiled simulator, from the cache if this source was compiled before. Raises LabError."""
+    """Returns the path of the compiled simulator, cached by its source. Raises ``LabError``."""
     if shutil.which("gcc") is None:
-        raise LabError("gcc is missing, which compiles the simulated board", "sudo apt install gcc libc6-dev")
+        raise LabError("gcc is missing; it compiles the simulated board", "sudo apt install gcc libc6-dev")
     source = SOURCE.read_bytes()
     cache_home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     target = cache_home / "swarmctl" / f"uno-{hashlib.sha256(source).hexdigest()[:16]}"
@@ -151,5 +153,5 @@ def _compile(target: Path) -> None:
     )
     if ran.returncode:
         if "simavr" in ran.stderr:
-            raise LabError("libsimavr is missing, which runs the firmware", "sudo apt install libsimavr-dev")
+            raise LabError("libsimavr is missing; it runs the firmware", "sudo apt install libsimavr-dev")
         raise LabError("the simulated board does not compile", *ran.stderr.splitlines()[:10])

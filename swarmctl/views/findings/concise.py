@@ -1,9 +1,9 @@
-"""Findings as lines that editors and ``grep`` know: ``file:line:column: error[CODE] message``."""
+"""Findings as lines that editors and ``grep`` parse: ``file:line:column: error[CODE] message``."""
 
 from __future__ import annotations
 
+from swarmctl.views.escape import printable
 from swarmctl.views.findings.report import Report, place
-from swarmctl.views.text import printable
 
 
 def render(report: Report) -> str:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from rich.cells import cell_len
 
-from swarmctl.spec.diagnostics import Span
-from swarmctl.views.text import printable
+from swarmctl.diagnostics import Span
+from swarmctl.views.escape import printable
 
 _CUT = "..."
 
@@ -58,16 +58,16 @@ def marked(line: str, span: Span) -> tuple[int, int]:
     return first, max(first + 1, last)
 
 
-def view(line: str, first: int, last: int, room: int) -> View:
-    """``line`` whole where it fits into ``room`` cells, else the part around its marked cells."""
+def view(line: str, first: int, last: int, columns: int) -> View:
+    """``line`` whole where it fits into ``columns`` cells, else the part around its marked cells."""
     shown, width = printable(line), cells(line)
-    if width <= room:
+    if width <= columns:
         return View(shown, 0, max(width + 1, last))  # a mark may stand behind the last letter
     start = 0
-    if min(last, first + room // 2) > room - len(_CUT):
-        start = max(0, min(first - room // 4, width - (room - len(_CUT))))
+    if min(last, first + columns // 2) > columns - len(_CUT):
+        start = max(0, min(first - columns // 4, width - (columns - len(_CUT))))
     left = len(_CUT) if start else 0
-    end = start + room - left
+    end = start + columns - left
     if end < width:
         end -= len(_CUT)
     part = _part(shown, start, end)

@@ -1,4 +1,4 @@
-"""The formats for programs, by the name that ``--format`` knows."""
+"""The formats for programs, by their ``--format`` name."""
 
 from __future__ import annotations
 

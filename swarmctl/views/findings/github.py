@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.spec.diagnostics import Diagnostic, Span
+from swarmctl.diagnostics import Diagnostic, Span
+from swarmctl.views.escape import printable
 from swarmctl.views.findings.report import Checked, Report, file_of, more, place, sentence
-from swarmctl.views.text import printable
 
 _DATA = str.maketrans({"%": "%25", "\r": "%0D", "\n": "%0A"})
 _PROPERTY = _DATA | str.maketrans({":": "%3A", ",": "%2C"})

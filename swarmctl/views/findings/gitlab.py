@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 
-from swarmctl.spec.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.views.findings.report import Report, file_of, fingerprints, sentence
 
 _SEVERITY = {Severity.ERROR: "critical", Severity.WARNING: "minor"}

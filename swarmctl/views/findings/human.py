@@ -1,4 +1,4 @@
-"""Findings for people: what is wrong, the line it stands on, what belongs to it, how to mend it."""
+"""Findings as terminal text: the error, its source line, related lines and the remedy."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from rich.text import Text
 
-from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.views.escape import printable
 from swarmctl.views.findings.excerpt import View, covered, marked, view
 from swarmctl.views.findings.report import Checked, counted
-from swarmctl.views.text import printable
 
 MOST_SHOWN = 50
 _STYLE = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
@@ -19,7 +19,7 @@ _NARROWEST = 12
 
 
 def findings(diagnostics: Sequence[Diagnostic], sources: Mapping[str, str], width: int | None = None) -> Text:
-    """The first ``MOST_SHOWN`` findings in full, and how many there are more."""
+    """Returns the first ``MOST_SHOWN`` findings in full, and the number of the others."""
     secrets = [one.span for one in diagnostics if one.secret and one.span is not None]
     lines = {file: covered(file, text.splitlines(), secrets) for file, text in sources.items()}
     text = Text("\n").join(finding(one, lines, width) for one in diagnostics[:MOST_SHOWN])
@@ -39,8 +39,8 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
         gutter = len(str(max(span.line for span in (found.span, *(note.span for note in found.notes)))))
         text.append(f"{' ' * gutter}--> ", _GUTTER).append(printable(str(found.span)))
         if found.span.file in lines:
-            room = max(_NARROWEST, width - gutter - len(" | ")) if width else _WIDEST
-            text.append("\n").append(_excerpt(found, found.span, lines[found.span.file], gutter, room))
+            columns = max(_NARROWEST, width - gutter - len(" | ")) if width else _WIDEST
+            text.append("\n").append(_excerpt(found, found.span, lines[found.span.file], gutter, columns))
         else:
             text.append(f" {printable(found.label)}".rstrip() + "\n")
     for note in found.notes:
@@ -58,15 +58,15 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
 
 
 def verdict(one: Checked, *, passes: bool) -> str:
-    """Whether a spec is right, and what it describes."""
+    """Returns one line: whether a spec is valid, and what it describes."""
     found, fixable, spec = counted(one.diagnostics), _fixable(one.diagnostics), printable(one.spec)
     if one.document is None or not passes:
         strict = ", and --strict allows none" if one.document else ""
         return f"{found}{f' ({fixable})' if fixable else ''} in {spec}{strict}"
-    told = "; ".join(filter(None, (found, fixable)))
+    counts = "; ".join(filter(None, (found, fixable)))
     swarm = one.document.spec
     return (
-        f"{spec}: swarm `{swarm.name}` is valid{f' ({told})' if told else ''}: "
+        f"{spec}: swarm `{swarm.name}` is valid{f' ({counts})' if counts else ''}: "
         f"{_number(len(swarm.robots), 'robot')} on {_number(len(swarm.hosts), 'host')}, "
         f"mode {swarm.mode.value}"
     )
@@ -81,7 +81,7 @@ def _fixable(diagnostics: Sequence[Diagnostic]) -> str:
     return f"{count} fixable with validate --fix" if count else ""
 
 
-def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, room: int) -> Text:
+def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, columns: int) -> Text:
     """The lines of the finding's file that it is about, each with marks and a label under it."""
     marks = [
         (place, found.label, "^", _STYLE[found.severity]),
@@ -95,7 +95,7 @@ def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, 
         if last and span.line > last + 1:
             text.append("...\n", _GUTTER)
         if span.line != last or not shown.shows(first):
-            shown = view(line, first, end, room)
+            shown = view(line, first, end, columns)
             text.append(f"{span.line:>{gutter}} | ", _GUTTER).append(f"{shown.text}\n")
         last = span.line
         before, length = shown.under(first, end)

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from swarmctl.spec.diagnostics import Diagnostic
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.views.escape import printable
 from swarmctl.views.findings.report import Checked, Report, file_of, more, place, sentence
-from swarmctl.views.text import printable
 
 _NAME = "swarmctl validate"
 

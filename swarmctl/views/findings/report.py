@@ -1,4 +1,4 @@
-"""What was found in one or more specs, as the one value that every format renders."""
+"""The findings in one or more specs, as the value that every format renders."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from swarmctl.checks.rulebook import RuleText
-from swarmctl.spec.diagnostics import Diagnostic, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.rules.rulebook import RuleText
 from swarmctl.spec.load import Document
 
 
@@ -57,18 +57,18 @@ def counted(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def outcome(report: Report) -> str:
-    """One line without foreign text: ``2 errors, 1 warning in 3 specs``."""
+    """Returns one line without text from specs: ``2 errors, 1 warning in 3 specs``."""
     specs = _many(len(report.checked), "spec")
-    return f"{counted(report.diagnostics) or 'nothing to mend'} in {specs}"
+    return f"{counted(report.diagnostics) or 'no findings'} in {specs}"
 
 
 def sentence(found: Diagnostic) -> str:
-    """The message and what stands under the underlined text, where a format has no room for both."""
+    """Returns the message and the label in one sentence, for formats without a source excerpt."""
     return f"{found.message}: {found.label}" if found.label else found.message
 
 
 def more(found: Diagnostic) -> Iterator[str]:
-    """What belongs to a finding beside its sentence, a line each: other places, ways to mend it."""
+    """Yields the notes and help lines of a finding."""
     yield from (f"{note.span}: {note.text}" for note in found.notes)
     yield from (f"help: {line}" for line in found.help)
 

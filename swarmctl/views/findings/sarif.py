@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import quote
 
 from swarmctl import __version__
-from swarmctl.checks.rulebook import RuleText
-from swarmctl.spec.diagnostics import Diagnostic, Fix, Note, Span
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
+from swarmctl.rules.rulebook import RuleText
 from swarmctl.views.findings.report import Checked, Report, fingerprints, more, sentence
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -46,7 +46,7 @@ def _rule(code: str, text: RuleText | None) -> dict[str, Any]:
         "id": code,
         "shortDescription": {"text": text.what},
         "fullDescription": {"text": text.why},
-        "help": {"text": text.mend},
+        "help": {"text": text.fix},
         "defaultConfiguration": {"level": text.severity.value},
         "properties": {"tags": [text.family]},
     }

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from swarmctl.spec.diagnostics import Diagnostic
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.views.escape import printable
 from swarmctl.views.findings.report import Checked, Report, outcome, place, sentence
-from swarmctl.views.text import printable
 
 MOST_SHOWN = 500  # GitHub refuses a summary of more than 1 MiB
 _LONGEST = 300
@@ -32,7 +32,7 @@ def _row(one: Checked, found: Diagnostic) -> str:
 
 
 def _cell(text: str) -> str:
-    """``text`` as the reader shall see it; what stands in backticks is code."""
+    """Returns ``text`` as a Markdown table cell; text in backticks becomes code."""
     shown = printable(text)
     if len(shown) > _LONGEST:
         shown = f"{shown[:_LONGEST]}..."

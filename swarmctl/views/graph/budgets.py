@@ -1,4 +1,4 @@
-"""What lines, adapters, boards, hosts and networks have to bear, beside what they can."""
+"""Load and capacity of serial lines, adapters, boards, hosts and networks as tables."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.topology.budgets import Budgets
-from swarmctl.topology.radios import STABLE
+from swarmctl.analysis.bluetooth_load import STABLE
+from swarmctl.analysis.budgets import Budgets
 
 _CAREFUL, _FULL = 0.7, 1.0
 
@@ -30,7 +30,7 @@ def _lines(shown: Budgets) -> Table:
         )
         for one in shown.lines
     )
-    return _table(("line of", "kind", "bytes", "a turn of all", "of its time"), rows)
+    return _table(("line of", "kind", "bytes", "cycle of requests", "load"), rows)
 
 
 def _radios(shown: Budgets) -> Table:
@@ -38,7 +38,7 @@ def _radios(shown: Budgets) -> Table:
         (one.host, one.adapter, _of(len(one.members), STABLE), ", ".join(one.members), _share(one.share))
         for one in shown.radios
     )
-    return _table(("adapter of", "name", "robots", "which", "of its air"), rows)
+    return _table(("adapter of", "name", "robots", "names", "load"), rows)
 
 
 def _boards(shown: Budgets) -> Table:
@@ -53,7 +53,7 @@ def _boards(shown: Budgets) -> Table:
         )
         for one in shown.boards
     )
-    return _table(("board of", "kind", "publishers", "subscribers", "bytes", "of its line"), rows)
+    return _table(("board of", "kind", "publishers", "subscribers", "bytes", "load"), rows)
 
 
 def _hosts(shown: Budgets) -> Table:
@@ -67,7 +67,7 @@ def _hosts(shown: Budgets) -> Table:
         )
         for one in shown.hosts
     )
-    return _table(("host", "kind", "memory", "for, MB", "of it"), rows)
+    return _table(("host", "kind", "memory", "for, MB", "used"), rows)
 
 
 def _networks(shown: Budgets) -> Table:
@@ -81,7 +81,7 @@ def _networks(shown: Budgets) -> Table:
         )
         for one in shown.networks
     )
-    return _table(("network", "kind", "load", "crossing", "of it"), rows)
+    return _table(("network", "kind", "load", "traffic", "used"), rows)
 
 
 def _of(used: float, there: float, unit: str = "") -> str:

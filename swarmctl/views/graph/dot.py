@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.topology.picture import Edge, Node, Picture
+from swarmctl.analysis.diagram import Diagram, Edge, Node
 
 _SHAPE = {"host": "box3d", "robot": "ellipse", "network": "hexagon", "program": "component"}
 _STYLE = {
@@ -17,23 +17,23 @@ _STYLE = {
 }
 
 
-def graph(picture: Picture) -> str:
+def graph(diagram: Diagram) -> str:
     """The whole graph; each island is a cluster."""
-    return "".join(f"{line}\n" for line in _lines(picture))
+    return "".join(f"{line}\n" for line in _lines(diagram))
 
 
-def _lines(picture: Picture) -> Iterator[str]:
-    yield f"digraph {_quoted(picture.swarm)} {{"
-    yield f"  label={_quoted(f'{picture.swarm}: mode {picture.mode}')};"
+def _lines(diagram: Diagram) -> Iterator[str]:
+    yield f"digraph {_quoted(diagram.swarm)} {{"
+    yield f"  label={_quoted(f'{diagram.swarm}: mode {diagram.mode}')};"
     yield "  node [fontname=sans]; edge [fontname=sans, fontsize=10];"
-    for number, (island, hub) in enumerate(picture.islands):
+    for number, (island, hub) in enumerate(diagram.islands):
         yield f"  subgraph cluster_{number} {{"
         yield f"    label={_quoted(f'{island}, master on {hub}')};"
-        yield from (f"    {_node(node)}" for node in picture.nodes if node.island == island)
+        yield from (f"    {_node(node)}" for node in diagram.nodes if node.island == island)
         yield "  }"
-    islands = {name for name, _ in picture.islands}
-    yield from (f"  {_node(node)}" for node in picture.nodes if node.island not in islands)
-    yield from (f"  {_edge(edge)}" for edge in picture.edges)
+    islands = {name for name, _ in diagram.islands}
+    yield from (f"  {_node(node)}" for node in diagram.nodes if node.island not in islands)
+    yield from (f"  {_edge(edge)}" for edge in diagram.edges)
     yield "}"
 
 

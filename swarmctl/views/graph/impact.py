@@ -1,4 +1,4 @@
-"""What dies if something dies: the worst first."""
+"""The impact of failures as text: the worst first."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.topology.impact import Impact
+from swarmctl.analysis.impact import Impact
 
 _NAMED = 4  # names of one list that are shown; the rest are counted
 
 
 def table(impacts: Sequence[Impact]) -> Table:
-    """One row for each part that takes something with it."""
+    """One row for each part whose failure affects others."""
     made = Table(box=None, show_edge=False, pad_edge=False)
-    made.add_column("if this dies", no_wrap=True)
+    made.add_column("if this fails", no_wrap=True)
     made.add_column("robots lost", justify="right")
-    made.add_column("what dies with it")
+    made.add_column("what fails with it")
     for one in impacts:
         if not one.harmless:
             style = "bold red" if one.single_point else ""
@@ -32,7 +32,7 @@ def losses(impact: Impact) -> str:
         _who(impact.command, "loses command", "lose command"),
         _who([f"island {one}" for one in impact.masters], "loses its master", "lose their masters"),
         _who(impact.programs, "ends", "end"),
-        _who([f"{topic} for {program}" for topic, program in impact.data], "falls silent", "fall silent"),
+        _who([f"{topic} for {program}" for topic, program in impact.data], "is lost", "are lost"),
     ]
     return "; ".join(part for part in parts if part)
 

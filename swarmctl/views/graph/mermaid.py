@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from swarmctl.topology.picture import Edge, Node, Picture
+from swarmctl.analysis.diagram import Diagram, Edge, Node
 
 _SHAPE = {"host": ("[", "]"), "robot": ("([", "])"), "network": ("{{", "}}"), "program": ("[[", "]]")}
 _ARROW = {
@@ -19,21 +19,21 @@ _ARROW = {
 _PLAIN = re.compile(r"[^A-Za-z0-9 .,:/()_-]")
 
 
-def graph(picture: Picture) -> str:
+def graph(diagram: Diagram) -> str:
     """The whole flowchart; each island is a subgraph. Ids are numbers: no name can be a word of Mermaid."""
-    ids = {node.id: f"n{number}" for number, node in enumerate(picture.nodes)}
-    return "".join(f"{line}\n" for line in _lines(picture, ids))
+    ids = {node.id: f"n{number}" for number, node in enumerate(diagram.nodes)}
+    return "".join(f"{line}\n" for line in _lines(diagram, ids))
 
 
-def _lines(picture: Picture, ids: Mapping[str, str]) -> Iterator[str]:
+def _lines(diagram: Diagram, ids: Mapping[str, str]) -> Iterator[str]:
     yield "flowchart LR"
-    for number, (island, hub) in enumerate(picture.islands):
+    for number, (island, hub) in enumerate(diagram.islands):
         yield f"  subgraph i{number}[{_quoted(f'{island}, master on {hub}')}]"
-        yield from (f"    {_node(node, ids)}" for node in picture.nodes if node.island == island)
+        yield from (f"    {_node(node, ids)}" for node in diagram.nodes if node.island == island)
         yield "  end"
-    islands = {name for name, _ in picture.islands}
-    yield from (f"  {_node(node, ids)}" for node in picture.nodes if node.island not in islands)
-    yield from (f"  {_edge(edge, ids)}" for edge in picture.edges)
+    islands = {name for name, _ in diagram.islands}
+    yield from (f"  {_node(node, ids)}" for node in diagram.nodes if node.island not in islands)
+    yield from (f"  {_edge(edge, ids)}" for edge in diagram.edges)
 
 
 def _node(node: Node, ids: Mapping[str, str]) -> str:

@@ -1,4 +1,4 @@
-"""A swarm as text: each island with its hosts, and under each host what runs on it and hangs on it."""
+"""A swarm as text: each island with its hosts, and the programs and robots of each host."""
 
 from __future__ import annotations
 
@@ -7,51 +7,51 @@ from collections.abc import Mapping, Sequence
 
 from rich.text import Text
 
-from swarmctl.topology.picture import Edge, Node, Picture
-from swarmctl.views.text import printable
+from swarmctl.analysis.diagram import Diagram, Edge, Node
+from swarmctl.views.escape import printable
 
 _BELOW = ("runs", "serial", "bluetooth")
 Edges = Mapping[str, Sequence[Edge]]  # by the id of a node
 
 
-def overview(picture: Picture) -> Text:
+def overview(diagram: Diagram) -> Text:
     """The whole swarm as a tree."""
-    nodes = {node.id: node for node in picture.nodes}
+    nodes = {node.id: node for node in diagram.nodes}
     from_each: defaultdict[str, list[Edge]] = defaultdict(list)
-    orders_to: defaultdict[str, list[Edge]] = defaultdict(list)
-    for edge in picture.edges:
+    commands_to: defaultdict[str, list[Edge]] = defaultdict(list)
+    for edge in diagram.edges:
         from_each[edge.start].append(edge)
         if edge.kind == "orders":
-            orders_to[edge.end].append(edge)
-    groups = [(f"island {island}", f", master on {hub}", island) for island, hub in picture.islands]
-    text = Text.assemble((picture.swarm, "bold"), f": mode {picture.mode}")
+            commands_to[edge.end].append(edge)
+    groups = [(f"island {island}", f", master on {hub}", island) for island, hub in diagram.islands]
+    text = Text.assemble((diagram.swarm, "bold"), f": mode {diagram.mode}")
     for title, rest, island in [*groups, ("without ROS", "", "")]:
-        hosts = [node for node in picture.nodes if node.kind == "host" and node.island == island]
+        hosts = [node for node in diagram.nodes if node.kind == "host" and node.island == island]
         if hosts:
             text.append(f"\n\n{title}", "bold").append(rest)
         for host in hosts:
-            text.append_text(_host(host, from_each[host.id], nodes, orders_to))
-    return text.append_text(_crossings(picture))
+            text.append_text(_host(host, from_each[host.id], nodes, commands_to))
+    return text.append_text(_crossings(diagram))
 
 
-def _host(host: Node, edges: Sequence[Edge], nodes: Mapping[str, Node], orders: Edges) -> Text:
+def _host(host: Node, edges: Sequence[Edge], nodes: Mapping[str, Node], commands: Edges) -> Text:
     beside = ", ".join(nodes[edge.end].name for edge in edges if edge.kind == "network")
     text = Text.assemble(("\n  " + host.name, "cyan"), f"  {printable(host.detail)}")
     text.append(f"; on {beside}" if beside else "; on no network")
     for edge in edges:
         if edge.kind in _BELOW:
-            text.append(f"\n    {_below(edge, nodes[edge.end])}{_ordered(orders[edge.end], nodes)}")
+            text.append(f"\n    {_below(edge, nodes[edge.end])}{_commanded(commands[edge.end], nodes)}")
     return text
 
 
-def _crossings(picture: Picture) -> Text:
-    """What one island hears of another, and how; with one island there is nothing to say."""
-    if not picture.provider:
+def _crossings(diagram: Diagram) -> Text:
+    """The bridged topics between islands; empty with one island."""
+    if not diagram.provider:
         return Text()
-    if not picture.crossings:
-        return Text("\n\nnothing crosses between the islands")
-    text = Text.assemble("\n\n", ("between the islands", "bold"), f", by {picture.provider}")
-    for one in picture.crossings:
+    if not diagram.crossings:
+        return Text("\n\nno topic is bridged between the islands")
+    text = Text.assemble("\n\n", ("between the islands", "bold"), f", by {diagram.provider}")
+    for one in diagram.crossings:
         text.append(f"\n  {printable(one.topic)}", "cyan")
         text.append(f"  {printable(one.type)} from {one.origin} to {', '.join(one.to)}")
     return text
@@ -62,6 +62,6 @@ def _below(edge: Edge, node: Node) -> str:
     return f"{node.kind} {node.name}  {printable(node.detail)}{how}"
 
 
-def _ordered(orders: Sequence[Edge], nodes: Mapping[str, Node]) -> str:
-    by = dict.fromkeys(nodes[edge.start].name for edge in orders)
+def _commanded(commands: Sequence[Edge], nodes: Mapping[str, Node]) -> str:
+    by = dict.fromkeys(nodes[edge.start].name for edge in commands)
     return f"; commanded by {', '.join(by)}" if by else ""

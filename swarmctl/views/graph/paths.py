@@ -1,4 +1,4 @@
-"""How orders travel: each path on a line, hop by hop."""
+"""Command paths as text: one line per path, hop by hop."""
 
 from __future__ import annotations
 
@@ -6,23 +6,24 @@ from collections.abc import Sequence
 
 from rich.text import Text
 
-from swarmctl.topology.paths import Hop, Way
+from swarmctl.analysis.command_paths import CommandPath, Hop
 
 _STYLE = {"network": "blue", "master": "dim", "bridge": "dim", "robot": "bold"}
 
 
-def paths(ways: Sequence[Way]) -> Text:
-    """One line a path, or why there is none."""
-    if not ways:
-        return Text("`control` names nobody who commands a robot")
-    return Text("\n").join(path(way) for way in ways)
+def paths(found: Sequence[CommandPath]) -> Text:
+    """One line per path, or the reason why there is none."""
+    if not found:
+        return Text("`control` names no commander of a robot")
+    return Text("\n").join(path(one) for one in found)
 
 
-def path(way: Way) -> Text:
-    if way.why:
-        return Text.assemble(f"{way.by} to {way.robot}: ", ("no way", "bold red"), f": {way.why}")
+def path(found: CommandPath) -> Text:
+    """One path, or why there is none."""
+    if found.why:
+        return Text.assemble(f"{found.by} to {found.robot}: ", ("no path", "bold red"), f": {found.why}")
     line = Text()
-    for number, hop in enumerate(way.hops):
+    for number, hop in enumerate(found.hops):
         line.append(" -> " if number else "").append(_hop(hop), _STYLE.get(hop.kind, ""))
     return line
 

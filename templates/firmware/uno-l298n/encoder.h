@@ -1,4 +1,4 @@
-// A slotted disc behind a light barrier: one pulse a slot, which does not tell the direction.
+// A slotted disc behind a light barrier: one pulse a slot, without the direction.
 //
 // One side of each slot is counted: the edge that rises as the wheel turns forward, and falls as it turns back. If it
 // were the rising edge both ways, each reversal would add up to half a tick, with the same sign as often as not.

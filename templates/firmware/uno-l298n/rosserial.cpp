@@ -8,7 +8,7 @@
 
 namespace {
 // Ids of the protocol's own frames.
-constexpr uint16_t id_publisher = 0;  // from the host: tell me your topics
+constexpr uint16_t id_publisher = 0;  // request of the host for the topics
 constexpr uint16_t id_subscriber = 1;
 constexpr uint16_t id_log = 7;
 constexpr uint16_t id_time = 10;
@@ -47,7 +47,7 @@ void RosserialClient::dispatch(uint32_t now) {
     case id_publisher:
       if (reader_.length() == 0) announcing_ = Announcing::kTime;
       break;
-    case id_time:  // the pulses bear no time of day: the answer tells that somebody is there
+    case id_time:  // the pulses carry no time of day: the answer shows that the host is there
       answered_ = now;
       break;
     case id_tx_stop:
@@ -62,7 +62,7 @@ void RosserialClient::dispatch(uint32_t now) {
   }
 }
 
-// One frame a turn, when what was sent before is out: so the main loop never waits long, and hears meanwhile.
+// One frame per cycle, after the frame before was sent: the main loop never waits long, and keeps receiving.
 void RosserialClient::announce(uint32_t now) {
   if (announcing_ == Announcing::kNothing) return;
   if (Serial.availableForWrite() < SERIAL_TX_BUFFER_SIZE - 1) return;

@@ -8,27 +8,27 @@
 
 class RosserialClient {
  public:
-  // rosserial's own numbering: subscribers from 100, publishers behind the room for four of them.
+  // rosserial's own numbering: subscribers from 100, publishers after four numbers for subscribers.
   static constexpr uint16_t command = 100;
   static constexpr uint16_t left_ticks = 104;
   static constexpr uint16_t right_ticks = 105;
 
-  // What is to be done with an order: metres and radians per second.
+  // Executes a command: metres and radians per second.
   using Obey = void (*)(float v, float omega);
 
   explicit RosserialClient(Obey obey) : obey_(obey) {}
 
-  // Reads what has arrived and says what is due; in every turn of the main loop.
+  // Reads what has arrived and sends what is due; call it in every cycle of the main loop.
   void spin(uint32_t now);
 
-  // Whether the host has been told the topics and still answers. Only then its orders count.
+  // True if the host has received the topics and still answers. Only then its commands are executed.
   bool connected() const { return connected_; }
 
-  // Tells which firmware this is; also unasked, when the board starts: a host that is connected already then knows
+  // Reports the firmware; also without a request, when the board starts: a host that is connected then knows
   // that it has to ask for the topics anew.
   void introduce();
 
-  // Tells people that something is wrong; `text` lies in flash.
+  // Logs a problem; `text` is in flash.
   void complain(PGM_P text) { log(level_error, text); }
 
   // Nothing is sent without a connection, or between the announcements of the topics.

@@ -1,4 +1,4 @@
-// A differential drive under ROS: orders come in as Twist, wheel pulses go out, and two loops hold the speeds between.
+// A differential drive under ROS: commands come in as Twist, wheel pulses go out, and two loops hold the speeds between.
 // Wiring and numbers stand in config.h.
 #include <Arduino.h>
 #include <avr/sleep.h>
@@ -18,22 +18,22 @@ Wheel left(config::left_encoder, Motor(config::left_enable, config::left_forward
 Wheel right(config::right_encoder, Motor(config::right_enable, config::right_forward, config::right_backward),
             SpeedLoop(config::right_pwm_min, config::right_full_speed));
 
-WheelSpeeds ordered{0.0f, 0.0f};
-uint32_t ordered_at = 0;           // ms
-WheelSpeeds driven{0.0f, 0.0f};    // on the way to what was ordered
-bool blocked = false;              // a wheel did not turn: both stand until an order to stop, or none, has come
+WheelSpeeds commanded{0.0f, 0.0f};
+uint32_t commanded_at = 0;           // ms
+WheelSpeeds driven{0.0f, 0.0f};    // on the way to what was commanded
+bool blocked = false;              // a wheel did not turn: both stand until a command to stop, or none, has come
 
 void obey(float v, float omega) {
   if (v == 0.0f && omega == 0.0f) blocked = false;
-  ordered = blocked ? WheelSpeeds{0.0f, 0.0f} : wheel_speeds(v, omega);
-  ordered_at = millis();
+  commanded = blocked ? WheelSpeeds{0.0f, 0.0f} : wheel_speeds(v, omega);
+  commanded_at = millis();
 }
 
 RosserialClient host(obey);
 
 // The dead-man. It asks nobody else: a host that is connected and silent has fallen asleep.
-void stop_unless_ordered(uint32_t now) {
-  if (!host.connected() || now - ordered_at > ms(config::dead_man)) obey(0.0f, 0.0f);
+void stop_unless_commanded(uint32_t now) {
+  if (!host.connected() || now - commanded_at > ms(config::dead_man)) obey(0.0f, 0.0f);
 }
 
 constexpr char left_blocked[] PROGMEM = "the left wheel is driven and gives no pulses: is it blocked, or its encoder off?";
@@ -43,7 +43,7 @@ constexpr char right_blocked[] PROGMEM = "the right wheel is driven and gives no
 void stop_if_blocked() {
   if (!left.blocked() && !right.blocked()) return;
   host.complain(left.blocked() ? left_blocked : right_blocked);
-  ordered = driven = {0.0f, 0.0f};
+  commanded = driven = {0.0f, 0.0f};
   blocked = true;
 }
 
@@ -82,12 +82,12 @@ void loop() {
   static uint32_t controlled = 0;
   static uint32_t published = 0;
   host.spin(millis());
-  const uint32_t now = millis();  // not before the orders that were just heard
+  const uint32_t now = millis();  // not before the commands that were just received
   if (now != fed) wdt_reset();  // not while time stands: a storm of pulses starves the clock, and with it the dead-man
   fed = now;
-  stop_unless_ordered(now);
+  stop_unless_commanded(now);
   if (due(now, ms(config::control_period), controlled)) {
-    driven = approach(driven, ordered);
+    driven = approach(driven, commanded);
     left.control(driven.left);
     right.control(driven.right);
     stop_if_blocked();

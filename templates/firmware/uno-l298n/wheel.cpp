@@ -6,10 +6,10 @@ namespace {
 constexpr uint32_t braked = 200;
 constexpr uint32_t coasted = 1000;
 
-// A driven one that does not tick for so long, s, or for that many slots at the speed ordered, is blocked.
+// A driven one that does not tick for so long, s, or for that many slots at the speed commanded, is blocked.
 constexpr float patience = 1.0f;
 constexpr float slots = 3.0f;
-constexpr float slowest = 0.01f;  // rad/s, that an order is taken for here
+constexpr float slowest = 0.01f;  // rad/s, that a command is taken for here
 }  // namespace
 
 void Wheel::begin() {
@@ -17,13 +17,13 @@ void Wheel::begin() {
   encoder.begin();
 }
 
-void Wheel::control(float ordered) {
-  ordered_ = ordered;
+void Wheel::control(float commanded) {
+  commanded_ = commanded;
   const Encoder::Motion measured = encoder.measure();
   const uint32_t now = millis();
-  const int8_t wanted = ordered_ > 0.0f ? 1 : ordered_ < 0.0f ? -1 : 0;
+  const int8_t wanted = commanded_ > 0.0f ? 1 : commanded_ < 0.0f ? -1 : 0;
   if (direction_ != wanted && direction_ != 0 && stands()) direction_ = 0;
-  // The encoder does not tell the direction: a wheel has to stand before it may turn the other way, and until then
+  // The encoder does not measure the direction: a wheel has to stand before it may turn the other way, and until then
   // its edges belong to the way it turned.
   if (wanted == 0 || (direction_ != 0 && direction_ != wanted)) {
     let_go(config::brake || wanted != 0, now);
@@ -33,7 +33,7 @@ void Wheel::control(float ordered) {
     braking_ = false;
     let_go_at_ = now;
     if (measured.ticked) waiting_ = now;
-    motor_.drive(direction_, static_cast<uint8_t>(loop_.step(fabs(ordered_), measured.speed, measured.turned)));
+    motor_.drive(direction_, static_cast<uint8_t>(loop_.step(fabs(commanded_), measured.speed, measured.turned)));
   }
   encoder.turns(direction_);
 }
@@ -55,7 +55,7 @@ bool Wheel::stands() const {
 }
 
 bool Wheel::blocked() const {
-  if (ordered_ == 0.0f) return false;
-  const float due = slots * Encoder::angle / fmax(fabs(ordered_), slowest);
+  if (commanded_ == 0.0f) return false;
+  const float due = slots * Encoder::angle / fmax(fabs(commanded_), slowest);
   return millis() - waiting_ > static_cast<uint32_t>(1000.0f * fmax(due, patience));
 }

@@ -13,9 +13,9 @@ class Wheel {
   void begin();
 
   // One step of the loop, every control_period, towards a speed in rad/s.
-  void control(float ordered);
+  void control(float commanded);
 
-  // Whether it is driven and does not turn, or its encoder does not tell: no pulse where several were due.
+  // True if it is driven but does not turn, or its encoder fails: no pulse where several were due.
   bool blocked() const;
 
   Encoder encoder;
@@ -26,7 +26,7 @@ class Wheel {
 
   Motor motor_;
   SpeedLoop loop_;
-  float ordered_ = 0.0f;
+  float commanded_ = 0.0f;
   int8_t direction_ = 0;  // the way the wheel turns, 0 once it stands
   bool braking_ = false;    // shorted, to slow it down
   uint32_t let_go_at_ = 0;  // ms, when it was driven last, or since when it is braked

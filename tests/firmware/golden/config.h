@@ -6,7 +6,7 @@
 
 namespace config {
 
-// The serial line, and what is said on it.
+// The serial line, and its protocol.
 constexpr uint32_t baud = 57600;
 constexpr char command_topic[] PROGMEM = "cmd_vel";
 constexpr char left_ticks_topic[] PROGMEM = "lwheel";
@@ -42,7 +42,7 @@ constexpr float control_period = 0.02f;  // whole ms, as the clock counts them
 constexpr float kp = 8.0f;
 constexpr float ki = 40.0f;
 
-// Without an order for this long the robot stops.
+// Without a command for this long the robot stops.
 constexpr float dead_man = 0.4f;
 
 }  // namespace config

@@ -1,0 +1,1 @@
+"""Graph algorithms and load budgets over a swarm: dependencies, impact, command paths. Pure."""

@@ -1,0 +1,45 @@
+"""All budgets of one swarm: lines, Bluetooth adapters, boards, hosts and networks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from swarmctl.analysis.bluetooth_load import BluetoothBudget, bluetooth_budgets
+from swarmctl.analysis.host_load import HostBudget, host_budgets
+from swarmctl.analysis.network_load import NetworkBudget, network_budgets
+from swarmctl.analysis.rosserial_load import RosserialBudget, rosserial_budgets
+from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
+from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.index import SwarmIndex
+
+
+@dataclass(frozen=True)
+class Budgets:
+    """The load of links, boards and hosts, each beside its limit; in the order of the spec."""
+
+    lines: tuple[SerialBudget, ...]
+    radios: tuple[BluetoothBudget, ...]
+    boards: tuple[RosserialBudget, ...]
+    hosts: tuple[HostBudget, ...]
+    networks: tuple[NetworkBudget, ...]
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "lines": [one.to_json() for one in self.lines],
+            "radios": [one.to_json() for one in self.radios],
+            "boards": [one.to_json() for one in self.boards],
+            "hosts": [one.to_json() for one in self.hosts],
+            "networks": [one.to_json() for one in self.networks],
+        }
+
+
+def budgets_of(index: SwarmIndex) -> Budgets:
+    """The budgets of a document without errors."""
+    lines = dict(serial_budgets(index))
+    return Budgets(
+        lines=tuple(lines.values()),
+        radios=bluetooth_budgets(index, {number: one.load for number, one in lines.items()}),
+        boards=tuple(rosserial_budgets(index)),
+        hosts=tuple(host_budgets(index, bridges_of(index))),
+        networks=tuple(network_budgets(index)),
+    )

@@ -1,0 +1,151 @@
+"""A swarm as nodes and edges to draw: hosts, robots, programs and networks, and what connects them. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import asdict, dataclass
+
+from swarmctl.analysis.dependencies import Dependencies
+from swarmctl.spec.model import Bluetooth, NetworkLink, Serial
+from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.topics import COMMAND
+
+
+@dataclass(frozen=True)
+class Node:
+    """A host, robot, network or program. ``island`` is that of its host; empty for a network."""
+
+    kind: str
+    name: str
+    detail: str
+    island: str = ""
+
+    @property
+    def id(self) -> str:
+        return f"{self.kind}:{self.name}"
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A connection of two nodes, by their ids. Kinds: network, serial, bluetooth, runs, orders, data."""
+
+    kind: str
+    start: str
+    end: str
+    label: str = ""
+
+
+@dataclass(frozen=True)
+class BridgedTopic:
+    """A topic of one island that is bridged to others."""
+
+    topic: str
+    type: str
+    origin: str
+    to: tuple[str, ...]
+
+    def to_json(self) -> dict[str, object]:
+        return {"topic": self.topic, "type": self.type, "from": self.origin, "to": list(self.to)}
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """A whole swarm to draw. ``islands`` are names, each with the host that runs its master."""
+
+    swarm: str
+    mode: str
+    islands: tuple[tuple[str, str], ...]
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    provider: str = ""  # the multimaster that bridges topics; empty with one island
+    crossings: tuple[BridgedTopic, ...] = ()
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "swarm": self.swarm,
+            "mode": self.mode,
+            "islands": [{"name": name, "hub": hub} for name, hub in self.islands],
+            "nodes": [{"id": node.id, **asdict(node)} for node in self.nodes],
+            "edges": [asdict(edge) for edge in self.edges],
+            "crossings": [one.to_json() for one in self.crossings],
+        }
+
+
+def diagram(index: SwarmIndex) -> Diagram:
+    """The diagram of a spec without errors, in the order of the spec."""
+    bridged = tuple(_bridged_topics(bridges_of(index)))
+    several = len(index.islands) > 1
+    return Diagram(
+        swarm=index.spec.name,
+        mode=index.spec.mode.value,
+        islands=tuple((island.name, island.hub) for island in index.islands),
+        nodes=tuple(_nodes(index)),
+        edges=tuple(dict.fromkeys(_edges(index, {one.topic for one in bridged}))),
+        provider=(index.spec.multimaster or Multimaster()).provider if several else "",
+        crossings=bridged,
+    )
+
+
+def _bridged_topics(bridges: Iterable[Bridge]) -> Iterator[BridgedTopic]:
+    """Each topic once for each island of origin, with all islands that receive it."""
+    found: dict[tuple[str, str, str], dict[str, None]] = {}
+    for one in bridges:
+        found.setdefault((one.topic, one.type, one.origin), {}).update(dict.fromkeys(one.to))
+    return (BridgedTopic(*key, tuple(to)) for key, to in found.items())
+
+
+def _nodes(index: SwarmIndex) -> Iterator[Node]:
+    spec = index.spec
+    hubs = {island.hub for island in index.islands}
+
+    def island_of(host: str | None) -> str:
+        island = index.home.get(host or "")
+        return island.name if island else ""
+
+    for name in spec.hosts:
+        kind = index.computer_of(name) or "computer"
+        yield Node("host", name, f"{kind}, master" if name in hubs else kind, island_of(name))
+    for name, robot in spec.robots.items():
+        yield Node("robot", name, robot.type, island_of(index.driving[name]))
+    for name, program in spec.programs.items():
+        detail = program.use or program.executable or program.launch or program.package or "program"
+        yield Node("program", name, detail, island_of(index.program_hosts[name]))
+    for _, link in index.networks:
+        yield Node("network", link.name, link.kind)
+
+
+def _edges(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
+    for link in index.spec.links:
+        if isinstance(link, NetworkLink):
+            yield from (Edge("network", f"host:{host}", f"network:{link.name}") for host in link.hosts)
+        elif isinstance(link, Bluetooth):
+            adapter = index.adapter_of(link) or ""
+            yield Edge("bluetooth", f"host:{link.host}", f"robot:{link.robot}", adapter)
+        elif isinstance(link, Serial):
+            yield Edge("serial", f"host:{link.host}", f"robot:{link.robot}", link.device or "usb")
+    for name, host in index.program_hosts.items():
+        if host is not None:
+            yield Edge("runs", f"host:{host}", f"program:{name}")
+    for control in index.spec.control:
+        for robot in control.of:
+            yield Edge("orders", _commander(index, control.by), f"robot:{robot}", COMMAND)
+    yield from _data(index, bridged)
+
+
+def _data(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
+    """The topics that programs receive from robots and from each other."""
+    publishers = {one.topic: f"program:{one.owner}" for one in index.endpoints if one.publishes}
+    for topic, program in Dependencies(index).flows:
+        robot = index.robot_by_namespace.get(topic.rpartition("/")[0])
+        source = publishers.get(topic) or (f"robot:{robot}" if robot else None)
+        if source is not None:
+            label = f"{topic} (bridged)" if topic in bridged else topic
+            yield Edge("data", source, f"program:{program}", label)
+
+
+def _commander(index: SwarmIndex, by: str) -> str:
+    kind = "program" if by in index.spec.programs else "robot" if by in index.spec.robots else "host"
+    return f"{kind}:{by}"

@@ -1,0 +1,82 @@
+"""The memory that each host needs for its drivers and programs, beside the memory it has. Pure numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from swarmctl.render.multimaster.base import provider_of, runs_on
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.resolved import Bridge
+
+# MB. A driver may take 60 (its bar); rosmaster is a Python program like it, rosout is smaller. A Linux
+# without a desktop takes 100 to 200, as Raspberry Pi OS Lite does.
+DRIVER_MB = 60
+MASTER_MB = 100
+SYSTEM_MB = 200
+SMALL_MB = 1024  # computers with no more memory than this are slow as well: Raspberry Pi 1 to 3, Zero
+SMALL_NODES = 20  # that such a computer's master should serve at most; a rule of thumb
+CAREFUL = 0.8  # share of the memory above which a host begins to swap
+
+
+@dataclass(frozen=True)
+class HostBudget:
+    """The memory of a host whose kind of computer is declared, and the nodes that its master serves."""
+
+    host: str
+    computer: str
+    memory_mb: int
+    parts: tuple[tuple[str, int], ...]  # what needs how many MB
+    served: int  # nodes of the island whose master it runs; 0 if it runs none
+
+    @property
+    def needed_mb(self) -> int:
+        return sum(size for _, size in self.parts)
+
+    @property
+    def share(self) -> float:
+        return self.needed_mb / self.memory_mb
+
+    @property
+    def small(self) -> bool:
+        return self.memory_mb <= SMALL_MB
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "host": self.host,
+            "computer": self.computer,
+            "memory_mb": self.memory_mb,
+            "needed_mb": self.needed_mb,
+            "parts": dict(self.parts),
+            "share": round(self.share, 3),
+            "nodes_served": self.served,
+        }
+
+
+def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostBudget]:
+    """The budget of every host whose kind of computer is declared, in the order of the spec."""
+    drivers: Counter[str | None] = Counter(index.driving.values())
+    programs: dict[str, list[tuple[str, int]]] = {}
+    nodes = drivers.copy()
+    for name, host in index.program_hosts.items():
+        if host is not None:
+            nodes[host] += 1
+            programs.setdefault(host, []).append((name, index.spec.programs[name].memory_mb or 0))
+    served = {island.hub: sum(nodes[host] for host in island.hosts) for island in index.islands}
+    provider, islands = provider_of(index.spec.multimaster), index.islands
+    receiving = {to for bridge in bridges for to in bridge.to}
+    joining = {one.hub for one in islands if runs_on(provider, len(islands), one.name in receiving)}
+    for name in index.spec.hosts:
+        kind = index.computer_of(name)
+        if kind is None:
+            continue
+        parts = [
+            ("system", SYSTEM_MB),
+            ("master", MASTER_MB if name in served else 0),
+            ("multimaster", provider.memory_mb if name in joining else 0),
+            (f"{drivers[name]} driver{'s' if drivers[name] > 1 else ''}", drivers[name] * DRIVER_MB),
+            *programs.get(name, ()),
+        ]
+        needed = tuple(part for part in parts if part[1])
+        yield HostBudget(name, kind, index.computers[kind].memory_mb, needed, served.get(name, 0))

@@ -1,0 +1,27 @@
+"""Every port on which a swarm's hosts listen, as its middleware and its multimaster provider declare them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from swarmctl.render.middleware import middleware_of
+from swarmctl.render.multimaster.base import provider_of
+from swarmctl.spec.model import Spec
+from swarmctl.swarm.ports import SSH, Listener, ssh_port
+from swarmctl.swarm.resolved import Island
+
+
+def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
+    """Every listener of a swarm, host by host in the order of the spec, then island by island."""
+    for name in spec.hosts:
+        yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
+    middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster)
+    for island in islands:
+        yield from middleware.listeners(spec, island)
+        if len(islands) > 1:
+            yield from provider.listeners(spec, island)
+
+
+def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
+    """The ports that belong to a master, counted from its own."""
+    return (0, *(provider_of(spec.multimaster).offsets if len(islands) > 1 else ()))

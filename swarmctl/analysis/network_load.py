@@ -1,0 +1,140 @@
+"""The topics that are sent over each network, beside what the network can carry. Pure numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from swarmctl.analysis.rosserial_load import message_bytes
+from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
+from swarmctl.spec.model import Control
+from swarmctl.swarm import names
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE, driver_topics
+
+# Mbit/s between two hosts. 802.11g carries about 22, and a packet goes to the access point and on from there;
+# a Raspberry Pi up to 3B has fast ethernet, 94 with TCP.
+CAPACITY = {"wlan": 10.0, "ethernet": 90.0}
+CAREFUL_NETWORK = 0.7
+_TCP_HEADERS = 66  # bytes of ethernet, IP and TCP with its time stamp, for each of the segments below
+_SEGMENT = 1448
+
+Subscribers = Mapping[str, set[str]]  # by topic, the hosts that subscribe to it
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A topic that is sent from one host to another over a network."""
+
+    topic: str
+    origin: str
+    to: str
+    bytes_per_second: float
+
+
+@dataclass(frozen=True)
+class NetworkBudget:
+    """The flows over one network, as far as their rates and sizes are known."""
+
+    network: str
+    kind: str
+    capacity_mbps: float
+    flows: tuple[Flow, ...]
+
+    @property
+    def needed_mbps(self) -> float:
+        return sum(flow.bytes_per_second for flow in self.flows) * 8 / 1e6
+
+    @property
+    def share(self) -> float:
+        return self.needed_mbps / self.capacity_mbps
+
+    def largest(self, count: int) -> list[Flow]:
+        """The ``count`` largest flows, without those below one percent of the whole."""
+        worth = [flow for flow in self.flows if flow.bytes_per_second * 8e2 >= self.needed_mbps * 1e6]
+        return sorted(worth, key=lambda flow: -flow.bytes_per_second)[:count]
+
+    def to_json(self) -> dict[str, object]:
+        return {
+            "network": self.network,
+            "kind": self.kind,
+            "mbps": round(self.needed_mbps, 3),
+            "mbps_available": self.capacity_mbps,
+            "share": round(self.share, 4),
+            "flows": len(self.flows),
+        }
+
+
+def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
+    """The budget of every network, in the order of the spec. Two hosts use the first network they share."""
+    carried: dict[str, list[Flow]] = {}
+    for flow in _flows(index):
+        if shared := index.shared_networks(flow.origin, flow.to):
+            carried.setdefault(shared[0], []).append(flow)
+    for _, link in index.networks:
+        capacity = link.capacity_mbps or CAPACITY[link.kind]
+        yield NetworkBudget(link.name, link.kind, capacity, tuple(carried.get(link.name, ())))
+
+
+def _flows(index: SwarmIndex) -> Iterator[Flow]:
+    """What is published on one host and subscribed to on another, with a known rate and size."""
+    subscribers = _subscribers(index)
+    rates = command_rates(index)
+    for control in index.spec.control:
+        yield from _command_flows(index, control, rates)
+    for one in index.endpoints:
+        size = message_bytes(one.type, one.size) if one.publishes and one.rate else None
+        if size is not None and one.rate is not None:
+            yield from _flows_of(one.topic, one.host, subscribers, one.rate, size)
+    if subscribers:
+        yield from _sensor_flows(index, subscribers)
+
+
+def _subscribers(index: SwarmIndex) -> Subscribers:
+    """The hosts of the programs that subscribe to each topic.
+
+    If no program on an island subscribes to a topic that `multimaster.topics` sends there, its hub counts.
+    """
+    found: dict[str, set[str]] = {}
+    for one in index.endpoints:
+        if not one.publishes and one.host:
+            found.setdefault(one.topic, set()).add(one.host)
+    islands = {island.name: island for island in index.islands}
+    multimaster = index.spec.multimaster
+    for declared in multimaster.topics if multimaster else ():
+        hosts = found.setdefault(declared.topic, set())
+        for island in (islands[to] for to in declared.to if to in islands):
+            if hosts.isdisjoint(island.hosts):
+                hosts.add(island.hub)
+    return found
+
+
+def _command_flows(index: SwarmIndex, control: Control, rates: Mapping[str, float]) -> Iterator[Flow]:
+    origin, size = index.commander_host(control.by), message_bytes(COMMAND_TYPE, None) or 0
+    for robot in control.of:
+        to = index.driving[robot]
+        if origin is not None and to is not None and origin != to:
+            topic = f"{names.namespace(robot)}/{COMMAND}"
+            yield Flow(topic, origin, to, rates.get(robot, COMMAND_RATE) * on_the_wire(size))
+
+
+def _sensor_flows(index: SwarmIndex, subscribers: Subscribers) -> Iterator[Flow]:
+    namespaces = {names.split_topic(topic)[0] for topic in subscribers}
+    for namespace, name in index.robot_by_namespace.items():
+        host = index.driving[name] if namespace in namespaces else None
+        if host is None:
+            continue
+        robot = index.spec.robots[name]
+        for one in driver_topics(index.types[robot.type], index.settings_of(name), robot.driver):
+            yield from _flows_of(f"{namespace}/{one.name}", host, subscribers, one.rate, one.size)
+
+
+def _flows_of(topic: str, origin: str, subscribers: Subscribers, rate: float, size: int) -> Iterator[Flow]:
+    for to in sorted(subscribers.get(topic, ())):
+        if to != origin:
+            yield Flow(topic, origin, to, rate * on_the_wire(size))
+
+
+def on_the_wire(size: int) -> int:
+    """Bytes of a message with its length before it, in as many TCP segments as it takes."""
+    return size + 4 + _TCP_HEADERS * -(-(size + 4) // _SEGMENT)

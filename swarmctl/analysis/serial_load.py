@@ -1,0 +1,244 @@
+"""What each robot's line carries: requests and replies in bytes, and the time they take. Pure numbers.
+
+A driver sends one request at a time and waits for its reply, so a line is full when the exchanges of a second
+take a second: the bytes at the line's speed, and the delay between a request and its reply.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from swarmctl.robot_types.effective_settings import equipped, rates_of, waits_of
+from swarmctl.robot_types.protocols import DriverProtocol
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.sensors import Range, Sensor, Wheels
+from swarmctl.spec.model import Bluetooth, Serial
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.topics import COMMAND
+
+FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
+COMMAND_RATE = 10.0  # Hz of commands if no program declares its rate
+MOST_COMMANDS = 50.0  # Hz; a driver sends a new speed at most every 20 ms
+LEAST_COMMANDS = 5.0  # Hz; it repeats an unchanged speed after 200 ms
+_OFTEN = 2.0  # Hz; a slower sensor does not matter for the load of a line
+_SIXTEEN_BITS = len("-32768")
+CAREFUL = 0.7  # share of its time above which a late reply delays the next exchange
+
+# Seconds between the end of a request and its reply. An FTDI adapter forwards its buffer when its latency
+# timer expires (AN232B-04): 16 ms, or the 1 ms that our udev rule sets, and a USB frame of 1 ms. An unknown
+# adapter counts as one with its default timer; none is faster than such a frame. By Bluetooth, an e-puck
+# answers for all its sensors but the camera in one exchange at about 30 Hz (epuck_driver's launch file), of
+# which 20 ms carry no bytes; request and reply take at least four slots of 625 us.
+USUAL_DELAY = {"usb": 0.016, "usb-ftdi": 0.002, "uart": 0.002, "bluetooth": 0.020}
+LEAST_DELAY = {"usb": 0.001, "usb-ftdi": 0.001, "uart": 0.0, "bluetooth": 0.0025}
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """A request and its reply, bytes each at their longest, and how often a second they are due."""
+
+    name: str
+    rate: float
+    request: int
+    reply: int
+    sensors: tuple[tuple[str, float], ...] = ()  # in the reply, with the rate of each
+    wait: float = 0.0  # s that the driver waits for the reply; 0 if it needs no time of its own
+
+    @property
+    def bytes(self) -> int:
+        return self.request + self.reply
+
+
+@dataclass(frozen=True)
+class SerialLoad:
+    """The exchanges on a line; one value for all robots with the same type, rates and kind of line."""
+
+    kind: str  # usb, usb-ftdi, uart or bluetooth
+    baud: int
+    bits: int  # a byte takes on the line, with its start, parity and stop bits
+    reply_timeout: float  # s
+    exchanges: tuple[Exchange, ...]
+
+    @property
+    def needed(self) -> float:
+        """Bytes a second, both ways."""
+        return sum(one.rate * one.bytes for one in self.exchanges)
+
+    @property
+    def available(self) -> float:
+        """Bytes a second that the line can carry without pauses."""
+        return self.baud / self.bits
+
+    @cached_property
+    def slowest(self) -> Exchange | None:
+        """The exchange with the longest wait for its reply; None if no reply needs time of its own."""
+        return max((one for one in self.exchanges if one.wait), key=lambda one: one.wait, default=None)
+
+    def seconds(self, exchange: Exchange) -> float:
+        """How long one exchange usually takes."""
+        return exchange.bytes / self.available + USUAL_DELAY[self.kind]
+
+    def held(self, exchange: Exchange) -> float:
+        """For how long no other request is sent: a robot that takes and sends an image receives nothing."""
+        return max(exchange.wait, self.seconds(exchange))
+
+    @cached_property
+    def share(self) -> float:
+        """Seconds of exchanges in a second, with the usual delay."""
+        return sum(one.rate * self.held(one) for one in self.exchanges)
+
+    @cached_property
+    def least_share(self) -> float:
+        """The same with the shortest possible delay; above 1 no adapter helps."""
+        requests = sum(one.rate for one in self.exchanges)
+        return self.needed / self.available + requests * LEAST_DELAY[self.kind]
+
+    @cached_property
+    def cycle(self) -> float:
+        """Seconds for one round of all exchanges."""
+        return sum(self.seconds(one) for one in self.exchanges)
+
+    def fitting(self) -> dict[str, float]:
+        """Lower rates by sensor with which the load stays below CAREFUL; empty if that is impossible.
+
+        Slow sensors, such as a battery's voltage, keep their rate: they do not fill the line.
+        """
+        queries = [one for one in self.exchanges if one.sensors and one.rate >= _OFTEN]
+        kept = sum(one.rate * self.held(one) for one in self.exchanges if one not in queries)
+        scaled = sum(one.rate * self.held(one) for one in queries)
+        factor = (CAREFUL - kept) / scaled if scaled else 0.0
+        fitting = {
+            name: fit
+            for one in queries
+            for name, rate in one.sensors
+            if (fit := _rounded_down(one.rate * min(factor, 1.0))) < rate
+        }
+        return fitting if all(rate > 0 for rate in fitting.values()) else {}
+
+
+def _rounded_down(rate: float) -> float:
+    """A rate as a person would write it: a whole number, or tenths below 2 Hz."""
+    return float(int(rate)) if rate >= 2 else max(0.0, int(rate * 10) / 10)
+
+
+@dataclass(frozen=True)
+class SerialBudget:
+    """The load of one robot's line, and the host it is connected to."""
+
+    robot: str
+    host: str
+    load: SerialLoad
+
+    def to_json(self) -> dict[str, object]:
+        load = self.load
+        return {
+            "robot": self.robot,
+            "host": self.host,
+            "kind": load.kind,
+            "baud": load.baud,
+            "bytes_per_second": round(load.needed, 1),
+            "bytes_per_second_available": round(load.available, 1),
+            "share": round(load.share, 3),
+            "least_share": round(load.least_share, 3),
+            "cycle_seconds": round(load.cycle, 4),
+            "exchanges": [
+                {"name": one.name, "rate": one.rate, "request": one.request, "reply": one.reply}
+                for one in load.exchanges
+            ],
+        }
+
+
+def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
+    """The budget of every line on which a driver polls, with its index in ``links``.
+
+    Robots with the same type, rates and line share a ``SerialLoad``. Boards with a sketch: `rosserial_load`.
+    """
+    command_rate = command_rates(index)
+    loads: dict[tuple[object, ...], SerialLoad] = {}
+    polled = {name for name, one in index.types.items() if one.driver_protocol is not None}
+    for number, link in index.lines:
+        robot = index.spec.robots[link.robot]
+        if robot.type not in polled:
+            continue
+        own, kind = robot.settings.rates, line_kind(link)
+        baud = link.baud if isinstance(link, Serial) else None
+        commands = command_rate.get(link.robot, COMMAND_RATE)
+        key = (robot.type, kind, baud, commands, robot.settings.camera, *sorted(own.items()))
+        load = loads.get(key)
+        if load is None:
+            robot_type, layers = index.types[robot.type], index.document.settings_layers(link.robot)
+            rates = rates_of(robot_type, *layers)
+            load = load_of(equipped(robot_type, *layers), kind, baud or robot_type.link.baud, commands, rates)
+            loads[key] = load
+        yield number, SerialBudget(link.robot, link.host, load)
+
+
+def line_kind(link: Serial | Bluetooth) -> str:
+    """The kind of a line, a key of USUAL_DELAY: usb, usb-ftdi, uart or bluetooth."""
+    if isinstance(link, Bluetooth):
+        return "bluetooth"
+    if link.usb is None:
+        return "uart"
+    return "usb-ftdi" if link.usb.vendor == FTDI else "usb"
+
+
+def command_rates(index: SwarmIndex) -> dict[str, float]:
+    """How often a robot receives commands, Hz; only robots for which a program declares a rate."""
+    rates: dict[str, float] = {}
+    for one in index.endpoints:
+        if one.publishes and one.rate is not None and one.topic.endswith(f"/{COMMAND}"):
+            robot = index.robot_by_namespace.get(one.topic.removesuffix(f"/{COMMAND}"))
+            if robot is not None:
+                rates[robot] = max(one.rate, rates.get(robot, 0.0))
+    return rates
+
+
+def load_of(
+    robot_type: RobotType, kind: str, baud: int, commands: float, rates: Mapping[str, float]
+) -> SerialLoad:
+    """The load of a line by a driver with these ``rates`` of sensors and of ``commands``, Hz."""
+    link, protocol = robot_type.link, robot_type.driver_protocol
+    if protocol is None:  # a sketch is not polled
+        return SerialLoad(kind, baud, link.bits, 0.0, ())
+    rate = min(MOST_COMMANDS, max(LEAST_COMMANDS, commands))
+    queries = _queries(robot_type, protocol, rates, waits_of(robot_type, baud, rates))
+    command = Exchange(COMMAND, rate, *_command(robot_type, protocol))
+    return SerialLoad(kind, baud, link.bits, protocol.reply_timeout, (command, *queries))
+
+
+def _command(robot_type: RobotType, protocol: DriverProtocol) -> tuple[int, int]:
+    """Bytes of the longest speed command and its reply: both wheels at full speed backwards, finest units."""
+    kinematics = robot_type.kinematics
+    units = max(scale.speed_units_per_mps for scale in kinematics.scales)
+    fastest = len(str(-round(kinematics.wheel_speed_max * units)))
+    request, reply = protocol.set_speed.length(0)
+    if protocol.kind == "line":
+        request += 2 * fastest - len("{left}{right}")
+    return request, reply
+
+
+def _queries(
+    robot_type: RobotType, protocol: DriverProtocol, rates: Mapping[str, float], waits: Mapping[str, float]
+) -> Iterator[Exchange]:
+    """One exchange for each query, at the rate of its fastest sensors and named after them."""
+    for name, query in protocol.queries.items():
+        fed = {key: one for key, one in robot_type.sensors.items() if (one.read or key) == name}
+        on = tuple((key, rates[key]) for key in fed if rates[key] > 0)
+        if not on:
+            continue
+        highest = max(rate for _, rate in on)
+        digits = max(_digits(robot_type, one) for one in fed.values())
+        label = " + ".join(key for key, rate in on if rate == highest)
+        yield Exchange(label, highest, *query.length(digits), sensors=on, wait=waits.get(name, 0.0))
+
+
+def _digits(robot_type: RobotType, sensor: Sensor) -> int:
+    """Characters of the longest number in a sensor's reply."""
+    match sensor:
+        case Range(max_reading=largest):
+            return len(str(largest))
+        case Wheels():
+            return len(str(-(2 ** (robot_type.kinematics.counter_bits - 1))))
+    return _SIXTEEN_BITS

@@ -1,0 +1,29 @@
+"""Exit codes, the same for every verb."""
+
+from __future__ import annotations
+
+OK = 0
+ERROR = 1
+CHANGES = 2
+HOSTS_FAILED = 3
+HOSTS_UNREACHABLE = 4
+UNHEALTHY = 5
+USAGE = 64
+INTERRUPTED = 130
+
+MEANING = {
+    OK: "success",
+    ERROR: "the spec has errors, or the command failed",
+    CHANGES: "plan --detailed-exitcode: there are changes",
+    HOSTS_FAILED: "some hosts failed",
+    HOSTS_UNREACHABLE: "some hosts are unreachable, none failed",
+    UNHEALTHY: "the swarm is unhealthy",
+    USAGE: "usage error",
+    INTERRUPTED: "interrupted",
+}
+
+
+def epilog(*codes: int) -> str:
+    """The last line of a verb's help: its own exit ``codes`` and those of every verb."""
+    named = sorted({OK, ERROR, *codes, USAGE, INTERRUPTED})
+    return f"Exit codes: {'; '.join(f'{code} {MEANING[code]}' for code in named)}."

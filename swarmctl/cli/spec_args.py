@@ -1,0 +1,46 @@
+"""SPEC and ``-f`` of every verb as one value: the spec's file and its overlays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+
+@dataclass(frozen=True)
+class Layers:
+    """The files of one spec, each an overlay on those before. Files beside the spec are beside ``first``."""
+
+    files: tuple[Path, ...]
+
+    @property
+    def first(self) -> Path:
+        return self.files[0]
+
+    def __str__(self) -> str:
+        return " -f ".join(map(str, self.files))
+
+
+def file(name: str) -> Layers:
+    return Layers((Path(name),))
+
+
+def given(context: typer.Context, spec: Layers | None) -> Layers | None:
+    """SPEC with the overlays; without SPEC, the first overlay is the spec. None without any file."""
+    overlays = tuple(context.params.get("overlays") or ())
+    files = (*(spec.files if spec else ()), *overlays)
+    return Layers(files) if files else None
+
+
+def needed(context: typer.Context, spec: Layers | None) -> Layers | None:
+    """The same, for a verb that requires a spec. Raises ``typer.BadParameter`` without one."""
+    found = given(context, spec)
+    if found is None and not context.resilient_parsing:
+        raise typer.BadParameter("missing argument SPEC, the YAML file of the swarm")
+    return found
+
+
+def each(context: typer.Context, specs: list[Layers] | None) -> list[Layers | None]:
+    """The same for several specs: the overlays apply to each of them."""
+    return [needed(context, spec) for spec in (specs or (None,))]

@@ -1,0 +1,69 @@
+"""Puts together how the hosts of a swarm are reached: the spec, ``~/.ssh/config`` and the pinned keys."""
+
+from __future__ import annotations
+
+import getpass
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from swarmctl.cli import console
+
+if TYPE_CHECKING:
+    from swarmctl.remote.known_hosts import KnownHosts
+    from swarmctl.remote.ssh_config import Login
+    from swarmctl.remote.transport import Target
+    from swarmctl.swarm.resolved import Swarm
+
+
+def read_known_hosts(spec: Path) -> KnownHosts:
+    """The pinned keys beside the spec; ends the program if the file is wrong or of an earlier version."""
+    from swarmctl.remote import known_hosts
+    from swarmctl.remote.openssh_files import OpenSshFileError
+
+    path, old = known_hosts.path_beside(spec), known_hosts.old_path_beside(spec)
+    if old.exists() and not path.exists():
+        console.fail(
+            f"the host keys in {old} are in the format of an earlier version",
+            f"`swarmctl trust {spec}` converts them to {path}",
+        )
+    try:
+        return known_hosts.read(path)
+    except OpenSshFileError as error:
+        console.fail(str(error), "correct the line, or remove the file and run `swarmctl trust` again")
+
+
+def targets(swarm: Swarm, known: KnownHosts) -> tuple[Mapping[str, Target], tuple[str, ...]]:
+    """How to reach every host, by name, and what in ``~/.ssh/config`` is ignored.
+
+    Ends the program if that file is wrong.
+    """
+    from swarmctl.remote.openssh_files import OpenSshFileError
+    from swarmctl.remote.ssh_config import Resolver, SshConfig
+
+    home = Path.home()
+    config = SshConfig(home / ".ssh" / "config")
+    resolver = Resolver(config, known, getpass.getuser(), home)
+    try:
+        found = {name: resolver.target(login(swarm, name)) for name in swarm.hosts}
+    except OpenSshFileError as error:
+        console.fail(
+            str(error), "swarmctl reads `~/.ssh/config` as ssh does; `ssh -G HOST` reports the same line"
+        )
+    return found, tuple(config.warnings)
+
+
+def login(swarm: Swarm, name: str, behind: tuple[str, ...] = ()) -> Login:
+    """What the spec declares about reaching a host; a circle of ``via`` is cut where it closes."""
+    from swarmctl.remote.ssh_config import Login
+
+    host = swarm.hosts[name]
+    via = None if host.via is None or host.via in (*behind, name) else login(swarm, host.via, (*behind, name))
+    return Login(
+        name,
+        host.address,
+        host.user if "user" in host.declared else None,
+        host.port if "port" in host.declared else None,
+        via,
+        default_user=host.user,
+    )

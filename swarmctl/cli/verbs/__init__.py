@@ -1,0 +1,1 @@
+"""One module a verb: it parses, calls and prints; it decides nothing."""

@@ -1,0 +1,194 @@
+"""``swarmctl driver test``: tests a real or emulated robot over its serial line."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli.verbs.driver import Folder, the_type
+
+if TYPE_CHECKING:
+    from swarm_driver.config import Config
+
+    from swarmctl.conformance.results import Result
+    from swarmctl.robot_types.robot_type import RobotType
+    from swarmctl.views.robot_types import Shown
+
+    Examination = Generator[Result, None, None]
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_NEXT_ALARM = 0.25  # s until a class that still hangs is interrupted again
+_MOST_ALARMS = 2
+_HANGS = "a call of the protocol's class exceeds the time limit of a driver"
+_RAISED = "the wheels must not touch the ground: the robot drives at its speed limit and turns on the spot"
+
+
+def driver_test(
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="The robot type (see `driver list`); with --spec, the robot."),
+    ],
+    port: Annotated[
+        Path, typer.Option("--port", metavar="PORT", help="The serial port of the robot or of an emulator.")
+    ],
+    baud: Annotated[
+        int | None,
+        typer.Option("--baud", min=300, max=4_000_000, help="Baud rate; by default that of the type."),
+    ] = None,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Do not ask whether the wheels are off the ground.")
+    ] = False,
+    spec: Annotated[
+        Path | None,
+        typer.Option(
+            "--spec",
+            metavar="SPEC",
+            help="NAME is a robot of this swarm; its settings and its sketch apply.",
+        ),
+    ] = None,
+    folder: Folder = Path(),
+    json: options.Json = False,
+) -> None:
+    """Test a robot: stop, firmware, sensors, lights, motion, limits, dead-man timeout and latencies.
+
+    Runs the driver's code without ROS, also for boards with rosserial. Exit code 1 if a check fails.
+    Ctrl-C stops the robot.
+    """
+    run = (
+        _robot_of_swarm(spec, name, port, baud)
+        if spec
+        else _robot_of_type(the_type(name, folder), port, baud)
+    )
+    _confirm_lifted(name, yes)
+    _print_summary(name, port, _run_checks(run, json=json), json=json)
+
+
+def _confirm_lifted(name: str, yes: bool) -> None:
+    """Exit unless the user confirms that the robot cannot drive away."""
+    if yes:
+        return
+    if not sys.stdin.isatty():
+        console.fail(_RAISED, "lift the robot, then run the same command with --yes", code=exit_codes.USAGE)
+    typer.echo(f"{name}: {_RAISED}.", err=True)
+    if not typer.confirm("Are the wheels off the ground?", err=True):
+        console.fail("nothing was sent", "lift the robot, then run the same command again")
+
+
+def _robot_of_type(shown: Shown, port: Path, baud: int | None) -> Examination:
+    from swarmctl.conformance.driver_core import config_for
+    from swarmctl.robot_types.codec_check import codec_beside
+
+    module = codec_beside(Path(shown.source)).resolve()
+    config = config_for(shown.type, shown.name, str(port), baud, str(module))
+    return _on_the_bench(config, shown.type)
+
+
+def _robot_of_swarm(spec: Path, name: str, port: Path, baud: int | None) -> Examination:
+    """The checks of a robot with the settings, the calibration and the sketch of its spec."""
+    import yaml
+
+    from swarmctl.cli.spec_args import Layers
+    from swarmctl.conformance.driver_core import config_of
+    from swarmctl.render.driver_config import parameters
+    from swarmctl.robot_types.codec_check import codec_beside
+    from swarmctl.suggest import did_you_mean
+
+    swarm = console.read_spec(Layers((spec,)))
+    robot = swarm.robots.get(name)
+    if robot is None:
+        console.fail(
+            f"there is no robot called `{name}` in {spec}",
+            *did_you_mean(name, swarm.robots, "the robots are"),
+            code=exit_codes.USAGE,
+        )
+    module = codec_beside(spec.parent / "robots" / f"{robot.type_name}.yaml").resolve()
+    config = config_of(yaml.safe_load(parameters(robot)), str(port), baud, str(module))
+    return _on_the_bench(config, robot.type)
+
+
+def _on_the_bench(config: Config, robot_type: RobotType) -> Examination:
+    from swarmctl.conformance.bench_runner import BOARD_CHECKS, POLLED_CHECKS, run_checks
+    from swarmctl.conformance.board_bench import BoardBench
+    from swarmctl.conformance.driver_core import open_port
+    from swarmctl.conformance.robot_bench import Bench
+
+    if robot_type.driver_protocol is None:
+        return run_checks(BoardBench(config, lambda: open_port(config)), BOARD_CHECKS)
+    dead_man = robot_type.firmware_dead_man
+    return run_checks(Bench(config, lambda: open_port(config), firmware_dead_man=dead_man), POLLED_CHECKS)
+
+
+def _run_checks(run: Examination, *, json: bool) -> list[Result]:
+    """All results, printed as they arrive; exits with an error if the run fails."""
+    from swarmctl.conformance.driver_core import PortError
+    from swarmctl.conformance.motion_base import AbortError, HangError, NotStoppedError
+    from swarmctl.views import conformance as view
+
+    results: list[Result] = []
+    try:
+        with _signals(), closing(run) as found:
+            for one in found:
+                results.append(one)
+                if not json:
+                    console.out().print(view.line(one))
+    except AbortError:
+        console.fail("interrupted; the robot confirmed the stop", code=exit_codes.INTERRUPTED)
+    except HangError as error:
+        console.fail(str(error), "on a host, this ends the driver, which then stops the motors")
+    except NotStoppedError as error:
+        console.fail(f"the robot did not confirm the stop: {error}", "switch the robot off")
+    except PortError as error:
+        console.fail(str(error), "`ls -l /dev/serial/by-id` lists the serial ports")
+    return results
+
+
+@contextmanager
+def _signals() -> Iterator[None]:
+    """The first signal ends the test in order; later ones are ignored, so that the robot stops."""
+    from swarmctl.conformance.motion_base import AbortError, HangError
+
+    def end(*_: Any) -> None:
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
+        raise AbortError
+
+    alarms = 0
+
+    def too_long(*_: Any) -> None:
+        """A class may catch this, too; the program then ends at once, as a driver does."""
+        nonlocal alarms
+        alarms += 1
+        signal.setitimer(signal.ITIMER_REAL, _NEXT_ALARM)
+        if alarms > _MOST_ALARMS:
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        raise HangError(_HANGS)
+
+    before = {number: signal.signal(number, end) for number in _SIGNALS}
+    before[signal.SIGALRM] = signal.signal(signal.SIGALRM, too_long)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _print_summary(name: str, port: Path, results: list[Result], *, json: bool) -> None:
+    from swarmctl.conformance.results import passed
+    from swarmctl.views import conformance as view
+
+    if json:
+        checks = [one.to_json() for one in results]
+        console.print_json(
+            {"v": 1, "type": name, "port": str(port), "passed": passed(results), "results": checks}
+        )
+    else:
+        console.out().print(f"\n{view.verdict(results)}")
+    if not passed(results):
+        raise typer.Exit(exit_codes.ERROR)

@@ -1,0 +1,208 @@
+"""``swarmctl firmware``: builds the sketches of boards and writes them to the boards."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options
+
+if TYPE_CHECKING:
+    from swarmctl.deploy.flash import Job
+    from swarmctl.firmware.build import Built
+    from swarmctl.remote.transport import Target
+    from swarmctl.render.sketch import Sketch
+    from swarmctl.swarm.resolved import Robot, Swarm
+
+firmware = typer.Typer(
+    name="firmware",
+    no_args_is_help=True,
+    help="Build the sketch of a robot's board and write it to the board.",
+)
+
+Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder for NAME.hex and NAME.elf.")]
+Core = Annotated[
+    Path | None,
+    typer.Option("--core", metavar="DIR", help="The Arduino core; by default that of Debian."),
+]
+BUILT = Path("build/firmware")
+PROGRAMMER = "arduino"  # the boot loader on a board's serial line, STK500 version 1
+SPEED = 115_200  # an UNO's boot loader; old ones have 57 600
+
+
+@firmware.command(epilog=exit_codes.epilog())
+def build(
+    spec: options.Spec,
+    robot: Annotated[str | None, typer.Argument(metavar="ROBOT", help="Only this robot.")] = None,
+    overlays: options.Overlays = None,
+    out: Out = BUILT,
+    core: Core = None,
+    json: options.Json = False,
+) -> None:
+    """Compile the sketch of every board that swarmctl programs; print its use of flash and RAM."""
+    from swarmctl.views import firmware as view
+
+    chosen = _chosen(console.read_spec(spec), [robot] if robot else [])
+    made = {name: (sketch, _built(name, sketch, out, core)) for name, sketch in chosen.items()}
+    if json:
+        firmwares = [{"robot": name, **_entry(sketch, one)} for name, (sketch, one) in made.items()]
+        console.print_json({"v": 1, "firmware": firmwares})
+        return
+    for name, (sketch, one) in made.items():
+        console.out().print(view.built(name, sketch.digest, one))
+
+
+@firmware.command(epilog=exit_codes.epilog(exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE))
+def flash(
+    spec: options.Spec,
+    robots: Annotated[
+        list[str] | None, typer.Argument(metavar="ROBOT", help="Only the boards of these robots.")
+    ] = None,
+    overlays: options.Overlays = None,
+    programmer: Annotated[
+        str, typer.Option("--programmer", metavar="ID", help="The programmer; see `avrdude -c ?`.")
+    ] = PROGRAMMER,
+    speed: Annotated[
+        int,
+        typer.Option("--speed", metavar="BAUD", min=300, max=4_000_000,
+                     help="The boot loader's baud rate: 115200 on an UNO, 57600 on an old Nano."),
+    ] = SPEED,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Build it and print the next steps.")
+    ] = False,
+    out: Out = BUILT,
+    core: Core = None,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+) -> None:  # fmt: skip
+    """Build the sketch, copy it to the robot's host and write it to the board. The driver is stopped.
+
+    Afterwards checks that the driver receives the digest of the new firmware from the board.
+    """
+    from swarmctl.views import firmware as view
+
+    swarm = console.read_spec(spec)
+    jobs = []
+    for name, sketch in _chosen(swarm, robots or []).items():
+        made = _built(name, sketch, out, core)
+        (console.out() if dry_run else console.err()).print(view.built(name, sketch.digest, made))
+        jobs.append(_job(swarm, name, sketch, made, programmer, speed))
+    if dry_run:
+        for job in jobs:
+            host = swarm.hosts[job.host]
+            print(view.steps(job, f"{host.name} ({host.user}@{host.address})"))
+        return
+    raise typer.Exit(_flash(jobs, options.targets(spec, swarm, lab=lab, lab_name=lab_name)))
+
+
+def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, speed: int) -> Job:
+    from swarmctl.deploy.flash import Job
+    from swarmctl.firmware import avrdude
+    from swarmctl.swarm import names
+
+    robot = swarm.robots[name]
+    port = robot.line.path
+    writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer, speed)
+    return Job(swarm.name, name, robot.host, names.unit(swarm.name, name), port, sketch.digest, writing)
+
+
+def _flash(jobs: Sequence[Job], targets: Mapping[str, Target]) -> int:
+    """Write the boards and print the result of each; returns the exit code."""
+    from swarmctl.deploy import flash as flashing
+    from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, interruptible
+    from swarmctl.remote.parallel_hosts import result_of as host_result
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.transport import HostError
+    from swarmctl.views import firmware as view
+
+    found: dict[str, flashing.Results | HostError] = {}
+    with interruptible(lambda text: console.err().print(text)) as stop:
+        for event in flashing.flash(jobs, targets, SshTransport(), stop):
+            if isinstance(event, Note):
+                console.err().print(f"  {event.host}: {event.text}")
+            elif isinstance(event, Finished | Skipped):
+                found[event.host] = host_result(event)
+    results = {job.robot: flashing.result_of(job, found[job.host]) for job in jobs}
+    for job in jobs:
+        console.out().print(view.verdict(job, results[job.robot]))
+    errors = [result for result in results.values() if isinstance(result, HostError)]
+    silent = any(
+        isinstance(one, flashing.Flashed) and one.runs and not one.reported for one in results.values()
+    )
+    if stop.requested:
+        return exit_codes.INTERRUPTED
+    if silent or any(error.reached for error in errors):
+        return exit_codes.HOSTS_FAILED
+    return exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK
+
+
+def simulated(swarm: Swarm) -> dict[str, Path]:
+    """The simulated board, by robot, of every sketch in a swarm, for a lab."""
+    return {name: _wired(swarm.robots[name], sketch) for name, sketch in _chosen(swarm, []).items()}
+
+
+def _wired(robot: Robot, sketch: Sketch) -> Path:
+    """The built sketch of a robot and the board it runs on."""
+    from swarmctl.lab.emulators.simulated_boards import write_board
+    from swarmctl.lab.emulators.uno import Motor
+    from swarmctl.render.sketch import settings_of
+
+    assert robot.type.sketch is not None  # it has a sketch of ours
+    values = settings_of(robot, robot.type.sketch).values()
+    pins = ("encoder", "enable", "forward", "backward")
+    left, right = (
+        Motor(**{pin: values[side][pin] for pin in pins}, pulses=values["pulses_per_turn"])
+        for side in ("left", "right")
+    )
+    shape = {key: values[key] for key in ("baud", "wheel_radius", "wheel_separation")}
+    return write_board(_built(robot.name, sketch, BUILT, None).hex, **shape, left=left, right=right)
+
+
+def _chosen(swarm: Swarm, robots: Sequence[str]) -> dict[str, Sketch]:
+    """The sketches of ``robots``, or of all robots that have one; exits if a named robot has none."""
+    from swarmctl.render.sketch import sketch_of
+    from swarmctl.suggest import did_you_mean
+
+    for robot in robots:
+        if robot not in swarm.robots:
+            console.fail(
+                f"there is no robot called `{robot}`", *did_you_mean(robot, swarm.robots, "the robots are")
+            )
+    wanted = {name: swarm.robots[name] for name in robots or swarm.robots}
+    found = {name: sketch for name, one in wanted.items() if (sketch := sketch_of(one)) is not None}
+    without = [name for name in robots if name not in found]
+    if without or not found:
+        who = f"robot `{without[0]}` has no" if without else "no robot of this swarm has a"
+        console.fail(
+            f"{who} board that swarmctl programs",
+            "a type with `protocol: {kind: rosserial, firmware: uno-l298n}` has one, like arduino-rover",
+        )
+    return found
+
+
+def _built(name: str, sketch: Sketch, out: Path, core: Path | None) -> Built:
+    from swarmctl.firmware import build as building
+    from swarmctl.firmware import toolchain
+
+    try:
+        return building.build(name, sketch.sources, out, toolchain.find(core))
+    except toolchain.FirmwareError as error:
+        console.fail(str(error), *error.help_lines)
+    except OSError as error:
+        console.fail(
+            f"cannot write {error.filename or out}: {error.strerror or error}", "choose another --out"
+        )
+
+
+def _entry(sketch: Sketch, one: Built) -> dict[str, Any]:
+    return {
+        "digest": sketch.digest,
+        "hex": str(one.hex),
+        "elf": str(one.elf),
+        "flash": one.flash,
+        "data": one.data,
+        "stack": one.stack,
+    }

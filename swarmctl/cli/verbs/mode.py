@@ -1,0 +1,104 @@
+"""``swarmctl mode``: infers the mode of a spec, and converts a spec to another mode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes, file_writes, options
+
+if TYPE_CHECKING:
+    from swarmctl.mode_conversion.convert import Conversion
+    from swarmctl.spec.load import Document
+
+mode = typer.Typer(
+    name="mode", no_args_is_help=True, help="Infer the mode of a spec, or convert it to another mode."
+)
+
+
+@mode.command(epilog=exit_codes.epilog())
+def infer(spec: options.Spec, overlays: options.Overlays = None, json: options.Json = False) -> None:
+    """Infer the mode and show the edit to the declared one. Exit code 1 if they differ."""
+    from swarmctl.mode_conversion.infer import infer as inferred
+    from swarmctl.swarm.index import SwarmIndex
+
+    document = console.read_document(spec)
+    found, declared = inferred(SwarmIndex(document)), document.spec.mode
+    same = found.mode is declared
+    edit = "" if same else file_writes.difference(_change(document, _converted(document, declared.value)))
+    if json:
+        modes = {"mode": found.mode.value, "declared": declared.value, "hub": found.hub}
+        console.print_json({"v": 1, **modes, "because": list(found.because), "edit": edit})
+    else:
+        other = "" if same else f", but {declared.value} is declared"
+        console.out().print(f"the mode is {found.mode.value}{other}")
+        for line in found.because:
+            console.out().print(f"  {line}")
+        if edit:
+            console.out().print(f"\nedit to make it {declared.value}:\n\n{edit}", end="")
+    raise typer.Exit(exit_codes.OK if same else exit_codes.ERROR)
+
+
+@mode.command(epilog=exit_codes.epilog())
+def convert(
+    spec: options.Spec,
+    to: Annotated[str, typer.Option("--to", metavar="MODE", help="The new mode.")],
+    write: Annotated[
+        bool, typer.Option("--write", help="Write the file; by default the edit is only shown.")
+    ] = False,
+) -> None:
+    """Convert a spec to another mode with the smallest edit. Comments and layout stay."""
+    document = console.read_document(spec)
+    conversion = _converted(document, to)
+    if found := _wrong(document, conversion):
+        console.fail(f"{spec} cannot be converted to mode `{to}` automatically", *found)
+    change = _change(document, conversion)
+    if write:
+        file_writes.write(change)
+        console.err().print(f"{spec}: mode {to}, {len(conversion.changes)} changes")
+    else:
+        print(file_writes.difference(change), end="")
+    for line in conversion.by_hand:
+        console.err().print(f"by hand: {line}")
+
+
+def _converted(document: Document, to: str) -> Conversion:
+    from swarmctl.mode_conversion.arrangement import ArrangementError
+    from swarmctl.mode_conversion.convert import converted
+    from swarmctl.spec.model import Mode
+    from swarmctl.suggest import did_you_mean
+
+    known = [one.value for one in Mode]
+    if to not in known:
+        console.fail(
+            f"there is no mode `{to}`", *did_you_mean(to, known, "the modes are"), code=exit_codes.USAGE
+        )
+    try:
+        return converted(document, Mode(to))
+    except ArrangementError as error:
+        console.fail(*error.args)
+
+
+def _wrong(document: Document, conversion: Conversion) -> list[str]:
+    """The errors of the converted text."""
+    from swarmctl.diagnostics import Severity
+    from swarmctl.rules.runner import lint
+    from swarmctl.spec.load import load_text
+
+    if conversion.undone:
+        return [
+            f"this is not written in {document.source.path} itself: {'; '.join(conversion.undone)}",
+            "`swarmctl spec --expanded` joins files and writes ranges out; convert what it prints",
+        ]
+    result, found = load_text(conversion.text, document.source.path, document.catalog)
+    found = found if result is None else lint(result)
+    return [f"{one.code}: {one.message}" for one in found if one.severity is Severity.ERROR]
+
+
+def _change(document: Document, conversion: Conversion) -> file_writes.Change:
+    from swarmctl.yamltext.files import content
+
+    source = document.source
+    return file_writes.Change(content(Path(source.path)), source.path, source.text, conversion.text)

@@ -1,0 +1,85 @@
+"""``swarmctl plan``: the steps of a deploy on each host, and their causes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Set
+
+    from swarmctl.plan.plan import Plan
+    from swarmctl.render.bundle import Bundle
+
+WEAKEST = 3  # single points of failure that a plan names
+
+
+def plan(
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    diff: Annotated[bool, typer.Option("--diff", help="Show each changed file as a unified diff.")] = False,
+    offline: Annotated[
+        bool,
+        typer.Option("--offline", help="Connect to no host; compare with the last deploy from this machine."),
+    ] = False,
+    detailed_exitcode: Annotated[
+        bool, typer.Option("--detailed-exitcode", help="Exit with 2 if there are changes.")
+    ] = False,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    limit: options.Limit = None,
+    parallel: options.Parallel = 64,
+    json: options.Json = False,
+) -> None:
+    """Show the steps of a deploy on each host, with their causes. Changes nothing."""
+    from swarmctl.analysis.impact import impacts, single_points
+    from swarmctl.render.build_bundle import bundles
+    from swarmctl.swarm.index import SwarmIndex
+    from swarmctl.swarm.resolve import resolve
+    from swarmctl.views import plan as view
+
+    document = console.read_document(spec)
+    swarm = resolve(document)
+    wanted = bundles(swarm)
+    wanted = {name: wanted[name] for name in options.chosen(wanted, limit)}
+    if offline:
+        made = _offline(wanted, diff)
+    else:
+        from swarmctl.deploy.rollout import observe
+        from swarmctl.remote.ssh import SshTransport
+
+        secrets = options.secrets(spec, wanted)
+        targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+        made = observe(wanted, targets, SshTransport(), diff=diff, parallel=parallel, secrets=secrets)
+    made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
+    if json:
+        console.print_json(made.to_json())
+    else:
+        console.out().print(view.plan(made, diff=diff))
+    optional = {host.name for host in swarm.hosts.values() if host.optional}
+    raise typer.Exit(exit_code(made, optional, detailed_exitcode))
+
+
+def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:
+    from swarmctl.deploy import journal
+    from swarmctl.plan.plan import Plan
+    from swarmctl.plan.reconcile import reconcile
+
+    swarm = next(iter(wanted.values())).swarm
+    place = journal.folder(swarm)
+    hosts = (reconcile(bundle, journal.recall(place, name), diff=diff) for name, bundle in wanted.items())
+    return Plan(swarm, tuple(hosts))
+
+
+def exit_code(made: Plan, optional: Set[str], detailed: bool) -> int:
+    """The exit code of a plan; unreachable optional hosts do not count."""
+    kinds = {host.host: host.problem.kind for host in made.problems if host.problem}
+    kinds = {host: kind for host, kind in kinds.items() if kind != "unreachable" or host not in optional}
+    if kinds:
+        unreachable = set(kinds.values()) == {"unreachable"}
+        return exit_codes.HOSTS_UNREACHABLE if unreachable else exit_codes.HOSTS_FAILED
+    return exit_codes.CHANGES if detailed and made.changes else exit_codes.OK

@@ -1,0 +1,55 @@
+"""``swarmctl remove``: remove the swarm from its hosts."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from swarmctl.cli import console, options, rollout_output
+
+
+def remove(
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask for confirmation.")] = False,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    limit: options.Limit = None,
+    parallel: options.Parallel = 64,
+    json: options.Json = False,
+) -> None:
+    """Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>."""
+    from swarmctl.deploy import journal, rollout
+    from swarmctl.remote.parallel_hosts import interruptible
+    from swarmctl.remote.ssh import SshTransport
+
+    swarm = console.read_spec(spec)
+    names = options.chosen(swarm.hosts, limit)
+    if not yes and not _confirmed(swarm.name, names):
+        console.fail("nothing was removed", "answer `yes`, or use --yes in scripts")
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    with interruptible(rollout_output.note) as stop:
+        chosen = [targets[name] for name in names]
+        events = rollout.remove(swarm.name, chosen, SshTransport(), parallel=parallel, stop=stop)
+        found = rollout_output.results(events, names, quiet=json)
+    if json:
+        console.print_json(rollout_output.document(swarm.name, found))
+    else:
+        rollout_output.report(found)
+    if not options.in_lab(lab, lab_name):
+        with rollout_output.journal_warnings():
+            for name, result in found.items():
+                if isinstance(result, rollout.Removed):
+                    journal.forget(journal.folder(swarm.name), name)
+    raise typer.Exit(rollout_output.exit_code(found, interrupted=stop.requested))
+
+
+def _confirmed(swarm: str, names: list[str]) -> bool:
+    """Ask for confirmation on a terminal; False without one."""
+    import sys
+
+    if not (sys.stdin.isatty() and console.err().is_terminal):
+        return False
+    question = f"Remove swarm {swarm} from {', '.join(names)}? (yes)"
+    return str(typer.prompt(question, default="no", err=True)) == "yes"

@@ -1,0 +1,62 @@
+"""``swarmctl schema``: the JSON Schema of a spec or of a robot type, for editors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarmctl.cli import console
+
+
+class Subject(str, Enum):
+    SWARM = "swarm"
+    ROBOT_TYPE = "robot-type"
+
+
+def schema(
+    subject: Annotated[Subject, typer.Argument(help="What the schema describes.")] = Subject.SWARM,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the reference page instead.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", help="Write both schemas to this folder; older ones are replaced."
+        ),
+    ] = None,
+) -> None:
+    """Print the JSON Schema (draft-07) of a spec or of a robot type.
+
+    Editors check and complete a spec whose first line is: # yaml-language-server: $schema=FILE
+    """
+    if out is not None:
+        _write(schema_files(out))
+        return
+    from swarmctl.schema.json_schema import schema_of
+    from swarmctl.schema.markdown import reference
+
+    if markdown:
+        typer.echo(reference(subject.value), nl=False)
+        return
+    console.print_json(schema_of(subject.value))
+
+
+def schema_files(folder: Path) -> Mapping[Path, bytes]:
+    """Both schemas, as files in a folder."""
+    from swarmctl import resources
+
+    shipped = (resources.schemas() / f"{one.value}.schema.json" for one in Subject)
+    return {folder / file.name: file.read_bytes() for file in shipped}
+
+
+def _write(files: Mapping[Path, bytes]) -> None:
+    try:
+        for path, content in files.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+    except OSError as error:
+        console.fail(
+            f"cannot write {error.filename}: {error.strerror or error}", "choose another folder for --out"
+        )

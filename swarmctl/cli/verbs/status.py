@@ -1,0 +1,114 @@
+"""``swarmctl status``: shows whether the swarm is healthy, and the causes if it is not."""
+
+from __future__ import annotations
+
+import json as json_format
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli.spec_args import Layers
+
+if TYPE_CHECKING:
+    from swarmctl.health.swarm_health import Status
+
+Look = Callable[[], "Status"]
+
+
+def status(
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    watch: Annotated[bool, typer.Option("--watch", help="Repeat until Ctrl-C.")] = False,
+    every: Annotated[float, typer.Option(min=1.0, metavar="SECONDS", help="Interval of --watch.")] = 5.0,
+    window: Annotated[
+        float,
+        typer.Option(
+            min=0.5, max=10.0, metavar="SECONDS", help="How long the rate of each topic is measured."
+        ),
+    ] = 2.0,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    limit: options.Limit = None,
+    parallel: options.Parallel = 64,
+    json: options.Json = False,
+) -> None:
+    """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
+    look = _look(spec, limit, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
+    if watch and json:
+        _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
+    elif watch:
+        _watch(look, every)
+    seen = _observed(look)
+    if json:
+        console.print_json(seen.to_json())
+    else:
+        from swarmctl.views import status as view
+
+        console.out().print(view.status(seen))
+    raise typer.Exit(_exit(seen))
+
+
+def _look(
+    spec: Layers, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
+) -> Look:
+    """A function that observes all hosts and diagnoses the swarm."""
+    from swarmctl.health import swarm_health as health
+    from swarmctl.health.collect import ask
+    from swarmctl.health.expected_graph import Release, expected_graph
+    from swarmctl.health.root_cause import diagnose
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.render.build_bundle import bundles
+
+    swarm = console.read_spec(spec)
+    wanted = bundles(swarm)
+    releases = {
+        name: Release(wanted[name].digest, tuple(unit.name for unit in wanted[name].units))
+        for name in options.chosen(wanted, limit)
+        if wanted[name].files
+    }
+    graph = expected_graph(swarm, releases)
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    transport = SshTransport()
+
+    def look() -> Status:
+        outcomes = ask(graph, targets, transport, window=window, parallel=parallel)
+        return health.status(graph, outcomes, diagnose(graph, outcomes))
+
+    return look
+
+
+def _observed(look: Look) -> Status:
+    """Observe the hosts, with a progress message on a terminal."""
+    if not console.err().is_terminal:
+        return look()
+    with console.err().status("connecting to the hosts ..."):
+        return look()
+
+
+def _watch(look: Look, every: float) -> NoReturn:
+    """Print each round: in place on a terminal, elsewhere one block after the other."""
+    from swarmctl.views import status as view
+
+    if not console.out().is_terminal:
+        _each_round(look, every, lambda seen: console.out().print(view.status(seen), end="\n\n"))
+    from rich.live import Live
+
+    with Live(console=console.out(), auto_refresh=False) as live:
+        _each_round(look, every, lambda seen: live.update(view.status(seen), refresh=True))
+
+
+def _each_round(look: Look, every: float, show: Callable[[Status], None]) -> NoReturn:
+    """Repeat for ever: observe, show, wait for the rest of ``every`` seconds."""
+    while True:
+        due = time.monotonic() + every
+        show(look())
+        time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _exit(seen: Status) -> int:
+    if seen.diagnosis.healthy:
+        return exit_codes.OK
+    return exit_codes.HOSTS_UNREACHABLE if seen.diagnosis.only_unreachable else exit_codes.UNHEALTHY

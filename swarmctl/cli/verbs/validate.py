@@ -1,0 +1,50 @@
+"""``swarmctl validate``: checks specs and prints the findings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes, finding_output, options
+from swarmctl.cli import fix_output as fixes
+
+
+def validate(
+    specs: options.Specs,
+    overlays: options.Overlays = None,
+    form: Annotated[
+        finding_output.Format | None,
+        typer.Option("--format", help="Output format; by default github in GitHub Actions, else human."),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the findings to a file.")
+    ] = None,
+    fix: Annotated[bool, typer.Option("--fix", help="Apply the available fixes to the files.")] = False,
+    diff: Annotated[
+        bool,
+        typer.Option("--diff", help="Only show the changes of --fix; exit code 1 if there are any."),
+    ] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print nothing; only the exit code shows the result.")
+    ] = False,
+    color: options.Color = None,
+) -> None:
+    """Check specs. Exit code 0 if all of them can be deployed, else 1."""
+    from swarmctl.rules.runner import load_checked
+    from swarmctl.views.findings.report import Checked, Report
+
+    if json and form not in (None, finding_output.Format.JSON):
+        console.fail(f"--json and --format {form.value} exclude each other", code=exit_codes.USAGE)
+    if diff:
+        raise typer.Exit(exit_codes.ERROR if fixes.show_diffs(specs) else exit_codes.OK)
+    if fix:
+        fixes.apply_fixes(specs, quiet=quiet)
+    report = Report(tuple(Checked(str(spec), *load_checked(*spec.files)) for spec in specs), strict=strict)
+    finding_output.show(
+        report, finding_output.Format.JSON if json else form or finding_output.usual(), output, quiet=quiet
+    )
+    raise typer.Exit(exit_codes.OK if report.passed else exit_codes.ERROR)

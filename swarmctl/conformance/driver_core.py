@@ -1,0 +1,44 @@
+"""The configuration and port of a driver under test: as on a host, but without a swarm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from swarm_driver.config import Config, parse
+from swarm_driver.port import Port, PortError
+
+from swarmctl.robot_types.cameras import camera_of
+from swarmctl.robot_types.driver_params import params_of
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.settings import RobotSettings, merged
+
+
+def config_for(robot_type: RobotType, name: str, port: str, baud: int | None, module: str) -> Config:
+    """Returns the driver configuration of a robot type, without commanders."""
+    params = params_of(
+        robot_type, robot=name, namespace=f"/{name}", port=port, baud=baud, module=module,
+        settings=with_images(robot_type),
+    )  # fmt: skip
+    return parse({**params, "commanders": []})
+
+
+def config_of(params: Mapping[str, Any], port: str, baud: int | None, module: str) -> Config:
+    """Returns the driver configuration of a robot of a swarm, with another port and without commanders."""
+    serial = {**params["serial"], **({"baud": baud} if baud else {})}
+    protocol = {**params["protocol"], **({"module": module} if "module" in params["protocol"] else {})}
+    return parse({**params, "port": port, "serial": serial, "protocol": protocol, "commanders": []})
+
+
+def with_images(robot_type: RobotType) -> RobotSettings:
+    """Returns the type's settings with its images on: the size of images that are off is unknown."""
+    found = camera_of(robot_type.sensors)
+    return merged(robot_type.settings, RobotSettings(rates={found[0]: 1.0} if found else {}))
+
+
+def open_port(config: Config) -> Port:
+    """Opens the serial port exclusively. Raises ``PortError``."""
+    return Port(config.port, config.serial)
+
+
+__all__ = ["Port", "PortError", "config_for", "config_of", "open_port"]

@@ -1,0 +1,191 @@
+"""Checks of a polled robot's protocol: stop, firmware, queries, actuators, reply times."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from statistics import median
+
+from swarm_driver import readings
+from swarm_driver.codec import Values
+from swarm_driver.config import Actuator, Sensor
+from swarm_driver.link import FAILED_EXCHANGE, LinkLostError
+
+from swarmctl.conformance.results import Result, Verdict
+from swarmctl.conformance.robot_bench import Bench
+
+_ROUNDS = 3  # of every query
+_CLOSE = 0.7  # of the reply timeout; longer replies are almost too late
+_WARMTH = (-20.0, 90.0)  # plausible degrees Celsius
+
+
+def confirms_stop(bench: Bench) -> Iterator[Result]:
+    """Comes first: a robot that cannot be stopped is not queried."""
+    hint = bench.config.serial.hint or "check that the robot is on, the port, and the baud rate"
+    try:
+        attempts = bench.stop()
+    except LinkLostError as error:
+        yield Result("stop", Verdict.FAIL, f"{error} at {bench.config.serial.baud} baud", hint)
+        return
+    figure = "confirmed" if attempts == 1 else f"confirmed at attempt {attempts}"
+    yield Result("stop", Verdict.OK if attempts <= 2 else Verdict.WARN, figure, "" if attempts <= 2 else hint)
+
+
+def reports_firmware(bench: Bench) -> Iterator[Result]:
+    request = bench.link.codec.identify()
+    if request is None:
+        yield Result("firmware", Verdict.OK, "the type has no query for it")
+        return
+    try:
+        bench.firmware = bench.ask_twice(request).text or "unknown"
+        scale = bench.scale
+    except (*FAILED_EXCHANGE, LinkLostError) as error:
+        yield Result("firmware", Verdict.FAIL, str(error), "fix `identify`, or the bounds in `scales`")
+        return
+    yield Result("firmware", Verdict.OK, f"{bench.firmware}: {scale.speed_units_per_mps:g} units are 1 m/s")
+
+
+def accepts_setup(bench: Bench) -> Iterator[Result]:
+    for request in bench.link.codec.setup():
+        try:
+            bench.ask(request)
+        except FAILED_EXCHANGE as error:  # noqa: PERF203
+            yield Result(f"setup {request.name}", Verdict.FAIL, str(error), "fix `setup` of the protocol")
+        else:
+            yield Result(f"setup {request.name}", Verdict.OK, "confirmed")
+
+
+def answers_queries(bench: Bench) -> Iterator[Result]:
+    """Sends each query several times: checks the count of numbers and their ranges."""
+    on = [one for one in bench.config.sensors if one.kind != "image" or one.rate > 0]  # the others are off
+    for name in dict.fromkeys(sensor.read for sensor in on):
+        sensors = [one for one in on if one.read == name]
+        yield from _answers(bench, name, sensors)
+
+
+def _answers(bench: Bench, name: str, sensors: list[Sensor]) -> Iterator[Result]:
+    try:
+        replies = [bench.query(name).values for _ in range(_ROUNDS)]
+    except FAILED_EXCHANGE as error:
+        yield Result(
+            f"query {name}", Verdict.FAIL, str(error), f"fix the query `{name}`: its request or its reply"
+        )
+        return
+    for sensor in sensors:
+        values = [reply[sensor.first : sensor.first + sensor.count] for reply in replies]
+        wrong = next((why for one in values if (why := _implausible(sensor, one))), "")
+        figure = wrong or _shown(sensor, values[-1])
+        fix = f"check query, `first` and scale of `{sensor.name}`" if wrong else ""
+        yield Result(f"sensor {sensor.name}", Verdict.WARN if wrong else Verdict.OK, figure, fix)
+
+
+def _implausible(sensor: Sensor, values: Values) -> str:
+    """Returns why ``values`` are implausible; empty if they are not."""
+    settings = sensor.settings
+    if sensor.kind == "range":
+        largest = settings["max_reading"]
+        outside = [one for one in readings.every(values, settings["stride"]) if not 0 <= one <= largest]
+        return f"{outside[0]:g} is outside 0 to {largest}" if outside else ""
+    if sensor.kind == "battery":
+        volts = readings.charge(values, settings).volts
+        return f"{volts:.2f} V" if not 0.5 * settings["empty"] <= volts <= 1.5 * settings["full"] else ""
+    if sensor.kind == "temperature":
+        [degrees] = readings.scaled(values, settings)
+        return f"{degrees:.1f} degrees" if not _WARMTH[0] <= degrees <= _WARMTH[1] else ""
+    return ""
+
+
+def _shown(sensor: Sensor, values: Values) -> str:
+    if sensor.kind == "battery":
+        return f"{readings.charge(values, sensor.settings).volts:.2f} V"
+    if sensor.kind == "temperature":
+        return f"{readings.scaled(values, sensor.settings)[0]:.1f} degrees"
+    return ", ".join(f"{one:g}" for one in values[:8]) + (" ..." if len(values) > 8 else "")
+
+
+def sets_actuators(bench: Bench) -> Iterator[Result]:
+    """Sets every light and sound to its maximum and back to 0."""
+    for actuator in bench.config.actuators:
+        try:
+            for value in (actuator.max, 0):
+                _set(bench, actuator, value)
+        except FAILED_EXCHANGE as error:  # noqa: PERF203
+            yield Result(
+                f"actuator {actuator.name}",
+                Verdict.FAIL,
+                str(error),
+                f"fix `send` or `reply` of `{actuator.name}`",
+            )
+        else:
+            yield Result(f"actuator {actuator.name}", Verdict.OK, f"0 to {actuator.max} and back to 0")
+
+
+def _set(bench: Bench, actuator: Actuator, value: int) -> None:
+    values = (value,) * len(actuator.channels)
+    for index in range(1 if actuator.at_once else len(values)):
+        bench.ask(bench.link.codec.actuator(actuator, index, values))
+
+
+def answers_in_time(bench: Bench) -> Iterator[Result]:
+    """Sends many queries in a row; reports reply times of the whole test."""
+    read = dict.fromkeys(sensor.read for sensor in bench.config.sensors)
+    names = [one for one in read if one not in bench.config.waits]  # these have longer timeouts
+    for number in range(bench.pace.questions):
+        request = (
+            bench.link.codec.query(names[number % len(names)]) if names else bench.link.codec.speed(0, 0)
+        )
+        try:
+            bench.ask(request)
+        except FAILED_EXCHANGE:
+            continue
+    timeout = bench.protocol.reply_timeout
+    if not bench.latencies:
+        yield Result("replies", Verdict.OK, "the robot sends no replies, as its type declares")
+        return
+    ordered = sorted(bench.latencies)
+    p99 = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
+    figure = (
+        f"median {median(ordered) * 1000:.1f}, p99 {p99 * 1000:.1f}, max {ordered[-1] * 1000:.1f} ms "
+        f"of {timeout * 1000:g} ms; {bench.unanswered} of {len(ordered) + bench.unanswered} failed"
+    )
+    share = bench.unanswered / (len(ordered) + bench.unanswered)
+    if share > 0.02:
+        yield Result("replies", Verdict.FAIL, figure, "raise `reply_timeout`, or check the line")
+    elif bench.unanswered or p99 > _CLOSE * timeout:
+        yield Result(
+            "replies", Verdict.WARN, figure, "raise `reply_timeout`: some replies come late or never"
+        )
+    else:
+        yield Result("replies", Verdict.OK, figure)
+
+
+def recovers_from_half_a_request(bench: Bench) -> Iterator[Result]:
+    """Sends half a request, like a cable that is unplugged during it."""
+    whole = bench.link.codec.speed(0, 0).data
+    if len(whole) > 1:
+        bench.port.write(whole[: len(whole) // 2])
+    yield _recovered(
+        "half a request", bench, "the robot does not recover from half a request; switch it off and on"
+    )
+
+
+def recovers_from_a_reconnect(bench: Bench) -> Iterator[Result]:
+    bench.disconnect()
+    bench.connect()
+    yield _recovered("reconnect", bench, "if opening the port restarts the robot, raise `settle` of the link")
+
+
+def _recovered(check: str, bench: Bench, fix: str) -> Result:
+    """Checks how soon a stop is confirmed."""
+    began = time.monotonic()
+    try:
+        attempts = bench.stop()
+    except LinkLostError as error:
+        return Result(check, Verdict.FAIL, f"a stop is not confirmed: {error}", fix)
+    figure = f"{attempts}, {time.monotonic() - began:.2f} s"
+    if attempts <= 2:  # a driver sends everything twice before it closes the port
+        return Result(check, Verdict.OK, f"a stop is confirmed at attempt {figure}")
+    return Result(
+        check, Verdict.WARN, f"a stop is confirmed only at attempt {figure}",
+        "a driver closes the port after two; it takes a second longer to recover",
+    )  # fmt: skip

@@ -1,0 +1,102 @@
+"""Findings as values: a stable code, a position, a message and a fix."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, replace
+from enum import Enum
+from typing import Any
+
+_DIGITS = re.compile("[0-9]+")
+
+
+class Severity(str, Enum):
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True, order=True)
+class Span:
+    """A stretch of one file. Lines and columns count from 1, columns in characters; the end is exclusive."""
+
+    file: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True)
+class Note:
+    """A second place that belongs to a diagnostic, and what it has to do with it."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True)
+class Edit:
+    """What stands in ``span`` becomes ``text``; a span whose end is its start inserts."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True)
+class Fix:
+    """A fix that a program can apply: edits that belong together, and a title."""
+
+    title: str
+    edits: tuple[Edit, ...]
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One finding. ``label`` stands under the underlined text; each ``help`` is one way to fix it.
+
+    Of a ``secret`` no view shows what stands in ``span``.
+    """
+
+    code: str
+    message: str
+    span: Span | None = None
+    severity: Severity = Severity.ERROR
+    label: str = ""
+    notes: tuple[Note, ...] = ()
+    help: tuple[str, ...] = ()
+    fix: Fix | None = None
+    secret: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        found = asdict(self) | {"severity": self.severity.value}
+        del found["secret"]  # it holds no text of the file
+        return found
+
+
+def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
+
+
+def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """By file, line and column; those without a place first; the same finding only once.
+
+    Equal findings about the elements of a range become one, with a count of the others.
+    """
+    nowhere = Span("", 0, 0, 0, 0)
+    unique = dict.fromkeys(diagnostics)
+    alike: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for found in unique:
+        alike.setdefault((found.span or found, found.code, _DIGITS.sub("", found.message)), []).append(found)
+    merged = [_for_all(group) for group in alike.values()]
+    return tuple(sorted(merged, key=lambda found: (found.span or nowhere, found.code, found.message)))
+
+
+def _for_all(group: list[Diagnostic]) -> Diagnostic:
+    first, *others = group
+    if not others:
+        return first
+    return replace(first, help=(*first.help, f"the same goes for {len(others)} more that stand here"))

@@ -1,0 +1,177 @@
+"""Types of single values: names, addresses, ports, ROS names."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
+
+_HOSTNAME = re.compile(
+    r"(?=.{1,253}$)(?!-)[A-Za-z0-9-]{1,63}(?<!-)(\.(?!-)[A-Za-z0-9-]{1,63}(?<!-))*", re.ASCII
+)
+_NO_LINE = re.compile(
+    "/dev/(null|zero|full|u?random|k?mem|console|tty[0-9]*|(sd|nvme|mmcblk|input|hid|video|bus).*)"
+)
+_MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
+_ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
+
+_BESIDE_ADDRESSES = (  # what people write along with an address
+    ("//", "leave out what stands before the name of the host, and behind it"),
+    ("@", "the account stands under `user`, the address by itself"),
+    ("/", "how large the network is stands in its link, as `subnet`"),
+    ("^[^:]+:[0-9]+$", "the port of its SSH server stands under `port`, the address by itself"),
+    ("_", "names of hosts have letters, digits, hyphens and dots"),
+)
+
+
+def _address(value: str) -> str:
+    """An IP address or a host name; its last label starts with a letter, as 127.1 is an address to libc."""
+    try:
+        ipaddress.ip_address(value)
+    except ValueError:
+        if not _HOSTNAME.fullmatch(value) or not value.rpartition(".")[2][:1].isalpha():
+            hint = next(
+                (hint_text for form, hint_text in _BESIDE_ADDRESSES if re.search(form, value)), _ADDRESS_HINT
+            )
+            raise ValueError(f"`{value}` is neither an IP address nor a host name; {hint}") from None
+        return value
+    if "%" in value:
+        raise ValueError("an address carries no interface; drop what follows `%`")
+    return value
+
+
+def _mac(value: str) -> str:
+    if not _MAC.fullmatch(value):
+        raise ValueError(f"`{value}` is not a Bluetooth address; write six pairs, like 10:00:e8:c5:64:37")
+    return value.lower()
+
+
+def _group(value: str) -> str:
+    try:
+        if ipaddress.IPv4Address(value).is_multicast:
+            return value
+    except ValueError:
+        pass
+    raise ValueError(f"`{value}` is not a multicast address; write one from 224.0.0.0 to 239.255.255.255")
+
+
+def _subnet(value: str) -> str:
+    try:
+        if "/" in value:
+            return str(ipaddress.ip_network(value))
+    except ValueError:
+        pass
+    try:
+        prefix = "" if "/" in value else "/24"
+        meant = str(ipaddress.ip_interface(value + prefix).network)
+    except ValueError:
+        meant = "192.168.77.0/24"
+    raise ValueError(f"`{value}` is not a subnet; write it like {meant}")
+
+
+def _device_path(value: str) -> str:
+    if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+-]+", value, re.ASCII) or ".." in value:
+        raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
+    if _NO_LINE.fullmatch(value):
+        raise ValueError(f"`{value}` is no serial line; one is called /dev/ttyS0, /dev/ttyAMA0 or the like")
+    if value.startswith("/dev/swarm/"):
+        raise ValueError(
+            f"`{value}` is a name that swarmctl assigns; identify the adapter instead: usb: {{serial: ...}}"
+        )
+    return value
+
+
+KEY = "[key]"  # the last step to a name itself, not to what it names; pydantic's own word
+
+
+class ConsistencyError(ValueError):
+    """Parts that are right by themselves and do not fit together; ``at`` leads to the one to look at."""
+
+    def __init__(self, message: str, *at: str | int) -> None:
+        super().__init__(message)
+        self.at = at
+
+
+class Model(BaseModel):
+    """A part of a file: it does not change, has no keys but its own, and no value becomes another type's."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+Name = Annotated[
+    str,
+    Field(
+        pattern=r"^[a-z][a-z0-9-]{0,30}$",
+        description="Lower-case letters, digits and hyphens, a letter first.",
+    ),
+]
+HostName = Annotated[Name, Field(examples=["k3-pi"])]
+RobotName = Annotated[Name, Field(examples=["k3"])]
+ROBOT_TYPE_NAME = r"^[a-z][a-z0-9.-]{0,30}$"
+RobotTypeName = Annotated[
+    str,
+    Field(
+        pattern=ROBOT_TYPE_NAME,
+        examples=["khepera3"],
+        description="Lower-case letters, digits, dots and hyphens, a letter first.",
+    ),
+]
+ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
+NetworkName = Annotated[Name, Field(examples=["lab"])]
+IslandName = Annotated[Name, Field(examples=["west"])]
+ProgramName = Annotated[Name, Field(examples=["joystick"])]
+Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
+Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
+Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
+Folder = Annotated[
+    str,
+    Field(pattern=r"^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$", max_length=255, examples=["/home/robot/catkin_ws"]),
+]
+DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_device_path)]
+Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
+Account = Annotated[str, Field(pattern=r"^[a-z_][a-z0-9_-]{0,31}$", examples=["robot"])]
+Port = Annotated[int, Field(ge=1, le=65535)]
+Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
+Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200])]
+UsbText = Annotated[str, Field(pattern=r"^[A-Za-z0-9:._-]{1,64}$", examples=["FTDI1234"])]
+# The kernel writes these ids in lower case, and udev compares letter by letter.
+HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
+GraphName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z~/][A-Za-z0-9_/]*$",
+        max_length=200,
+        description="A ROS graph name.",
+        examples=["cmd_vel"],
+    ),
+]
+TypeName = Annotated[
+    str, Field(pattern=r"^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$", examples=["geometry_msgs/Twist"])
+]
+PackageName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", examples=["joy"])]
+FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", examples=["joy_node"])]
+EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+Printable = Annotated[
+    str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=4096)
+]
+
+
+def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
+    """One complaint where a union would bring one for each of its members."""
+    try:
+        return inner(value)
+    except ValidationError:
+        raise ValueError("a parameter is text, a number, true or false") from None
+
+
+Value = Annotated[bool | int | float | Printable, WrapValidator(_one_word)]

@@ -1,0 +1,151 @@
+"""Checks between islands: the multimaster nodes, the bridged topics, and undeclared nodes. Pure.
+
+Two masters are compared: one must list exactly the publishers that the other has, under the same names and
+addresses, for the bridged topics and for no others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from swarmctl.health import checks
+from swarmctl.health.checks import State, Verdict
+from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.health_findings import Findings
+from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen
+
+CHECK = "bridge"
+_NAMED = 3  # nodes or topics in one sentence
+
+
+def compare(
+    found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer], gates: Mapping[str, str]
+) -> None:
+    """Files the findings about bridges. ``gates``: by host, the key of the finding whether it answered."""
+    hubs = {host.name: host for host in graph.hosts if host.is_hub}
+    peers: dict[str, list[str]] = {}
+    for bridge in graph.bridges:
+        peers.setdefault(bridge.hub, []).append(bridge.origin_hub)
+    joined: dict[str, list[str]] = {}
+    for hub in hubs.values():
+        if hub.multimaster is not None and hub.name in answers:
+            away = [gates[peer] for peer in dict.fromkeys(peers.get(hub.name, ()))]
+            joined[hub.name] = list(_multimaster(found, hub, hub.multimaster, answers[hub.name], away))
+    for bridge in graph.bridges:
+        causes = [*_causes(bridge, gates), *joined.get(bridge.hub, ()), *joined.get(bridge.origin_hub, ())]
+        seen = {name: answers[name].graph for name in (bridge.origin_hub, bridge.hub) if name in answers}
+        verdict = bridged(bridge, seen.get(bridge.origin_hub), seen.get(bridge.hub), graph.homes)
+        origin, target = hubs[bridge.origin_hub], hubs[bridge.hub]
+        owner = origin if origin.optional else target
+        found.add(CHECK, bridge.subject, verdict, host=owner, after=causes)
+    for hub in hubs.values():
+        seen_here = answers[hub.name].graph if hub.name in answers else None
+        for node, verdict in leaks(graph, hub, seen_here):
+            found.add("leak", f"{node.node} at {hub.name}", verdict, host=hub)
+
+
+def _causes(bridge: ExpectedBridge, gates: Mapping[str, str]) -> Iterator[str]:
+    """What may explain that a topic is not bridged, most basic cause first."""
+    both = (bridge.origin_hub, bridge.hub)
+    yield from (gates[hub] for hub in both)
+    yield from (f"master {hub}" for hub in both)
+    yield from (f"probe {hub} {part}" for hub in both for part in ("ros", "graph"))
+    yield from (f"driver {robot}" for robot in bridge.robots)
+
+
+def _multimaster(
+    found: Findings, hub: ExpectedHost, wanted: ExpectedMultimaster, answer: Answer, away: list[str]
+) -> Iterator[str]:
+    """Checks the multimaster of a hub; yields the keys of the findings. ``away``: peers' gates."""
+    unit = f"unit {wanted.unit} on {hub.name}"
+    yield unit
+    for node in wanted.nodes:
+        verdict = joining(hub, wanted, node, answer.nodes.get(node))
+        after = [f"master {hub.name}", f"probe {hub.name} ros", unit, f"release {hub.name}", *away]
+        yield found.add("multimaster", f"{node} on {hub.name}", verdict, host=hub, after=after)
+
+
+def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: NodeSeen | None) -> Verdict:
+    """Checks a multimaster node: registered, alive, and the status it reports."""
+    restart = f"on {hub.name}: systemctl restart {wanted.unit}"
+    if seen is None or seen.registered is None:
+        return checks.unknown("was not checked")
+    if not seen.registered:
+        return checks.bad("is not registered at the master", restart)
+    if not seen.alive:
+        return checks.bad(f"is registered, but does not answer ({seen.error})", restart)
+    if seen.report is None:
+        silent = node == wanted.reporter
+        return checks.unknown("has reported no status") if silent else checks.ok("runs")
+    state = {0: State.OK, 1: State.WARNING}.get(seen.report.level, State.BAD)
+    return Verdict(state, seen.report.message)
+
+
+def bridged(
+    bridge: ExpectedBridge, origin: GraphSeen | None, target: GraphSeen | None, homes: Mapping[str, str]
+) -> Verdict:
+    """Checks that the target's master lists exactly the publishers that the origin has."""
+    if origin is None or target is None:
+        missing = bridge.hub if target is None else bridge.origin_hub
+        return checks.unknown(f"the master of {missing} was not checked")
+    here = _of_island(bridge.origin, origin.publishers.get(bridge.topic, {}), homes)
+    there = _of_island(bridge.origin, target.publishers.get(bridge.topic, {}), homes)
+    if absent := [node for node in here if node not in there]:
+        return checks.bad(f"{bridge.hub} does not receive {_some(absent)}")
+    if stale := [node for node in there if node not in here]:
+        return checks.bad(f"{bridge.hub} still lists {_some(stale)}, which left {bridge.origin_hub}")
+    if moved := [node for node in here if here[node] != there[node]]:
+        node = moved[0]
+        return checks.bad(f"{bridge.hub} lists {node} at {there[node]} instead of {here[node]}")
+    kind = target.types.get(bridge.topic, "*")
+    if kind not in (bridge.type, "*"):
+        return checks.bad(f"has type {kind} at {bridge.hub} instead of {bridge.type}")
+    if not here:
+        text = f"no publisher on {bridge.origin} at the moment"
+        return checks.bad(text) if bridge.robots else Verdict(State.SKIPPED, text)
+    return checks.ok(f"{_some(list(here))} received")
+
+
+def leaks(
+    graph: ExpectedGraph, hub: ExpectedHost, seen: GraphSeen | None
+) -> Iterator[tuple[ForeignNode, Verdict]]:
+    """Nodes of other islands that publish or subscribe at this master without a declared bridge.
+
+    Only nodes of islands in ``graph``, which may be a part of the swarm, are judged.
+    """
+    if seen is None:
+        return
+    known = {host.island for host in graph.hosts if host.is_hub}
+    comes = {(one.topic, one.origin) for one in graph.bridges if one.hub == hub.name}
+    leaves = {(one.topic, one.to) for one in graph.bridges if one.origin_hub == hub.name}
+    for node in seen.foreign:
+        island = graph.homes.get(checks.host_of(node.uri).lower())
+        if island not in known:
+            continue
+        publishes = [topic for topic in node.publishes if (topic, island) not in comes]
+        subscribes = [topic for topic in node.subscribes if (topic, island) not in leaves]
+        if publishes or subscribes:
+            did = " and ".join(
+                f"{verb} {_some(topics)}"
+                for verb, topics in (("publishes", publishes), ("subscribes to", subscribes))
+                if topics
+            )
+            yield (
+                node,
+                checks.bad(
+                    f"runs on island {island} ({node.uri}) and {did} here: no such bridge is declared",
+                    "to bridge it, list it under `multimaster.topics` or `control`; otherwise look for "
+                    "a program with another island's ROS_MASTER_URI or a second multimaster; "
+                    f"`rosnode cleanup` on {hub.name} removes nodes that no longer run",
+                ),
+            )
+
+
+def _of_island(island: str, publishers: Mapping[str, str], homes: Mapping[str, str]) -> dict[str, str]:
+    return {node: uri for node, uri in publishers.items() if homes.get(checks.host_of(uri).lower()) == island}
+
+
+def _some(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")

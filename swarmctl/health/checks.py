@@ -1,0 +1,212 @@
+"""Single checks: each compares one expected thing with what was observed and returns a verdict. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from urllib.parse import urlsplit
+
+from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
+from swarmctl.health.observations import (
+    DeviceSeen,
+    MasterSeen,
+    NodeSeen,
+    Report,
+    TopicSeen,
+    UnitSeen,
+)
+from swarmctl.swarm.topics import COMMAND_TYPE, DriverTopic
+
+LOWEST_SHARE = 0.7  # of the expected rate
+MOST_RESTARTS = 3  # of a unit since it was started by hand or by a deploy
+LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
+_PERIODS_TO_JUDGE = 2.0
+
+
+class State(str, Enum):
+    """``skipped``: absent as intended, or not checked; ``unknown``: could not be determined."""
+
+    OK = "ok"
+    SKIPPED = "skipped"
+    WARNING = "warning"
+    UNKNOWN = "unknown"
+    BAD = "bad"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The result of a check, with a hint how to fix what is wrong."""
+
+    state: State
+    message: str
+    hint: str = ""
+
+    @property
+    def fine(self) -> bool:
+        return self.state is State.OK
+
+    def bearable(self) -> Verdict:
+        """The same for an optional part: a warning instead of bad."""
+        return replace(self, state=State.WARNING) if self.state is State.BAD else self
+
+
+def ok(message: str) -> Verdict:
+    """A verdict without problems."""
+    return Verdict(State.OK, message)
+
+
+def bad(message: str, hint: str = "") -> Verdict:
+    """A verdict that makes the swarm unhealthy."""
+    return Verdict(State.BAD, message, hint)
+
+
+def unknown(message: str) -> Verdict:
+    """The verdict where the host gave no answer."""
+    return Verdict(State.UNKNOWN, message)
+
+
+def release(host: ExpectedHost, seen: str | None) -> Verdict:
+    """Compares the release. Another one is only a warning: robots may well drive with it."""
+    if seen is None:
+        return bad("nothing is deployed", "run swarmctl deploy")
+    if seen != host.release.digest:
+        text = f"runs {seen}, the spec renders {host.release.digest}"
+        return Verdict(State.WARNING, text, "run swarmctl deploy")
+    return ok(f"runs {seen}")
+
+
+def clock(ahead: float) -> Verdict:
+    """Compares clocks. ``ahead``: by how much this host's clock is ahead of the hub's, s."""
+    if abs(ahead) <= LARGEST_SKEW:
+        return ok("agrees with the hub's clock")
+    side = "ahead of" if ahead > 0 else "behind"
+    text = f"is {abs(ahead):.1f} s {side} the hub's clock: transforms and time stamps are wrong"
+    return Verdict(State.WARNING, text, "check that chrony runs on both; `chronyc sources` lists its sources")
+
+
+def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
+    """Checks that a systemd unit runs and does not restart in a loop."""
+    journal = f"on {host}: journalctl -u {name} -n 20"
+    if seen is None:
+        return unknown("was not checked")
+    if seen.load == "not-found":
+        return bad("does not exist on the host", "run swarmctl deploy")
+    if seen.sub == "auto-restart" or seen.restarted:
+        return bad(f"crash loop: {_times(seen.restarts)}, last result {seen.result or 'unknown'}", journal)
+    if seen.skipped:
+        hint = f"on {host}: systemctl status {name}"
+        return Verdict(State.SKIPPED, "a condition of the unit is not met on this host", hint)
+    if seen.active == "failed":
+        return bad(f"failed: {seen.result or 'unknown'}", journal)
+    if seen.active == "activating":
+        return Verdict(State.WARNING, _with("is starting", seen.text), journal)
+    if not seen.runs:
+        return bad(f"does not run ({seen.active or 'unknown'})", f"on {host}: systemctl start {name}")
+    if seen.restarts >= MOST_RESTARTS:
+        return Verdict(State.WARNING, f"{_times(seen.restarts)} since it was started", journal)
+    return ok(_with("runs", seen.text))
+
+
+def master(host: ExpectedHost, seen: MasterSeen | None, run_id: str = "") -> Verdict:
+    """Checks the master as ``host`` reaches it. ``run_id``: of the master as its hub sees it, or empty."""
+    if seen is None:
+        return unknown("was not checked")
+    if not seen.reachable:
+        hint = f"check the route from {host.name} to {host.hub}: address, firewall, wireless client isolation"
+        text = f"{host.master_uri} does not answer: {seen.error}"
+        return bad(text, f"on {host.name}: systemctl status {host.master_unit}" if host.is_hub else hint)
+    if run_id and seen.run_id != run_id:
+        text = f"another master than that of {host.hub} answers at {host.master_uri}"
+        return bad(text, "check whether a second machine has this address")
+    return ok(f"answers in {seen.latency * 1000:.1f} ms")
+
+
+def device(robot: ExpectedRobot, seen: DeviceSeen | None) -> Verdict:
+    """Checks that the robot's serial device exists and that drivers may open it."""
+    if seen is None:
+        return unknown(f"{robot.device} was not checked")
+    if not seen.exists:
+        nearby = f"; connected adapters: {', '.join(seen.nearby)}" if seen.nearby else ""
+        return bad(f"{robot.device} does not exist", f"connect {robot.adapter}{nearby}")
+    if not seen.is_device:
+        return bad(f"{robot.device} is not a serial device", "remove the file at this path")
+    if not seen.usable:
+        text = f"{robot.device} cannot be opened by drivers: group {seen.group}, mode {seen.mode:04o}"
+        return bad(text, "it needs group dialout and mode 0660; check for another udev rule that sets them")
+    return ok(robot.device if seen.resolves in ("", robot.device) else f"{robot.device} ({seen.resolves})")
+
+
+def driver(robot: ExpectedRobot, place: str, process: UnitSeen | None, seen: NodeSeen | None) -> Verdict:
+    """Checks the driver's node. ``process``: its unit; ``place``: the address that its host advertises."""
+    restart = f"on {robot.host}: systemctl restart {robot.unit}"
+    if seen is None or seen.registered is None:
+        return unknown(f"{robot.node} was not checked")
+    runs = process is not None and process.runs
+    if not seen.registered:
+        why = " although its unit runs; the master may have been restarted" if runs else ""
+        return bad(f"{robot.node} is not registered at the master{why}", restart)
+    if not seen.alive:
+        text = "is registered and its unit runs, but it" if runs else "is a stale registration: it"
+        return bad(f"{robot.node} {text} does not answer ({seen.error})", restart)
+    if (advertised := host_of(seen.uri)) != place.lower():
+        text = f"{robot.node} advertises {advertised} instead of {place}"
+        return bad(text, "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit")
+    if robot.command not in seen.subscribes:
+        return bad(f"{robot.node} does not subscribe to {robot.command}: commands are lost", restart)
+    if (kind := seen.subscribes[robot.command]) not in (COMMAND_TYPE, "*"):
+        return bad(f"{robot.node} subscribes to {robot.command} as {kind} instead of {COMMAND_TYPE}")
+    own = process.pid if process is not None and robot.guarded else 0
+    if own and seen.pid and own != seen.pid:
+        text = f"{robot.node} is process {seen.pid}, but its unit runs {own}: a second driver has its name"
+        return Verdict(
+            State.WARNING, text, f"on {robot.host}: end process {seen.pid}, then restart {robot.unit}"
+        )
+    return ok(f"{robot.node} runs")
+
+
+def report(seen: Report) -> Verdict:
+    """The state that the driver reports in /diagnostics."""
+    state = {0: State.OK, 1: State.WARNING}.get(seen.level, State.BAD)
+    return Verdict(state, seen.message or "reports no details")
+
+
+def topic(wanted: DriverTopic, node: NodeSeen) -> Verdict:
+    """Checks that a topic is published, its type and its rate."""
+    published_as = node.publishes.get(wanted.name)
+    seen = node.topics.get(wanted.name)
+    if published_as is None:
+        return bad("is not published")
+    if wanted.type not in (published_as, seen.type if seen else ""):
+        return bad(f"has type {published_as} instead of {wanted.type}")
+    if seen is None:
+        return unknown("was not measured")
+    if seen.error:
+        return bad(f"cannot be received: {seen.error}")
+    return _rate(wanted, seen)
+
+
+def _rate(wanted: DriverTopic, seen: TopicSeen) -> Verdict:
+    if wanted.rate * seen.seconds < _PERIODS_TO_JUDGE and seen.rate is None:
+        return Verdict(State.SKIPPED, f"is too slow to be measured in {seen.seconds:g} s")
+    if seen.count == 0:
+        return bad(f"no message in {seen.seconds:g} s, {wanted.rate:g} Hz expected")
+    if seen.rate is None:
+        return bad(f"one message in {seen.seconds:g} s, {wanted.rate:g} Hz expected")
+    text = f"measured {seen.rate:.1f} Hz of {wanted.rate:g}"
+    return ok(text) if seen.rate >= LOWEST_SHARE * wanted.rate else bad(text)
+
+
+def _times(restarts: int) -> str:
+    return f"restarted {restarts} time{'' if restarts == 1 else 's'}"
+
+
+def _with(text: str, status: str) -> str:
+    return f"{text}: {status}" if status else text
+
+
+def host_of(uri: str) -> str:
+    """The host in a node's URI, or the whole text if it is no URI."""
+    try:
+        return urlsplit(uri).hostname or uri
+    except ValueError:
+        return uri

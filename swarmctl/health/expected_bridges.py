@@ -1,0 +1,77 @@
+"""The expected bridges between islands: topics, publishers, and the nodes that bridge them. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from swarmctl.render.multimaster.base import provider_of
+from swarmctl.swarm import names
+from swarmctl.swarm.resolved import Island, Robot, Swarm
+from swarmctl.swarm.topics import DIAGNOSTICS, driver_topics
+
+
+@dataclass(frozen=True)
+class ExpectedBridge:
+    """A topic that island ``to`` receives from ``origin``. ``robots``: those whose drivers publish it."""
+
+    topic: str
+    type: str
+    origin: str
+    origin_hub: str
+    to: str
+    hub: str
+    robots: tuple[str, ...] = ()
+
+    @property
+    def subject(self) -> str:
+        return f"{self.topic} from {self.origin} to {self.to}"
+
+
+def bridges_of(swarm: Swarm) -> tuple[ExpectedBridge, ...]:
+    """Every bridged topic, once per pair of islands, in the order of the spec."""
+    islands = {island.name: island for island in swarm.islands}
+    robots = {robot.namespace: robot for robot in swarm.robots.values()}
+    found: dict[tuple[str, str, str], ExpectedBridge] = {}
+    for one in swarm.bridges:
+        origin = islands[one.origin]
+        publishing = tuple(robot.name for robot in _publishing(one.topic, swarm, origin, robots))
+        for to in one.to:
+            bridge = ExpectedBridge(
+                one.topic, one.type, one.origin, origin.hub, to, islands[to].hub, publishing
+            )
+            found.setdefault((one.topic, one.origin, to), bridge)
+    return tuple(found.values())
+
+
+def _publishing(topic: str, swarm: Swarm, origin: Island, robots: Mapping[str, Robot]) -> Iterator[Robot]:
+    """The robots of ``origin`` whose drivers publish ``topic``. ``robots`` by namespace."""
+    if topic == DIAGNOSTICS:
+        yield from (robot for host in origin.hosts for robot in swarm.robots_on(host))
+        return
+    space, name = names.split_topic(topic)
+    robot = robots.get(space)
+    if robot is not None and robot.host in origin.hosts and _publishes(robot, name):
+        yield robot
+
+
+def _publishes(robot: Robot, topic: str) -> bool:
+    return any(one.name == topic for one in driver_topics(robot.type, robot.settings, robot.driver))
+
+
+@dataclass(frozen=True)
+class ExpectedMultimaster:
+    """What joins a hub's master to others: its unit, its nodes, and which node reports its state."""
+
+    unit: str
+    nodes: tuple[str, ...]
+    reporter: str | None
+
+
+def multimaster_of(swarm: Swarm, hub: str, units: tuple[str, ...]) -> ExpectedMultimaster | None:
+    """What ``hub`` runs to join its master to others; None if none of its ``units`` does."""
+    unit = names.unit(swarm.name, names.MULTIMASTER)
+    if unit not in units:
+        return None
+    nodes = provider_of(swarm.multimaster).nodes(swarm, swarm.island_of(hub))
+    return ExpectedMultimaster(unit, nodes.names, nodes.reporter)

@@ -1,0 +1,167 @@
+"""The expected graph: what each host and robot of a healthy swarm shows. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from swarmctl.health.expected_bridges import (
+    ExpectedBridge,
+    ExpectedMultimaster,
+    bridges_of,
+    multimaster_of,
+)
+from swarmctl.health.expected_programs import ExpectedProgram, programs_of
+from swarmctl.render.middleware import AgentProbe, middleware_of
+from swarmctl.swarm import names
+from swarmctl.swarm.resolved import (
+    Commander,
+    Host,
+    Island,
+    RfcommLine,
+    Robot,
+    Swarm,
+    UsbLine,
+)
+from swarmctl.swarm.topics import COMMAND, DriverTopic, driver_topics
+
+
+@dataclass(frozen=True)
+class Release:
+    """What the spec renders for one host: the release's name and its units in start order."""
+
+    digest: str
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ExpectedRobot:
+    """A robot, its driver and its line. ``line_unit`` is the unit that creates the device, if one does.
+
+    ``guarded``: swarmctl's driver, which is its unit's main process and rejects unauthorised publishers.
+    """
+
+    name: str
+    host: str
+    optional: bool
+    unit: str
+    line_unit: str | None
+    node: str
+    device: str
+    adapter: str  # what makes the device appear, for people
+    topics: tuple[DriverTopic, ...]
+    command: str
+    commanders: tuple[Commander, ...]
+    guarded: bool
+
+
+@dataclass(frozen=True)
+class ExpectedHost:
+    """A host, the release it should run, and the master its nodes should reach (no URI where none runs)."""
+
+    name: str
+    address: str
+    advertised: str
+    optional: bool
+    release: Release
+    island: str
+    hub: str
+    master_uri: str
+    master_unit: str | None
+    robots: tuple[ExpectedRobot, ...]
+    multimaster: ExpectedMultimaster | None = None
+    programs: tuple[ExpectedProgram, ...] = ()
+
+    @property
+    def is_hub(self) -> bool:
+        return self.name == self.hub
+
+
+@dataclass(frozen=True)
+class ExpectedGraph:
+    """A healthy swarm, with its hosts in the order of the spec.
+
+    ``addresses`` maps each island to what may stand for a host in the URIs of its nodes.
+    """
+
+    swarm: str
+    hosts: tuple[ExpectedHost, ...]
+    probe: AgentProbe
+    bridges: tuple[ExpectedBridge, ...] = ()
+    addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def robots(self) -> tuple[ExpectedRobot, ...]:
+        return tuple(robot for host in self.hosts for robot in host.robots)
+
+    @cached_property
+    def homes(self) -> Mapping[str, str]:
+        """The island by the host in a node's URI."""
+        return {text: island for island, texts in self.addresses.items() for text in texts}
+
+
+def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGraph:
+    """What the hosts in ``releases`` should show. A bridge is part of it if both its hubs are."""
+    hosts = (_host(swarm, swarm.hosts[name], release) for name, release in releases.items())
+    bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
+    places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
+    probe = middleware_of(swarm.distro).probe
+    return ExpectedGraph(swarm.name, tuple(hosts), probe, tuple(bridges), places)
+
+
+def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
+    island: Island = swarm.island_of(host.name)
+    master = middleware_of(swarm.distro).master(swarm, island)
+    return ExpectedHost(
+        name=host.name,
+        address=host.address,
+        advertised=host.advertised,
+        optional=host.optional,
+        release=release,
+        island=island.name,
+        hub=island.hub,
+        master_uri=master.uri if master else "",
+        master_unit=master.unit if master and host.name == island.hub else None,
+        robots=tuple(_robot(swarm, robot, host) for robot in swarm.robots_on(host.name)),
+        multimaster=multimaster_of(swarm, island.hub, release.units) if host.name == island.hub else None,
+        programs=programs_of(swarm, host),
+    )
+
+
+def _robot(swarm: Swarm, robot: Robot, host: Host) -> ExpectedRobot:
+    return ExpectedRobot(
+        name=robot.name,
+        host=host.name,
+        optional=robot.optional or host.optional,
+        unit=names.unit(swarm.name, robot.name),
+        line_unit=names.unit(swarm.name, robot.name, "rfcomm")
+        if isinstance(robot.line, RfcommLine)
+        else None,
+        node=robot.driver_node,
+        device=robot.line.path,
+        adapter=_adapter(robot),
+        topics=_topics(robot),
+        command=f"{robot.namespace}/{COMMAND}",
+        commanders=robot.commanders,
+        guarded=robot.foreign_sketch is None,
+    )
+
+
+def _adapter(robot: Robot) -> str:
+    match robot.line:
+        case UsbLine(usb=usb):
+            return f"the USB adapter with serial number {usb.serial}"
+        case RfcommLine(mac=mac):
+            return f"the Bluetooth line to {mac}"
+        case _:
+            return "the serial port"
+
+
+def _topics(robot: Robot) -> tuple[DriverTopic, ...]:
+    """What the driver publishes, under full names; one topic per reading."""
+    relative = [one for one in driver_topics(robot.type, robot.settings, robot.driver) if not one.part]
+    return tuple(
+        topic if topic.name.startswith("/") else replace(topic, name=f"{robot.namespace}/{topic.name}")
+        for topic in relative
+    )

@@ -1,0 +1,130 @@
+"""What a probe observed on one host, as frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class UnitSeen:
+    """A systemd unit. ``restarted`` counts the restarts during the probe."""
+
+    load: str
+    active: str
+    sub: str
+    result: str
+    text: str
+    pid: int
+    restarts: int
+    restarted: int
+    skipped: bool
+
+    @property
+    def runs(self) -> bool:
+        return self.active in ("active", "reloading")
+
+
+@dataclass(frozen=True)
+class MasterSeen:
+    """The master as one host sees it. ``latency`` in s; ``run_id`` differs between two runs of a master."""
+
+    reachable: bool
+    error: str
+    run_id: str
+    latency: float
+
+
+@dataclass(frozen=True)
+class TopicSeen:
+    """The messages of a topic within ``seconds``. ``rate`` in Hz, None before the second message."""
+
+    count: int
+    rate: float | None
+    seconds: float
+    type: str
+    error: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """A driver's status in /diagnostics; ``level`` as in diagnostic_msgs/DiagnosticStatus.
+
+    ``commander`` is the one that it obeys at the moment.
+    """
+
+    level: int
+    message: str
+    commander: str = ""
+
+
+@dataclass(frozen=True)
+class NodeSeen:
+    """A node: whether it is registered and answers, what it publishes and subscribes (name to type)."""
+
+    registered: bool | None
+    alive: bool | None
+    uri: str
+    pid: int
+    error: str
+    publishes: Mapping[str, str]
+    subscribes: Mapping[str, str]
+    topics: Mapping[str, TopicSeen]
+    report: Report | None
+
+
+@dataclass(frozen=True)
+class ForeignNode:
+    """A node that is registered at a master, but runs on none of the island's hosts."""
+
+    node: str
+    uri: str
+    publishes: tuple[str, ...]
+    subscribes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GraphSeen:
+    """What a hub's master lists of bridged topics: the publishers with their URIs and the type, by topic."""
+
+    publishers: Mapping[str, Mapping[str, str]]
+    types: Mapping[str, str]
+    foreign: tuple[ForeignNode, ...]
+
+
+@dataclass(frozen=True)
+class SenderSeen:
+    """A publisher of a command topic: the host in its URI, and what it publishes (name to type)."""
+
+    host: str
+    publishes: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class DeviceSeen:
+    """A serial device. ``usable``: drivers may open it (mode and group)."""
+
+    exists: bool
+    is_device: bool
+    usable: bool
+    resolves: str
+    group: str
+    mode: int
+    nearby: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer of one host. A missing part could not be determined; ``troubles`` may have the reason."""
+
+    release: str | None = None
+    units: Mapping[str, UnitSeen] = field(default_factory=dict)
+    master: MasterSeen | None = None
+    nodes: Mapping[str, NodeSeen] = field(default_factory=dict)
+    commanders: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    senders: Mapping[str, SenderSeen] = field(default_factory=dict)
+    graph: GraphSeen | None = None
+    devices: Mapping[str, DeviceSeen] = field(default_factory=dict)
+    clock_ahead: float | None = None  # s, against the operator's clock
+    boot_id: str = ""
+    troubles: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,165 @@
+"""Parses the probe's answer into frozen values; values of a wrong type or size count as unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from swarmctl.health.observations import (
+    Answer,
+    DeviceSeen,
+    ForeignNode,
+    GraphSeen,
+    MasterSeen,
+    NodeSeen,
+    Report,
+    SenderSeen,
+    TopicSeen,
+    UnitSeen,
+)
+
+_LONGEST_TEXT = 300
+_MOST = 20_000  # entries of one mapping
+
+T = TypeVar("T")
+
+
+def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
+    """The agent's answer, sizes and types checked. ``received``: the operator's clock when it came, s."""
+    time = _float_or_none(data.get("time"))
+    return Answer(
+        release=_text(data.get("release")) or None,
+        units=_each(data.get("units"), _unit),
+        master=_master(data["master"]) if isinstance(data.get("master"), Mapping) else None,
+        nodes=_each(data.get("nodes"), _node),
+        commanders={_text(name): _texts(found) for name, found in _items(data.get("commanders"))},
+        graph=_graph(data["graph"]) if isinstance(data.get("graph"), Mapping) else None,
+        senders=_each(data.get("senders"), _sender),
+        devices=_each(data.get("devices"), _device),
+        clock_ahead=None if time is None or received is None else time - received,
+        boot_id=_text(data.get("boot_id")),
+        troubles={_text(name): _text(why) for name, why in _items(data.get("troubles"))},
+    )
+
+
+def _unit(data: Mapping[str, Any]) -> UnitSeen:
+    return UnitSeen(
+        load=_text(data.get("load")),
+        active=_text(data.get("active")),
+        sub=_text(data.get("sub")),
+        result=_text(data.get("result")),
+        text=_text(data.get("text")),
+        pid=_count(data.get("pid")),
+        restarts=_count(data.get("restarts")),
+        restarted=_count(data.get("restarted")),
+        skipped=data.get("skipped") is True,
+    )
+
+
+def _master(data: Mapping[str, Any]) -> MasterSeen:
+    return MasterSeen(
+        reachable=data.get("reachable") is True,
+        error=_text(data.get("error")),
+        run_id=_text(data.get("run_id")),
+        latency=_float_or_none(data.get("latency")) or 0.0,
+    )
+
+
+def _node(data: Mapping[str, Any]) -> NodeSeen:
+    return NodeSeen(
+        registered=_bool_or_none(data.get("registered")),
+        alive=_bool_or_none(data.get("alive")),
+        uri=_text(data.get("uri")),
+        pid=_count(data.get("pid")),
+        error=_text(data.get("error")),
+        publishes={_text(name): _text(kind) for name, kind in _items(data.get("publishes"))},
+        subscribes={_text(name): _text(kind) for name, kind in _items(data.get("hears"))},
+        topics=_each(data.get("topics"), _topic),
+        report=_report(data.get("reports")),
+    )
+
+
+def _topic(data: Mapping[str, Any]) -> TopicSeen:
+    return TopicSeen(
+        count=_count(data.get("count")),
+        rate=_float_or_none(data.get("rate")),
+        seconds=_float_or_none(data.get("seconds")) or 0.0,
+        type=_text(data.get("type")),
+        error=_text(data.get("error")),
+    )
+
+
+def _report(data: Any) -> Report | None:
+    """The worst of a driver's statuses."""
+    statuses = [one for one in data if isinstance(one, Mapping)] if isinstance(data, list) else []
+    if not statuses:
+        return None
+    worst = max(statuses, key=lambda one: _count(one.get("level")))
+    values = dict(_items(worst.get("values")))
+    return Report(_count(worst.get("level")), _text(worst.get("message")), _text(values.get("commander")))
+
+
+def _sender(data: Mapping[str, Any]) -> SenderSeen:
+    publishes = {_text(name): _text(kind) for name, kind in _items(data.get("publishes"))}
+    return SenderSeen(host=_text(data.get("host")).lower(), publishes=publishes)
+
+
+def _graph(data: Mapping[str, Any]) -> GraphSeen:
+    strangers = data.get("strangers")
+    return GraphSeen(
+        publishers={
+            _text(topic): {_text(node): _text(uri) for node, uri in _items(found)}
+            for topic, found in _items(data.get("publishers"))
+        },
+        types={_text(topic): _text(kind) for topic, kind in _items(data.get("types"))},
+        foreign=tuple(_foreign(one) for one in strangers[:_MOST] if isinstance(one, Mapping))
+        if isinstance(strangers, list)
+        else (),
+    )
+
+
+def _foreign(data: Mapping[str, Any]) -> ForeignNode:
+    node, uri = _text(data.get("node")), _text(data.get("uri"))
+    return ForeignNode(node, uri, _texts(data.get("publishes")), _texts(data.get("hears")))
+
+
+def _device(data: Mapping[str, Any]) -> DeviceSeen:
+    return DeviceSeen(
+        exists=data.get("exists") is True,
+        is_device=data.get("is_device") is True,
+        usable=data.get("usable") is True,
+        resolves=_text(data.get("resolves")),
+        group=_text(data.get("group")),
+        mode=_count(data.get("mode")),
+        nearby=_texts(data.get("nearby")),
+    )
+
+
+def _each(data: Any, make: Callable[[Mapping[str, Any]], T]) -> dict[str, T]:
+    return {_text(name): make(value) for name, value in _items(data) if isinstance(value, Mapping)}
+
+
+def _items(data: Any) -> list[tuple[Any, Any]]:
+    return list(data.items())[:_MOST] if isinstance(data, Mapping) else []
+
+
+def _texts(data: Any) -> tuple[str, ...]:
+    return tuple(_text(one) for one in data[:_MOST]) if isinstance(data, list) else ()
+
+
+def _text(value: Any) -> str:
+    return value[:_LONGEST_TEXT] if isinstance(value, str) else ""
+
+
+def _count(value: Any) -> int:
+    return value if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 63 else 0
+
+
+def _float_or_none(value: Any) -> float | None:
+    """A finite number below 1e15, or None: JSON also has NaN, and integers beyond any float."""
+    fits = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e15
+    return float(value) if fits else None
+
+
+def _bool_or_none(value: Any) -> bool | None:
+    return value if isinstance(value, bool) else None

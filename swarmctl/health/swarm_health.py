@@ -1,0 +1,220 @@
+"""The health of a swarm as one value: a row per host and per robot, and the findings. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from swarmctl.health import command_sources
+from swarmctl.health.bridge_checks import CHECK
+from swarmctl.health.checks import State
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.health_findings import Diagnosis, Finding
+from swarmctl.health.observations import Answer, MasterSeen, NodeSeen, UnitSeen
+from swarmctl.remote.transport import HostError
+
+_NONE = Answer()
+_SEVERITY = tuple(State)
+
+
+@dataclass(frozen=True)
+class TopicRow:
+    """A topic: the rate measured, if any, and the one expected, in Hz."""
+
+    name: str
+    type: str
+    rate: float | None
+    expected: float
+
+
+@dataclass(frozen=True)
+class RobotRow:
+    """A robot. ``driver`` is its unit, ``report`` the driver's status, ``commander`` the one it obeys now.
+
+    ``commanders`` are the authorised nodes that publish on its command topic.
+    """
+
+    name: str
+    state: State
+    driver: UnitSeen | None
+    node: str
+    registered: bool | None
+    alive: bool | None
+    report: str
+    device: str
+    device_exists: bool | None
+    topics: tuple[TopicRow, ...]
+    commander: str
+    commanders: tuple[str, ...] | None
+
+
+@dataclass(frozen=True)
+class ProgramRow:
+    """A program: its unit and its node, which is unknown for a launch file."""
+
+    name: str
+    state: State
+    unit: UnitSeen | None
+    node: str
+    alive: bool | None
+
+
+@dataclass(frozen=True)
+class BridgeRow:
+    """A topic that a hub receives from another island."""
+
+    topic: str
+    type: str
+    origin: str
+    state: State
+    message: str
+
+
+@dataclass(frozen=True)
+class HostRow:
+    """A host. The rest is known only of a ``reachable`` one."""
+
+    name: str
+    address: str
+    state: State
+    reachable: bool
+    is_hub: bool
+    release: str | None
+    expected_release: str
+    units: Mapping[str, UnitSeen]
+    units_expected: int
+    master: MasterSeen | None
+    robots: tuple[RobotRow, ...]
+    bridges: tuple[BridgeRow, ...] = ()
+    programs: tuple[ProgramRow, ...] = ()
+
+    @property
+    def units_running(self) -> int:
+        return sum(unit.runs for unit in self.units.values())
+
+
+@dataclass(frozen=True)
+class Status:
+    """The whole swarm at one moment."""
+
+    swarm: str
+    hosts: tuple[HostRow, ...]
+    diagnosis: Diagnosis
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "v": 1,
+            "swarm": self.swarm,
+            "healthy": self.diagnosis.healthy,
+            "hosts": [asdict(host) for host in self.hosts],
+            "findings": [asdict(finding) | {"key": finding.key} for finding in self.diagnosis.findings],
+        }
+
+
+def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], diagnosis: Diagnosis) -> Status:
+    """Rows for every host and robot of ``graph``, each with its worst state."""
+    worst: dict[tuple[str, str], State] = {}
+    for finding in diagnosis.findings:
+        if finding.state is not State.SKIPPED:
+            owner = _owner(finding)
+            worst[owner] = max(worst.get(owner, State.OK), finding.state, key=_SEVERITY.index)
+    answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
+    bridges = _bridges(graph, diagnosis)
+    hosts = (
+        replace(
+            _host(host, answers.get(host.name), worst, answers.get(host.hub)),
+            bridges=tuple(bridges.get(host.name, ())),
+        )
+        for host in graph.hosts
+    )
+    return Status(graph.swarm, tuple(hosts), diagnosis)
+
+
+def _owner(finding: Finding) -> tuple[str, str]:
+    """The row that a finding belongs to."""
+    if finding.robot:
+        return "robot", finding.robot
+    return ("program", finding.program) if finding.program else ("host", finding.host)
+
+
+def _bridges(graph: ExpectedGraph, diagnosis: Diagnosis) -> dict[str, list[BridgeRow]]:
+    """By hub, the topics bridged to it and their state."""
+    by_subject = {one.subject: one for one in diagnosis.findings if one.check == CHECK}
+    rows: dict[str, list[BridgeRow]] = {}
+    for one in graph.bridges:
+        finding = by_subject[one.subject]
+        row = BridgeRow(one.topic, one.type, one.origin, finding.state, finding.message)
+        rows.setdefault(one.hub, []).append(row)
+    return rows
+
+
+def _host(
+    host: ExpectedHost,
+    answer: Answer | None,
+    worst: Mapping[tuple[str, str], State],
+    hub: Answer | None,
+) -> HostRow:
+    seen = answer or _NONE
+    return HostRow(
+        name=host.name,
+        address=host.address,
+        state=worst.get(("host", host.name), State.OK),
+        reachable=answer is not None,
+        is_hub=host.is_hub,
+        release=seen.release,
+        expected_release=host.release.digest,
+        units={name: seen.units[name] for name in host.release.units if name in seen.units},
+        units_expected=len(host.release.units),
+        master=seen.master,
+        robots=tuple(
+            _robot(robot, seen, worst.get(("robot", robot.name), State.OK), hub) for robot in host.robots
+        ),
+        programs=tuple(_program(one, seen, worst.get(("program", one.name))) for one in host.programs),
+    )
+
+
+def _program(program: ExpectedProgram, answer: Answer, state: State | None) -> ProgramRow:
+    unit, node = answer.units.get(program.unit), answer.nodes.get(program.node)
+    skipped = unit is not None and unit.skipped
+    return ProgramRow(
+        name=program.name,
+        state=state or (State.SKIPPED if skipped else State.OK),
+        unit=unit,
+        node=program.node,
+        alive=node.alive if node else None,
+    )
+
+
+def _robot(robot: ExpectedRobot, answer: Answer, state: State, hub: Answer | None) -> RobotRow:
+    node = answer.nodes.get(robot.node)
+    device = answer.devices.get(robot.device)
+    return RobotRow(
+        name=robot.name,
+        state=state,
+        driver=answer.units.get(robot.unit),
+        node=robot.node,
+        registered=node.registered if node else None,
+        alive=node.alive if node else None,
+        report=node.report.message if node and node.report else "",
+        device=robot.device,
+        device_exists=device.exists if device else None,
+        topics=tuple(_topics(robot, node)),
+        commander=node.report.commander if node and node.report else "",
+        commanders=_commanders(robot, hub),
+    )
+
+
+def _commanders(robot: ExpectedRobot, hub: Answer | None) -> tuple[str, ...] | None:
+    if hub is None or robot.command not in hub.commanders:
+        return None
+    found = command_sources.senders(robot, hub)
+    return tuple(node for node, seen in found if command_sources.may_command(robot, node, seen))
+
+
+def _topics(robot: ExpectedRobot, node: NodeSeen | None) -> Iterable[TopicRow]:
+    for wanted in robot.topics:
+        seen = node.topics.get(wanted.name) if node else None
+        rate = None if seen is None else 0.0 if seen.rate is None and not seen.count else seen.rate
+        yield TopicRow(wanted.name, wanted.type, None if rate is None else round(rate, 2), wanted.rate)

@@ -1,0 +1,86 @@
+"""What ``lab up`` checks and creates before the supervisor starts: emulators, cgroups, state, disks."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+from swarmctl.lab.emulators.emulator_lookup import build_robot
+from swarmctl.lab.emulators.user_robot import UserRobotError
+from swarmctl.lab.errors import LabError
+from swarmctl.lab.hosts import disks, image, nspawn
+from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
+from swarmctl.lab.lab_state import State, read_state, write_state
+from swarmctl.lab.paths import LabPaths
+
+
+def check_emulator(robot: LabRobot) -> None:
+    """Builds the robot's emulator once.
+
+    Raises ``LabError`` for a wrong emulator file, before anything boots.
+    """
+    try:
+        if robot.emulator:
+            build_robot(robot.emulator)
+    except UserRobotError as error:
+        raise LabError(f"robot {robot.name} has no emulator: {error}") from None
+
+
+def cgroups(files: LabPaths) -> nspawn.Cgroups:
+    """Returns the cgroups of the lab, as seen by this process."""
+    own, mounts = Path("/proc/self/cgroup").read_text(), Path("/proc/self/mountinfo").read_text()
+    return nspawn.cgroups(mounts, own, files.tag, delegated=False)
+
+
+def require_cgroups(files: LabPaths) -> None:
+    """Raises ``LabError`` if no cgroup tree is mounted."""
+    if not cgroups(files).all:
+        raise LabError("no cgroup tree is mounted on this machine", "mount -t cgroup2 none /sys/fs/cgroup")
+
+
+def load_or_create(files: LabPaths, plan: LabPlan) -> State:
+    """Reads the state of the lab, or writes a new one.
+
+    Raises ``LabError`` if the lab is up with another plan.
+    """
+    if files.state.exists():
+        state = read_state(files)
+        if state.plan != replace(plan, workspace=plan.workspace or state.plan.workspace):
+            raise LabError(
+                f"lab {plan.name} is up with other hosts, links or robots, or another workspace",
+                "run `swarmctl lab down` first, or give this lab another name (--name)",
+            )
+        if not state.image.is_dir():
+            raise LabError(
+                f"the image {state.image} of lab {plan.name} is gone", "run `swarmctl lab down`, then `up`"
+            )
+        return state
+    state = State(plan, image.ensure(lambda _: None))
+    write_state(files, state)
+    return state
+
+
+def prepare_disks(files: LabPaths, state: State) -> int:
+    """Creates missing keys and disks. Returns the number of new disks."""
+    public = files.identity.with_suffix(".pub")
+    if not public.exists():  # ssh-keygen writes it last
+        files.identity.unlink(missing_ok=True)
+        disks.generate_key(files.identity, f"swarmctl lab {files.name}")
+    files.hosts.mkdir(exist_ok=True)
+    authorized = public.read_text()
+
+    def prepare(host: LabHost) -> bool:
+        return disks.prepare(host, files.host(host.name), state.image, authorized, state.plan.workspace)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        fresh = sum(pool.map(prepare, state.plan.hosts))
+    lines = (f"{host.name} {public_key(files, host.name)}\n" for host in state.plan.hosts)
+    files.known_hosts.write_text("".join(lines))
+    return fresh
+
+
+def public_key(files: LabPaths, host: str) -> str:
+    """Returns the type and the key of a host, without the comment."""
+    return " ".join(files.host(host).host_key.read_text().split()[:2])

@@ -1,0 +1,1 @@
+"""Infers the mode of a wiring and rewrites a spec into another mode. Pure."""

@@ -1,0 +1,108 @@
+"""The state of a host before a change: the release it runs, and how its files and units differ from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from swarm_agent.manifest import FileData, ManifestData
+from swarm_agent.messages import (
+    BlockDrift,
+    Facts,
+    FileDrift,
+    LinkDrift,
+    ObserveAnswer,
+    SecretState,
+    Transaction,
+)
+from swarm_agent.messages import UnitState as UnitData
+
+from swarmctl.render.bundle import Bundle
+
+
+@dataclass(frozen=True)
+class UnitState:
+    """A systemd unit as ``systemctl show`` reports it. ``skipped``: a condition of the unit is not met."""
+
+    active: str
+    sub: str = ""
+    pid: int = 0
+    restarts: int = 0
+    skipped: bool = False
+
+    @property
+    def runs(self) -> bool:
+        return self.active in ("active", "activating", "reloading")
+
+
+@dataclass(frozen=True)
+class Observed:
+    """One host before a change. ``manifest`` is that of the release it runs, as ``Bundle.manifest`` wrote it.
+
+    ``drift``, ``links`` and ``blocks`` have by path how the host differs from that manifest. ``secrets``
+    has by name how the stored value compares with the operator's; without one ``kept`` or ``missing``.
+    ``facts`` is None for a host that was not contacted.
+    """
+
+    digest: str | None = None
+    manifest: ManifestData | None = None
+    drift: Mapping[str, FileDrift] = field(default_factory=dict)
+    links: Mapping[str, LinkDrift] = field(default_factory=dict)
+    blocks: Mapping[str, BlockDrift] = field(default_factory=dict)
+    units: Mapping[str, UnitState] = field(default_factory=dict)
+    contents: Mapping[str, str] = field(default_factory=dict)
+    unfinished: str = ""
+    secrets: Mapping[str, SecretState] = field(default_factory=dict)
+    facts: Facts | None = None
+
+    @property
+    def files(self) -> Mapping[str, FileData]:
+        return self.manifest["files"] if self.manifest else {}
+
+    @property
+    def unit_digests(self) -> Mapping[str, str]:
+        units = self.manifest["units"] if self.manifest else ()
+        return {unit["name"]: unit["digest"] for unit in units}
+
+    def takes(self, path: str) -> bool:
+        """Whether the host has the program, if any, to which the place of ``path`` belongs."""
+        absent = self.facts["absent"] if self.facts else ()
+        return not any(path == place or path.startswith(f"{place}/") for place in absent)
+
+
+NOTHING = Observed()
+
+
+def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
+    """The agent's answer to ``observe``. It leaves the manifest out when the host runs ``bundle`` already."""
+    digest = answer["release"]
+    drift = answer["drift"]
+    return Observed(
+        digest=digest,
+        manifest=bundle.manifest if digest == bundle.digest else answer.get("manifest"),
+        drift=drift["files"],
+        links=drift["links"],
+        blocks=drift["blocks"],
+        units={name: _unit(state) for name, state in answer["units"].items()},
+        contents=answer.get("files", {}),
+        unfinished=_unfinished(answer["transaction"]),
+        secrets=answer.get("secrets", {}),
+        facts=answer["facts"],
+    )
+
+
+def _unit(state: UnitData) -> UnitState:
+    return UnitState(
+        active=state["active"],
+        sub=state["sub"],
+        pid=state["pid"],
+        restarts=state["restarts"],
+        skipped=state["skipped"],
+    )
+
+
+def _unfinished(record: Transaction) -> str:
+    """The deploy that a lost connection or a power cut interrupted; empty if there is none."""
+    if record.get("state") != "applying":
+        return ""
+    return f"{record.get('prev') or 'nothing'} -> {record.get('next')} by {record.get('who') or 'someone'}"

@@ -1,0 +1,100 @@
+"""The middlewares and multimaster providers that a spec can name: built-in ones and those of other packages.
+
+A package adds one by an entry point in its pyproject.toml, a program by ``MULTIMASTERS.register(...)``:
+
+    [project.entry-points."swarmctl.multimaster"]
+    mesh = "my_package.mesh:MESH"
+
+A name leads to an object that is imported on first use, so a spec can be read without any of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Literal
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, PlainValidator, TypeAdapter
+
+
+class Registry:
+    """Plugins by name. Registered plugins come before built-in ones, these before entry points.
+
+    ``group`` is the group of the entry points, ``built_in`` maps names to ``module:object``.
+    """
+
+    def __init__(self, group: str, built_in: Mapping[str, str]) -> None:
+        self._group = group
+        self._built_in = dict(built_in)
+        self._loaded: dict[str, Any] = {}
+
+    @property
+    def default(self) -> str:
+        """The name of the first built-in plugin."""
+        return next(iter(self._built_in))
+
+    def register(self, name: str, plugin: object) -> None:
+        """Make ``plugin`` available as ``name`` in this process."""
+        self._loaded[name] = plugin
+
+    def unregister(self, name: str) -> None:
+        """Undo ``register``. Raises KeyError if ``name`` was not registered."""
+        del self._loaded[name]
+
+    def names(self) -> tuple[str, ...]:
+        """Every name that a spec can use, built-in names first."""
+        return tuple(dict.fromkeys((*self._built_in, *self._loaded, *self._entry_points())))
+
+    def get(self, name: str) -> Any:
+        """The plugin called ``name``. Raises KeyError if there is none."""
+        if name not in self._loaded:
+            self._loaded[name] = self._load(name)
+        return self._loaded[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._built_in or name in self._loaded or name in self._entry_points()
+
+    def _load(self, name: str) -> Any:
+        if name in self._built_in:
+            module, _, attribute = self._built_in[name].partition(":")
+            return getattr(import_module(module), attribute)
+        return self._entry_points()[name].load()
+
+    def _entry_points(self) -> Mapping[str, EntryPoint]:
+        return {one.name: one for one in entry_points(group=self._group)}
+
+
+#: By ``ros.distro``: objects of ``swarmctl.render.middleware.Middleware``.
+MIDDLEWARES = Registry("swarmctl.middleware", {"noetic": "swarmctl.render.ros1.noetic:NOETIC"})
+
+#: By ``multimaster.provider``: objects of ``swarmctl.render.multimaster.base.MultimasterProvider``.
+MULTIMASTERS = Registry(
+    "swarmctl.multimaster",
+    {
+        "fkie": "swarmctl.render.multimaster.fkie:FKIE",
+        "static": "swarmctl.render.multimaster.static:STATIC",
+    },
+)
+
+
+class NameIn:
+    """Annotation of a model's field that holds a name of ``registry``; validates as a ``Literal`` does."""
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        return PlainValidator(self._checked).__get_pydantic_core_schema__(source, handler)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        names = self._registry.names()
+        choice = {"const": names[0]} if len(names) == 1 else {"enum": list(names)}
+        return {**choice, "type": "string"}
+
+    def _checked(self, value: Any) -> Any:
+        if isinstance(value, str) and value in self._registry:
+            return value
+        names = self._registry.names()
+        choice: Any = Literal[names]
+        return TypeAdapter(choice).validate_python(value)  # raises, with the names in the error

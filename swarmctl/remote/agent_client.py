@@ -1,0 +1,236 @@
+"""Runs the agent on a host and sends it requests: one process, one channel, request after request.
+
+The host keeps the agent under its digest; it is sent only when the host reports that it has no such agent.
+"""
+
+from __future__ import annotations
+
+import base64
+import getpass
+import gzip
+import io
+import json
+import os
+import secrets
+import socket
+import tarfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from functools import lru_cache
+from typing import Any
+
+from swarm_agent.manifest import NAME as MANIFEST
+from swarm_agent.messages import ANSWERS
+
+from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
+from swarmctl.remote.answer_check import bounded, mismatch
+from swarmctl.remote.transport import Channel, HostError, Kind, Output, Session
+from swarmctl.resources import templates
+
+_PACKED = b"z:"
+_LONGEST_ANSWER = 8 << 20  # unpacked; an answer with the contents of a release is the longest
+
+# -I and -S start Python faster, and without anything a user may have put in its way.
+_RUN = 'python3 -I -S -c "$2" "$1" "$3" "$4"'
+_BECOME = f'[ "$(id -u)" = 0 ] || exec sudo -n {_RUN}; '
+_NEEDS = 'command -v python3 >/dev/null 2>&1 || { echo; echo "@$1 no-python"; exit; }; '
+
+
+def pack(manifest: bytes, files: Mapping[str, tuple[bytes, int]]) -> bytes:
+    """The payload of ``apply``: manifest and files (content, mode) as a tar.gz. Same files, same bytes."""
+    stream = io.BytesIO()
+    with (
+        gzip.GzipFile(fileobj=stream, mode="wb", compresslevel=6, mtime=0) as packed,
+        tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive,
+    ):
+        for path, (content, mode) in [(MANIFEST, (manifest, 0o644)), *sorted(files.items())]:
+            member = tarfile.TarInfo(path)
+            member.size = len(content)
+            member.mode = mode
+            archive.addfile(member, io.BytesIO(content))
+    return stream.getvalue()
+
+
+def operator() -> str:
+    """Who asks, for those who find the host locked."""
+    return f"{getpass.getuser()}@{socket.gethostname()} ({os.getpid()})"
+
+
+def new_txid() -> str:
+    """A fresh name for a transaction."""
+    return secrets.token_hex(8)
+
+
+@contextmanager
+def talk(
+    session: Session, *, become: bool = True, verbs: tuple[str, ...] = DEPLOY_VERBS
+) -> Iterator[Conversation]:
+    """A conversation with the host's agent, which starts with the first question and ends with the block.
+
+    ``become`` runs the agent as root, through ``sudo -n`` if need be.
+    """
+    with ExitStack() as channels:
+        yield Conversation(session, agent(verbs), become=become, channels=channels)
+
+
+class Conversation:
+    """One agent at work on a host: one process and one channel for all questions."""
+
+    def __init__(self, session: Session, chosen: Agent, *, become: bool, channels: ExitStack) -> None:
+        self._session = session
+        self._agent = chosen
+        self._become = become
+        self._channels = channels
+        self._open: tuple[Channel, _Answers] | None = None
+
+    def ask(
+        self,
+        request: Mapping[str, Any],
+        payload: bytes = b"",
+        *,
+        on_note: Callable[[str], None] | None = None,
+        timeout: float = 60.0,
+    ) -> Any:
+        """The agent's answer to ``request``, of the type that swarm_agent.messages has for its verb.
+
+        Raises ``HostError``. After an error that the agent reports (refused, failed, unknown verb) another
+        request may follow; after any other the agent is gone, and every further request fails.
+        """
+        line = json.dumps({**request, "payload": len(payload)}, separators=(",", ":")).encode() + b"\n"
+        channel, answers = self._open or self._start(size=0)
+        done = channel.exchange([line, payload], answers.parser(on_note), timeout=timeout)
+        if answers.word == "need-agent":
+            archive = self._agent.archive
+            channel, answers = self._start(size=len(archive))
+            done = channel.exchange([archive, line, payload], answers.parser(on_note), timeout=timeout)
+        return _checked(request, answers.result(done))
+
+    def _start(self, size: int) -> tuple[Channel, _Answers]:
+        """Start the agent that the host keeps, or one of ``size`` bytes that comes first."""
+        nonce = secrets.token_hex(8)
+        line = command(nonce, self._agent.digest, size, become=self._become)
+        channel = self._channels.enter_context(self._session.channel(line, limit=_LONGEST_ANSWER))
+        self._open = channel, _Answers(nonce)
+        return self._open
+
+
+def command(nonce: str, digest: str, size: int, *, become: bool = True) -> str:
+    """The command line that starts the agent under any login shell."""
+    script = f"{_NEEDS}{_BECOME if become else ''}exec {_RUN}"
+    return f"exec /bin/sh -c '{script}' sh {nonce} '{_loader()}' {digest} {size}"
+
+
+@lru_cache
+def _loader() -> str:
+    """The loader as one line: csh ends a quoted word at a line's end."""
+    lines = (templates() / "packages/agent/loader.py").read_text(encoding="utf-8").splitlines(keepends=True)
+    source = "".join(line for line in lines if not line.startswith("#"))
+    return f"exec({json.dumps(source)})"
+
+
+class _Answers:
+    """Picks the marked lines out of what a host prints."""
+
+    def __init__(self, nonce: str) -> None:
+        self._mark = f"@{nonce} ".encode()
+        self._rest = b""
+        self._on_note: Callable[[str], None] | None = None
+        self._final: dict[str, Any] | None = None
+        self.word = ""
+
+    def parser(self, on_note: Callable[[str], None] | None) -> Callable[[bytes], bool]:
+        """A function that takes each received piece and returns True once the answer is complete."""
+        self._on_note = on_note
+        self._final = None
+        return self._feed
+
+    def _feed(self, piece: bytes) -> bool:
+        *lines, self._rest = (self._rest + piece).split(b"\n")
+        for line in lines:
+            if line.startswith(self._mark):
+                self._take(line[len(self._mark) :])
+        return self._final is not None
+
+    def _take(self, text: bytes) -> None:
+        if not text.startswith((_PACKED, b"{")):
+            self.word = printable(text)
+            return
+        value = _parse(text)
+        if not isinstance(note := value.get("note"), str):
+            self._final = value
+        elif self._on_note is not None:
+            self._on_note(printable(note.encode()))
+
+    def result(self, done: Output) -> dict[str, Any]:
+        """The received answer. Raises ``HostError`` if it is an error, or if none came."""
+        if self._final is None:
+            raise _no_answer(self.word, done)
+        answer, error = self._final.get("answer"), self._final.get("error")
+        if isinstance(error, dict):
+            raise _reported(error)
+        if not isinstance(answer, dict):
+            raise HostError(Kind.PROTOCOL, "the agent answered with neither a result nor an error")
+        return answer
+
+
+def _parse(text: bytes) -> dict[str, Any]:
+    """The JSON object in ``text``, unpacked if need be; an empty one if it is something else."""
+    try:
+        if text.startswith(_PACKED):
+            unpacker = zlib.decompressobj()
+            text = unpacker.decompress(base64.b64decode(text[len(_PACKED) :]), _LONGEST_ANSWER)
+        value = json.loads(text)
+    except (ValueError, zlib.error, RecursionError):
+        return {}
+    return value if isinstance(value, dict) and bounded(value) else {}
+
+
+def _checked(request: Mapping[str, Any], answer: dict[str, Any]) -> dict[str, Any]:
+    expected = ANSWERS.get(str(request.get("verb")))
+    problem = mismatch(answer, expected) if expected else ""
+    if problem:
+        raise HostError(
+            Kind.PROTOCOL,
+            f"the answer to `{request['verb']}` does not fit: {printable(problem.encode())[:300]}",
+            "is it the right host, and its Python intact?",
+        )
+    return answer
+
+
+def _reported(error: Mapping[str, Any]) -> HostError:
+    """The error that the agent reports: refused or failed; any other kind is a protocol error."""
+    kinds = (Kind.REFUSED, Kind.FAILED)
+    kind = next((kind for kind in kinds if kind.value == error.get("kind")), Kind.PROTOCOL)
+    message, hint = (printable(str(error.get(part, "")).encode()) for part in ("message", "hint"))
+    return HostError(kind, message, hint)
+
+
+def _no_answer(word: str, done: Output) -> HostError:
+    """The error for a host that sent no answer, with the cause where its output shows one."""
+    complaint = printable(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else b"")
+    if word == "no-python":
+        return HostError(Kind.PROTOCOL, "the host has no python3", "install it: `apt install python3`")
+    if word == "need-agent":
+        return HostError(Kind.PROTOCOL, "the agent was damaged on its way", "run the same command again")
+    if word.startswith("cannot-keep-agent"):
+        reason = word.partition(" ")[2]
+        return HostError(
+            Kind.REFUSED, f"the agent cannot be stored: {reason}", "is the file system full, or read-only?"
+        )
+    if b"sudo:" in done.stderr:
+        return HostError(
+            Kind.PRIVILEGE,
+            f"no root on this host: {complaint}",
+            "log in as root, or let this user run sudo without a password (NOPASSWD in /etc/sudoers.d)",
+        )
+    detail = f": {complaint}" if complaint else ""
+    return HostError(Kind.PROTOCOL, f"the agent ended without an answer (status {done.status}){detail}")
+
+
+def printable(text: bytes) -> str:
+    """Text from a host, harmless on a terminal: whatever could steer it is written out as an escape."""
+    return "".join(
+        char if char.isprintable() else char.encode("unicode_escape").decode()
+        for char in text.decode("utf-8", "backslashreplace")
+    )

@@ -1,0 +1,95 @@
+"""Compares JSON from a host with the type that it should have (swarm_agent.messages)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
+
+DEEPEST = 32  # levels of lists and objects in one answer
+_LARGEST = 1 << 63
+_NAMES = {str: "text", bool: "true or false", int: "a whole number", float: "a number", NoneType: "null"}
+
+
+def bounded(value: Any) -> bool:
+    """Whether ``value`` is at most ``DEEPEST`` levels deep and all its texts can be printed as UTF-8."""
+    level: list[Any] = [value]
+    for _ in range(DEEPEST):
+        if not all(_encodable(one) for one in level if isinstance(one, str)):
+            return False
+        level = [inner for one in level for inner in _inside(one)]
+        if not level:
+            return True
+    return False
+
+
+def _inside(value: Any) -> Iterable[Any]:
+    if isinstance(value, dict):
+        return (*value.keys(), *value.values())
+    return value if isinstance(value, list) else ()
+
+
+def _encodable(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # half a surrogate pair
+        return False
+    return True
+
+
+def mismatch(value: Any, expected: Any, where: str = "the answer") -> str:
+    """The first part of ``value`` that is not of the type ``expected``, as text; empty if all of it fits.
+
+    ``expected`` is a TypedDict, a union, a Literal, Any, or a list, dict or scalar of JSON. Unknown keys are
+    ignored.
+    """
+    if expected is Any:
+        return ""
+    if is_typeddict(expected):
+        return _object_mismatch(value, expected, where)
+    origin, inner = get_origin(expected), get_args(expected)
+    if origin is Literal:
+        return "" if value in inner and isinstance(value, str) else f"{where} is none of {', '.join(inner)}"
+    if origin in (Union, UnionType):
+        found = [mismatch(value, one, where) for one in inner]
+        return "" if "" in found else f"{where} is not {' or '.join(_name(one) for one in inner)}"
+    if origin is list:
+        if not isinstance(value, list):
+            return f"{where} is not a list"
+        return _first(mismatch(one, inner[0], f"{where}[{index}]") for index, one in enumerate(value))
+    if origin is dict:
+        if not isinstance(value, dict):
+            return f"{where} is not an object"
+        return _first(mismatch(one, inner[1], f"{where}.{key[:80]}") for key, one in value.items())
+    return "" if _is_scalar(value, expected) else f"{where} is not {_name(expected)}"
+
+
+def _object_mismatch(value: Any, expected: Any, where: str) -> str:
+    if not isinstance(value, dict):
+        return f"{where} is not an object"
+    if missing := sorted(expected.__required_keys__ - value.keys()):
+        return f"{where} has no `{missing[0]}`"
+    types = get_type_hints(expected)
+    return _first(mismatch(value[key], types[key], f"{where}.{key}") for key in types if key in value)
+
+
+def _is_scalar(value: Any, expected: type) -> bool:
+    """JSON also has NaN, integers beyond any float, and booleans, which Python counts as integers."""
+    if expected in (int, float):
+        numbers = (int,) if expected is int else (int, float)
+        return (
+            isinstance(value, numbers)
+            and not isinstance(value, bool)
+            and abs(value) < _LARGEST
+            and math.isfinite(value)
+        )
+    return isinstance(value, expected)
+
+
+def _first(found: Iterable[str]) -> str:
+    return next((one for one in found if one), "")
+
+
+def _name(expected: Any) -> str:
+    return _NAMES.get(expected, "what it should be")

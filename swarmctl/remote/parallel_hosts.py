@@ -1,0 +1,209 @@
+"""Runs a function on many hosts in parallel and yields events. A host's failure affects no other host."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from types import FrameType
+from typing import Generic, TypeVar
+
+from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+
+PARALLEL = 64
+
+R = TypeVar("R")
+R_co = TypeVar("R_co", covariant=True)
+Work = Callable[[Session, Target, Callable[[str], None]], R]
+"""The function to run on a host: gets its session, its target and a callback for notes on progress."""
+
+
+@dataclass(frozen=True)
+class Started:
+    host: str
+
+
+@dataclass(frozen=True)
+class Note:
+    """A note of the work on its progress."""
+
+    host: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Bug:
+    """The work raised something other than a ``HostError``."""
+
+    error: BaseException
+
+
+@dataclass(frozen=True)
+class Finished(Generic[R_co]):
+    """The work on a host ended, after ``seconds``, with a result or an error."""
+
+    host: str
+    outcome: R_co | HostError | Bug
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """The work on a host never started, because the run was stopped before."""
+
+    host: str
+
+
+Event = Started | Note | Finished[R] | Skipped
+
+
+_ABANDONED = HostError(
+    Kind.STOPPED,
+    "interrupted mid-deploy; the host finishes or rolls back on its own",
+    "`swarmctl plan` shows the result",
+)
+
+
+def result_of(event: Finished[R] | Skipped) -> R | HostError:
+    """The result of a host, or its error; a bug and a start that never happened are errors, too."""
+    if isinstance(event, Skipped):
+        return HostError(Kind.STOPPED, f"{event.host}: not started, the run was interrupted before")
+    if isinstance(event.outcome, Bug):
+        error = event.outcome.error
+        return HostError(
+            Kind.BUG,
+            f"{event.host}: {type(error).__name__}: {error}",
+            "this is a bug in swarmctl; SWARMCTL_DEBUG=1 shows where it happened",
+        )
+    return event.outcome
+
+
+class Stop:
+    """A request to end early: after the first, no more hosts start; the second closes the open sessions."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._requests = 0
+        self._open: set[Session] = set()
+
+    def request(self) -> None:
+        """Request the end; safe between threads."""
+        with self._lock:
+            self._requests += 1
+            cut = list(self._open) if self._requests > 1 else []
+        for session in cut:
+            session.close()
+
+    @property
+    def requested(self) -> bool:
+        """True after the first request."""
+        return self._requests > 0
+
+    @property
+    def cut(self) -> bool:
+        """True after the second request: the sessions of running hosts were closed, too."""
+        return self._requests > 1
+
+    @contextmanager
+    def guarding(self, session: Session) -> Iterator[None]:
+        """Have ``session`` closed by the second request."""
+        with self._lock:
+            late = self._requests > 1
+            self._open.add(session)
+        try:
+            if late:
+                session.close()
+            yield
+        finally:
+            with self._lock:
+                self._open.discard(session)
+
+
+@contextmanager
+def interruptible(note: Callable[[str], None] = lambda _: None) -> Iterator[Stop]:
+    """Ctrl-C requests the returned ``Stop``; the third raises KeyboardInterrupt. In the main thread only."""
+    stop = Stop()
+    presses = 0
+    before = signal.getsignal(signal.SIGINT)
+
+    def pressed(number: int, frame: FrameType | None) -> None:
+        nonlocal presses
+        presses += 1
+        if presses > 2:
+            raise KeyboardInterrupt
+        if presses == 1:
+            note("finishing the hosts in progress; after Ctrl-C again they finish or roll back on their own")
+        # A thread of its own: the handler may have interrupted one that holds the lock.
+        threading.Thread(target=stop.request, daemon=True).start()
+
+    signal.signal(signal.SIGINT, pressed)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def run(
+    targets: Iterable[Target],
+    work: Work[R],
+    *,
+    transport: Transport,
+    parallel: int = PARALLEL,
+    stop: Stop | None = None,
+) -> Iterator[Event[R]]:
+    """Run ``work`` on every target, on at most ``parallel`` at a time.
+
+    Yields events as they happen; every target ends in exactly one ``Finished`` or ``Skipped``.
+    """
+    stop = stop or Stop()
+    waiting = list(targets)
+    events: SimpleQueue[Event[R]] = SimpleQueue()
+    pending: SimpleQueue[Target] = SimpleQueue()
+    for target in waiting:
+        pending.put(target)
+
+    def worker() -> None:
+        while True:
+            try:
+                target = pending.get_nowait()
+            except Empty:
+                return
+            _run_on(target, work, transport, stop, events.put)
+
+    for _ in range(min(parallel, len(waiting))):
+        threading.Thread(target=worker, daemon=True).start()
+    left = len(waiting)
+    try:
+        while left:
+            event = events.get()
+            left -= isinstance(event, Finished | Skipped)
+            yield event
+    finally:
+        if left:  # the caller stopped reading
+            stop.request()
+            stop.request()
+
+
+def _run_on(
+    target: Target, work: Work[R], transport: Transport, stop: Stop, emit: Callable[[Event[R]], None]
+) -> None:
+    """Connect to one host, do the work, and emit its events."""
+    host = target.host
+    if stop.requested:
+        emit(Skipped(host))
+        return
+    emit(Started(host))
+    begun = time.monotonic()
+    outcome: R | HostError | Bug
+    try:
+        with transport.connect(target) as session, stop.guarding(session):
+            outcome = work(session, target, lambda text: emit(Note(host, text)))
+    except HostError as error:
+        outcome = _ABANDONED if stop.cut else error
+    except (Exception, SystemExit) as error:  # noqa: BLE001  (one host's bug costs only its own result)
+        outcome = Bug(error)
+    emit(Finished(host, outcome, time.monotonic() - begun))

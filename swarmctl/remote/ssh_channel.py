@@ -1,0 +1,177 @@
+"""Commands on SSH channels: both streams have size limits, every exchange has one deadline."""
+
+from __future__ import annotations
+
+import select
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from threading import Timer
+
+import paramiko
+
+from swarmctl.remote.transport import HostError, Kind, Output
+
+CHANNEL_TIMEOUT = 10.0
+_CHUNK = 1 << 16
+_IDLE = 0.25  # s between looks at what no descriptor reports: exit status, window
+_LINGER = 1.0  # s a finished command's streams may stay open, held by a child it left behind
+
+
+class SshSession:
+    """A logged-in connection. Not for several threads, ``close`` apart."""
+
+    def __init__(self, client: paramiko.Transport, host: str) -> None:
+        self._client = client
+        self._host = host
+
+    def close(self) -> None:
+        self._client.close()
+
+    @contextmanager
+    def channel(self, command: str, *, limit: int = 1 << 20) -> Iterator[SshChannel]:
+        channel = SshChannel(self._client, self._host, command, limit)
+        try:
+            yield channel
+        finally:
+            channel.close()
+
+
+class SshChannel:
+    """One command; the channel is opened by the first exchange, whose deadline covers that, too."""
+
+    def __init__(self, client: paramiko.Transport, host: str, command: str, limit: int) -> None:
+        self._client = client
+        self._host = host
+        self._command = command
+        self._limit = limit
+        self._channel: paramiko.Channel | None = None
+        self._failure: HostError | None = None
+
+    def exchange(
+        self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 60.0
+    ) -> Output:
+        if self._failure is not None:
+            raise self._failure
+        try:
+            with self._deadline(timeout):
+                return _Exchange(self._host, self._started(timeout), stdin, self._limit, enough).complete()
+        except HostError as error:
+            self._failure = error  # what arrives later must not be taken for the answer to something else
+            self.close()
+            raise
+
+    def _started(self, timeout: float) -> paramiko.Channel:
+        if self._channel is None:
+            self._channel = self._client.open_session(timeout=min(CHANNEL_TIMEOUT, timeout))
+            self._channel.exec_command(self._command)
+        return self._channel
+
+    def close(self) -> None:
+        if self._channel is not None:
+            with suppress(paramiko.SSHException, EOFError, OSError):  # the connection is gone already
+                self._channel.close()
+
+    @contextmanager
+    def _deadline(self, timeout: float) -> Iterator[None]:
+        """Close the connection after ``timeout``: some waits inside paramiko have no time limit."""
+        alarm = Timer(timeout, self._client.close)
+        alarm.daemon = True
+        end = time.monotonic() + timeout
+        alarm.start()
+        try:
+            yield
+        except (HostError, paramiko.SSHException, EOFError, OSError) as error:
+            lost = error if isinstance(error, HostError) else _lost(self._host, str(error))
+            if lost.kind is Kind.LOST and time.monotonic() >= end:
+                lost = HostError(
+                    Kind.LOST,
+                    f"{self._host} did not finish within {timeout:g} s",
+                    "the host may be overloaded or hung; run the same command again",
+                )
+            raise lost from error
+        finally:
+            alarm.cancel()
+
+
+class _Exchange:
+    """Feeds standard input and drains both outputs at once, so that neither side can wait for the other."""
+
+    def __init__(
+        self,
+        host: str,
+        channel: paramiko.Channel,
+        stdin: Sequence[bytes],
+        limit: int,
+        enough: Callable[[bytes], bool],
+    ) -> None:
+        self._host = host
+        self._channel = channel
+        # Slices of a memoryview cost nothing; slices of bytes copy the rest of the payload each time.
+        self._pending = deque(memoryview(chunk) for chunk in stdin if chunk)
+        self._limit = limit
+        self._enough = enough
+        self._stdout = bytearray()
+        self._stderr = bytearray()
+
+    def complete(self) -> Output:
+        channel = self._channel
+        wakeup = select.poll()
+        wakeup.register(channel.fileno(), select.POLLIN)
+        ended = 0.0
+        while True:
+            over = channel.closed or channel.eof_received  # looked at before the last bytes are taken
+            moved = self._feed()
+            if channel.recv_ready():
+                piece = channel.recv(_CHUNK)
+                self._keep(self._stdout, piece)
+                if self._enough(piece):
+                    return Output(None, bytes(self._stdout), bytes(self._stderr))
+                moved = True
+            if channel.recv_stderr_ready():
+                self._keep(self._stderr, channel.recv_stderr(_CHUNK))
+                moved = True
+            if over and not moved:
+                break
+            if channel.exit_status_ready():
+                ended = ended or time.monotonic()
+                if not moved and time.monotonic() > ended + _LINGER:
+                    break
+            if not moved:
+                wakeup.poll(1000 * (_IDLE / 5 if self._pending else _IDLE))
+        channel.status_event.wait()  # bounded by the deadline, which closes the connection
+        status = channel.exit_status
+        if status < 0 and not channel.get_transport().is_active():
+            raise _lost(self._host)
+        return Output(status, bytes(self._stdout), bytes(self._stderr))
+
+    def _feed(self) -> bool:
+        if not self._pending or not self._channel.send_ready():
+            if self._channel.closed:
+                self._pending.clear()
+            return False
+        chunk = self._pending[0]
+        try:
+            sent = self._channel.send(bytes(chunk[:_CHUNK]))
+        except OSError:  # the command ended without reading all of its input; its output gives the reason
+            self._pending.clear()
+            return False
+        self._pending[0] = chunk[sent:]
+        if not self._pending[0]:
+            self._pending.popleft()
+        return True
+
+    def _keep(self, stream: bytearray, piece: bytes) -> None:
+        if len(stream) + len(piece) > self._limit:
+            raise HostError(
+                Kind.PROTOCOL,
+                f"{self._host} sent more than {self._limit} bytes where a short answer was expected",
+                "check what the login shell of this account prints, then try again",
+            )
+        stream += piece
+
+
+def _lost(host: str, reason: str = "") -> HostError:
+    known = f" ({reason})" if reason else ""
+    return HostError(Kind.LOST, f"{host}: the connection was lost{known}", "run the same command again")

@@ -1,0 +1,65 @@
+"""The seam to the middleware that carries a swarm's topics: what ROS 1 does, and what another one must do.
+
+To add one, write an object with the members of ``Middleware`` and register it under the distribution that
+``ros.distro`` names (see ``swarmctl.plugins``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol, cast
+
+from swarmctl.plugins import MIDDLEWARES
+from swarmctl.render.bundle import File
+from swarmctl.render.part import Part
+from swarmctl.spec.model import Spec
+from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+
+@dataclass(frozen=True)
+class Master:
+    """The process at which all nodes of an island register: its URI and its systemd unit."""
+
+    uri: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class AgentProbe:
+    """How a host's agent observes the graph: the verb, and the modules of the agent that it needs."""
+
+    verb: str
+    modules: tuple[str, ...]
+
+
+class Middleware(Protocol):
+    """One middleware. Parts are pure: the same swarm gives the same bytes."""
+
+    @property
+    def probe(self) -> AgentProbe:
+        """What ``swarmctl status`` runs on a host."""
+
+    def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        """The environment of ``host``, its master if it is the hub of ``island``, and its robots' drivers."""
+
+    def programs(self, swarm: Swarm, host: Host) -> Part:
+        """The programs of ``host`` that systemd units start."""
+
+    def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterable[File]:
+        """What people at a terminal of ``host`` start robots and programs with; no unit needs these files."""
+
+    def master(self, swarm: Swarm, island: Island) -> Master | None:
+        """The master that every node of ``island`` must reach; None if nodes find each other without one."""
+
+    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        """The ports that the middleware itself takes on the hub of ``island``."""
+
+    def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
+        """What to do on a host that lacks ``missing``, entries of ``Bundle.requires``."""
+
+
+def middleware_of(distro: str) -> Middleware:
+    """The middleware of a ROS distribution. Raises KeyError if none is registered."""
+    return cast(Middleware, MIDDLEWARES.get(distro))

@@ -1,0 +1,1 @@
+"""Multimaster providers, which join the masters of several islands: one module each."""

@@ -1,0 +1,96 @@
+"""The seam to what joins the masters of several islands: what a multimaster provider must offer.
+
+To add one, write an object with the members of ``MultimasterProvider`` and register it under the name that
+``multimaster.provider`` gives (see ``swarmctl.plugins``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol, cast
+
+from swarmctl.plugins import MULTIMASTERS
+from swarmctl.render.part import Part
+from swarmctl.spec.model import Spec
+from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """The limits of a provider whose masters find each other by heartbeats."""
+
+    group: str  # its multicast group, unless the spec names another
+    min_quality_hz: float  # heartbeats below it give no link quality
+    min_steady_hz: float  # below it more than `many` masters go on- and offline
+    many: int
+    forget_factor: float  # how many times `active_request_after` its `remove_after` is by default
+
+
+@dataclass(frozen=True)
+class JoinNodes:
+    """The nodes that join a hub's master to others, by full names.
+
+    ``reporter`` is the one that publishes the state of the bridges on /diagnostics.
+    """
+
+    names: tuple[str, ...]
+    reporter: str | None = None
+
+
+class MultimasterProvider(Protocol):
+    """One way to bridge topics between the masters of several islands.
+
+    Its systemd unit, if a hub has one, is ``names.unit(swarm.name, names.MULTIMASTER)``.
+    """
+
+    @property
+    def settings(self) -> frozenset[str]:
+        """The keys of ``multimaster:`` that it reads beside ``provider`` and ``topics``."""
+
+    @property
+    def discovery(self) -> Discovery | None:
+        """The limits of its discovery; None if it discovers nothing."""
+
+    @property
+    def memory_mb(self) -> int:
+        """Memory that its nodes take on a hub, MB."""
+
+    @property
+    def offsets(self) -> tuple[int, ...]:
+        """The TCP ports that it takes on a hub, counted from the port of the master."""
+
+    @property
+    def only_receivers(self) -> bool:
+        """Whether only hubs to which a topic is bridged run it; otherwise all hubs do."""
+
+    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
+        """Settings for software that the distribution cannot run: key to reason, as part of a sentence."""
+
+    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        """The ports that it takes on the hub of ``island``."""
+
+    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        """What the hub ``host`` of ``island`` gets; called only for hubs that run the provider."""
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        """The nodes that a healthy hub of ``island`` shows."""
+
+
+def provider_of(settings: Multimaster | None) -> MultimasterProvider:
+    """The provider that ``settings`` name, or the default one. Raises KeyError if it is not registered."""
+    return cast(MultimasterProvider, MULTIMASTERS.get((settings or Multimaster()).provider))
+
+
+def providers_with(setting: str) -> Iterator[str]:
+    """The names of the providers that read ``setting`` of ``multimaster:``."""
+    for name in MULTIMASTERS.names():
+        if setting in cast(MultimasterProvider, MULTIMASTERS.get(name)).settings:
+            yield name
+
+
+def runs_on(provider: MultimasterProvider, islands: int, receives: bool) -> bool:
+    """Whether a hub runs ``provider``, given the number of islands and whether its own receives topics."""
+    return islands > 1 and (receives or not provider.only_receivers)

@@ -1,0 +1,176 @@
+"""Provider `fkie`: masters joined by the discovery and sync nodes of fkie's packages.
+
+The hub that receives topics lists them: each from its own master, publishers only. So nothing is bridged
+that the spec does not name, and nothing against its direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from swarmctl.render.bundle import ROOT, File, Unit, package
+from swarmctl.render.multimaster.base import Discovery, JoinNodes, MultimasterProvider
+from swarmctl.render.multimaster.fkie_packages import FAMILIES, PYTHON_2, Node
+from swarmctl.render.part import Part
+from swarmctl.render.quoting import render
+from swarmctl.render.ros1 import release
+from swarmctl.render.yaml_params import params_file
+from swarmctl.spec.model import Spec
+from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.swarm import names
+from swarmctl.swarm.ports import USUAL_MASTER, Listener, master_loc
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+PARAMS = "params/multimaster.yaml"
+LAUNCH = "launch/multimaster.launch"
+
+# fkie's tools count from the port of their master: fkie_master_discovery/__init__.py, its zeroconf twin,
+# url.py of fkie_node_manager_daemon, and the README of fkie_mas_daemon.
+DISCOVERY_OFFSET = 300
+ZEROCONF_OFFSET = 600
+DAEMON_OFFSET = 1010
+_MAS_BASE, _MAS_STEP = 35430 + 255, 101
+
+# A master is offline after 5 s x 2 without a heartbeat (5 beats x 2 below 1 Hz); fkie's default factor is 10.
+# Sync then registers everything anew when it is back, since rospy does not reopen a connection that it lost
+# (fkie/multimaster_fkie#173).
+_OFFLINE = {"measurement_intervals": 5, "timeout_factor": 2}
+_RECONNECT = {"resync_on_reconnect": True, "resync_on_reconnect_timeout": 0}
+
+
+class Fkie:
+    """The provider: a discovery node on every hub, and a sync node on hubs that receive topics."""
+
+    settings = frozenset(Multimaster.model_fields) - {"provider", "topics"}
+    # Of master_discovery (multimaster_fkie 0.8); the steady rate is from fkie/multimaster_fkie#46.
+    discovery = Discovery("226.0.0.0", min_quality_hz=0.1, min_steady_hz=0.3, many=5, forget_factor=5)
+    memory_mb = 120
+    offsets = (DISCOVERY_OFFSET, ZEROCONF_OFFSET, DAEMON_OFFSET)
+    only_receivers = False
+
+    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
+        """Reports the packages for Python 2."""
+        return {"packages": "is Python 2"} if settings.packages == PYTHON_2 else {}
+
+    def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
+        """Discovery's ports, and those that fkie's GUI takes once somebody opens it."""
+        multicast = (spec.multimaster or Multimaster()).port
+        hub, master, loc = island.hub, island.master_port, master_loc(spec, island)
+        yield Listener(hub, discovery_port(island), "the master discovery", loc)
+        yield Listener(hub, multicast, "the master discovery", ("multimaster", "port"), "udp")
+        yield Listener(hub, master + ZEROCONF_OFFSET, "fkie's zeroconf", loc, runs=False)
+        yield Listener(hub, master + DAEMON_OFFSET, "fkie's node manager", loc, runs=False)
+        mas = _MAS_BASE + _MAS_STEP * (master - USUAL_MASTER)
+        yield Listener(hub, mas, "fkie's MAS daemon", loc, runs=False)
+
+    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        """Parameters, launch file, and the unit that starts both nodes."""
+        files = (release.ros_client(), *_files(swarm, island))
+        return Part(
+            files,
+            units=(_unit(swarm, files),),
+            requires=tuple(package(node.package) for node in _nodes(swarm, island)),
+        )
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        """Discovery, and sync where topics arrive; neither publishes diagnostics."""
+        return JoinNodes(tuple(f"/{node.name}" for node in _nodes(swarm, island)))
+
+
+FKIE: MultimasterProvider = Fkie()
+
+
+def discovery_port(island: Island) -> int:
+    """The TCP port on which the discovery node of ``island`` answers what is registered at its master."""
+    return island.master_port + DISCOVERY_OFFSET
+
+
+def _files(swarm: Swarm, island: Island) -> tuple[File, ...]:
+    nodes = _nodes(swarm, island)
+    params = {node.name: values for node, values in nodes.items()}
+    launch = render("multimaster.launch", params=f"{ROOT}/{swarm.name}/current/{PARAMS}", nodes=list(nodes))
+    return (
+        File(PARAMS, params_file(params), origin="multimaster"),
+        File(LAUNCH, launch, origin="multimaster"),
+    )
+
+
+def _unit(swarm: Swarm, files: tuple[File, ...]) -> tuple[File, Unit]:
+    """The unit; it waits for the master and restarts with it."""
+    name = names.unit(swarm.name, names.MULTIMASTER)
+    text = render(
+        "multimaster.service",
+        **release.service_values(swarm),
+        command=_command(swarm),
+        runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
+    )
+    file = File(f"units/{name}", text, origin="multimaster")
+    return file, Unit(name, (file.path, *release.RUNNING, *(one.path for one in files)))
+
+
+def _command(swarm: Swarm) -> tuple[str, ...]:
+    """Starts both nodes under the master that is there: without `--wait` roslaunch may start its own."""
+    return ("roslaunch", "--wait", "--skip-log-check", f"{ROOT}/{swarm.name}/current/{LAUNCH}")
+
+
+def _nodes(swarm: Swarm, island: Island) -> Mapping[Node, Mapping[str, Any]]:
+    """The nodes beside a master with their parameters.
+
+    Sync is left out where no topic arrives: with an empty list of topics it would accept all of them.
+    """
+    family = FAMILIES[swarm.multimaster.packages]
+    incoming = _incoming(swarm, island)
+    nodes: dict[Node, Mapping[str, Any]] = {family.discovery: _discovery_params(swarm, island)}
+    return nodes | {family.sync: _sync_params(swarm, incoming)} if incoming else nodes
+
+
+def _discovery_params(swarm: Swarm, island: Island) -> Mapping[str, Any]:
+    """How the master of ``island`` announces itself to the others."""
+    settings = swarm.multimaster
+    others = [other.hub for other in swarm.islands if other is not island]
+    multicast = any(one.multicast is not False for one in swarm.networks if island.hub in one.hosts)
+    return {
+        "name": island.hub,
+        "mcast_group": settings.group,
+        "mcast_port": settings.port,
+        "send_mcast": multicast,
+        "listen_mcast": multicast,
+        "robot_hosts": [swarm.hosts[hub].address for hub in settings.robot_hosts.get(island.hub, others)],
+        **_interface(swarm.hosts[island.hub]),
+        "rpc_port": discovery_port(island),
+        "rosmaster_hz": 1.0,
+        "heartbeat_hz": settings.heartbeat_hz,
+        **_OFFLINE,
+        "active_request_after": settings.active_request_after,
+        "remove_after": settings.remove_after,
+    }
+
+
+def _interface(hub: Host) -> Mapping[str, Any]:
+    """Where to send and listen: fkie uses ROS_IP, and on the hub its own name may resolve to 127.0.1.1."""
+    return {"interface": hub.address} if hub.advertised != hub.address else {}
+
+
+def _sync_params(swarm: Swarm, incoming: Mapping[str, list[str]]) -> Mapping[str, Any]:
+    """What a master copies from the others: by hub, the topics ``incoming`` here.
+
+    `sync_hosts` leaves out masters that are not named; together with it, `ignore_hosts` would admit them.
+    """
+    several = any(len(other.hosts) > 1 for other in swarm.islands if other.hub in incoming)
+    return {
+        "sync_hosts": list(incoming),
+        "sync_topics": [{hub: topics} for hub, topics in incoming.items()],
+        "ignore_subscribers": ["*"],
+        "ignore_services": ["*"],
+        "sync_remote_nodes": several,
+        "sync_topics_on_demand": False,
+        **_RECONNECT,
+    }
+
+
+def _incoming(swarm: Swarm, island: Island) -> dict[str, list[str]]:
+    """By hub of origin, the topics that are bridged to ``island``."""
+    hubs = {other.name: other.hub for other in swarm.islands}
+    incoming = swarm.received.get(island.name, {})
+    return {hubs[origin]: list(topics) for origin, topics in incoming.items()}

@@ -1,0 +1,95 @@
+"""Provider `static`: masters joined by swarmctl's own node, which has its peers from the spec.
+
+It needs no ROS library, fetches the topics that its own island receives, and waits for masters by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from swarmctl.render import shipped_files
+from swarmctl.render.bundle import File, Unit
+from swarmctl.render.multimaster.base import JoinNodes, MultimasterProvider
+from swarmctl.render.part import Part
+from swarmctl.render.quoting import render
+from swarmctl.render.ros1 import release
+from swarmctl.render.yaml_params import params_file
+from swarmctl.spec.model import Spec
+from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.swarm import names
+from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+PARAMS = "params/multimaster.yaml"
+
+_POLL_HZ = 1.0  # masters report new nodes at once; polling recovers reports that were lost
+_SILENT_AFTER = 3.0  # s
+_REMOVE_AFTER = 60.0  # s; shorter, and a robot behind a wall loses its publishers
+
+
+class Static:
+    """The provider: one node on each hub that receives topics."""
+
+    settings: frozenset[str] = frozenset()
+    discovery = None
+    memory_mb = 60
+    offsets: tuple[int, ...] = ()
+    only_receivers = True
+
+    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
+        """Nothing: the node comes with the release."""
+        return {}
+
+    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        """Nothing: the node takes any free port."""
+        return ()
+
+    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        """The node, its parameters and its unit."""
+        params = File(PARAMS, params_file(_parameters(swarm, host, island)), origin="multimaster")
+        files = (params, *shipped_files.folder("multimaster"))
+        return Part(files, units=(_unit(swarm, files),))
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        """The node, which reports the state of its bridges."""
+        node = names.multimaster_node(island.name)
+        return JoinNodes((node,), reporter=node)
+
+
+STATIC: MultimasterProvider = Static()
+
+
+def _unit(swarm: Swarm, files: tuple[File, ...]) -> tuple[File, Unit]:
+    name = names.unit(swarm.name, names.MULTIMASTER)
+    text = render("static.service", **release.service_values(swarm), params=PARAMS)
+    file = File(f"units/{name}", text, origin="multimaster")
+    return file, Unit(name, (file.path, *(one.path for one in files)))
+
+
+def _parameters(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
+    """What the node reads: its peers, and the topics to bridge from each."""
+    islands = {one.name: one for one in swarm.islands}
+    return {
+        "island": island.name,
+        "node": names.multimaster_node(island.name),
+        "master": swarm.master_uri(island),
+        "address": host.advertised,
+        "poll_hz": _POLL_HZ,
+        "silent_after": _SILENT_AFTER,
+        "remove_after": _REMOVE_AFTER,
+        "peers": [
+            {
+                "island": peer,
+                "master": swarm.master_uri(islands[peer]),
+                "hosts": list(swarm.uri_hosts_of(islands[peer])),
+                "hears": _listed(incoming),
+                "tells": _listed(swarm.received.get(peer, {}).get(island.name, {})),
+            }
+            for peer, incoming in swarm.received[island.name].items()
+        ],
+    }
+
+
+def _listed(topics: Mapping[str, str]) -> list[dict[str, str]]:
+    return [{"topic": topic, "type": kind} for topic, kind in topics.items()]

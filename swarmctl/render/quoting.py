@@ -1,0 +1,197 @@
+"""One Jinja environment per output format. Template text is trusted; values become literals of the format.
+
+The escaping rules: what cannot be written safely in a format is rejected, never altered.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import jinja2
+
+from swarmctl import resources
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
+_WORD = re.compile(r"[A-Za-z0-9:._/@%+=,-]+", re.ASCII)
+_YAML_WORD = re.compile(
+    r"(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z][a-z0-9-]*|[0-9]+(?:\.[0-9]+){3}",
+    re.ASCII | re.IGNORECASE,
+)
+_BARE_UNIT = re.compile(r"[A-Za-z0-9:._/@+=,~-]+", re.ASCII)
+
+
+class UnsafeValueError(ValueError):
+    """A value that cannot stand in a file of this format."""
+
+
+def _plain(value: Any) -> str:
+    """The text of a value that may be written at all: one line, no control characters."""
+    text = ("true" if value else "false") if isinstance(value, bool) else str(value)
+    if _CONTROL.search(text):
+        raise UnsafeValueError(f"{text!r} holds control characters")
+    return text
+
+
+def _fitting(value: Any, pattern: str, complaint: str) -> str:
+    """The text of a value that needs no escaping, or a complaint that it does."""
+    text = _plain(value)
+    if not re.fullmatch(pattern, text, re.ASCII):
+        raise UnsafeValueError(f"{text!r} {complaint}")
+    return text
+
+
+def shell(value: Any) -> str:
+    """One word of a POSIX shell."""
+    text = _plain(value)
+    return text if _WORD.fullmatch(text) and "=" not in text else "'" + text.replace("'", "'\"'\"'") + "'"
+
+
+def systemd(value: Any) -> str:
+    """One word of a unit's command: ``%`` and ``$`` doubled, quoted unless plain (systemd.service(5))."""
+    text = _plain(value)
+    if _BARE_UNIT.fullmatch(text):
+        return text
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("%", "%%").replace("$", "$$")
+    return f'"{escaped}"'
+
+
+def sentence(value: Any) -> str:
+    """Free text to the end of a unit file's line: only ``%`` means something there, and a last backslash."""
+    text = _plain(value).replace("%", "%%")
+    if text.endswith("\\"):
+        raise UnsafeValueError(f"{text!r} would join the next line")
+    return text
+
+
+def variable(value: Any) -> str:
+    """The name of an environment variable."""
+    return _fitting(value, r"[A-Za-z_][A-Za-z0-9_]*", "is no name of an environment variable")
+
+
+def environment_file(value: Any) -> str:
+    """A value of systemd's EnvironmentFile=, which a POSIX shell reads alike."""
+    text = _plain(value)
+    for char in '\\"$`':
+        text = text.replace(char, "\\" + char)
+    return f'"{text}"'
+
+
+def xml(value: Any) -> str:
+    """An attribute of a roslaunch file, quotes included. Substitutions cannot be escaped there: refused."""
+    text = _plain(value)
+    if "$(" in text:
+        raise UnsafeValueError(f"{text!r} would be substituted by roslaunch")
+    return quoteattr(text)
+
+
+def word(value: Any) -> str:
+    """A name that needs no quoting in any format: of a package, of a file."""
+    return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is no plain name")
+
+
+def udev(value: Any) -> str:
+    """A value between quotes in a udev rule; only what needs no escaping passes."""
+    return _fitting(value, r"[A-Za-z0-9:._/-]*", "cannot stand in a udev rule")
+
+
+def hosts(value: Any) -> str:
+    """An address or a name in /etc/hosts."""
+    return _fitting(value, r"[A-Za-z0-9:.-]+", "cannot stand in /etc/hosts")
+
+
+def chrony(value: Any) -> str:
+    """A name, an address or a subnet in chrony.conf."""
+    return _fitting(value, r"[A-Za-z0-9:./-]+", "cannot stand in chrony.conf")
+
+
+def section(value: Any) -> str:
+    """The name of a section of a key file, such as NetworkManager reads."""
+    return _fitting(value, r"[A-Za-z0-9.-]+", "cannot be the name of a section")
+
+
+def scalar(value: Any) -> str:
+    """A scalar that YAML 1.1 and 1.2 read alike: names, addresses and numbers bare, others in quotes."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise UnsafeValueError(f"{value} is no number that a file may hold")
+        return re.sub(r"^(-?[0-9]+)e", r"\1.0e", repr(value))  # YAML 1.1 wants the dot
+    text = _plain(value)
+    bare = isinstance(value, (bool, int)) or _YAML_WORD.fullmatch(text)
+    return text if bare else json.dumps(text, ensure_ascii=False)
+
+
+def c(value: Any) -> str:
+    """A literal of C and C++; beyond ASCII byte by byte, so that no compiler has to know an encoding."""
+    if isinstance(value, (bool, int)):
+        return _plain(value)
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise UnsafeValueError(f"{value} is no literal of C")
+        return f"{value!r}f"
+    escaped = "".join(
+        chr(byte) if 0x20 <= byte < 0x7F and byte not in b'\\"?' else f"\\{byte:03o}"
+        for byte in _plain(value).encode()
+    )
+    return f'"{escaped}"'
+
+
+# Which literal a template's values become, by the ending of the template's name.
+LITERALS: dict[str, Callable[[Any], str]] = {
+    ".service": systemd,
+    ".target": systemd,
+    ".env": environment_file,
+    ".bash": shell,
+    ".launch": xml,
+    ".rules": udev,
+    ".hosts": hosts,
+    ".chrony": chrony,
+    ".conf": section,
+    ".yaml": scalar,
+    ".h": c,
+}
+
+
+def render(template: str, **values: Any) -> bytes:
+    """The text of ``templates/{host,project,}/<template>.j2`` with ``values`` as literals of its format."""
+    ending = template[template.rindex(".") :]
+    text: str = _environment(ending).get_template(f"{template}.j2").render(**values)
+    return text.encode()
+
+
+@cache
+def _environment(ending: str) -> jinja2.Environment:
+    root = resources.templates()
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader([root / "host", root / "project", root]),
+        undefined=jinja2.StrictUndefined,
+        finalize=_finalize(LITERALS[ending]),
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=False,
+    )
+    environment.filters["sentence"] = lambda value: _Literal(sentence(value))
+    environment.filters["name"] = lambda value: _Literal(variable(value))
+    environment.filters["word"] = lambda value: _Literal(word(value))
+    return environment
+
+
+class _Literal(str):
+    """Text that is already a literal of its format."""
+
+    __slots__ = ()
+
+
+def _finalize(literal: Callable[[Any], str]) -> Callable[[Any], Any]:
+    def finalize(value: Any) -> Any:
+        if isinstance(value, (jinja2.Undefined, _Literal)):
+            return value
+        return literal(value)
+
+    return finalize

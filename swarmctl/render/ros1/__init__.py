@@ -1,0 +1,1 @@
+"""The ROS 1 part of a release: environment, parameters, launch files, units."""

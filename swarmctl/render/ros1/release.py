@@ -1,0 +1,85 @@
+"""What ROS 1 on a host consists of: environment, master, helper scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from swarmctl.render import shipped_files
+from swarmctl.render.bundle import ROOT, File, Unit
+from swarmctl.render.quoting import render
+from swarmctl.swarm import names
+from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+_DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
+ENVIRONMENT = "env/ros.env"
+_MASTER_HELPERS = ("bin/wait-for-address", "bin/wait-for-master")
+RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec")  # what every ROS program runs in
+ROS_CLIENT = "bin/ros-client"
+
+
+def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
+    """What every ROS program on this host runs in; on a hub also what its master runs."""
+    environment = _environment(swarm, host, island)
+    yield File(ENVIRONMENT, render("ros.env", **environment), origin=f"hosts.{host.name}")
+    yield File("env/python_logging.conf", shipped_files.text("host/python_logging.conf"))
+    yield File("bin/ros-exec", shipped_files.text("host/ros-exec"), 0o755)
+    if host.name == island.hub:
+        for program in _MASTER_HELPERS:
+            yield File(program, shipped_files.text(program.replace("bin/", "host/")), 0o755)
+
+
+def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
+    """What people source at a terminal to use the ROS of the swarm."""
+    text = render("setup.bash", **_environment(swarm, host, island))
+    return File("setup.bash", text, origin=f"hosts.{host.name}")
+
+
+def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
+    """The unit of the ROS master."""
+    name = names.unit(swarm.name, names.MASTER)
+    text = render(
+        "master.service",
+        **service_values(swarm),
+        island=island.name,
+        port=island.master_port,
+        address=host.address,
+        uri=swarm.master_uri(island),
+        runtime=names.runtime_folder(swarm.name, names.MASTER),
+    )
+    file = File(f"units/{name}", text, origin="ros")
+    return file, Unit(name, (file.path, ENVIRONMENT, "bin/ros-exec", *_MASTER_HELPERS))
+
+
+def ros_client() -> File:
+    """The script that restarts a program when its master restarts."""
+    return File(ROS_CLIENT, shipped_files.text("host/ros-client"), 0o755)
+
+
+def service_values(swarm: Swarm) -> dict[str, Any]:
+    """The template values that all units of this swarm share."""
+    return {
+        "swarm": swarm.name,
+        "home": home(swarm),
+        "target": names.target(swarm.name),
+        "workspace": swarm.workspace,
+    }
+
+
+def home(swarm: Swarm) -> str:
+    """The swarm's folder on every host."""
+    return f"{ROOT}/{swarm.name}"
+
+
+def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
+    return {
+        "swarm": swarm.name,
+        "distro": swarm.distro,
+        "home": home(swarm),
+        "workspace": swarm.workspace,
+        "master_uri": swarm.master_uri(island),
+        "self_key": "ROS_IP" if ip_of(host.advertised) else "ROS_HOSTNAME",
+        "advertised": host.advertised,
+        "package_path": ":".join((f"{home(swarm)}/current/drivers", *_DEBIAN_PACKAGES)),
+    }

@@ -1,0 +1,214 @@
+"""Cross-field consistency checks of a robot type: parts that are valid alone and do not fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Protocol
+
+from swarmctl.field_types import KEY, ConsistencyError
+from swarmctl.robot_types.actuators import Actuator
+from swarmctl.robot_types.binary_protocol import value_range
+from swarmctl.robot_types.cameras import NO_CAMERA_SETTINGS, tuned
+from swarmctl.robot_types.kinematics import Kinematics
+from swarmctl.robot_types.line_protocol import SIDES
+from swarmctl.robot_types.protocols import DriverProtocol, RosserialProtocol
+from swarmctl.robot_types.sensors import FRAME_TOPICS, ODOM, Image, Sensor
+from swarmctl.robot_types.settings import DIAGNOSTICS, RobotSettings
+from swarmctl.robot_types.sketch_settings import SKETCH_BOUNDS, clashes
+
+
+class Parts(Protocol):
+    """The parts of a robot type that have to agree; ``RobotType`` is one."""
+
+    @property
+    def kinematics(self) -> Kinematics: ...
+    @property
+    def driver_protocol(self) -> DriverProtocol | None: ...
+    @property
+    def sketch(self) -> RosserialProtocol | None: ...
+    @property
+    def sensors(self) -> Mapping[str, Sensor]: ...
+    @property
+    def actuators(self) -> Mapping[str, Actuator]: ...
+    @property
+    def settings(self) -> RobotSettings: ...
+    @property
+    def firmware_dead_man(self) -> bool: ...
+
+
+def inconsistencies(robot_type: Parts) -> Iterator[ConsistencyError]:
+    """Yields one error per contradiction, causes before their consequences."""
+    if robot_type.driver_protocol is not None:
+        yield from _line_errors(robot_type, robot_type.driver_protocol)
+    elif robot_type.sketch is not None:
+        yield from _sketch_errors(robot_type, robot_type.sketch)
+    for name in robot_type.settings.rates:
+        if name not in robot_type.sensors and name != DIAGNOSTICS:
+            yield ConsistencyError(
+                f"`settings` have a rate for `{name}`, which is none of the `sensors`",
+                "settings", "rates", name, KEY,
+            )  # fmt: skip
+
+
+def _line_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
+    yield from _name_errors(robot_type)
+    yield from _camera_errors(robot_type, protocol)
+    yield from _reading_errors(robot_type, protocol)
+    yield from _actuator_errors(robot_type, protocol)
+    yield from _speed_range_errors(robot_type, protocol)
+    scales = robot_type.kinematics.scales
+    if not scales:
+        yield ConsistencyError("the robot has units of its own; add `kinematics.scales`", "kinematics", KEY)
+    if len(scales) > 1 and not getattr(protocol, "identify", None):
+        yield ConsistencyError(
+            "with several `scales` the driver must request the firmware version; add `identify`",
+            "protocol", "identify",
+        )  # fmt: skip
+
+
+def _name_errors(robot_type: Parts) -> Iterator[ConsistencyError]:
+    sensors, actuators = robot_type.sensors, robot_type.actuators
+    taken = {*FRAME_TOPICS, DIAGNOSTICS}
+    for group, names, others in (("sensors", sensors, taken), ("actuators", actuators, {*taken, *sensors})):
+        for name in names:
+            if name in others:
+                yield ConsistencyError(
+                    f"the name `{name}` is taken; give the topic another one", group, name, KEY
+                )
+    for name, sensor in sensors.items():
+        if (sensor.kind == "wheels") != (name == ODOM):
+            yield ConsistencyError(
+                f"position counters, and nothing else, are called `{ODOM}`; rename `{name}`",
+                "sensors", name, KEY,
+            )  # fmt: skip
+
+
+def _reading_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
+    for name, sensor in robot_type.sensors.items():
+        query = protocol.queries.get(sensor.read or name)
+        if query is None:
+            yield ConsistencyError(
+                f"sensor `{name}` reads `{sensor.read or name}`, which is none of the `queries`; "
+                f"add it there, or name one of {', '.join(protocol.queries) or 'none yet'} under `read`",
+                "sensors", name, "read",
+            )  # fmt: skip
+        elif sensor.kind != "image" and sensor.first + sensor.count > query.values:
+            yield ConsistencyError(
+                f"the reply to `{sensor.read or name}` has {query.values} values, sensor `{name}` takes "
+                f"{sensor.count} from number {sensor.first} on; correct `first`, or the query's values",
+                "sensors", name, "first",
+            )  # fmt: skip
+    used = {sensor.read or name for name, sensor in robot_type.sensors.items()}
+    for idle in [name for name in protocol.queries if name not in used]:
+        yield ConsistencyError(
+            f"no sensor reads the query `{idle}`; add one to `sensors`, or take the query out",
+            "protocol", "queries", idle, KEY,
+        )  # fmt: skip
+
+
+def _camera_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
+    cameras = {name: one for name, one in robot_type.sensors.items() if isinstance(one, Image)}
+    for name in list(cameras)[1:]:
+        yield ConsistencyError("a robot has one camera; take the others out", "sensors", name, KEY)
+    if not cameras and robot_type.settings.camera != NO_CAMERA_SETTINGS:
+        yield ConsistencyError("none of the `sensors` is of kind `image`", "settings", "camera", KEY)
+    queries = protocol.queries if protocol.kind == "binary" else {}
+    for name, image in cameras.items():
+        if protocol.kind != "binary":
+            yield ConsistencyError(
+                "only a protocol of kind `binary` brings images; take it out", "sensors", name, "kind"
+            )
+        query = queries.get(image.read or name)
+        if query is not None and not query.pixels:
+            yield ConsistencyError(
+                f"the reply to `{image.read or name}` is no image; write `{{pixels}}` at its end",
+                "protocol", "queries", image.read or name, "reply",
+            )  # fmt: skip
+        elif query is not None and image.first != query.values:
+            yield ConsistencyError(
+                f"the pixels come after {query.values} numbers; write `first: {query.values}`",
+                "sensors", name, "first",
+            )  # fmt: skip
+        for _, what, fix in tuned(image, robot_type.settings.camera).complaints():
+            yield ConsistencyError(f"it cannot make such images: {what}; {fix}", "settings", "camera", KEY)
+    read = {one.read or name for name, one in cameras.items()}
+    for name in [one for one, query in queries.items() if query.pixels and one not in read]:
+        yield ConsistencyError(
+            f"no sensor of kind `image` reads `{name}`, whose reply has pixels; name it under `read` of one",
+            "protocol", "queries", name, KEY,
+        )  # fmt: skip
+
+
+def _actuator_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
+    for name, actuator in robot_type.actuators.items():
+        wrong = ""
+        if protocol.kind == "python":
+            if actuator.send is not None:
+                wrong = f"the class of the protocol writes the requests; remove `send` of actuator `{name}`"
+        elif actuator.send is None:
+            wrong = f"`send` of actuator `{name}` is missing; write the request for one channel"
+        elif actuator.binary != (protocol.kind == "binary"):
+            wrong = f"`send` of actuator `{name}` is not written for a protocol of kind `{protocol.kind}`"
+        if wrong:
+            yield ConsistencyError(wrong, "actuators", name, KEY if actuator.send is None else "send")
+
+
+def _speed_range_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
+    kinematics = robot_type.kinematics
+    if protocol.kind != "binary" or not kinematics.scales:
+        return
+    lowest, highest = value_range(protocol.set_speed.send, *SIDES)
+    units = kinematics.wheel_speed_max * max(one.speed_units_per_mps for one in kinematics.scales)
+    if round(units) > min(-lowest, highest):
+        yield ConsistencyError(
+            f"`wheel_speed_max` is {units:g} units of speed, and `set_speed` holds {lowest:g} to "
+            f"{highest:g}; use a larger layout, like {{left:i}}, or correct `scales`",
+            "kinematics", "wheel_speed_max",
+        )  # fmt: skip
+
+
+def _sketch_errors(robot_type: Parts, sketch: RosserialProtocol) -> Iterator[ConsistencyError]:
+    kinematics = robot_type.kinematics
+    if kinematics.scales:
+        yield ConsistencyError(
+            "a sketch takes commands in m/s and rad/s; remove `kinematics.scales`",
+            "kinematics", "scales", KEY,
+        )  # fmt: skip
+    if robot_type.sensors or robot_type.actuators:
+        yield ConsistencyError(
+            "a sketch's topics are under `protocol`; remove `sensors` and `actuators`",
+            "sensors" if robot_type.sensors else "actuators", KEY,
+        )  # fmt: skip
+    if sketch.firmware:
+        yield from _shipped_sketch_errors(robot_type)
+    if sketch.odometry and kinematics.wheel_radius is None:
+        yield ConsistencyError(
+            "`odometry` needs `kinematics.wheel_radius`; add it",
+            "kinematics", KEY,
+        )  # fmt: skip
+    if not robot_type.firmware_dead_man:
+        yield ConsistencyError(
+            "nothing but the sketch stops a rosserial robot whose line breaks; build a dead-man into it,"
+            " and write `firmware_dead_man: true`",
+            "firmware_dead_man",
+        )
+
+
+def _shipped_sketch_errors(robot_type: Parts) -> Iterator[ConsistencyError]:
+    if robot_type.kinematics.wheel_radius is None:
+        yield ConsistencyError(
+            "a sketch divides by the wheels' radius; add `kinematics.wheel_radius`", "kinematics", KEY
+        )
+    for key, (least, most) in SKETCH_BOUNDS.items():
+        value = getattr(robot_type.kinematics, key)
+        if value is not None and not least <= value <= most:
+            yield ConsistencyError(
+                f"swarmctl's sketch is made for a `{key}` of {least:g} to {most:g}", "kinematics", key
+            )
+    declared = robot_type.settings.firmware
+    for second, first, pin in clashes(declared):
+        at = second if getattr(getattr(declared, second[0]), second[1]) is not None else first
+        yield ConsistencyError(
+            f"pin {pin} has two uses, `{'.'.join(first)}` and `{'.'.join(second)}`",
+            "settings", "firmware", *at,
+        )  # fmt: skip

@@ -1,0 +1,70 @@
+"""A robot type with the settings of one robot: what its driver does then, and how long it waits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from swarmctl.robot_types.cameras import camera_of, tuned, with_image_query
+from swarmctl.robot_types.protocols import BinaryProtocol
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.settings import (
+    COMMAND_TIMEOUT,
+    DIAGNOSTICS,
+    DIAGNOSTICS_RATE,
+    RobotSettings,
+    last_rate,
+    merged,
+)
+
+SHORTEST_WATCHDOG = 1.0  # s
+_LONGEST_NUMBER = len("-2147483648")
+
+
+def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
+    """How often a driver reads and publishes each sensor, Hz; 0 is off. ``layers`` as for ``merged``."""
+    rates = {name: last_rate(one.rate, name, layers) for name, one in robot_type.sensors.items()}
+    return {**rates, DIAGNOSTICS: last_rate(DIAGNOSTICS_RATE, DIAGNOSTICS, layers)}
+
+
+def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
+    """Seconds without a command after which a robot is stopped. ``layers`` as for ``merged``."""
+    declared = (one.command_timeout for one in reversed(layers) if one.command_timeout is not None)
+    return float(next(declared, COMMAND_TIMEOUT))
+
+
+def equipped(robot_type: RobotType, *layers: RobotSettings) -> RobotType:
+    """The type with its camera as it is tuned: the sensor, the question for it, the request that sets it."""
+    found, protocol = camera_of(robot_type.sensors), robot_type.protocol
+    if found is None or not isinstance(protocol, BinaryProtocol):
+        return robot_type
+    name, built = found
+    image = tuned(built, merged(*layers).camera)
+    on = last_rate(image.rate, name, layers) > 0
+    updated = with_image_query(protocol, image.read or name, image, on=on)
+    return robot_type.model_copy(update={"sensors": {**robot_type.sensors, name: image}, "protocol": updated})
+
+
+def waits_of(robot_type: RobotType, baud: int, rates: Mapping[str, float]) -> dict[str, float]:
+    """How long a driver waits for the replies of queries with a `timeout` of their own, by query, s.
+
+    ``robot_type`` is equipped; sensors that are off send no query.
+    """
+    protocol = robot_type.driver_protocol
+    if protocol is None:
+        return {}
+    read = {one.read or name for name, one in robot_type.sensors.items() if rates[name] > 0}
+    return {
+        name: query.timeout + query.length(_LONGEST_NUMBER)[1] * robot_type.link.bits / baud
+        for name, query in protocol.queries.items()
+        if query.timeout is not None and name in read
+    }
+
+
+def watchdog_of(robot_type: RobotType, baud: int, *layers: RobotSettings) -> float:
+    """Watchdog timeout of a driver, s; the driver notifies systemd every two exchanges."""
+    protocol = robot_type.driver_protocol
+    if protocol is None:
+        return SHORTEST_WATCHDOG
+    waits = waits_of(equipped(robot_type, *layers), baud, rates_of(robot_type, *layers))
+    longest = max((protocol.reply_timeout, *waits.values()))
+    return max(SHORTEST_WATCHDOG, 2 * (protocol.reply_timeout + longest))

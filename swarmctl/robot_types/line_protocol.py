@@ -1,0 +1,141 @@
+"""Requests and replies as lines of text, or sized for a Python codec."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from pydantic import AfterValidator, Field, model_validator
+
+from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.robot_types.safe_regex import bounded
+
+_REQUEST = r"^[\x20-\x7e]{1,80}$"
+_HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
+_LONGEST = 64  # values of a line, and a comma before each
+
+#: What a request may be given.
+SIDES, INDEX, VALUE, VALUES = ("left", "right"), "index", "value", "values"
+
+
+def _pattern(value: str) -> str:
+    if re.compile(bounded(value)).groups == 0:
+        raise ValueError("each value of the reply is a group, like (-?[0-9]+)")
+    return value
+
+
+Request = Annotated[str, Field(pattern=_REQUEST, examples=["R"])]
+Head = Annotated[str, Field(pattern=_HEAD, examples=["r"])]
+Pattern = Annotated[str, Field(max_length=200, examples=["([0-9]+)"]), AfterValidator(_pattern)]
+Timeout = Annotated[
+    float,
+    Field(
+        ge=0.01,
+        le=2,
+        examples=[0.25],
+        description="Seconds until the reply begins, where that is not `reply_timeout`: the driver waits so "
+        "long, and then for as long as the reply takes on the line.",
+    ),
+]
+
+
+class LineExchange(Model):
+    """One request and its reply: a head, then numbers, all separated by commas."""
+
+    send: Request = Field(description="The request, without its terminator.")
+    reply: Head = Field(description="The head that the reply begins with.")
+    values: int = Field(0, ge=0, le=_LONGEST, description="How many numbers of the reply are used.")
+    extra: int = Field(
+        0, ge=0, le=_LONGEST, description="How many more numbers may follow; they are ignored."
+    )
+    pattern: Pattern | None = Field(
+        None,
+        description="For a reply that is no list of numbers: what follows the head and its comma, as a "
+        "regular expression with a group for each number. Only characters and classes are repeated, and none "
+        "before what it could take itself.",
+    )
+
+    @model_validator(mode="after")
+    def _a_group_for_each_value(self) -> LineExchange:
+        if self.pattern is not None and re.compile(self.pattern).groups != self.values:
+            raise ConsistencyError(
+                f"`pattern` needs {self.values} groups, one for each of `values`", "pattern"
+            )
+        return self
+
+    def length(self, digits: int) -> tuple[int, int]:
+        """Bytes of the request and of its longest reply, whose numbers have ``digits`` characters each.
+
+        A comma stands before each number, CR and LF behind all. What is ignored may be a 32-bit number.
+        """
+        return len(self.send) + 1, len(self.reply) + self.values * (1 + digits) + self.extra * 11 + 2
+
+
+class Query(LineExchange):
+    """A query, and the numbers of its reply."""
+
+    timeout: Timeout | None = None
+
+
+class SpeedCommand(LineExchange):
+    """The request that sets both wheel speeds, with {left} and {right} where the units go."""
+
+    send: Request = Field(examples=["D,{left},{right}"], description="The request, without its terminator.")
+
+    @model_validator(mode="after")
+    def _both_sides(self) -> SpeedCommand:
+        if any(self.send.count(f"{{{side}}}") != 1 for side in SIDES):
+            raise ConsistencyError("`send` of `set_speed` needs {left} and {right}, once each", "send")
+        return self
+
+
+class Setup(Model):
+    """A request that prepares the robot, and the reply that confirms it."""
+
+    send: Request = Field(examples=["C,0,d31"], description="The request, without its terminator.")
+    reply: Head = Field(examples=["c"], description="The head that the reply begins with.")
+
+
+class Identify(Model):
+    """The request that names the firmware. Its version is the first number in the reply."""
+
+    send: Request = Field(description="The request, without its terminator.")
+    reply: Head = Field(description="The head that the reply begins with; text follows after a comma.")
+
+
+class CodedExchange(Model):
+    """One request and its reply as a class of your own makes and reads them: here are their sizes only."""
+
+    request: int = Field(ge=1, le=4096, examples=[8], description="Bytes of the longest request.")
+    reply: int = Field(
+        ge=0,
+        le=4096,
+        examples=[4],
+        description="Bytes of the longest reply; 0 for a robot that does not answer.",
+    )
+
+    def length(self, _: int) -> tuple[int, int]:
+        """Bytes of the request and of its longest reply."""
+        return self.request, self.reply
+
+
+class CodedQuery(CodedExchange):
+    """A query, and how many numbers its reply has."""
+
+    timeout: Timeout | None = None
+    values: int = Field(
+        ge=1, le=255, examples=[2], description="How many numbers the class makes of the reply."
+    )
+
+
+def is_text(send: str) -> bool:
+    return re.fullmatch(_REQUEST, send) is not None
+
+
+def is_head(reply: str) -> bool:
+    return re.fullmatch(_HEAD, reply) is not None
+
+
+def places_of(send: str) -> frozenset[str]:
+    """The names of the places of a request, whichever way it is written."""
+    return frozenset(re.findall(r"\{([a-z]+)(?::[bBhHiIf])?\}", send))

@@ -1,0 +1,339 @@
+"""Sensors of a robot: the meaning of the numbers in its replies.
+
+Quantities are SI and REP-103 (x forward, y left, angles counter-clockwise) unless the key names another unit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, StringConstraints, field_validator, model_validator
+
+from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.robot_types.binary_protocol import Preparation
+from swarmctl.robot_types.protocols import QueryName
+
+SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
+ElementName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$", examples=["front_left"])]
+Positive = Annotated[float, Field(gt=0)]
+Unit = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
+Three = Annotated[tuple[float, float, float], Field(strict=False)]
+ODOM = "odom"
+Encoding = Literal["mono8", "rgb565"]
+BYTES_A_PIXEL: Mapping[Encoding, int] = {"mono8": 1, "rgb565": 2}
+ImageSide = Annotated[int, Field(ge=1, le=640, examples=[40])]
+ChipSide = Annotated[int, Field(ge=1, le=4096)]
+Zoom = Annotated[int, Field(ge=1, le=64, examples=[8])]
+FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
+
+
+def distinct(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"two of them are called `{name}`; give each its own name")
+    return names
+
+
+Names = Annotated[tuple[ElementName, ...], Field(min_length=1, strict=False), AfterValidator(distinct)]
+
+
+class Place(Model):
+    """Where one sensor sits and where it looks."""
+
+    name: ElementName = Field(description="Short name, unique in its array.")
+    x: float = Field(examples=[0.07], description="Forward of the robot's centre, m.")
+    y: float = Field(examples=[0.017], description="Left of the robot's centre, m.")
+    z: float = Field(0.0, examples=[0.034], description="Above the wheels' axis, m.")
+    heading_deg: float = Field(
+        ge=-180,
+        le=180,
+        examples=[13],
+        description="Where it looks, degrees, counter-clockwise from ahead.",
+    )
+
+
+class Reading(Model):
+    """What all sensors have: where in which reply their numbers stand, and how often they are wanted."""
+
+    read: QueryName | None = Field(
+        None,
+        examples=["position"],
+        description="The query whose reply has the numbers; the one of the sensor's own name if left out.",
+    )
+    first: int = Field(
+        0, ge=0, le=255, examples=[2], description="Which number of the reply is the first, from 0."
+    )
+    rate: float = Field(
+        ge=0,
+        le=50,
+        examples=[5.0],
+        description="How often it is read and published unless settings change it, Hz; 0 turns it off.",
+    )
+
+    @property
+    def count(self) -> int:
+        """How many numbers of the reply it takes."""
+        return 1
+
+
+class Wheels(Reading):
+    """Both position counters, left first: `odom`, the transform to it, and the joints of both wheels."""
+
+    kind: Literal["wheels"] = Field(description="Position counters of both wheels.")
+    rate: float = Field(10.0, ge=0, le=50, description="How often they are read and published, Hz.")
+
+    @property
+    def count(self) -> int:
+        return 2
+
+
+class Range(Reading):
+    """Distance sensors. Each has a topic of its own in metres; the raw readings of all are one message."""
+
+    kind: Literal["range"] = Field(description="Distance sensors, infrared or ultrasound.")
+    radiation: Literal["infrared", "ultrasound"] = Field("infrared", description="What they send out.")
+    max_reading: int = Field(ge=1, le=65535, examples=[4095], description="Largest raw reading.")
+    distances: Annotated[tuple[tuple[float, Annotated[float, Field(ge=0)]], ...], Field(strict=False)] = (
+        Field(
+            min_length=2,
+            examples=[[[100, 0.05], [4095, 0.005]]],
+            description="Raw readings and the distances that they stand for, m, by rising reading; between "
+            "them the driver interpolates. The nearest and the farthest are the sensor's limits.",
+        )
+    )
+    none_from: int | None = Field(
+        None, ge=0, examples=[1000], description="Readings from this value on mean that nothing is in range."
+    )
+    none_below: int | None = Field(
+        None, ge=1, examples=[1], description="Readings below this value mean that nothing is in range."
+    )
+    invalid_from: int | None = Field(
+        None,
+        ge=1,
+        examples=[2000],
+        description="A reading from here on is none: the sensor is off.",
+    )
+    field_of_view_deg: float = Field(
+        gt=0, le=360, examples=[15], description="How wide each one looks, degrees."
+    )
+    stride: int = Field(
+        1, ge=1, le=16, description="From one sensor's number to the next one's in the reply."
+    )
+    elements: Annotated[tuple[Place, ...], Field(min_length=1, strict=False)] = Field(
+        description="One entry a sensor, in the order of the reply."
+    )
+
+    @property
+    def count(self) -> int:
+        return (len(self.elements) - 1) * self.stride + 1
+
+    @field_validator("distances", mode="before")
+    @classmethod
+    def _pairs(cls, value: object) -> object:
+        """Lists of YAML as the pairs that the strict model wants."""
+        if isinstance(value, (list, tuple)):
+            return tuple(tuple(one) if isinstance(one, (list, tuple)) else one for one in value)
+        return value
+
+    @model_validator(mode="after")
+    def _holds_together(self) -> Range:
+        if any(after[0] <= before[0] for before, after in pairwise(self.distances)):
+            raise ConsistencyError(
+                "`distances` go from small readings to large ones; put them in order", "distances"
+            )
+        names = [one.name for one in self.elements]
+        if len(set(names)) < len(names):
+            raise ConsistencyError("two of the `elements` have the same name; give each its own", "elements")
+        return self
+
+
+class Raw(Reading):
+    """Plain numbers of the robot's: ambient light, ground sensors, microphones, a selector."""
+
+    kind: Literal["raw"] = Field(description="Whole numbers as the robot gives them.")
+    names: Names = Field(
+        examples=[["left", "right"]], description="One name a number, in the order of the reply."
+    )
+
+    @property
+    def count(self) -> int:
+        return len(self.names)
+
+
+class Quantity(Reading):
+    """Numbers with a unit: currents, voltages, counts per second."""
+
+    kind: Literal["quantity"] = Field(description="Numbers with a unit.")
+    names: Names = Field(
+        examples=[["left", "right"]], description="One name a number, in the order of the reply."
+    )
+    unit: Unit = Field(description="Its unit once scaled, SI.")
+    scale: float = Field(1.0, examples=[0.004], description="The unit for each unit of the robot's.")
+    offset: float = Field(0.0, description="Added after scaling, in the unit.")
+
+    @property
+    def count(self) -> int:
+        return len(self.names)
+
+
+class Axes(Model):
+    """Three numbers along the axes of the robot (x forward, y left, z up)."""
+
+    first: int = Field(
+        0, ge=0, le=255, examples=[3], description="Counted from the sensor's own first number."
+    )
+    order: Annotated[tuple[int, int, int], Field(strict=False)] = Field(
+        (0, 1, 2), examples=[[1, 0, 2]], description="Which of the three numbers is x, y and z."
+    )
+    zero: Three = Field(
+        (0.0, 0.0, 0.0),
+        examples=[[2048.0, 2048.0, 2048.0]],
+        description="What x, y and z read when there is nothing to measure.",
+    )
+    scale: Three = Field(
+        examples=[[5.99e-4, 5.99e-4, 5.99e-4]],
+        description="SI (m/s2, rad/s, T) for each unit of x, y and z; negative where it counts backwards.",
+    )
+
+    @model_validator(mode="after")
+    def _a_permutation(self) -> Axes:
+        if sorted(self.order) != [0, 1, 2]:
+            raise ConsistencyError("`order` names each of 0, 1 and 2 once", "order")
+        return self
+
+
+class Inertial(Reading):
+    """An accelerometer, a gyroscope, or both, in one sensor_msgs/Imu message."""
+
+    kind: Literal["imu"] = Field(description="Acceleration (m/s2), rotation (rad/s), or both.")
+    acceleration: Axes | None = Field(None, description="The accelerometer.")
+    rotation: Axes | None = Field(None, description="The gyroscope.")
+
+    @property
+    def count(self) -> int:
+        return max((one.first + 3 for one in (self.acceleration, self.rotation) if one), default=0)
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Inertial:
+        if self.acceleration is None and self.rotation is None:
+            raise ValueError("an `imu` measures something; add `acceleration` or `rotation`")
+        return self
+
+
+class Magnetic(Reading):
+    """A magnetometer."""
+
+    kind: Literal["magnetic"] = Field(description="The magnetic field, T.")
+    axes: Axes = Field(description="Its three numbers.")
+
+    @property
+    def count(self) -> int:
+        return self.axes.first + 3
+
+
+class Battery(Reading):
+    """The battery's voltage, and how full that is."""
+
+    kind: Literal["battery"] = Field(description="The battery.")
+    volts: Annotated[tuple[float, ...], Field(min_length=1, max_length=4, strict=False)] = Field(
+        examples=[[0.02]],
+        description="V for each unit of each number of the reply; what they make is added up.",
+    )
+    offset: float = Field(0.0, description="V added to that.")
+    empty: Positive = Field(examples=[3.4], description="Voltage at which it is empty, V.")
+    full: Positive = Field(examples=[4.2], description="Voltage at which it is full, V.")
+
+    @property
+    def count(self) -> int:
+        return len(self.volts)
+
+    @model_validator(mode="after")
+    def _fuller_than_empty(self) -> Battery:
+        if self.empty >= self.full:
+            raise ConsistencyError("`empty` must be below `full`", "empty")
+        return self
+
+
+class Temperature(Reading):
+    """A thermometer."""
+
+    kind: Literal["temperature"] = Field(description="A temperature, degrees Celsius.")
+    scale: float = Field(1.0, examples=[0.1], description="Degrees for each unit of the robot's.")
+    offset: float = Field(0.0, description="Degrees added after scaling.")
+
+
+class Image(Reading):
+    """A camera: the pixels of one image, row by row; one a robot at most."""
+
+    kind: Literal["image"] = Field(description="A camera.")
+    rate: float = Field(
+        0.0, ge=0, le=50, description="How often an image is read and published, Hz; 0 is not at all."
+    )
+    width: ImageSide = Field(description="Columns of an image.")
+    height: ImageSide = Field(description="Rows of an image.")
+    zoom: Zoom = Field(
+        description="Pixels of the chip, across and down, that make one of the image; the rest is cut off."
+    )
+    encoding: Encoding = Field(
+        "mono8", description="`mono8`: a byte of grey a pixel; `rgb565`: two of colour, published as rgb8."
+    )
+    modes: Mapping[Encoding, Annotated[int, Field(ge=0, le=255)]] = Field(
+        min_length=1,
+        examples=[{"mono8": 0, "rgb565": 1}],
+        description="The encodings that it has, and the robot's number for each.",
+    )
+    chip: Annotated[tuple[ChipSide, ChipSide], Field(strict=False)] = Field(
+        examples=[[640, 480]], description="Columns and rows of the camera's chip."
+    )
+    largest: int = Field(
+        ge=1, le=65535, examples=[3200], description="Largest image that the robot can send, bytes."
+    )
+    prepare: Preparation = Field(description="The request that sets the camera, once it is to be read.")
+
+    @property
+    def count(self) -> int:
+        """Bytes of an image."""
+        return self.width * self.height * BYTES_A_PIXEL[self.encoding]
+
+    @property
+    def camera_values(self) -> dict[str, int]:
+        """The values that requests set and replies repeat: mode, width, height and zoom."""
+        mode = self.modes.get(self.encoding, 0)
+        return {"mode": mode, "width": self.width, "height": self.height, "zoom": self.zoom}
+
+    def complaints(self) -> Iterator[tuple[str, str, str]]:
+        """Why the robot cannot make such an image: the key concerned, what is wrong, what to do."""
+        if self.encoding not in self.modes:
+            yield "encoding", f"it has no {self.encoding}", f"write {' or '.join(self.modes)}"
+        elif self.count > self.largest:
+            side = math.isqrt(self.largest // BYTES_A_PIXEL[self.encoding])
+            size = f"{self.width} x {self.height} in {self.encoding} are {self.count} bytes"
+            yield "width", f"{size}, and it sends {self.largest} at most", f"{side} x {side} fits"
+        columns, rows = self.width * self.zoom, self.height * self.zoom
+        if columns > self.chip[0] or rows > self.chip[1]:
+            size = f"{self.width} x {self.height} at zoom {self.zoom} are {columns} x {rows}"
+            zoom = min(self.chip[0] // self.width, self.chip[1] // self.height)
+            fix = f"lower `zoom` to {zoom}" if zoom else "make them smaller"
+            yield "zoom", f"{size} of the chip's {self.chip[0]} x {self.chip[1]}", fix
+        if small := self.prepare.too_small_for(self.camera_values):
+            more = f"`prepare` cannot hold a {small} of {self.camera_values[small]}"
+            yield small.replace("mode", "modes"), more, f"write a larger place, like {{{small}:H}}"
+
+    @model_validator(mode="after")
+    def _can_be_made(self) -> Image:
+        for key, what, fix in self.complaints():
+            raise ConsistencyError(f"it cannot make such images: {what}; {fix}", key)
+        return self
+
+
+Sensor = Annotated[
+    Wheels | Range | Raw | Quantity | Inertial | Magnetic | Battery | Temperature | Image,
+    Field(discriminator="kind"),
+]
+SENSORS: dict[str, type[Model]] = {
+    "wheels": Wheels, "range": Range, "raw": Raw, "quantity": Quantity, "imu": Inertial, "magnetic": Magnetic,
+    "battery": Battery, "temperature": Temperature, "image": Image,
+}  # fmt: skip

@@ -1,0 +1,81 @@
+"""What the rules read: the index of one document, source positions, and analyses shared by several rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from swarmctl.analysis.host_load import HostBudget, host_budgets
+from swarmctl.analysis.listeners import listeners
+from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
+from swarmctl.diagnostics import Diagnostic, Span
+from swarmctl.swarm.authority import Authority
+from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.topic_origins import Publishers
+from swarmctl.yamltext.source import Source
+
+
+class RuleContext(SwarmIndex):
+    """The document that the rules check, with its index."""
+
+    @property
+    def source(self) -> Source:
+        return self.document.source
+
+    def span(self, *loc: str | int, key: bool = False) -> Span:
+        """The position of a value of the spec, or with ``key`` of its key."""
+        return self.document.span(*loc, key=key)
+
+    @cached_property
+    def authority(self) -> Authority:
+        """Who may command each robot, as its driver will check it."""
+        return Authority(self)
+
+    @cached_property
+    def publishers(self) -> Publishers:
+        """From which islands each topic comes."""
+        return Publishers(self)
+
+    @cached_property
+    def bridges(self) -> tuple[Bridge, ...]:
+        """The topics that are bridged between islands."""
+        return bridges_of(self)
+
+    @cached_property
+    def listeners(self) -> tuple[Listener, ...]:
+        """Every port on which a host listens for the swarm."""
+        return tuple(listeners(self.spec, self.islands))
+
+    @cached_property
+    def line_budgets(self) -> Mapping[int, SerialBudget]:
+        """The load of each line, by its index in ``links``."""
+        return dict(serial_budgets(self))
+
+    @cached_property
+    def host_budgets(self) -> tuple[HostBudget, ...]:
+        """The memory use of each host whose kind of computer is declared."""
+        return tuple(host_budgets(self, self.bridges))
+
+
+Find = Callable[[RuleContext], Iterator[Diagnostic]]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A function that yields findings, with the ids under which the rulebook explains them."""
+
+    ids: tuple[str, ...]
+    find: Find
+    names: bool  # runs in the first round: the other rules look things up by the names it checks
+
+    def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:
+        return self.find(context)
+
+
+def rule(*ids: str, names: bool = False) -> Callable[[Find], Rule]:
+    """Makes a function the rule that reports ``ids``; ``names`` as in `Rule`."""
+    return lambda find: Rule(ids, find, names)

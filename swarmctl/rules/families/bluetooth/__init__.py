@@ -1,0 +1,1 @@
+"""Rules: Bluetooth adapters."""

@@ -1,0 +1,104 @@
+"""The generated sketches: pins, baud rates and encoders that the board can handle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.analysis.sketch_limits import good_bauds, most_pulses, wrong_baud
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, clashes
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.rules.families.serial_lines.rules import BAUDS
+from swarmctl.spec.model import Serial
+
+
+@rule("BOARD010")
+def pins_used_twice(context: RuleContext) -> Iterator[Diagnostic]:
+    """A pin with two uses."""
+    general = context.spec.defaults.robot
+    ours = {name for name, kind in context.types.items() if kind.sketch is not None and kind.sketch.firmware}
+    for name, robot in context.spec.robots.items() if ours else ():
+        if robot.type not in ours:
+            continue
+        layers = {("robots", name, "settings"): robot.settings, ("defaults", "robot"): general}
+        declared = {loc: one.firmware for loc, one in layers.items() if "firmware" in one.model_fields_set}
+        if not declared:
+            continue
+        wiring = context.settings_of(name).firmware
+        for second, first, pin in clashes(wiring):
+            places = ((loc, one) for loc in declared for one in (second, first) if _sets(declared[loc], one))
+            loc, place = next(places, ((), ()))
+            if place:
+                other = first if place == second else second
+                yield Diagnostic(
+                    "BOARD010",
+                    f"pin {pin} of the board of robot `{name}` has two uses",
+                    context.span(*loc, "firmware", *place),
+                    label=f"also used as `{'.'.join(other)}`",
+                    help=("assign another pin to one of them; docs/firmware.md shows the wiring",),
+                )
+
+
+def _sets(layer: Firmware, place: tuple[str, str]) -> bool:
+    side, pin = place
+    return getattr(getattr(layer, side), pin) is not None
+
+
+@rule("BOARD011")
+def wiring_without_sketch(context: RuleContext) -> Iterator[Diagnostic]:
+    """Wiring for a robot whose sketch swarmctl does not generate."""
+    for name, robot in context.spec.robots.items():
+        if "firmware" not in robot.settings.model_fields_set:
+            continue
+        kind = context.types[robot.type]
+        if kind.sketch is None or kind.sketch.firmware is None:
+            yield Diagnostic(
+                "BOARD011",
+                f"swarmctl generates no sketch for robot `{name}`, so `firmware` has no effect",
+                context.span("robots", name, "settings", "firmware", key=True),
+                label=f"`{robot.type}` has no `protocol.firmware`",
+                help=("remove it, or choose a type with a generated sketch, such as arduino-rover",),
+            )
+
+
+@rule("BOARD012")
+def sketch_limits(context: RuleContext) -> Iterator[Diagnostic]:
+    """A baud rate or encoders that the generated sketch cannot handle."""
+    ours = {
+        name: one for name, one in context.types.items() if one.sketch is not None and one.sketch.firmware
+    }
+    for index, link in context.lines if ours else ():
+        kind = ours.get(context.spec.robots[link.robot].type)
+        if kind is None or kind.sketch is None:
+            continue
+        declared = link.baud if isinstance(link, Serial) else None
+        dead_man = kind.sketch.firmware_timeout
+        if trouble := wrong_baud(declared or kind.link.baud, dead_man):
+            good = ", ".join(map(str, good_bauds(BAUDS, dead_man)))
+            yield Diagnostic(
+                "BOARD012",
+                f"{trouble}: robot `{link.robot}` would not receive its commands",
+                context.span("links", index, *(("baud",) if declared else ())),
+                label="unsuitable for this board",
+                help=(f"use one of {good}" if good else "raise `firmware_timeout`",),
+            )
+        yield from _too_many_pulses(context, link.robot, kind)
+
+
+def _too_many_pulses(context: RuleContext, name: str, kind: RobotType) -> Iterator[Diagnostic]:
+    """Reads each layer separately, since merging them for every robot is slow."""
+    declared = [one.firmware.pulses_per_turn for one in reversed(context.document.settings_layers(name))]
+    pulses = next((one for one in declared if one is not None), DEFAULTS.pulses_per_turn) or 0
+    shape = kind.kinematics
+    most = most_pulses(shape.wheel_speed_max, shape.wheel_radius or 1.0)
+    if pulses > most:
+        place = ("settings", "firmware", "pulses_per_turn") if declared[0] else ("type",)
+        yield Diagnostic(
+            "BOARD012",
+            f"the board of robot `{name}` cannot count {pulses} pulses per turn "
+            f"at {shape.wheel_speed_max:g} m/s",
+            context.span("robots", name, *place),
+            label=f"at most {most}",
+            help=("use an encoder with fewer pulses, or set `wheel_speed_max` to the robot's real maximum",),
+        )

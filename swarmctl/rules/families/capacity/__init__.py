@@ -1,0 +1,1 @@
+"""Rules: host and network load."""

@@ -1,0 +1,1 @@
+"""Rules: serial and Bluetooth links."""

@@ -1,0 +1,162 @@
+"""The device of a link identifies the robot, also after a reboot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.model import Bluetooth, Serial, Usb
+
+_NUMBERED = ("/dev/ttyUSB", "/dev/ttyACM")
+_BY_ID = "/dev/serial/by-id/"
+_RFCOMM = "/dev/rfcomm"
+_UDEVADM = "(`udevadm info -a` shows the serial number)"
+
+# What `udevadm info -a` shows last is the USB controller: a PCI address, or its name on a board.
+_CONTROLLER = re.compile(
+    r"[0-9a-f]{4}:[0-9a-f]{2}:[0-9a-f]{2}\.[0-7]|[0-9a-f]{8}\.usb|.*(_hcd|-hcd|-hdrc)\..+", re.IGNORECASE
+)
+_IDS = re.compile(r"[0-9a-fA-F]{4}:[0-9a-fA-F]{4}")
+# CP210x leave the factory as 0001 (Silicon Labs AN721); clones repeat 0, 1 or a row of digits.
+_FACTORY = re.compile(r"0*[01]?|0*123456(78(9[0A]?)?)?|[fF]+")
+
+_PLACEHOLDERS = ("00:00:00:00:00:00", "ff:ff:ff:ff:ff:ff")
+_INQUIRY = re.compile(r"9e:8b:[0-3][0-9a-f]")  # lower address parts 9E8B00-9E8B3F (Bluetooth core, baseband)
+_IN_EXAMPLES = {
+    "00:11:22:33:44:55",
+    "01:23:45:67:89:ab",
+    "11:22:33:44:55:66",
+    "12:34:56:78:9a:bc",
+    "aa:bb:cc:dd:ee:ff",
+}
+
+
+@rule("LINK004")
+def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
+    """A serial link with neither a USB adapter nor a device, or with both."""
+    for index, link in context.lines:
+        if not isinstance(link, Serial):
+            continue
+        if link.usb is None and link.device is None:
+            yield Diagnostic(
+                "LINK004",
+                f"the serial link of `{link.robot}` has no device",
+                context.span("links", index),
+                label="needs `usb` or `device`",
+                help=(
+                    f"usb: {{serial: ...}} for a USB adapter {_UDEVADM}",
+                    "device: /dev/ttyS0 for an on-board port",
+                ),
+            )
+        elif link.usb is not None and link.device is not None:
+            yield Diagnostic(
+                "LINK004",
+                f"the serial link of `{link.robot}` has both `usb` and `device`",
+                context.span("links", index, "device"),
+                help=("keep `usb`; the device is then /dev/swarm/" + link.robot,),
+            )
+
+
+@rule("LINK005", "DEV001", "DEV002")
+def unstable_devices(context: RuleContext) -> Iterator[Diagnostic]:
+    """Devices that change their name, that other daemons open, or that are not bound."""
+    for index, link in context.lines:
+        if not isinstance(link, Serial) or link.device is None or link.usb is not None:
+            continue
+        if link.device.startswith(_NUMBERED):
+            yield Diagnostic(
+                "LINK005",
+                f"`{link.device}` may be another adapter after a reboot",
+                context.span("links", index, "device"),
+                label="numbered by plug-in order",
+                help=(f"identify the adapter: usb: {{serial: ...}} {_UDEVADM}",),
+            )
+        elif link.device.startswith(_BY_ID):
+            yield Diagnostic(
+                "DEV001",
+                f"other daemons may open `{link.device}` of robot `{link.robot}`",
+                context.span("links", index, "device"),
+                severity=Severity.WARNING,
+                label="no udev rule of the swarm matches it",
+                help=(
+                    f"use usb: {{serial: ...}} {_UDEVADM}; its udev rule keeps ModemManager and brltty off",
+                ),
+            )
+        elif link.device.startswith(_RFCOMM):
+            yield Diagnostic(
+                "DEV002",
+                f"a serial link does not bind `{link.device}` of robot `{link.robot}`",
+                context.span("links", index, "device"),
+                label="exists only after `rfcomm bind`",
+                help=(f'write {{kind: bluetooth, host: {link.host}, robot: {link.robot}, mac: "..."}}',),
+            )
+
+
+@rule("DEV003", "DEV004")
+def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
+    """A USB serial number that is invalid, or that many adapters have."""
+    for index, link in context.lines:
+        if not isinstance(link, Serial) or link.usb is None:
+            continue
+        serial = link.usb.serial
+        if _CONTROLLER.fullmatch(serial) or _IDS.fullmatch(serial):
+            whole = _CONTROLLER.fullmatch(serial) is not None
+            yield Diagnostic(
+                "DEV003",
+                f"`{serial}` is not the serial number of a USB adapter",
+                context.span("links", index, "usb", "serial"),
+                label="the USB controller's; it matches every adapter" if whole else "vendor and product id",
+                help=(
+                    "use the ATTRS{serial} next to the adapter's own ATTRS{idVendor}"
+                    if whole
+                    else f'usb: {{serial: ..., vendor: "{serial[:4]}", product: "{serial[5:]}"}} {_UDEVADM}',
+                ),
+            )
+        elif link.usb.vendor is None and link.usb.product is None and _FACTORY.fullmatch(serial):
+            yield from _factory_serial(context, index, link.usb)
+
+
+def _factory_serial(context: RuleContext, index: int, usb: Usb) -> Iterator[Diagnostic]:
+    yield Diagnostic(
+        "DEV004",
+        f"many cheap adapters have the serial number `{usb.serial}`",
+        context.span("links", index, "usb", "serial"),
+        severity=Severity.WARNING,
+        label="factory default",
+        help=(
+            "add `vendor` and `product` (`lsusb` shows them), so that only this model matches",
+            "for two adapters of one model: device: /dev/serial/by-path/..., and keep the USB port",
+        ),
+    )
+
+
+@rule("DEV005", "DEV006")
+def bluetooth_addresses(context: RuleContext) -> Iterator[Diagnostic]:
+    """A Bluetooth address that is invalid, or an example from manuals."""
+    for index, link in context.lines:
+        if not isinstance(link, Bluetooth):
+            continue
+        if link.mac in _PLACEHOLDERS or _INQUIRY.fullmatch(link.mac[9:]):
+            yield Diagnostic(
+                "DEV005",
+                f"invalid Bluetooth address `{link.mac}`",
+                context.span("links", index, "mac"),
+                label="all zeros or all ones" if link.mac in _PLACEHOLDERS else "reserved for inquiries",
+                notes=(Note(context.span("robots", link.robot, key=True), "the robot"),),
+                help=("switch the robot on; `bluetoothctl scan on` shows its address",),
+            )
+        elif link.mac in _IN_EXAMPLES or int(link.mac[:2], 16) & 1:
+            group = link.mac not in _IN_EXAMPLES
+            yield Diagnostic(
+                "DEV006",
+                f"`{link.mac}` is probably not the Bluetooth address of a robot",
+                context.span("links", index, "mac"),
+                severity=Severity.WARNING,
+                label="a group address, since the first byte is odd"
+                if group
+                else "an example in many manuals",
+                notes=(Note(context.span("robots", link.robot, key=True), "the robot"),),
+                help=("compare it with the robot's label, or with the output of `bluetoothctl scan on`",),
+            )

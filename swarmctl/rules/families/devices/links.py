@@ -1,0 +1,110 @@
+"""Every robot has one link to its host, of a kind that both support."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.model import Bluetooth, Mode
+from swarmctl.yamltext.edits import append_item, make_fix, set_key
+
+
+@rule("LINK001", "LINK002", "LINK003")
+def robot_lines(context: RuleContext) -> Iterator[Diagnostic]:
+    """A robot with no link, with several, or with a link to another host."""
+    spec = context.spec
+    for name, found in context.lines_of.items():
+        host = context.driving[name]
+        if not found:
+            yield Diagnostic(
+                "LINK001",
+                f"robot `{name}` has no link to its host",
+                context.span("robots", name, key=True),
+                label="no serial or bluetooth link names it",
+                help=tuple(f"add to `links`: {line}" for line in _possible_lines(context, name, host)),
+            )
+            continue
+        first, link = found[0]
+        for second, _ in found[1:]:
+            yield Diagnostic(
+                "LINK002",
+                f"robot `{name}` has more than one link",
+                context.span("links", second, "robot"),
+                label="second link",
+                notes=(Note(context.span("links", first, "robot"), "first link"),),
+                help=("keep the one that its driver has to use",),
+            )
+        if host is not None and link.host != host:
+            why = (
+                "its driver runs on the leader"
+                if spec.mode is Mode.SINGLE_MINDED
+                else f"its driver runs on `{host}`"
+            )
+            place = ("leader",) if spec.mode is Mode.SINGLE_MINDED else ("robots", name, "host")
+            yield Diagnostic(
+                "LINK003",
+                f"the link of robot `{name}` starts at `{link.host}`, but {why}",
+                context.span("links", first, "host"),
+                label="another host",
+                notes=(Note(context.span(*place), f"`{host}` runs the driver"),),
+                help=(f"set the link's `host: {host}`, or run the driver on `{link.host}`",),
+            )
+
+
+def _possible_lines(context: RuleContext, robot: str, host: str | None) -> Iterator[str]:
+    """Yields the links, as spec text, that the robot type and its host support."""
+    spec = context.spec
+    kinds = context.types[spec.robots[robot].type].link.kinds
+    ends = f"host: {host or '...'}, robot: {robot}"
+    if "bluetooth" in kinds and host is not None and spec.hosts[host].bluetooth:
+        yield f'{{kind: bluetooth, {ends}, mac: "..."}}'
+    if "serial" in kinds:
+        yield f"{{kind: serial, {ends}, usb: {{serial: ...}}}}"
+
+
+@rule("LINK007")
+def link_kinds(context: RuleContext) -> Iterator[Diagnostic]:
+    """A link of a kind that the robot type does not support."""
+    spec = context.spec
+    for index, link in context.lines:
+        type_name = spec.robots[link.robot].type
+        kinds = context.types[type_name].link.kinds
+        if link.kind not in kinds:
+            yield Diagnostic(
+                "LINK007",
+                f"robot `{link.robot}` (type `{type_name}`) has no {link.kind} link",
+                context.span("links", index, "kind"),
+                label=f"not supported by `{type_name}`",
+                notes=(Note(context.span("robots", link.robot, "type"), "the robot's type"),),
+                help=(f"connect it by {' or '.join(kinds)}",),
+            )
+
+
+@rule("LINK006")
+def adapters(context: RuleContext) -> Iterator[Diagnostic]:
+    """A Bluetooth link on a host without that adapter."""
+    spec = context.spec
+    for index, link in enumerate(spec.links):
+        if not isinstance(link, Bluetooth) or link.host not in spec.hosts:
+            continue
+        have = spec.hosts[link.host].bluetooth
+        if not have or (link.adapter is not None and link.adapter not in have):
+            missing = f"no adapter `{link.adapter}`" if link.adapter and have else "no Bluetooth adapter"
+            yield Diagnostic(
+                "LINK006",
+                f"host `{link.host}` has {missing}",
+                context.span("links", index, "adapter" if link.adapter else "host"),
+                notes=(Note(context.span("hosts", link.host, key=True), "this host"),),
+                help=(f"add `bluetooth: [{link.adapter or 'hci0'}]` to host `{link.host}` if it has one",),
+                fix=_adapter_added(context, link.host, link.adapter or "hci0"),
+            )
+
+
+def _adapter_added(context: RuleContext, host: str, adapter: str) -> Fix | None:
+    loc = ("hosts", host)
+    if context.spec.hosts[host].bluetooth:
+        edits = append_item(context.source, (*loc, "bluetooth"), adapter)
+    else:
+        edits = set_key(context.source, loc, "bluetooth", [adapter])
+    return make_fix(f"add `{adapter}` to the adapters of `{host}`", edits)

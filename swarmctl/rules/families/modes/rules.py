@@ -1,0 +1,198 @@
+"""The keys and hosts that each mode requires or rejects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec import model
+from swarmctl.spec.model import Mode
+from swarmctl.swarm.modes import MULTIMASTER, ROLES
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value, set_key
+
+Loc = tuple[str | int, ...]
+
+
+@rule("MODE002", "MODE003", names=True)
+def roles(context: RuleContext) -> Iterator[Diagnostic]:
+    """A mode without its leader or hub, or with the key of another mode."""
+    spec = context.spec
+    yield from _role(context, (), spec, f"mode `{spec.mode.value}`", tuple(spec.hosts))
+    if spec.mode is Mode.COMBINED:
+        for name, island in spec.islands.items():
+            title = f"island `{name}` in mode `{island.mode}`"
+            yield from _role(context, ("islands", name), island, title, island.hosts)
+
+
+def _role(
+    context: RuleContext, loc: Loc, within: model.Spec | model.Island, title: str, hosts: tuple[str, ...]
+) -> Iterator[Diagnostic]:
+    role = ROLES.get(Mode(within.mode))
+    named = [key for key in ("leader", "hub") if getattr(within, key) is not None]
+    if role is not None and not named:
+        added = f"add `{role.key}: {hosts[0]}`"
+        yield Diagnostic(
+            "MODE002",
+            f"{title} needs a `{role.key}`",
+            context.span(*loc, "mode"),
+            label=f"`{role.key}` is the host that {role.duty}",
+            help=(added,),
+            fix=make_fix(added, set_key(context.source, loc, role.key, hosts[0], after="mode")),
+        )
+    for other in named:
+        if role is None:
+            label, help_ = "this mode has neither leader nor hub", "remove this line"
+        elif other == role.key:
+            continue
+        else:
+            label = f"the host that {role.duty} is called `{role.key}`"
+            both = role.key in named
+            help_ = "remove this line" if both else f"write `{role.key}: {getattr(within, other)}`"
+        yield Diagnostic(
+            "MODE003",
+            f"{title} has no `{other}`",
+            context.span(*loc, other, key=True),
+            label=label,
+            notes=(Note(context.span(*loc, role.key, key=True), "already set here"),)
+            if role and role.key in named
+            else (),
+            help=(help_,),
+            fix=make_fix(help_, remove(context.source, (*loc, other)))
+            if role is None or role.key in named
+            else make_fix(
+                f"rename the key to `{role.key}`", rename_key(context.source, (*loc, other), role.key)
+            ),
+        )
+
+
+@rule("MODE004", names=True)
+def robots_have_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A robot without `host`, in a mode other than single-minded."""
+    spec = context.spec
+    for name, robot in spec.robots.items():
+        if robot.host is None and spec.mode is not Mode.SINGLE_MINDED:
+            host = next((line.host for _, line in context.lines_of[name]), next(iter(spec.hosts)))
+            yield Diagnostic(
+                "MODE004",
+                f"robot `{name}` has no host",
+                context.span("robots", name, key=True),
+                label="`host` missing",
+                help=(f"add `host: {host}`",),
+                fix=make_fix(f"add `host: {host}`", set_key(context.source, ("robots", name), "host", host)),
+            )
+
+
+@rule("MODE005", "MODE006")
+def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
+    """Programs and drivers on other hosts than the leader, where only the leader runs ROS."""
+    leaders = _sole_leaders(context)
+    if not leaders:
+        return
+    spec = context.spec
+    for name, program in spec.programs.items():
+        host = context.program_hosts[name]
+        if host in leaders and leaders[host] != host:
+            yield Diagnostic(
+                "MODE005",
+                f"program `{name}` cannot run on `{host}`: only the leader `{leaders[host]}` runs ROS",
+                context.span("programs", name, "host" if program.host else "robot"),
+                label="runs no ROS in mode `single-minded`",
+                help=(f"run it on `{leaders[host]}`, or choose mode `leader`",),
+                fix=_moved(context, ("programs", name, "host"), leaders[host]) if program.host else None,
+            )
+    for name, robot in spec.robots.items():
+        if robot.host is not None and leaders.get(robot.host, robot.host) != robot.host:
+            leader = leaders[robot.host]
+            yield Diagnostic(
+                "MODE006",
+                f"robot `{name}` cannot be driven by `{robot.host}`: only the leader `{leader}` runs ROS",
+                context.span("robots", name, "host"),
+                label="runs no ROS in mode `single-minded`",
+                help=(f"write `host: {leader}`, and start the robot's link there",),
+                fix=_moved(context, ("robots", name, "host"), leader),
+            )
+
+
+def _moved(context: RuleContext, loc: Loc, host: str) -> Fix | None:
+    return make_fix(f"write `host: {host}`", replace_value(context.source, loc, host))
+
+
+def _sole_leaders(context: RuleContext) -> dict[str, str]:
+    """Returns by host the leader that alone runs ROS: the swarm's, or the one of its island."""
+    spec = context.spec
+    if spec.mode is Mode.SINGLE_MINDED and spec.leader is not None:
+        return dict.fromkeys(spec.hosts, spec.leader)
+    if spec.mode is not Mode.COMBINED:
+        return {}
+    return {
+        host: island.leader
+        for island in spec.islands.values()
+        if Mode(island.mode) is Mode.SINGLE_MINDED and island.leader is not None
+        for host in island.hosts
+    }
+
+
+@rule("MODE007", "MODE008")
+def keys_of_other_modes(context: RuleContext) -> Iterator[Diagnostic]:
+    """`islands` or `multimaster` in a mode that does not use them."""
+    spec = context.spec
+    if spec.islands and spec.mode is not Mode.COMBINED:
+        yield Diagnostic(
+            "MODE007",
+            f"mode `{spec.mode.value}` has no `islands`",
+            context.span("islands", key=True),
+            label="has no effect",
+            notes=(Note(context.span("mode"), "the mode"),),
+            help=("remove them, or write `mode: combined`",),
+            fix=make_fix("remove `islands`", remove(context.source, ("islands",))),
+        )
+    if spec.multimaster is not None and spec.mode not in MULTIMASTER:
+        yield Diagnostic(
+            "MODE008",
+            f"mode `{spec.mode.value}` has a single master and no `multimaster`",
+            context.span("multimaster", key=True),
+            severity=Severity.WARNING,
+            label="has no effect",
+            notes=(Note(context.span("mode"), "the mode"),),
+            help=("remove it, or choose mode `standalone` or `combined`",),
+            fix=make_fix("remove `multimaster`", remove(context.source, ("multimaster",))),
+        )
+
+
+@rule("MODE009")
+def lone_host(context: RuleContext) -> Iterator[Diagnostic]:
+    """Mode standalone with a single host."""
+    spec = context.spec
+    if spec.mode is Mode.STANDALONE and len(spec.hosts) == 1:
+        [host] = spec.hosts
+        yield Diagnostic(
+            "MODE009",
+            f"mode `standalone` needs several hosts, and `{host}` is the only one",
+            context.span("mode"),
+            severity=Severity.WARNING,
+            label="one host, one master",
+            help=(f"write `mode: single-minded` and `leader: {host}`, or add the other hosts",),
+        )
+
+
+@rule("MODE016")
+def optional_hubs(context: RuleContext) -> Iterator[Diagnostic]:
+    """An optional host that runs the master of other hosts."""
+    spec = context.spec
+    for island in context.islands:
+        hub = spec.hosts.get(island.hub)
+        if len(island.hosts) < 2 or hub is None or not hub.optional:
+            continue
+        nested = spec.mode is Mode.COMBINED
+        loc: Loc = ("islands", island.name) if nested else ()
+        key = ROLES[Mode(spec.islands[island.name].mode) if nested else spec.mode].key
+        yield Diagnostic(
+            "MODE016",
+            f"host `{island.hub}` is optional, but runs the master of {len(island.hosts)} hosts",
+            context.span("hosts", island.hub, "optional"),
+            label="required by all of them",
+            notes=(Note(context.span(*loc, key), "its role"),),
+            help=("remove `optional`, or run the master on another host",),
+            fix=make_fix("remove `optional`", remove(context.source, ("hosts", island.hub, "optional"))),
+        )

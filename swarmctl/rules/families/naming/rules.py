@@ -1,0 +1,152 @@
+"""ROS names: valid and unique (wiki.ros.org/Names)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Severity
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.swarm import names
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
+from swarmctl.yamltext.source import Loc
+
+
+def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
+    """Yields every ROS name in the spec, its place, and whether it is a key."""
+    for program_name, program in context.spec.programs.items():
+        for key in ("publishes", "subscribes"):
+            for index, topic in enumerate(getattr(program, key)):
+                yield topic.topic, ("programs", program_name, key, index, "topic"), False
+        for old, new in program.remap.items():
+            yield old, ("programs", program_name, "remap", old), True
+            yield new, ("programs", program_name, "remap", old), False
+    for index, crossing in enumerate(context.spec.multimaster.topics if context.spec.multimaster else ()):
+        yield crossing.topic, ("multimaster", "topics", index, "topic"), False
+
+
+@rule("NAME001", "NAME002")
+def spelling(context: RuleContext) -> Iterator[Diagnostic]:
+    """A name that is invalid in ROS 1, or in ROS 2."""
+    for name, loc, is_key in _graph_names(context):
+        meant = _cleaned(name)
+        if meant != name:
+            yield Diagnostic(
+                "NAME001",
+                f"`{name}` is not a valid topic name",
+                context.span(*loc, key=is_key),
+                label=_flaw(name, meant),
+                help=(f"write `{meant}`",) if meant else ("add a name after it",),
+                fix=_respelt(context, loc, is_key, meant) if meant else None,
+            )
+        elif "__" in name:
+            yield Diagnostic(
+                "NAME002",
+                f"`{name}` has two underscores in a row",
+                context.span(*loc, key=is_key),
+                severity=Severity.WARNING,
+                label="ROS reserves `__`",
+                help=("write one underscore",),
+            )
+
+
+def _cleaned(name: str) -> str:
+    """Returns ``name`` without empty parts; the empty text if no part is left."""
+    head = name[0] if name[0] in "/~" else ""
+    parts = [part for part in name[len(head) :].split("/") if part]
+    return head + "/".join(parts) if parts else ""
+
+
+def _flaw(name: str, meant: str) -> str:
+    if not meant:
+        return "no name"
+    return "ends in `/`" if name.endswith("/") else "an empty part"
+
+
+def _respelt(context: RuleContext, loc: Loc, is_key: bool, name: str) -> Fix | None:
+    change = rename_key if is_key else replace_value
+    edits: tuple[Edit, ...] = change(context.source, loc, name)
+    return make_fix(f"write `{name}`", edits)
+
+
+@rule("NAME003")
+def trailing_hyphens(context: RuleContext) -> Iterator[Diagnostic]:
+    """A name that ends in a hyphen or has two in a row; hyphens become underscores in ROS."""
+    spec = context.spec
+    named: list[tuple[str, Loc, bool]] = [(spec.name, ("name",), False)]
+    for kind in ("hosts", "robots", "programs", "islands"):
+        named += [(name, (kind, name), True) for name in getattr(spec, kind) if "-" in name]
+    for name, loc, is_key in named:
+        if name.endswith("-") or "--" in name:
+            yield Diagnostic(
+                "NAME003",
+                f"`{name}` {'ends in a hyphen' if name.endswith('-') else 'has two hyphens in a row'}",
+                context.span(*loc, key=is_key),
+                severity=Severity.WARNING,
+                label="hyphens become underscores in ROS names",
+                help=(f"write `{'-'.join(part for part in name.split('-') if part)}`",),
+            )
+
+
+@rule("NAME004", "NAME005")
+def nodes(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program's node with the name of a driver, or of a node of ROS or swarmctl."""
+    spec = context.spec
+    for name, program in spec.programs.items():
+        node = names.program_node(name, program.robot)
+        if program.robot is not None and node == names.driver_node(program.robot):
+            yield Diagnostic(
+                "NAME004",
+                f"program `{name}` and the driver of robot `{program.robot}` have one node name, `{node}`",
+                context.span("programs", name, key=True),
+                label="the master shuts down the older node",
+                notes=(Note(context.span("programs", name, "robot"), "this robot's driver"),),
+                help=("rename the program",),
+            )
+    for kind in ("robots", "programs"):
+        for taken, whose in names.ALWAYS_THERE.items():
+            word = taken.replace("_", "-")
+            if word in getattr(spec, kind) and (kind == "robots" or spec.programs[word].robot is None):
+                yield Diagnostic(
+                    "NAME005",
+                    f"the node name `/{taken}` is used by {whose}",
+                    context.span(kind, word, key=True),
+                    label="reserved name",
+                    help=("choose another name",),
+                )
+
+
+@rule("NAME006")
+def remaps(context: RuleContext) -> Iterator[Diagnostic]:
+    """A name remapped to itself."""
+    for name, program in context.spec.programs.items():
+        node = names.program_node(name, program.robot)
+        for old, new in program.remap.items():
+            if names.resolved(old, node, {}) == names.resolved(new, node, {}):
+                loc = ("programs", name, "remap", old)
+                yield Diagnostic(
+                    "NAME006",
+                    f"program `{name}` remaps `{old}` to itself",
+                    context.span(*loc),
+                    severity=Severity.WARNING,
+                    label=f"both are `{names.resolved(old, node, {})}`",
+                    help=("remove it, or write another name",),
+                    fix=make_fix("remove it", remove(context.source, loc)),
+                )
+
+
+@rule("NAME007")
+def crossing_names(context: RuleContext) -> Iterator[Diagnostic]:
+    """A bridged topic with a relative name."""
+    for index, crossing in enumerate(context.spec.multimaster.topics if context.spec.multimaster else ()):
+        if crossing.topic[0] == "/":
+            continue
+        loc = ("multimaster", "topics", index, "topic")
+        full = None if crossing.topic[0] == "~" else f"/{crossing.topic}"
+        yield Diagnostic(
+            "NAME007",
+            f"`{crossing.topic}` is not an absolute topic name",
+            context.span(*loc),
+            label="relative name",
+            help=(f"write `{full}`" if full else "write it with a leading `/`: /node/topic",),
+            fix=make_fix(f"write `{full}`", replace_value(context.source, loc, full)) if full else None,
+        )

@@ -1,0 +1,1 @@
+"""Rules: hosts and networks."""

@@ -1,0 +1,151 @@
+"""The TCP ports of masters, discovery and SSH: unique and usable."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.analysis.listeners import master_offsets
+from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.swarm.ports import (
+    EPHEMERAL,
+    HIGHEST,
+    PRIVILEGED,
+    SSH,
+    Listener,
+    free_master_port,
+)
+from swarmctl.yamltext import edits
+
+
+@rule("PORT001", "PORT002")
+def clashes(context: RuleContext) -> Iterator[Diagnostic]:
+    """Two servers on one port of one address; the second one does not start."""
+    found: dict[tuple[object, int], list[Listener]] = {}
+    for one in context.listeners:
+        if one.protocol == "tcp":  # discoveries on one address share their multicast port
+            found.setdefault((_address(context, one.host), one.port), []).append(one)
+    # One finding for all ports of two hosts; servers that always run come first.
+    reported: dict[frozenset[str], tuple[Listener, Listener]] = {}
+    for listeners in found.values():
+        if len(listeners) < 2:
+            continue
+        first, *others = sorted(listeners, key=lambda one: not one.runs)
+        for other in others:
+            if not first.runs or first.what == other.what == SSH:  # ID001 reports the latter
+                continue
+            pair = frozenset((first.host, other.host))
+            if pair not in reported or (other.runs and not reported[pair][1].runs):
+                reported[pair] = (first, other)
+    for first, other in reported.values():
+        yield _clash(context, first, other)
+
+
+def _address(context: RuleContext, host: str) -> object:
+    return context.addresses[host] or context.spec.hosts[host].address
+
+
+def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic:
+    address = context.spec.hosts[first.host].address
+    moved = other.host if other.what != SSH else first.host
+    free = _free_port(context, moved)
+    change = edits.set_key(context.document.source, ("hosts", moved), "master_port", free)
+    return Diagnostic(
+        "PORT001" if other.runs else "PORT002",
+        f"{first.what} of `{first.host}` and {other.what} of `{other.host}` "
+        f"{'both listen' if other.runs else 'would both listen'} on port {first.port} of `{address}`",
+        _place(context, other),
+        severity=Severity.ERROR if other.runs else Severity.WARNING,
+        label=f"{other.what} uses port {other.port}",
+        notes=(Note(_place(context, first), f"{first.what} uses port {first.port}"),),
+        help=(
+            f"set another one on host `{moved}`: master_port: {free}" if free else "change one of the ports",
+        ),
+        fix=edits.make_fix(f"set the master port of `{moved}` to {free}", change) if free else None,
+    )
+
+
+def _place(context: RuleContext, one: Listener) -> Span:
+    """Returns the place of the port in the spec; for a default, the host that listens there."""
+    host, ros = context.spec.hosts[one.host], context.spec.ros
+    if one.loc[0] == "hosts":
+        given = one.loc[2] in host.model_fields_set
+    else:
+        given = "master_port" in ros.model_fields_set and len(context.islands) == 1
+    return context.span(*one.loc) if given else context.span("hosts", one.host, key=True)
+
+
+def _free_port(context: RuleContext, hub: str) -> int | None:
+    """Returns a port for the master of ``hub`` that is free there, with the ports derived from it."""
+    address = _address(context, hub)
+    taken = {
+        one.port
+        for one in context.listeners
+        if (one.host != hub or one.what == SSH) and _address(context, one.host) == address
+    }
+    return free_master_port(taken, master_offsets(context.spec, context.islands))
+
+
+@rule("PORT003", "PORT004", "PORT005")
+def ranges(context: RuleContext) -> Iterator[Diagnostic]:
+    """A port above 65535, one only for root, or one in the ephemeral range."""
+    reported: set[tuple[str | int, ...]] = set()
+    for one in context.listeners:
+        if not one.runs or one.what == SSH or one.loc in reported:
+            continue
+        if one.port > HIGHEST:
+            reported.add(one.loc)
+            yield Diagnostic(
+                "PORT003",
+                f"{one.what} of `{one.host}` would need port {one.port}; the highest is {HIGHEST}",
+                context.span(*one.loc),
+                label="discovery uses this port + 300",
+                help=("choose a port near 11311",),
+            )
+        elif one.port in PRIVILEGED:
+            reported.add(one.loc)
+            yield Diagnostic(
+                "PORT004",
+                f"{one.what} of `{one.host}` cannot listen on port {one.port}, which only root may use",
+                context.span(*one.loc),
+                label=f"below {PRIVILEGED.stop}",
+                help=("choose a port from 1024, such as 11311; the units run without privileges",),
+            )
+        elif one.port in EPHEMERAL:
+            reported.add(one.loc)
+            yield Diagnostic(
+                "PORT005",
+                f"port {one.port} of {one.what} of `{one.host}` may be in use by an outgoing connection",
+                context.span(*one.loc),
+                severity=Severity.WARNING,
+                label=f"Linux assigns {EPHEMERAL[0]} to {EPHEMERAL[-1]}",
+                help=(f"choose a port below {EPHEMERAL[0]}, such as 11311",),
+            )
+
+
+@rule("PORT006")
+def unused_ports(context: RuleContext) -> Iterator[Diagnostic]:
+    """A `master_port` on a host that runs no master."""
+    hubs = {island.hub for island in context.islands}
+    for name, host in context.spec.hosts.items():
+        if host.master_port is not None and name not in hubs:
+            yield Diagnostic(
+                "PORT006",
+                f"host `{name}` runs no master, so its `master_port` has no effect",
+                context.span("hosts", name, "master_port"),
+                severity=Severity.WARNING,
+                label="has no effect",
+                notes=_hub_of(context, name),
+                help=("remove it; `ros: {master_port: ...}` sets the port of the swarm's master",),
+                fix=edits.make_fix(
+                    f"remove the `master_port` of `{name}`",
+                    edits.remove(context.document.source, ("hosts", name, "master_port")),
+                ),
+            )
+
+
+def _hub_of(context: RuleContext, host: str) -> tuple[Note, ...]:
+    island = context.home.get(host)
+    return (
+        () if island is None else (Note(context.span("hosts", island.hub, key=True), "its master is here"),)
+    )

@@ -1,0 +1,201 @@
+"""What each program runs, where it runs, and with which environment and parameters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.model import Program
+from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.swarm.shipped_programs import SHIPPED
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
+
+# Set by swarmctl for each host, from its address and the mode.
+_IDENTITY = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE")
+_GLOBAL = "use_sim_time"  # nodes read only the global /use_sim_time
+_PARAMETER = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*", re.ASCII)
+
+
+@rule("PROG002", "PROG003", "PROG004")
+def commands(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program without exactly one shipped program, executable or launch file."""
+    for name, program in context.spec.programs.items():
+        starts = [key for key in ("executable", "launch") if getattr(program, key) is not None]
+        if program.use is None and program.package is None:
+            yield Diagnostic(
+                "PROG002",
+                f"program `{name}` has nothing to run",
+                context.span("programs", name, starts[0], key=True)
+                if starts
+                else context.span("programs", name, key=True),
+                label="`package` missing" if starts else "needs `use` or `package`",
+                help=(
+                    "add the ROS package: package: joy, executable: joy_node",
+                    f"or a program that swarmctl ships: {_use_help()}",
+                ),
+            )
+        elif program.use is not None and (program.package is not None or starts):
+            key = "package" if program.package is not None else starts[0]
+            yield Diagnostic(
+                "PROG003",
+                f"program `{name}` has both `use` and `{key}`",
+                context.span("programs", name, key, key=True),
+                label="second program",
+                notes=(Note(context.span("programs", name, "use", key=True), "first program"),),
+                help=("keep one, and add the other as a separate program",),
+            )
+        elif program.package is not None and len(starts) != 1:
+            yield _start(context, name, program)
+
+
+def _start(context: RuleContext, name: str, program: Program) -> Diagnostic:
+    if program.launch is not None:
+        return Diagnostic(
+            "PROG004",
+            f"program `{name}` has both an `executable` and a `launch` file",
+            context.span("programs", name, "launch", key=True),
+            label="only one of them is allowed",
+            notes=(Note(context.span("programs", name, "executable", key=True), "the other one"),),
+            help=("keep one; a launch file starts its own nodes",),
+        )
+    return Diagnostic(
+        "PROG004",
+        f"program `{name}` has neither an `executable` nor a `launch` file of `{program.package}`",
+        context.span("programs", name, "package"),
+        label="`executable` or `launch` missing",
+        help=("add `executable: NODE`, or `launch: FILE.launch`",),
+    )
+
+
+def _use_help() -> str:
+    return ", ".join(f"use: {one}" for one in SHIPPED)
+
+
+@rule("PROG005")
+def shipped_programs(context: RuleContext) -> Iterator[Diagnostic]:
+    """`use` names a program that swarmctl ships."""
+    for name, program in context.spec.programs.items():
+        if program.use is None or program.use in SHIPPED:
+            continue
+        near = nearest(program.use, tuple(SHIPPED))
+        loc = ("programs", name, "use")
+        yield Diagnostic(
+            "PROG005",
+            f"swarmctl ships no program `{program.use}`",
+            context.span(*loc),
+            label="unknown program",
+            help=(
+                *did_you_mean(program.use, SHIPPED, "swarmctl ships"),
+                "for a program of a ROS package, write package: ..., executable: ...",
+            ),
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None,
+        )
+
+
+@rule("PROG006", "PROG007")
+def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program without a host, or under another master than its robot's driver."""
+    for name, program in context.spec.programs.items():
+        if program.host is None and program.robot is None and not program.needs:
+            yield Diagnostic(
+                "PROG006",
+                f"program `{name}` has no host",
+                context.span("programs", name, key=True),
+                label="`host`, `robot` or `needs` missing",
+                help=(
+                    "add `host: ...` to run it on that host",
+                    "or `robot: ...` to run it on that robot's host, in its namespace",
+                    "or `needs: [...]` to run it on the first host that has these capabilities",
+                ),
+            )
+        elif program.host is not None and program.robot is not None:
+            home, driving = context.home.get(program.host), context.driving[program.robot]
+            theirs = context.home.get(driving or "")
+            if home is not None and theirs is not None and home.name != theirs.name:
+                yield Diagnostic(
+                    "PROG007",
+                    f"program `{name}` belongs to robot `{program.robot}`, but runs under another master",
+                    context.span("programs", name, "host"),
+                    severity=Severity.WARNING,
+                    label=f"on island `{home.name}`",
+                    notes=(
+                        Note(
+                            context.span("programs", name, "robot"),
+                            f"driven by `{driving}` on island `{theirs.name}`",
+                        ),
+                    ),
+                    help=(
+                        f"remove `host` to run it on `{driving}`",
+                        "or remove `robot` and use absolute topic names",
+                    ),
+                )
+
+
+@rule("PROG008")
+def environments(context: RuleContext) -> Iterator[Diagnostic]:
+    """An environment variable that swarmctl sets for every host."""
+    for name, program in context.spec.programs.items():
+        for key in program.environment:
+            if key in _IDENTITY:
+                loc = ("programs", name, "environment", key)
+                yield Diagnostic(
+                    "PROG008",
+                    f"program `{name}` sets `{key}`, which swarmctl writes for every host",
+                    context.span(*loc, key=True),
+                    label="would override it",
+                    help=("remove it; swarmctl derives it from the host's address and the mode",),
+                    fix=make_fix(f"remove `{key}`", remove(context.source, loc)),
+                )
+
+
+@rule("PROG009", "PROG010")
+def parameters(context: RuleContext) -> Iterator[Diagnostic]:
+    """A private `use_sim_time`, or an invalid parameter name."""
+    for name, program in context.spec.programs.items():
+        for key in program.params:
+            loc = ("programs", name, "params", key)
+            if key == _GLOBAL:
+                yield Diagnostic(
+                    "PROG009",
+                    f"`{key}` as a private parameter of program `{name}` has no effect",
+                    context.span(*loc, key=True),
+                    severity=Severity.WARNING,
+                    label="global for a ROS graph",
+                    help=(
+                        "set /use_sim_time in a launch file, on every master whose nodes use simulated time",
+                    ),
+                    fix=make_fix(f"remove `{key}`", remove(context.source, loc)),
+                )
+            elif not _PARAMETER.fullmatch(key):
+                yield Diagnostic(
+                    "PROG010",
+                    f"`{key}` is not a valid parameter name",
+                    context.span(*loc, key=True),
+                    label="letters, digits and underscores, starting with a letter",
+                    help=("write the name as the node reads it, without `~`",),
+                    fix=make_fix(f"write `{key[1:]}`", rename_key(context.source, loc, key[1:]))
+                    if _PARAMETER.fullmatch(key[1:]) and key[1:] not in program.params
+                    else None,
+                )
+
+
+@rule("PROG016")
+def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
+    """`$(...)` in a value that roslaunch evaluates; it cannot be escaped."""
+    for name, program in context.spec.programs.items():
+        if program.package is None:
+            continue
+        values = [("environment", key, value) for key, value in program.environment.items()]
+        if program.launch is not None:
+            values += [("params", key, str(value)) for key, value in program.params.items()]
+        for kind, key, value in values:
+            if "$(" in value:
+                yield Diagnostic(
+                    "PROG016",
+                    f"roslaunch would evaluate the `$(` in `{key}` of program `{name}`",
+                    context.span("programs", name, kind, key),
+                    label="cannot be escaped",
+                    help=("write the resulting value", "or set it in the launch file of your package"),
+                )

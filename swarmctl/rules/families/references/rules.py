@@ -1,0 +1,139 @@
+"""Every name that is referenced is defined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.yamltext.edits import make_fix, remove, replace_value
+from swarmctl.yamltext.source import Loc
+
+Named = tuple[str | None, Loc]  # a name, if one is set, and its place
+_SHOWN = 5  # hosts of a loop in a message
+
+
+@rule("REF001", names=True)
+def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
+    """A reference to a host, robot, robot type, computer or commander that is not defined."""
+    spec = context.spec
+    yield from _unknown(context, "robot type", context.types, _types(spec))
+    yield from _unknown(context, "host", spec.hosts, _hosts(spec))
+    yield from _unknown(context, "robot", spec.robots, _robots(spec))
+    yield from _unknown(context, "computer", context.computers, _computers(spec))
+    commanders = {**spec.programs, **spec.robots, **spec.hosts}
+    yield from _unknown(context, "program, robot or host", commanders, _commanders(spec))
+
+
+def _unknown(
+    context: RuleContext, what: str, known: Mapping[str, Any], places: Iterable[Named]
+) -> Iterator[Diagnostic]:
+    words: tuple[str, ...] = ()  # computed only if a name is unknown
+    for word, loc in places:
+        if word is not None and word not in known:
+            words = words or tuple(known)
+            yield Diagnostic(
+                "REF001",
+                f"unknown {what} `{word}`",
+                context.span(*loc),
+                label="not defined",
+                help=did_you_mean(word, words, f"known {what}s"),
+                fix=_nearest(context, words, word, loc),
+            )
+
+
+def _nearest(context: RuleContext, known: tuple[str, ...], word: str, loc: Loc) -> Fix | None:
+    near = nearest(word, known)
+    return make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None
+
+
+def _types(spec: Spec) -> Iterator[Named]:
+    return ((robot.type, ("robots", name, "type")) for name, robot in spec.robots.items())
+
+
+def _hosts(spec: Spec) -> Iterator[Named]:
+    yield from ((getattr(spec, key), (key,)) for key in ("leader", "hub"))
+    yield spec.time.root, ("time", "root")
+    yield from ((robot.host, ("robots", name, "host")) for name, robot in spec.robots.items())
+    yield from ((host.via, ("hosts", name, "via")) for name, host in spec.hosts.items())
+    yield from ((program.host, ("programs", name, "host")) for name, program in spec.programs.items())
+    for index, link in enumerate(spec.links):
+        if isinstance(link, NetworkLink):
+            yield from ((host, ("links", index, "hosts", place)) for place, host in enumerate(link.hosts))
+        else:
+            yield link.host, ("links", index, "host")
+    for name, island in spec.islands.items():
+        yield from ((getattr(island, key), ("islands", name, key)) for key in ("leader", "hub"))
+        yield from ((host, ("islands", name, "hosts", place)) for place, host in enumerate(island.hosts))
+
+
+def _robots(spec: Spec) -> Iterator[Named]:
+    for index, link in enumerate(spec.links):
+        if isinstance(link, (Serial, Bluetooth)):
+            yield link.robot, ("links", index, "robot")
+    yield from ((program.robot, ("programs", name, "robot")) for name, program in spec.programs.items())
+    for index, control in enumerate(spec.control):
+        yield from ((robot, ("control", index, "of", place)) for place, robot in enumerate(control.of))
+
+
+def _computers(spec: Spec) -> Iterator[Named]:
+    yield from ((host.computer, ("hosts", name, "computer")) for name, host in spec.hosts.items())
+    yield spec.defaults.host.computer, ("defaults", "host", "computer")
+
+
+def _commanders(spec: Spec) -> Iterator[Named]:
+    return ((control.by, ("control", index, "by")) for index, control in enumerate(spec.control))
+
+
+@rule("REF002")
+def jump_loops(context: RuleContext) -> Iterator[Diagnostic]:
+    """A chain of `via` that forms a loop."""
+    hosts = context.spec.hosts
+    settled: set[str] = set()
+    for name in hosts:
+        passed: dict[str, None] = {}  # in their order
+        step: str | None = name
+        while step is not None and step not in settled and step not in passed:
+            passed[step] = None
+            step = hosts[step].via
+        settled.update(passed)
+        circle = list(passed)[list(passed).index(step) :] if step in passed else []
+        for place, one in enumerate(circle):
+            rest = [*circle[place + 1 :], *circle[:place]]
+            shown = rest if len(rest) < _SHOWN else [*rest[:_SHOWN], "..."]
+            way = " via ".join([one, *shown, one])
+            yield Diagnostic(
+                "REF002",
+                f"the jump hosts of `{one}` form a loop: {way}",
+                context.span("hosts", one, "via"),
+                help=("make one host of the loop reachable without `via`",),
+            )
+
+
+@rule("REF003")
+def repeated_names(context: RuleContext) -> Iterator[Diagnostic]:
+    """A list that names one thing twice; usually the second name should be another."""
+    spec = context.spec
+    lists: list[tuple[tuple[str | int, ...], tuple[str, ...]]] = [
+        (("links", index, "hosts"), link.hosts) for index, link in context.networks
+    ]
+    lists += [(("control", index, "of"), control.of) for index, control in enumerate(spec.control)]
+    lists += [(("hosts", name, "bluetooth"), host.bluetooth) for name, host in spec.hosts.items()]
+    for loc, listed in lists:
+        if len(set(listed)) == len(listed):
+            continue
+        for place, name in enumerate(listed):
+            if name in listed[:place]:
+                yield Diagnostic(
+                    "REF003",
+                    f"`{name}` is listed twice",
+                    context.span(*loc, place),
+                    severity=Severity.WARNING,
+                    label="second entry",
+                    notes=(Note(context.span(*loc, listed.index(name)), "first entry"),),
+                    help=("write another name, or remove it",),
+                    fix=make_fix(f"remove the second `{name}`", remove(context.source, (*loc, place))),
+                )

@@ -1,0 +1,1 @@
+"""Rules: load of serial and Bluetooth links."""

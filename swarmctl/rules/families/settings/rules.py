@@ -1,0 +1,129 @@
+"""Robot settings: within the robot's capabilities, and read by its driver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.robot_types.cameras import camera_of, tuned
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.yamltext.edits import make_fix, remove
+from swarmctl.yamltext.source import Loc
+
+
+@rule("SET001")
+def unreachable_limits(context: RuleContext) -> Iterator[Diagnostic]:
+    """A speed limit above the maximum of the wheels."""
+    for name, robot in context.spec.robots.items():
+        kinematics = context.types[robot.type].kinematics
+        reach = {
+            "linear": (kinematics.wheel_speed_max, "m/s"),
+            "angular": (2 * kinematics.wheel_speed_max / kinematics.wheel_separation, "rad/s"),
+        }
+        for axis, (fastest, unit) in reach.items():
+            limit = getattr(robot.settings.limits, axis)
+            if limit is not None and limit > fastest:
+                yield Diagnostic(
+                    "SET001",
+                    f"the limit of {limit:g} {unit} is above the maximum of type `{robot.type}`",
+                    context.span("robots", name, "settings", "limits", axis),
+                    severity=Severity.WARNING,
+                    label=f"its maximum is {fastest:.3g} {unit}",
+                    help=("lower it, or leave it out",),
+                )
+
+
+READ_BY_OUR_SKETCH = {"firmware", "calibration"}
+
+
+@rule("SET002")
+def unread_settings(context: RuleContext) -> Iterator[Diagnostic]:
+    """Settings of a robot with driver rosserial_python, which reads none."""
+    for name, robot in context.spec.robots.items():
+        sketch = context.types[robot.type].foreign(robot.driver)
+        if sketch is None:
+            continue
+        read = READ_BY_OUR_SKETCH if sketch.firmware else set()
+        if robot.settings.model_fields_set - read:
+            loc = ("robots", name, "settings")
+            yield Diagnostic(
+                "SET002",
+                f"the settings of robot `{name}` have no effect with driver `rosserial_python`",
+                context.span(*loc, key=True),
+                label="read by swarmctl's driver only",
+                help=(
+                    f"remove `driver` from `{name}`, so that swarmctl drives it, or set them in its sketch",
+                ),
+                fix=make_fix("remove the settings", remove(context.source, loc)),
+            )
+
+
+@rule("SET003")
+def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
+    """Driver rosserial_python for a robot without rosserial firmware."""
+    for name, robot in context.spec.robots.items():
+        if robot.driver == "rosserial_python" and context.types[robot.type].sketch is None:
+            loc = ("robots", name, "driver")
+            yield Diagnostic(
+                "SET003",
+                f"robot `{name}` has no rosserial firmware",
+                context.span(*loc),
+                label=f"cannot drive a `{robot.type}`",
+                help=("remove `driver`, so that swarmctl's driver is used",),
+                fix=make_fix("remove it", remove(context.source, loc)),
+            )
+
+
+@rule("SET004")
+def missing_cameras(context: RuleContext) -> Iterator[Diagnostic]:
+    """Camera settings for a robot without a camera."""
+    spec = context.spec
+    if spec.defaults.robot.camera.model_fields_set and not any(
+        camera_of(context.types[one.type].sensors) for one in spec.robots.values()
+    ):
+        yield _no_camera(context, ("defaults", "robot", "camera"), "no robot has a camera")
+    for name, robot in spec.robots.items():
+        if robot.settings.camera.model_fields_set and not camera_of(context.types[robot.type].sensors):
+            able = sorted(one for one, kind in context.types.items() if camera_of(kind.sensors))
+            loc, message = (
+                ("robots", name, "settings", "camera"),
+                f"robots of type `{robot.type}` have no camera",
+            )
+            yield _no_camera(context, loc, message, f"types with a camera: {', '.join(able)}")
+
+
+def _no_camera(context: RuleContext, loc: Loc, message: str, *others: str) -> Diagnostic:
+    return Diagnostic(
+        "SET004",
+        message,
+        context.span(*loc, key=True),
+        label="no camera",
+        help=("; ".join(["remove it", *others]),),
+        fix=make_fix("remove it", remove(context.source, loc)),
+    )
+
+
+@rule("SET005")
+def impossible_images(context: RuleContext) -> Iterator[Diagnostic]:
+    """Images that exceed the robot's memory, or that its camera does not support."""
+    general = context.spec.defaults.robot
+    checked: set[str] = set()  # types, with the camera settings of the defaults
+    for name, robot in context.spec.robots.items():
+        own = bool(robot.settings.camera.model_fields_set)
+        if not own and (robot.type in checked or not general.camera.model_fields_set):
+            continue
+        checked |= set() if own else {robot.type}
+        kind = context.types[robot.type]
+        found = camera_of(kind.sensors)
+        if found is None:
+            continue
+        image = tuned(found[1], context.settings_of(name).camera)
+        loc = ("robots", name, "settings", "camera") if own else ("defaults", "robot", "camera")
+        for _, what, remedy in image.complaints():
+            yield Diagnostic(
+                "SET005",
+                f"the camera of type `{robot.type}` does not support these images: {what}",
+                context.span(*loc, key=True),
+                label=f"for robot `{name}`",
+                help=(remedy,),
+            )

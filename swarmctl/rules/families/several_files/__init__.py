@@ -1,0 +1,1 @@
+"""Rules: specs in several files."""

@@ -1,0 +1,245 @@
+"""Declared topics: one type per topic, with a publisher, and not shared by robots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.robot_types.effective_settings import rates_of
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.suggest import nearest
+from swarmctl.swarm.names import split_topic
+from swarmctl.swarm.topics import (
+    COMMAND,
+    COMMAND_TYPE,
+    COMMON,
+    Endpoint,
+    sensor_behind,
+    sensors_of,
+)
+from swarmctl.yamltext.edits import make_fix, replace_value
+from swarmctl.yamltext.source import Loc
+
+_FEW = 50  # no suggestions for more findings or more candidates than this
+_SAME = {"tf/tfMessage": "tf2_msgs/TFMessage"}  # two names with the same checksum
+
+
+@rule("TOPIC001")
+def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
+    """One topic with two message types."""
+    first: dict[tuple[str, str], Endpoint] = {}
+    reached = _bridged(context)
+    for one in sorted(context.endpoints, key=lambda one: not one.publishes):
+        given = _SAME.get(one.type, one.type)
+        if one.topic in COMMON and COMMON[one.topic] != given:
+            yield _clash(context, one, COMMON[one.topic], "ROS itself", None)
+        elif (driven := _of_a_driver(context, one.topic)) is not None and driven[1] != given:
+            robot, kind = driven
+            yield _clash(context, one, kind, f"the driver of `{robot}`", ("robots", robot))
+        elif one.topic not in COMMON and driven is None:
+            home = context.home.get(one.host)
+            islands = {home.name} if home else set()
+            for island in islands | (reached.get(one.topic, set()) if islands else set()):
+                earlier = first.setdefault((island, one.topic), one)
+                if earlier.type != one.type:
+                    yield _clash(context, one, earlier.type, f"program `{earlier.owner}`", earlier.loc)
+                    break
+
+
+def _bridged(context: RuleContext) -> Mapping[str, set[str]]:
+    """Returns by topic the islands between which it is bridged."""
+    found: dict[str, set[str]] = {}
+    for bridge in context.bridges if context.endpoints else ():
+        found.setdefault(bridge.topic, set()).update((bridge.origin, *bridge.to))
+    return found
+
+
+def _of_a_driver(context: RuleContext, topic: str) -> tuple[str, str] | None:
+    """Returns the robot whose driver has ``topic``, and its message type."""
+    space, name = split_topic(topic)
+    if name == COMMAND:
+        robot = context.robot_by_namespace.get(space)
+        return (robot, COMMAND_TYPE) if robot is not None else None
+    return context.publishers.sensed(topic)
+
+
+def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc | None) -> Diagnostic:
+    loc = (*one.loc, "type")
+    is_program = where is not None and where[0] == "programs"
+    notes = () if where is None else (
+        Note(context.span(*where, "type"), "the other type")
+        if is_program
+        else Note(context.span(*where, key=True), f"its driver uses {other}"),
+    )  # fmt: skip
+    return Diagnostic(
+        "TOPIC001",
+        f"`{one.topic}` has type {one.type} in program `{one.owner}`, and {other} in {who}",
+        context.span(*loc),
+        label="another type",
+        notes=notes,
+        help=("write the type that the node uses; `rostopic type` shows it on a running system",),
+        fix=None if is_program else make_fix(f"write `{other}`", replace_value(context.source, loc, other)),
+    )
+
+
+@rule("TOPIC002")
+def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program subscribes to a topic without a publisher; one finding per program.
+
+    Programs without declared topics may publish anything, and a board may wait for an external publisher;
+    then only topics that look misspelt are reported.
+    """
+    lost = [
+        one
+        for one in context.endpoints
+        if not one.publishes and not _may_be_published(one) and not context.publishers.of(one.topic)
+    ]
+    programs = context.spec.programs.items()
+    silent = {name for name, one in programs if not one.publishes and one.use is None}
+    dangling: dict[str, list[tuple[Endpoint, str | None]]] = {}
+    for one in lost:
+        near = _nearest(context, one.topic) if len(lost) <= _FEW else None
+        if near is not None or (silent <= {one.owner} and context.spec.programs[one.owner].board is None):
+            dangling.setdefault(one.owner, []).append((one, near))
+    for owner, found in dangling.items():
+        one, near = next((pair for pair in found if pair[1] is not None), found[0])
+        more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+        loc = (*one.loc, "topic")
+        yield Diagnostic(
+            "TOPIC002",
+            f"program `{owner}` subscribes to `{one.topic}`{more}, without a publisher",
+            context.span(*loc),
+            severity=Severity.WARNING,
+            label="waits forever without an error",
+            help=(f"did you mean `{near}`?",)
+            if near
+            else ("correct the name, or declare it under `publishes` of its program",),
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None,
+        )
+
+
+def _may_be_published(one: Endpoint) -> bool:
+    """True if ROS itself or a person may publish it: common, command and private topics."""
+    topic = one.topic
+    return topic in COMMON or topic.rpartition("/")[2] == COMMAND or topic.startswith(f"{one.node}/")
+
+
+def _nearest(context: RuleContext, topic: str) -> str | None:
+    """Returns the published topic that ``topic`` is probably misspelt for."""
+    space, name = split_topic(topic)
+    robots = context.robot_by_namespace
+    known = list(context.publishers.programs)
+    if space in robots:
+        robot = context.spec.robots[robots[space]]
+        known += [f"{space}/{one}" for one in sensors_of(context.types[robot.type], robot.driver)]
+    elif len(robots) <= _FEW:
+        known += [topic for one in robots if context.publishers.sensed(topic := f"{one}/{name}")]
+    return nearest(topic, tuple(known))
+
+
+@rule("TOPIC003")
+def sensors_off(context: RuleContext) -> Iterator[Diagnostic]:
+    """A subscription to a sensor that is turned off."""
+    for one in context.endpoints:
+        driven = None if one.publishes else _of_a_driver(context, one.topic)
+        sensor = sensor_behind(split_topic(one.topic)[1])
+        if driven is None or sensor == COMMAND or one.topic in context.publishers.programs:
+            continue
+        robot = context.spec.robots[driven[0]]
+        kind = context.types[robot.type]
+        if kind.sketch is not None:  # a sketch publishes the topics of its type
+            continue
+        if rates_of(kind, *context.document.settings_layers(driven[0]))[sensor] > 0:
+            continue
+        off = robot.settings.rates.get(sensor) == 0
+        yield Diagnostic(
+            "TOPIC003",
+            f"program `{one.owner}` subscribes to `{one.topic}`, which robot `{driven[0]}` does not publish",
+            context.span(*one.loc, "topic"),
+            severity=Severity.WARNING,
+            label="sensor is off",
+            notes=(Note(context.span("robots", driven[0], "settings", "rates", sensor), "rate 0"),)
+            if off
+            else (Note(context.span("robots", driven[0], key=True), "this robot"),),
+            help=(f"set a rate: settings: {{rates: {{{sensor}: 10.0}}}}",),
+        )
+
+
+@rule("TOPIC004")
+def shared_topics(context: RuleContext) -> Iterator[Diagnostic]:
+    """Programs of several robots publish one topic, so subscribers receive a mixture."""
+    first: dict[tuple[str, str], Endpoint] = {}
+    robots = {name: program.robot for name, program in context.spec.programs.items()}
+    reached = _bridged(context)
+    for one in context.endpoints:
+        robot, home = robots[one.owner], context.home.get(one.host)
+        if not one.publishes or robot is None or home is None or one.topic in COMMON:
+            continue
+        for island in {home.name} | reached.get(one.topic, set()):
+            earlier = first.setdefault((island, one.topic), one)
+            if robots[earlier.owner] != robot:
+                yield Diagnostic(
+                    "TOPIC004",
+                    f"programs of robots `{robots[earlier.owner]}` and `{robot}` both publish `{one.topic}`",
+                    context.span(*one.loc, "topic"),
+                    severity=Severity.WARNING,
+                    label="mixed with the other robot's",
+                    notes=(
+                        Note(context.span(*earlier.loc, "topic"), f"published for `{robots[earlier.owner]}`"),
+                    ),
+                    help=("remove the leading `/`, so that each robot has its own topic in its namespace",),
+                )
+                break
+
+
+@rule("TOPIC005")
+def commands_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
+    """Velocity commands on a topic that no robot and no program subscribes to."""
+    subscribed = {one.topic for one in context.endpoints if not one.publishes}
+    for one in context.endpoints:
+        space, _, name = one.topic.rpartition("/")
+        robots = context.robot_by_namespace
+        if not one.publishes or name != COMMAND or space in robots or one.topic in subscribed:
+            continue
+        near = nearest(space.strip("/"), tuple(other.strip("/") for other in robots)) if space else None
+        meant = f"/{near}/{COMMAND}" if near else f"{next(iter(robots))}/{COMMAND}"
+        written = context.spec.programs[one.owner]
+        loc = (*one.loc, "topic")
+        as_is = not written.remap and one.topic == _written(one, context)
+        yield Diagnostic(
+            "TOPIC005",
+            f"program `{one.owner}` publishes commands to `{one.topic}`, which no robot subscribes to",
+            context.span(*loc),
+            severity=Severity.WARNING,
+            label="each robot has its own command topic",
+            help=(f"did you mean `{meant}`?",)
+            if near
+            else (f"remap it, for example remap: {{{COMMAND}: {meant}}}",),
+            fix=make_fix(f"write `{meant}`", replace_value(context.source, loc, meant))
+            if near and as_is
+            else None,
+        )
+
+
+def _written(one: Endpoint, context: RuleContext) -> str:
+    """Returns the topic name of an endpoint as written in the spec."""
+    topics = getattr(context.spec.programs[one.owner], "publishes" if one.publishes else "subscribes")
+    return str(topics[one.loc[-1]].topic)
+
+
+@rule("TOPIC006")
+def echoes(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program subscribes to a topic that it publishes itself."""
+    published = {(one.owner, one.topic): one for one in context.endpoints if one.publishes}
+    for one in context.endpoints:
+        other = None if one.publishes else published.get((one.owner, one.topic))
+        if other is not None and one.topic not in COMMON:
+            yield Diagnostic(
+                "TOPIC006",
+                f"program `{one.owner}` subscribes to `{one.topic}`, which it publishes itself",
+                context.span(*one.loc, "topic"),
+                severity=Severity.WARNING,
+                label="receives its own messages",
+                notes=(Note(context.span(*other.loc, "topic"), "published here"),),
+                help=("rename one of the two, here or by `remap`",),
+            )

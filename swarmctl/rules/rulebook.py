@@ -1,0 +1,128 @@
+"""The texts of all rules, from the YAML files next to the rules, one file per family."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarmctl.diagnostics import Severity
+
+FOLDER = Path(__file__).parent / "families"
+PITFALLS = Path(__file__).parent / "pitfalls.yaml"
+EXAMPLE = Path(__file__).parent / "example.yaml"  # the base spec of every example
+# One file each, in the order of a spec: syntax, hosts, networks and links, programs, authority.
+FAMILIES = (
+    *("files", "several_files", "ranges", "references", "modes", "identity", "network", "ports", "time"),
+    *(
+        "security",
+        "devices",
+        "serial_lines",
+        "bluetooth",
+        "capacity",
+        "programs",
+        "naming",
+        "topics",
+        "boards",
+    ),
+    *("multimaster", "authority", "safety", "settings", "suppressions"),
+)
+_THREAD = re.compile(r"([A-Za-z0-9_.-]+/[A-Za-z0-9_.-]+)#([0-9]+)")
+
+
+@dataclass(frozen=True)
+class RuleText:
+    """The text of one rule. ``fails`` and ``passes`` are overlays on the example swarm."""
+
+    id: str
+    family: str
+    severity: Severity
+    what: str
+    why: str
+    threads: tuple[str, ...]
+    fix: str
+    fails: str | None
+    passes: str | None
+    shown: str  # why there is no example; empty if there is one
+    firm: bool  # cannot be suppressed: a spec with this finding cannot be used
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The threads as URLs."""
+        return tuple(_THREAD.sub(r"https://github.com/\1/issues/\2", thread) for thread in self.threads)
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "id": self.id,
+            "family": self.family,
+            "severity": self.severity.value,
+            "what": self.what,
+            "why": self.why,
+            "threads": list(self.links),
+            "fix": self.fix,
+            "fails": self.fails,
+            "passes": self.passes,
+            "can_be_silenced": not self.firm,
+        }
+
+
+@cache
+def rulebook() -> Mapping[str, RuleText]:
+    """Returns every rule by its id, in the order of ``FAMILIES`` and of the entries in each file."""
+    files = list(FOLDER.glob("*/rules.yaml"))
+    in_order = sorted(files, key=lambda file: FAMILIES.index(file.parent.name))
+    return {one.id: one for file in in_order for one in _family(file)}
+
+
+def example() -> str:
+    """Returns the base spec of the examples as YAML text."""
+    return EXAMPLE.read_text("utf-8")
+
+
+def _family(file: Path) -> list[RuleText]:
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    family = yaml.load(file.read_text("utf-8"), loader)
+    return [_rule(id_, family["title"], text) for id_, text in family["rules"].items()]
+
+
+def _rule(id_: str, family: str, text: Mapping[str, Any]) -> RuleText:
+    return RuleText(
+        id=id_,
+        family=family,
+        severity=Severity(text["severity"]),
+        what=text["what"],
+        why=text["why"].strip(),
+        threads=tuple(text.get("threads", ())),
+        fix=text["fix"].strip(),
+        fails=text.get("fails"),
+        passes=text.get("passes"),
+        shown=text.get("shown", ""),
+        firm=text.get("firm", False),
+    )
+
+
+@dataclass(frozen=True)
+class Pitfall:
+    """A problem that cost people days, and how swarmctl handles it."""
+
+    number: int
+    what: str
+    answer: str  # rule, generator, format, health or none
+    rules: tuple[str, ...]
+    how: str
+
+
+@cache
+def pitfalls() -> tuple[Pitfall, ...]:
+    """Returns the collected pitfalls in the order of their numbers."""
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    entries = yaml.load(PITFALLS.read_text("utf-8"), loader)
+    return tuple(
+        Pitfall(number, one["what"], one["answer"], tuple(one.get("rules", ())), one.get("how", ""))
+        for number, one in entries.items()
+    )

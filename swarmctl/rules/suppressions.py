@@ -1,0 +1,114 @@
+"""Suppressed findings, each with a reason: by a comment, or by an entry of the spec's `silence`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.rules.rulebook import RuleText, rulebook
+from swarmctl.spec.load import Document
+from swarmctl.suggest import did_you_mean
+
+MARK = "swarmctl: allow"
+_COMMENT = re.compile(rf"#[ \t]*{MARK}[ \t]+(?P<rule>[A-Za-z0-9]+)[ \t]*(?P<reason>[^\r\n]*)")
+_WORD_CHARACTER = re.compile(r"[^\W_]")  # a reason needs at least one letter or digit
+
+
+@dataclass(frozen=True)
+class Suppression:
+    """One suppression: its rule, its reason, its place, and the findings that it covers."""
+
+    rule: str
+    reason: str
+    span: Span
+    lines: tuple[int, ...] = ()  # of a comment: its own line, or the next line if it stands alone
+    about: str | None = None  # of an entry: only findings that name this; None covers all of the rule
+
+    def covers(self, found: Diagnostic) -> bool:
+        """True if ``found`` is suppressed by this."""
+        if found.code != self.rule:
+            return False
+        if self.lines:
+            return found.span is not None and (
+                found.span.file == self.span.file and found.span.line in self.lines
+            )
+        return self.about is None or f"`{self.about}`" in " ".join((found.message, *found.help))
+
+
+def apply_suppressions(
+    found: Sequence[Diagnostic], document: Document, texts: Mapping[str, str]
+) -> tuple[Diagnostic, ...]:
+    """Returns ``found`` without suppressed findings, plus the findings about the suppressions themselves.
+
+    ``texts`` are the texts of the spec by file name; comments are read from them.
+    """
+    suppressions = [*_in_spec(document), *_in_comments(texts)]
+    if not suppressions:
+        return tuple(found)
+    rules = rulebook()
+    errors = {one: list(_errors(one, rules)) for one in suppressions}
+    valid = [one for one in suppressions if not errors[one]]
+    used = {one for one in valid for finding in found if one.covers(finding)}
+    kept = [finding for finding in found if not any(one.covers(finding) for one in valid)]
+    wrong = [finding for one in suppressions for finding in errors[one]]
+    return (*kept, *wrong, *(_unused(one) for one in valid if one not in used))
+
+
+def _in_spec(document: Document) -> Iterator[Suppression]:
+    for index, entry in enumerate(document.spec.silence):
+        yield Suppression(
+            entry.rule, entry.reason, document.span("silence", index, "rule"), about=entry.about
+        )
+
+
+def _in_comments(texts: Mapping[str, str]) -> Iterator[Suppression]:
+    for file, text in texts.items():
+        if MARK not in text:
+            continue
+        for number, line in enumerate(text.splitlines(), start=1):
+            match = _COMMENT.search(line)
+            if match is not None:
+                alone = not line[: match.start()].strip()
+                start, end = match.start("rule") + 1, match.end("rule") + 1
+                span = Span(file, number, start, number, end)
+                yield Suppression(match["rule"], match["reason"], span, (number + alone,))
+
+
+def _errors(one: Suppression, rules: Mapping[str, RuleText]) -> Iterable[Diagnostic]:
+    if one.rule not in rules:
+        yield Diagnostic(
+            "SIL002",
+            f"unknown rule `{one.rule}`",
+            one.span,
+            label="suppresses nothing",
+            help=did_you_mean(one.rule, rules, "the rules are") or ("`swarmctl rules` lists all rules",),
+        )
+    elif rules[one.rule].firm:
+        fix = rules[one.rule].fix
+        yield Diagnostic(
+            "SIL004",
+            f"`{one.rule}` cannot be suppressed",
+            one.span,
+            label="a spec with this error cannot be used",
+            help=(f"fix it instead: {fix[0].lower()}{fix[1:]}",),
+        )
+    elif not _WORD_CHARACTER.search(one.reason):
+        yield Diagnostic(
+            "SIL003",
+            f"the suppression of `{one.rule}` has no reason",
+            one.span,
+            label="reason missing",
+            help=(f"write it after the id: # {MARK} {one.rule} measured on the real robot",),
+        )
+
+
+def _unused(one: Suppression) -> Diagnostic:
+    return Diagnostic(
+        "SIL001",
+        f"unused suppression: `{one.rule}` is not reported here",
+        one.span,
+        severity=Severity.WARNING,
+        help=("remove it, so that the finding is reported if it returns",),
+    )

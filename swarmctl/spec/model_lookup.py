@@ -1,0 +1,70 @@
+"""Looks up by place which keys may stand there, and the description of a key."""
+
+from __future__ import annotations
+
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from swarmctl.robot_types.protocols import PROTOCOLS
+from swarmctl.robot_types.sensors import SENSORS
+from swarmctl.spec.model import LINKS, Spec
+
+_TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
+
+
+def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
+    """The keys that may stand at ``loc`` of a ``model`` (union tags in ``loc`` as pydantic reports them)."""
+    places = _places(loc, model)
+    return tuple(dict.fromkeys(name for place in places if _is_model(place) for name in place.model_fields))
+
+
+def _places(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
+    """The types that stand at ``loc`` of a ``model``."""
+    places: list[Any] = [model]
+    for part in loc:
+        if _TAGS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
+            places = [_TAGS[str(part)]]
+        else:
+            places = [below for place in places for below in _below(place, part)]
+    return places
+
+
+def link_keys(kind: str) -> tuple[str, ...]:
+    """The keys of one kind of link."""
+    return tuple(LINKS[kind].model_fields)
+
+
+def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
+    """Returns the description of the key at ``loc`` of a ``model``; empty if it has none."""
+    fields = [place.model_fields.get(str(loc[-1])) for place in _places(loc[:-1], model) if _is_model(place)]
+    return next((field.description for field in fields if field and field.description), "")
+
+
+def _is_model(place: Any) -> bool:
+    return isinstance(place, type) and issubclass(place, BaseModel)
+
+
+def _below(place: Any, part: str | int) -> list[Any]:
+    """What type annotations stand one step below ``place``."""
+    if _is_model(place):
+        field = place.model_fields.get(part)
+        return _unwrapped(field.annotation) if field else []
+    origin, arguments = get_origin(place), get_args(place)
+    if origin is dict:
+        return _unwrapped(arguments[1])
+    if origin in (tuple, list):
+        return _unwrapped(arguments[0])
+    return []
+
+
+def _unwrapped(annotation: Any) -> list[Any]:
+    """The alternatives of an annotation, without ``Annotated`` and ``| None``."""
+    if hasattr(annotation, "__metadata__"):
+        return _unwrapped(annotation.__origin__)
+    if getattr(annotation, "__origin__", None) in (tuple, list, dict):
+        return [annotation]
+    arguments = getattr(annotation, "__args__", None)
+    if arguments:
+        return [one for argument in arguments if argument is not type(None) for one in _unwrapped(argument)]
+    return [annotation]

@@ -1,0 +1,105 @@
+"""Where a spec mentions what it names elsewhere: the places of host, robot and other names, and renaming."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from swarmctl.diagnostics import Fix
+from swarmctl.field_types import KEY
+from swarmctl.yamltext.edits import Edits, make_fix, rename_key, replace_value
+from swarmctl.yamltext.source import Loc, Source
+
+_HOSTS, _ROBOTS, _PROGRAMS, _ISLANDS = "hosts", "robots", "programs", "islands"
+_COMMANDERS = (_PROGRAMS, _ROBOTS, _HOSTS)
+
+# What each place may mention, what comes first first; `*` is every key or item.
+_PLACES: Mapping[str, tuple[str, ...]] = {
+    "leader": (_HOSTS,),
+    "hub": (_HOSTS,),
+    "defaults.host.computer": ("computers",),
+    "hosts.*.computer": ("computers",),
+    "hosts.*.via": (_HOSTS,),
+    "robots.*.type": ("types",),
+    "robots.*.host": (_HOSTS,),
+    "links.*.host": (_HOSTS,),
+    "links.*.hosts.*": (_HOSTS,),
+    "links.*.robot": (_ROBOTS,),
+    "programs.*.host": (_HOSTS,),
+    "programs.*.robot": (_ROBOTS,),
+    "control.*.by": _COMMANDERS,
+    "control.*.of.*": (_ROBOTS,),
+    "islands.*.hosts.*": (_HOSTS,),
+    "islands.*.leader": (_HOSTS,),
+    "islands.*.hub": (_HOSTS,),
+    "time.root": (_HOSTS,),
+    f"multimaster.robot_hosts.{KEY}": (_HOSTS,),
+    "multimaster.robot_hosts.*.*": (_HOSTS,),
+    "multimaster.sync_hosts.*": (_HOSTS,),
+    "multimaster.ignore_hosts.*": (_HOSTS,),
+    "multimaster.topics.*.to.*": (_ISLANDS, _HOSTS),
+    "silence.*.about": _COMMANDERS,
+}
+_KINDS = frozenset(kind for kinds in _PLACES.values() for kind in kinds)
+
+
+def mentions(data: Any, kind: str, name: str) -> Iterator[Loc]:
+    """Every place that mentions this host, robot, ...; not where something else of that name is meant."""
+    for pattern, kinds in _PLACES.items():
+        if next((one for one in kinds if name in _named(data, one)), None) == kind:
+            for loc, value in _at(data, pattern.split(".")):
+                if value == name:
+                    yield loc
+
+
+def rename(source: Source, kind: str, old: str, new: str) -> Edits:
+    """Another name for one of the ``hosts``, ``robots``, ...: there and in every mention."""
+    if new in _named(source.data, kind):
+        return ()
+    edits = [rename_key(source, (kind, old), new)]
+    edits += [_reworded(source, loc, new) for loc in mentions(source.data, kind, old)]
+    return tuple(edit for part in edits for edit in part) if all(edits) else ()
+
+
+def _reworded(source: Source, loc: Loc, new: str) -> Edits:
+    return rename_key(source, loc[:-1], new) if loc[-1] == KEY else replace_value(source, loc, new)
+
+
+def renaming(old: str, new: str, edits: Edits) -> Fix | None:
+    """The fix that gives something another name."""
+    places = f" in {len(edits)} places" if len(edits) > 1 else ""
+    return make_fix(f"rename `{old}` to `{new}`{places}", edits)
+
+
+def rename_at(source: Source, loc: Loc, old: str, new: str) -> Edits:
+    """Another name for what is named or mentioned at ``loc``; just there, if it is named nowhere."""
+    if loc[-1] == KEY:
+        return rename(source, str(loc[0]), old, new) if len(loc) == 3 and loc[0] in _KINDS else ()
+    for kind in _KINDS:
+        if old in _named(source.data, kind) and tuple(loc) in map(tuple, mentions(source.data, kind, old)):
+            return rename(source, kind, old, new)
+    return replace_value(source, loc, new)
+
+
+def _named(data: Any, kind: str) -> Mapping[str, Any]:
+    entries = data.get(kind) if isinstance(data, dict) else None
+    return entries if isinstance(entries, dict) else {}
+
+
+def _at(data: Any, pattern: list[str]) -> Iterator[tuple[Loc, Any]]:
+    """The places of ``data`` that fit ``pattern``, with what stands there."""
+    if not pattern:
+        yield (), data
+        return
+    step, *rest = pattern
+    entries: Any = ()
+    if isinstance(data, dict):
+        entries = data.items() if step in ("*", KEY) else ((step, data[step]),) if step in data else ()
+    elif isinstance(data, tuple) and step == "*":
+        entries = enumerate(data)
+    for key, value in entries:
+        if step == KEY:
+            yield (key, KEY), key
+        else:
+            for loc, found in _at(value, rest):
+                yield (key, *loc), found

@@ -1,0 +1,186 @@
+"""What was meant by a key or value that does not fit its model, where that can be worked out, as a fix."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from typing import Any
+
+from pydantic import BaseModel
+
+from swarmctl.diagnostics import Fix
+from swarmctl.robot_types.protocols import PROTOCOLS
+from swarmctl.robot_types.sensors import SENSORS
+from swarmctl.spec.model import KINDS
+from swarmctl.spec.model_lookup import known_keys, link_keys
+from swarmctl.spec.pattern_texts import NAME
+from swarmctl.spec.references import rename_at, renaming
+from swarmctl.suggest import nearest
+from swarmctl.yamltext.edits import as_text, make_fix, rename_key, replace_value, written
+from swarmctl.yamltext.scalars import number_or_text
+from swarmctl.yamltext.source import Loc, Source
+
+NUMBERS = ("int_type", "float_type")
+BOOLEANS = {
+    "yes": "true", "on": "true", "y": "true", "true": "true",
+    "no": "false", "off": "false", "n": "false", "false": "false",
+}  # fmt: skip
+# Places whose `kind` chooses what they hold: the steps to them (None is any name), the kinds, the noun.
+_UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
+    (("links", None), KINDS, "link"),
+    (("protocol",), tuple(PROTOCOLS), "protocol"),
+    (("types", None, "protocol"), tuple(PROTOCOLS), "protocol"),
+    (("sensors", None), tuple(SENSORS), "sensor"),
+    (("types", None, "sensors", None), tuple(SENSORS), "sensor"),
+)
+_LETTERS = re.compile("[a-z0-9]+", re.ASCII)
+_DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
+_NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
+_MAC = re.compile("[0-9a-fA-F]{2}([-_. :]?[0-9a-fA-F]{2}){5}", re.ASCII)
+
+
+def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
+    """The fix of one of pydantic's errors, if there is one."""
+    kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
+    loc = without_tag(tagged)
+    if not loc:
+        return None
+    if kind == "extra_forbidden":
+        key = nearest(str(loc[-1]), keys_at(tagged, model))
+        takes_keys = key is not None and known_keys((*tagged[:-1], key), model)
+        return None if takes_keys and not isinstance(given, dict) else _key_fix(source, loc, key)
+    if kind == "union_tag_invalid":
+        return _word_fix(source, (*loc, "kind"), nearest(str(given.get("kind")), kinds_at(loc)))
+    if kind in ("literal_error", "enum"):
+        return _choice_fix(source, loc, given, choices(error))
+    if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME:
+        name = legal_name(given)
+        return renaming(given, name, rename_at(source, loc, given, name)) if name else None
+    return _value_fix(kind, source, loc, given)
+
+
+def _key_fix(source: Source, loc: Loc, key: str | None) -> Fix | None:
+    beside = source.data
+    for step in loc[:-1]:
+        beside = beside[step]
+    if key is None or key in beside:
+        return None
+    return make_fix(f"rename the key to `{key}`", rename_key(source, loc, key))
+
+
+def _word_fix(source: Source, loc: Loc, word: str | None) -> Fix | None:
+    return make_fix(f"write `{word}`", replace_value(source, loc, word)) if word else None
+
+
+def _choice_fix(source: Source, loc: Loc, given: Any, known: list[str]) -> Fix | None:
+    if str(given) not in known:
+        return _word_fix(source, loc, nearest(str(given), tuple(known)))
+    if is_number(given) and _DIGITS.fullmatch(given):
+        return make_fix("take the quotes away", replace_value(source, loc, int(given)))
+    return None
+
+
+def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
+    """The fix of a value of the wrong type or form; of a number, the letters count, as the text has them."""
+    number = isinstance(given, (int, float)) and not isinstance(given, bool)
+    if loc[-1] == "mac" and (isinstance(given, str) or number):
+        address = _mac(written(source, loc))
+        return make_fix(f'write "{address}"', replace_value(source, loc, address)) if address else None
+    if kind == "string_type" and number:
+        return make_fix("put it in quotes", as_text(source, loc))
+    if kind in NUMBERS and is_number(given) and (kind == "float_type" or _DIGITS.fullmatch(given)):
+        meant = int(given) if _DIGITS.fullmatch(given) else float(given)
+        return make_fix("take the quotes away", replace_value(source, loc, meant))
+    if kind == "bool_type" and (word := BOOLEANS.get(str(given).lower())):
+        return make_fix(f"write `{word}`", replace_value(source, loc, word == "true"))
+    if (
+        kind in ("tuple_type", "list_type")
+        and isinstance(given, str)
+        and given.isprintable()
+        and " " not in given
+    ):
+        return make_fix("put it in brackets", replace_value(source, loc, [given]))
+    if kind == "value_error" and loc[-1] == "subnet" and (subnet := _subnet(given)):
+        return make_fix(f"write `{subnet}`", replace_value(source, loc, subnet))
+    return None
+
+
+def without_tag(loc: Loc) -> tuple[str | int, ...]:
+    """The place as it stands in the file; pydantic puts the kind of a link, protocol or sensor behind it."""
+    steps, kinds, _ = _union_at(loc)
+    tagged = len(loc) > steps > 0 and loc[steps] in kinds
+    return (*loc[:steps], *loc[steps + 1 :]) if tagged else tuple(loc)
+
+
+def kinds_at(loc: Loc) -> tuple[str, ...]:
+    """What kinds there are of what stands at ``loc``."""
+    return _union_at(loc)[1]
+
+
+def noun_at(loc: Loc) -> str:
+    """What is called link, protocol or sensor."""
+    return _union_at(loc)[2]
+
+
+def _union_at(loc: Loc) -> tuple[int, tuple[str, ...], str]:
+    """How many steps into ``loc`` a kind is chosen, which there are, and of what; no steps if none is."""
+    for steps, kinds, noun in _UNIONS:
+        if len(loc) >= len(steps) and all(
+            step in (None, part) for step, part in zip(steps, loc, strict=False)
+        ):
+            return len(steps), kinds, noun
+    return 0, (), ""
+
+
+def keys_at(tagged: Loc, model: type[BaseModel]) -> tuple[str, ...]:
+    """The keys that may stand where an unknown one does; none, if other kinds of links have that."""
+    place = without_tag(tagged)
+    if tuple(tagged) == place or tagged[0] != "links" or len(place) != 3:
+        return known_keys(tuple(tagged[:-1]), model)
+    return () if kinds_with(str(place[-1])) else link_keys(str(tagged[2]))
+
+
+def kinds_with(key: str) -> list[str]:
+    """The kinds of links that have a key."""
+    return [kind for kind in KINDS if key in link_keys(kind)]
+
+
+def choices(error: Any) -> list[str]:
+    """The words that a value can be."""
+    return [word.strip("' ") for word in error["ctx"]["expected"].replace(" or ", ", ").split(",")]
+
+
+def is_number(given: Any) -> bool:
+    """Whether ``given`` is text that would be a number without its quotes."""
+    return (
+        isinstance(given, str)
+        and _NUMBER.fullmatch(given) is not None
+        and not isinstance(number_or_text(given), str)
+    )
+
+
+def is_too_long(given: Any) -> bool:
+    """Whether ``given`` has the digits of a whole number, and more than one may have."""
+    return isinstance(given, str) and _DIGITS.fullmatch(given) is not None and not is_number(given)
+
+
+def legal_name(given: str) -> str | None:
+    """The nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``."""
+    name = "-".join(_LETTERS.findall(given.lower())) if given.isprintable() else ""
+    return name if re.fullmatch(NAME, name, re.ASCII) else None
+
+
+def _mac(text: str) -> str | None:
+    """A Bluetooth address in the usual form, whatever stands between its pairs."""
+    if not _MAC.fullmatch(text):
+        return None
+    digits = re.sub("[^0-9a-fA-F]", "", text)
+    return ":".join(digits[at : at + 2] for at in range(0, 12, 2))
+
+
+def _subnet(given: str) -> str | None:
+    """The network of an address with a prefix length."""
+    try:
+        return str(ipaddress.ip_interface(given).network) if "/" in given else None
+    except ValueError:
+        return None

@@ -1,0 +1,70 @@
+"""Who may command which robot, as the robot's driver can check it: by the sending node, or by its host.
+
+In modes single-minded and leader: the commanders in `control`, else all that runs on the leader. In the other
+modes: the commanders in `control`, and below all of them the robot's own programs (paper, section 4).
+"""
+
+from __future__ import annotations
+
+from swarmctl.spec.model import Mode, Spec
+from swarmctl.swarm import names
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.resolved import Commander
+from swarmctl.swarm.subnets import advertised
+
+OWN = -1  # the priority of a robot's own programs: below every priority that `control` accepts
+
+
+class Authority:
+    """The commanders of every robot, by name of robot."""
+
+    def __init__(self, index: SwarmIndex) -> None:
+        self._index = index
+        self._named: dict[str, list[Commander]] = {}
+        for control in index.spec.control:
+            commander = self._commander(control.by, control.priority)
+            for robot in control.of:
+                self._named.setdefault(robot, []).append(commander)
+
+    def over(self, robot: str) -> tuple[Commander, ...]:
+        """Who may command ``robot``, the highest priority first."""
+        named = self._named.get(robot, [])
+        host = self._index.driving[robot] or ""
+        leader = self._leader_of(host)
+        if leader is not None:
+            found = named or [Commander(leader, 0, addresses=self._addresses(leader))]
+        else:
+            own = Commander(host, OWN, namespace=names.namespace(robot), addresses=self._addresses(host))
+            found = [*named, own]
+        return tuple(sorted(found, key=lambda one: -one.priority))
+
+    def _commander(self, by: str, priority: int) -> Commander:
+        spec = self._index.spec
+        if by in spec.programs:
+            program = spec.programs[by]
+            if program.launch is None:
+                return Commander(by, priority, nodes=(names.program_node(by, program.robot),))
+            # Only the launch file itself defines the names of its nodes.
+            return Commander(by, priority, addresses=self._addresses(self._index.program_hosts[by]))
+        if by in spec.robots:
+            return Commander(by, priority, namespace=names.namespace(by))
+        return Commander(by, priority, addresses=self._addresses(by))
+
+    def _leader_of(self, host: str) -> str | None:
+        """The leader of the island of ``host``, if the island's mode has one."""
+        island = self._index.home.get(host)
+        if island is None:
+            return None
+        spec = self._index.spec
+        mode = Mode(spec.islands[island.name].mode) if spec.mode is Mode.COMBINED else spec.mode
+        return island.hub if mode in (Mode.SINGLE_MINDED, Mode.LEADER) else None
+
+    def _addresses(self, host: str | None) -> tuple[str, ...]:
+        spec = self._index.spec
+        return (advertised(spec, host),) if host in spec.hosts else ()
+
+
+def commanded_by(spec: Spec, program: str) -> tuple[str, ...]:
+    """The robots that ``program`` commands, in the order of `control`."""
+    found = (robot for control in spec.control if control.by == program for robot in control.of)
+    return tuple(dict.fromkeys(found))

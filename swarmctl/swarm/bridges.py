@@ -1,0 +1,54 @@
+"""Which topics are bridged between islands: those that `control`, programs and `multimaster.topics` need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.swarm import names
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.topic_origins import Publishers
+from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE
+
+
+def bridges_of(index: SwarmIndex) -> tuple[Bridge, ...]:
+    """Every bridge, in the order of the spec; empty with fewer than two islands."""
+    if len(index.islands) < 2:
+        return ()
+    publishers = Publishers(index)
+    found = [*_commands(index), *_subscribed(index, publishers), *_declared(index, publishers)]
+    return tuple(dict.fromkeys(found))
+
+
+def _commands(index: SwarmIndex) -> Iterator[Bridge]:
+    """The commands that `control` allows from one island to another."""
+    for number, control in enumerate(index.spec.control):
+        origin = index.home.get(index.commander_host(control.by) or "")
+        for robot in control.of:
+            to = index.island_of_robot(robot) if robot in index.spec.robots else None
+            if origin is not None and to is not None and origin is not to:
+                topic = f"{names.namespace(robot)}/{COMMAND}"
+                yield Bridge(topic, COMMAND_TYPE, origin.name, (to.name,), f"control[{number}]")
+
+
+def _subscribed(index: SwarmIndex, publishers: Publishers) -> Iterator[Bridge]:
+    """What a program subscribes to and its own island does not publish, from every island that does."""
+    for one in index.endpoints:
+        if one.publishes or one.host not in index.home:
+            continue
+        to = index.home[one.host].name
+        origins = publishers.of(one.topic)
+        if to not in origins:
+            for origin, kind in origins.items():
+                yield Bridge(one.topic, kind, origin, (to,), f"programs.{one.owner}")
+
+
+def _declared(index: SwarmIndex, publishers: Publishers) -> Iterator[Bridge]:
+    """The topics in `multimaster.topics`, from every island that publishes them."""
+    islands = {island.name for island in index.islands}
+    multimaster = index.spec.multimaster
+    for number, declared in enumerate(multimaster.topics if multimaster else ()):
+        for origin, kind in publishers.of(declared.topic).items():
+            to = tuple(one for one in declared.to if one != origin and one in islands)
+            if to:
+                yield Bridge(declared.topic, kind, origin, to, f"multimaster.topics[{number}]")

@@ -1,0 +1,104 @@
+"""The five modes as islands: which hosts share a ROS graph, and which run the master and the drivers."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from dataclasses import dataclass
+
+from swarmctl.spec import model
+from swarmctl.spec.model import Mode, Spec
+from swarmctl.swarm.resolved import Island
+
+MULTIMASTER = (Mode.STANDALONE, Mode.COMBINED)  # modes with several masters
+
+
+@dataclass(frozen=True)
+class Role:
+    """The host that a mode must name: the key that names it, and what that host does."""
+
+    key: str
+    duty: str
+
+
+# Which host a mode is built around (paper, section 4).
+ROLES = {
+    Mode.SINGLE_MINDED: Role("leader", "runs the master and every driver"),
+    Mode.LEADER: Role("leader", "runs the master and commands the others"),
+    Mode.CENTRAL: Role("hub", "runs the master that all robots connect to"),
+}
+
+
+def hub_of(arrangement: Spec | model.Island) -> str | None:
+    """The host that runs the master of an island, or of a swarm with one island; None if not declared."""
+    role = ROLES.get(Mode(arrangement.mode))
+    return getattr(arrangement, role.key) if role else None
+
+
+def driving_host(spec: Spec, robot: str) -> str | None:
+    """The host that runs a robot's driver: the robot's own; in mode single-minded the leader."""
+    if spec.mode is Mode.SINGLE_MINDED:
+        return spec.leader
+    return spec.robots[robot].host
+
+
+def islands_of(spec: Spec) -> tuple[Island, ...]:
+    """The islands of a spec, without those whose hub is not declared."""
+    match spec.mode:
+        case Mode.STANDALONE:
+            return tuple(_island(spec, host, host, (host,)) for host in _ros_hosts(spec))
+        case Mode.COMBINED:
+            return tuple(
+                _island(spec, name, hub, _members(Mode(island.mode), hub, island.hosts))
+                for name, island in spec.islands.items()
+                if (hub := hub_of(island)) is not None
+            )
+        case _:
+            hub = hub_of(spec)
+            return (
+                ()
+                if hub is None
+                else (_island(spec, spec.name, hub, _members(spec.mode, hub, _ros_hosts(spec))),)
+            )
+
+
+def jump_hosts(spec: Spec) -> frozenset[str]:
+    """Hosts used only as SSH jump hosts: named in `via`, and otherwise only by networks without a master.
+
+    A host with `has` is not one of them: programs may run there.
+    """
+    found = {host.via for host in spec.hosts.values() if host.via is not None}
+    if not found:
+        return frozenset()
+    found = {name for name in found if name not in spec.hosts or not spec.hosts[name].has}
+    found -= {hub_of(spec), spec.time.root, *(robot.host for robot in spec.robots.values())}
+    found -= {*(program.host for program in spec.programs.values()), *(one.by for one in spec.control)}
+    found = found.difference(*(island.hosts for island in spec.islands.values()))
+    masters = _masters(spec, found)
+    networks = (link.hosts for link in spec.links if isinstance(link, model.NetworkLink))
+    return frozenset(found.difference(*(hosts for hosts in networks if not masters.isdisjoint(hosts))))
+
+
+def _masters(spec: Spec, jump_hosts: Set[str]) -> Set[str]:
+    """The hosts that run a master, without ``jump_hosts``. Islands list their hosts: no other host joins."""
+    match spec.mode:
+        case Mode.STANDALONE:
+            return spec.hosts.keys() - jump_hosts
+        case Mode.COMBINED:
+            return set()
+        case _:
+            return {hub} if (hub := hub_of(spec)) is not None else set()
+
+
+def _ros_hosts(spec: Spec) -> tuple[str, ...]:
+    excluded = jump_hosts(spec)
+    return tuple(host for host in spec.hosts if host not in excluded)
+
+
+def _members(mode: Mode, hub: str, hosts: tuple[str, ...]) -> tuple[str, ...]:
+    """The hosts of an island that run ROS: in mode single-minded only the leader."""
+    return (hub,) if mode is Mode.SINGLE_MINDED else hosts
+
+
+def _island(spec: Spec, name: str, hub: str, hosts: tuple[str, ...]) -> Island:
+    port = spec.hosts[hub].master_port if hub in spec.hosts else None
+    return Island(name=name, hub=hub, hosts=hosts, master_port=port or spec.ros.master_port)

@@ -1,0 +1,225 @@
+"""Which topics drivers publish (by robot type) and programs publish or subscribe to (as declared)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from swarmctl.robot_types.effective_settings import equipped, rates_of
+from swarmctl.robot_types.message_sizes import size_of
+from swarmctl.robot_types.protocols import DriverName
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.sensors import (
+    ODOM,
+    Image,
+    Quantity,
+    Range,
+    Raw,
+    Sensor,
+)
+from swarmctl.robot_types.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
+from swarmctl.robot_types.settings import RobotSettings
+from swarmctl.spec.model import Program, Spec
+from swarmctl.spec.program_params import shipped
+from swarmctl.swarm import names
+from swarmctl.swarm.shipped_programs import SHIPPED
+
+COMMAND = "cmd_vel"
+COMMAND_TYPE = "geometry_msgs/Twist"
+DIAGNOSTICS = "/diagnostics"
+DIAGNOSTICS_TYPE = "diagnostic_msgs/DiagnosticArray"
+JOINTS = "joint_states"
+MESSAGES = {  # of the topic with the name of its sensor
+    "wheels": "nav_msgs/Odometry",
+    "range": "std_msgs/UInt16MultiArray",
+    "raw": "std_msgs/UInt16MultiArray",
+    "quantity": "std_msgs/Float32MultiArray",
+    "imu": "sensor_msgs/Imu",
+    "magnetic": "sensor_msgs/MagneticField",
+    "battery": "sensor_msgs/BatteryState",
+    "temperature": "sensor_msgs/Temperature",
+    "image": "sensor_msgs/Image",
+}
+_ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
+_RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
+_JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
+_PIXELS = {"mono8": ("mono8", 1), "rgb565": ("rgb8", 3)}  # published encoding, bytes per pixel
+_LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
+
+# Topics without a namespace that ROS itself or every driver publishes.
+COMMON = {
+    DIAGNOSTICS: DIAGNOSTICS_TYPE,
+    "/clock": "rosgraph_msgs/Clock",
+    "/rosout": "rosgraph_msgs/Log",
+    "/rosout_agg": "rosgraph_msgs/Log",
+    "/tf": "tf2_msgs/TFMessage",
+    "/tf_static": "tf2_msgs/TFMessage",
+}
+
+Loc = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A node that publishes a topic or subscribes to it. ``loc`` is where the spec declares that."""
+
+    topic: str
+    type: str
+    publishes: bool
+    node: str
+    host: str
+    owner: str
+    rate: float | None  # Hz
+    size: int | None  # bytes
+    loc: Loc
+
+
+@dataclass(frozen=True)
+class DriverTopic:
+    """A topic that a driver publishes, relative to its robot's namespace unless it begins with /."""
+
+    name: str
+    type: str
+    rate: float  # Hz
+    size: int = 0  # bytes; 0 if unknown
+    part: bool = False  # computed from the same reading as another topic, at the same rate
+
+
+def driver_topics(
+    robot_type: RobotType, settings: RobotSettings, driver: DriverName
+) -> tuple[DriverTopic, ...]:
+    """The topics that a driver publishes with these merged ``settings``, without sensors that are off.
+
+    `rosserial_python` publishes the topics of its sketch; it publishes diagnostics only on errors.
+    """
+    declared = tuple(_of_sketch(robot_type))
+    if robot_type.foreign(driver):
+        return declared
+    rates, robot_type = rates_of(robot_type, settings), equipped(robot_type, settings)
+    on = [name for name in robot_type.sensors if rates[name] > 0]
+    sensed = [one for name in on for one in _of_sensor(robot_type, name, rates[name])]
+    return (
+        *declared,
+        *_counted(robot_type),
+        *sensed,
+        DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates[DIAGNOSTICS_RATE]),
+    )
+
+
+def sensors_of(robot_type: RobotType, driver: DriverName) -> Mapping[str, str]:
+    """The message types of all sensor topics of a driver, on or off, by name in its namespace."""
+    counted = () if robot_type.foreign(driver) else _counted(robot_type)
+    sensed = [one for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)]
+    return {one.name: one.type for one in (*_of_sketch(robot_type), *counted, *sensed)}
+
+
+def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
+    """The message types of the topics a driver subscribes to beside commands, by name in its namespace."""
+    return {
+        name: _ONE_CHANNEL if len(one.channels) == 1 else _CHANNELS
+        for name, one in robot_type.actuators.items()
+    }
+
+
+def sensor_behind(topic: str) -> str:
+    """The sensor behind a topic of a driver."""
+    if topic == JOINTS:
+        return ODOM
+    return topic.partition("/")[0]
+
+
+def _of_sketch(robot_type: RobotType) -> Iterator[DriverTopic]:
+    for one in robot_type.sketch.publishes if robot_type.sketch else ():
+        if one.rate is not None:
+            yield DriverTopic(one.topic, one.type, one.rate, one.size or _bytes(one.type))
+
+
+def _counted(robot_type: RobotType) -> Iterator[DriverTopic]:
+    """What swarmctl's driver computes from a sketch's encoder counts: one pose for each pair of counts."""
+    sketch = robot_type.sketch
+    if sketch is not None and sketch.odometry is not None:
+        rates = {one.topic: one.rate or 0.0 for one in sketch.publishes}
+        message = MESSAGES["wheels"]
+        rate = min(rates[sketch.odometry.left], rates[sketch.odometry.right])
+        yield DriverTopic(ODOM, message, rate, _bytes(message))
+        yield from _joints(robot_type, rate)
+
+
+def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[DriverTopic]:
+    sensor = robot_type.sensors[name]
+    message = MESSAGES[sensor.kind]
+    yield DriverTopic(name, message, rate, _sensor_bytes(sensor) or _bytes(message))
+    if isinstance(sensor, Range):
+        for one in sensor.elements:
+            yield DriverTopic(f"{name}/{one.name}", _RANGE, rate, _bytes(_RANGE), part=True)
+    if sensor.kind == "wheels":
+        yield from _joints(robot_type, rate)
+
+
+def _joints(robot_type: RobotType, rate: float) -> Iterator[DriverTopic]:
+    if robot_type.kinematics.wheel_radius is not None:
+        yield DriverTopic(JOINTS, _JOINT_STATE, rate, _bytes(_JOINT_STATE) + _JOINTS_BYTES, part=True)
+
+
+def _sensor_bytes(sensor: Sensor) -> int:
+    """Bytes of a list of numbers labelled with their names, or of an image; 0 for another message."""
+    match sensor:
+        case Range(elements=elements):
+            return _list_bytes([one.name for one in elements], 2)
+        case Raw(names=names):
+            return _list_bytes(names, 2)
+        case Quantity(names=names):
+            return _list_bytes(names, 4)
+        case Image(width=width, height=height, encoding=encoding):
+            name, each = _PIXELS[encoding]
+            return _bytes(MESSAGES["image"]) + len(name) + width * height * each
+    return 0
+
+
+def _list_bytes(names: Sequence[str], each: int) -> int:
+    return _LAYOUT + sum(len(name) + 1 for name in names) + each * len(names)
+
+
+def _bytes(type_name: str) -> int:
+    size = size_of(type_name)
+    return size.bytes if size else 0
+
+
+def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[Endpoint]:
+    """Every topic that programs publish or subscribe to, under its full name; ``hosts`` by program.
+
+    These are the declared topics, and the commands that the shipped programs publish.
+    """
+    commanded = _commanded(spec)
+    for name, program in spec.programs.items():
+        host = hosts[name] or ""
+        node = names.program_node(name, program.robot)
+        for key, topics in (("publishes", program.publishes), ("subscribes", program.subscribes)):
+            for index, declared in enumerate(topics):
+                full = names.resolved(declared.topic, node, program.remap)
+                loc = ("programs", name, key, index)
+                publishes = key == "publishes"
+                yield Endpoint(
+                    full, declared.type, publishes, node, host, name, declared.rate, declared.size, loc
+                )
+        for robot in commanded.get(name, ()):
+            topic, rate = f"{names.namespace(robot)}/{COMMAND}", _command_rate(program)
+            yield Endpoint(topic, COMMAND_TYPE, True, node, host, name, rate, None, ("programs", name))
+
+
+def _commanded(spec: Spec) -> dict[str, dict[str, None]]:
+    """The robots that each shipped program commands: it publishes to each, without a declaration."""
+    found: dict[str, dict[str, None]] = {
+        name: {} for name, one in spec.programs.items() if one.use in SHIPPED
+    }
+    for control in spec.control if found else ():
+        if control.by in found:
+            found[control.by].update(dict.fromkeys(robot for robot in control.of if robot in spec.robots))
+    return found
+
+
+def _command_rate(program: Program) -> float | None:
+    """How often a shipped program publishes a command, Hz; None if `params.rate` is not valid."""
+    setting = shipped()[program.use or ""]["rate"]
+    rate = program.params.get("rate", setting.default)
+    return float(rate) if setting.takes(rate) else None

@@ -1,0 +1,203 @@
+"""Minimal edits of a spec's text at a place of its data: comments, order, quotes and layout stay.
+
+Rules use them to build the ``fix`` of a diagnostic with ``make_fix``:
+
+    set_key(source, ("robots", "k3"), "host", "k3-pi")        a new key of a mapping (or its new value)
+    append_item(source, ("links", 0, "hosts"), "k3-pi")       one more item of a list
+    replace_value(source, ("hosts", "k3-pi", "port"), 22)     another value
+    rename_key(source, ("hosts", "k3-pi", "adress"), "address")
+    remove(source, ("links", 3))                              a key with its value, or an item
+    as_text(source, ("links", 1, "usb", "serial"))            the same word in quotes
+
+``spec.references.rename`` renames something and every reference to it. A change that the text does not allow
+(behind an alias, or in a range for several entries) is an empty tuple, and ``make_fix`` returns None for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import yaml
+
+from swarmctl.diagnostics import Edit, Fix, Span
+from swarmctl.yamltext import cst_edits
+from swarmctl.yamltext.cst import Kind, Layout, Part, layout, line_starts
+from swarmctl.yamltext.emit import literal, text_of
+from swarmctl.yamltext.limits import MAX_FIXABLE
+from swarmctl.yamltext.source import Loc, Source
+
+Edits = tuple[Edit, ...]
+
+_QUOTES = ("'", '"')
+_KINDS: dict[type[yaml.Node], Kind] = {
+    yaml.ScalarNode: "scalar",
+    yaml.MappingNode: "mapping",
+    yaml.SequenceNode: "sequence",
+}
+
+
+def make_fix(title: str, *parts: Edits) -> Fix | None:
+    """Returns a fix of several changes, or None if one of them is not possible."""
+    return Fix(title, tuple(edit for part in parts for edit in part)) if all(parts) else None
+
+
+def replace_value(source: Source, loc: Loc, value: Any) -> Edits:
+    """Returns the edit that replaces a value."""
+    found = _find(source, loc)
+    if found is None:
+        return ()
+    quote = found.part.style if found.part.style in _QUOTES else ""
+    return found.edits(cst_edits.replaced(found.layout, found.part, literal(value, quote)))
+
+
+def as_text(source: Source, loc: Loc) -> Edits:
+    """Returns the edit that puts quotes around a scalar, so that it is text."""
+    word = written(source, loc)
+    return replace_value(source, loc, word) if word else ()
+
+
+def written(source: Source, loc: Loc) -> str:
+    """Returns the scalar at ``loc`` as it is written: ``0403`` where the data has a number."""
+    found = _find(source, loc)
+    return found.part.value if found and found.part.kind == "scalar" else ""
+
+
+def rename_key(source: Source, loc: Loc, name: str) -> Edits:
+    """Returns the edit that renames the key of the value at ``loc``."""
+    found = _find(source, loc)
+    key = found.holder.entries[found.number].key if found and found.holder else None
+    if found is None or key is None:
+        return ()
+    return found.edits(((key.start, key.end, text_of(name, key.style)),))
+
+
+def set_key(source: Source, loc: Loc, key: str, value: Any, *, after: str = "") -> Edits:
+    """Returns the edit that adds a key to the mapping at ``loc``: after ``after`` if present, else last."""
+    found = _find(source, loc)
+    if found is None:
+        return ()
+    if source.child(found.node, key) is not None:
+        return replace_value(source, (*loc, key), value)
+    if found.part.empty:
+        return replace_value(source, loc, {key: value})
+    keys = [entry.key for entry in found.part.entries if entry.key and not entry.explicit]
+    names = [one.value for one in keys]
+    if found.part.kind != "mapping" or len(keys) < len(found.part.entries):
+        return ()
+    quote = keys[-1].style if keys else ""
+    if not loc and not found.part.flow and value and isinstance(value, (Mapping, list, tuple)):
+        return found.edits(
+            cst_edits.inserted_block(found.layout, found.part, text_of(key, quote), _lines_of(value))
+        )
+    place = names.index(after) if after in names else -1
+    written = f"{text_of(key, quote)}: {literal(value, quote if found.part.flow else '')}"  # JSON stays JSON
+    return found.edits(cst_edits.inserted(found.layout, found.part, written, place))
+
+
+def append_item(source: Source, loc: Loc, value: Any) -> Edits:
+    """Returns the edit that appends an item to the list at ``loc``."""
+    found = _find(source, loc)
+    if found is None:
+        return ()
+    if found.part.empty:
+        return replace_value(source, loc, [value])
+    if found.part.kind != "sequence":
+        return ()
+    last = found.part.entries[-1].value.style if found.part.entries else ""
+    written = literal(value, last if last in _QUOTES else "")
+    written = written if found.part.flow else f"- {written}"
+    return found.edits(cst_edits.inserted(found.layout, found.part, written))
+
+
+def remove(source: Source, loc: Loc) -> Edits:
+    """Returns the edit that removes a key with its value, or an item, with the comment on its line."""
+    found = _find(source, loc)
+    if found is None or found.holder is None:
+        return ()
+    return found.edits(cst_edits.removed(found.layout, found.holder, found.number))
+
+
+def apply(text: str, edits: Iterable[Edit]) -> str:
+    """Applies ``edits`` to ``text``, whose spans they have. Raises ValueError if two of them overlap."""
+    lines = line_starts(text)
+    done, pieces = 0, []
+    for edit in sorted(edits, key=lambda edit: edit.span):
+        start = lines[edit.span.line - 1] + edit.span.column - 1
+        if start < done:
+            raise ValueError("two edits overlap")
+        pieces += [text[done:start], edit.text]
+        done = lines[edit.span.end_line - 1] + edit.span.end_column - 1
+    return "".join([*pieces, text[done:]])
+
+
+class _Place(NamedTuple):
+    """A value in a file, with its collection and its index in it."""
+
+    node: yaml.Node
+    file: str
+    layout: Layout
+    part: Part
+    holder: Part | None
+    number: int
+
+    def edits(self, strokes: cst_edits.Strokes) -> Edits:
+        return tuple(Edit(self._span(start, end), written) for start, end, written in strokes)
+
+    def _span(self, start: int, end: int) -> Span:
+        lines, first, last = self.layout.lines, self.layout.line(start), self.layout.line(end)
+        return Span(self.file, first + 1, start - lines[first] + 1, last + 1, end - lines[last] + 1)
+
+
+def _find(source: Source, loc: Loc) -> _Place | None:
+    """Returns the place of ``loc`` if the text holds it exactly once, without aliases and ranges."""
+    key, node = None, source.root
+    place = _place(source, None, node)
+    for step in loc:
+        pair = source.child(node, step)
+        if place is None or pair is None or _is_one_of_a_range(node, step):
+            return None
+        key, node = pair
+        place = _place(source, key, node)
+    return place
+
+
+def _is_one_of_a_range(holder: yaml.Node | None, step: str | int) -> bool:
+    """True if an item of a list comes from a range together with its neighbours."""
+    if not isinstance(holder, yaml.SequenceNode) or not isinstance(step, int):
+        return False
+    around = [item.start_mark for item in holder.value[max(0, step - 1) : step + 2]]
+    return len({(mark.name, mark.index) for mark in around}) < len(around)
+
+
+def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Place | None:
+    if node is None:
+        return None
+    file = node.start_mark.name
+    if any(len(source.texts[one.start_mark.name]) > MAX_FIXABLE for one in (key, node) if one is not None):
+        return None
+    found = layout(source.texts[file])
+    kind = _KINDS[type(node)]
+    part = found.parts.get((node.start_mark.index, kind))
+    if part is None or part.anchor in found.aliased or (part.flow and found.text[part.start] not in "[{"):
+        return None
+    if kind == "scalar" and part.value != node.value:
+        return None  # it is written once for several entries
+    if key is None:
+        return _Place(node, file, found, part, None, 0)
+    beside = layout(source.texts[key.start_mark.name])
+    held = (beside.items if key is node else beside.keys).get(key.start_mark.index)
+    if held is None:
+        return None
+    holder, number = held
+    name = holder.entries[number].key
+    if name is not None and name.value != key.value:
+        return None
+    return _Place(node, file, found, part, holder if beside is found else None, number)
+
+
+def _lines_of(value: Any) -> list[str]:
+    """Returns a collection as lines of block style, one per entry."""
+    if isinstance(value, Mapping):
+        return [f"{text_of(str(key))}: {literal(one)}" for key, one in value.items()]
+    return [f"- {literal(one)}" for one in value]

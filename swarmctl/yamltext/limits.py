@@ -1,0 +1,47 @@
+"""Limits on the size of a spec: they bound what hostile or broken input can cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+MAX_BYTES = 4 << 20
+"""Bytes of all files together. 10 000 robots are 2.5 MB; wide characters take four times the memory."""
+
+MAX_NODES = 232_000
+"""Keys, values, lists and mappings of all files together. 10 000 robots on 2 000 hosts are 230 000; with as
+many that are all wrong, a check stays below 200 MB."""
+
+MAX_DEPTH = 64
+"""Nested lists and mappings. A spec needs seven. libyaml composes recursively, on its stack."""
+
+MAX_REPEATED = 100_000
+"""Values that aliases may add to those in the text: nine lists of nine aliases are 3 * 10^8."""
+
+MAX_NUMBER = 100
+"""Characters of a number. Python converts thousands of digits slowly, and no quantity needs them."""
+
+MAX_FINDINGS = 1_000
+"""Findings per pass over one spec. Each takes a kilobyte, and more are not readable."""
+
+MAX_FIXABLE = 200_000
+"""Characters of a file that fixes are computed for, token by token. Programs write larger ones."""
+
+MAX_FILES = 1_000
+"""Files of one spec, so that each robot of a large swarm may have its own."""
+
+MAX_CHAIN = 16
+"""Depth of nested includes."""
+
+
+SourceTexts: TypeAlias = dict[str, str]
+
+
+@dataclass
+class LoadBudget:
+    """What is left of the limits while the files of one spec are read, and their texts by file name."""
+
+    bytes: int = MAX_BYTES
+    nodes: int = MAX_NODES
+    files: int = MAX_FILES
+    texts: SourceTexts = field(default_factory=dict)

@@ -1,0 +1,150 @@
+"""YAML syntax errors in plain words: where, why, and how to fix it."""
+
+from __future__ import annotations
+
+import re
+
+import yaml
+
+from swarmctl.diagnostics import Diagnostic, Note, Span
+
+
+def at(mark: yaml.Mark) -> Span:
+    """Returns the span of the one character at a mark."""
+    return Span(mark.name, mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
+
+
+_NO_COLON = ("this key has no colon", "write it like `name: lab`")
+
+# A part of libyaml's message, our message, and our help.
+_MESSAGES = (
+    ("expected ',' or '}'", "this bracket is not closed, or a comma is missing in it", "close it with `}`"),
+    ("expected ',' or ']'", "this bracket is not closed, or a comma is missing in it", "close it with `]`"),
+    (
+        "unexpected end of stream",
+        "this quote is not closed",
+        "close it, or double it where it belongs to the text",
+    ),
+    (
+        "mapping values are not allowed",
+        "a second `:` is not allowed here",
+        "indent the keys of one block alike; put text with a colon and a space in quotes",
+    ),
+    (
+        "expected key",
+        "this line does not belong to any block above it",
+        "keys of one block start in the same column",
+    ),
+    (
+        "expected '-' indicator",
+        "this is not an entry of the list above it",
+        "entries of one list start with `- ` in one column",
+    ),
+    ("could not find expected ':'", *_NO_COLON),
+    ("another document", "a second document begins here", "a spec is one document; remove the line `---`"),
+    (
+        "undefined alias",
+        "this alias has no anchor",
+        "put text that starts with `*` in quotes",
+    ),
+    ("duplicate anchor", "this anchor is set twice", "give each anchor a different name"),
+    (
+        "unknown escape character",
+        "this is not a valid escape",
+        "use single quotes for text with backslashes",
+    ),
+)
+_OPENED = (
+    "expected ',' or",
+    "unexpected end of stream",
+    "could not find expected ':'",
+)  # where it was opened is more useful than where its end was expected
+
+_WORD_END = re.compile(r"[^\s,{}\[\]\"']*[^\s,:{}\[\]\"']$")
+_WORD_ALONE = re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+)[ \t]*")
+_BRACKET = re.compile(r"\[[0-9][0-9,*-]*\][^\s,:{}\[\]]*")
+
+
+def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnostic:
+    """Returns YAML001 with the position and the fix of an error of libyaml."""
+    mark, place = error.problem_mark or error.context_mark, error.context_mark
+    problem = " ".join((error.problem or error.context or "invalid syntax").split())
+    if mark is None:
+        return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
+    if word := _range_around(text, mark.index):
+        return Diagnostic("YAML001", "a range needs quotes here", at(mark), help=(f'write "{word}"',))
+    if "mapping values are not allowed" in problem and (key := _key_above(text, mark)):
+        return Diagnostic("YAML001", _NO_COLON[0], key, help=(_NO_COLON[1],))
+    message, fix = f"this is not YAML: {problem}", ""
+    for words, plain, help_ in _MESSAGES:
+        if words in problem:
+            message, fix = plain, help_
+    if problem.startswith(("found character that cannot start", "found a tab")):
+        message, fix = _odd_character(text, mark)
+    notes: tuple[Note, ...] = ()
+    if place is not None and place.line != mark.line and any(words in problem for words in _OPENED):
+        if mark.index < len(text.rstrip()) and problem != "could not find expected ':'":
+            notes = (Note(at(mark), "the end was expected before this"),)
+        mark = place
+    elif place is not None and "anchor" in problem:
+        notes = (Note(at(place), "first here"),)
+    return Diagnostic("YAML001", message, at(mark), notes=notes, help=(fix,) if fix else ())
+
+
+def _key_above(text: str, mark: yaml.Mark) -> Span | None:
+    """Returns the position of a lone word on the line before a block: a key without its colon."""
+    before = re.split("\r\n|[\r\n]", text[: mark.index])[: mark.line]
+    while before and not before[-1].strip():
+        before.pop()
+    word = _WORD_ALONE.fullmatch(before[-1]) if before else None
+    if word is None:
+        return None
+    return Span(mark.name, len(before), word.start("word") + 1, len(before), word.end("word") + 1)
+
+
+def _range_around(text: str, index: int) -> str:
+    """Returns the range like ``pi-[1-5]`` whose bracket is at ``index``: YAML splits it within brackets."""
+    head, found = _WORD_END.search(text[max(0, index - 80) : index]), _BRACKET.match(text[index : index + 80])
+    return head[0] + found[0] if head and found else ""
+
+
+def _odd_character(text: str, mark: yaml.Mark) -> tuple[str, str]:
+    char = text[mark.index : mark.index + 1]
+    if char == "\t":
+        return "a tab cannot indent YAML", "indent with spaces"
+    return f"text cannot start with `{char}`", "put the text in quotes"
+
+
+def forbidden_character(text: str, index: int, name: str) -> Diagnostic:
+    """Returns the error for a character that YAML forbids, or that is unsafe to display."""
+    before = text[:index].splitlines() or [""]
+    if text[:index].endswith(("\n", "\r")):
+        before.append("")
+    line, column = len(before), len(before[-1]) + 1
+    span = Span(name, line, column, line, column + 1)
+    char = text[index]
+    if char in DIRECTIONS:
+        return turned_text(char, span)
+    if char in "\x85\u2028\u2029":
+        message = f"the character U+{ord(char):04X} ends a line for some programs and not for others"
+        return Diagnostic("YAML001", message, span, help=("replace it with a plain line break",))
+    return Diagnostic(
+        "YAML001",
+        f"the character U+{ord(char):04X} is not allowed in YAML",
+        span,
+        help=("remove it; it may come from copied text",),
+    )
+
+
+DIRECTIONS = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+def turned_text(char: str, span: Span) -> Diagnostic:
+    """YAML013: people would read something else than programs (Unicode UTS 55, CVE-2021-42574)."""
+    return Diagnostic(
+        "YAML013",
+        f"the character U+{ord(char):04X} changes the direction of displayed text",
+        span,
+        label="people read something else than programs here",
+        help=("remove it; right-to-left text needs none of these characters",),
+    )

@@ -1,0 +1,24 @@
+"""Errors of the agent: a kind that swarmctl handles, a message, and a hint."""
+
+from __future__ import annotations
+
+
+class RefusedError(Exception):
+    """The request cannot be met; nothing, or nothing that was not undone, has changed."""
+
+    kind = "refused"
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+class FailedError(RefusedError):
+    """The agent tried and could not."""
+
+    kind = "failed"
+
+
+class OperatorGoneError(Exception):
+    """The operator has disconnected before anything was changed."""

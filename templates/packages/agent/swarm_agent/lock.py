@@ -1,0 +1,94 @@
+"""One writer a swarm: a lock that the kernel frees when its holder dies, however it dies."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, ContextManager, Iterator
+
+from .errors import RefusedError
+from .release_store import Home, unwritable
+
+if TYPE_CHECKING:
+    from .messages import Locking
+
+
+def _path(home: Home) -> str:
+    return home.state + "/lock"
+
+
+def held_for(home: Home, request: Locking) -> ContextManager[None]:
+    """Hold the lock for the operator of ``request``, who waits for it as long as they want, at most 60 s."""
+    return held(home, operator_in(request), min(float(request.get("wait", 2)), 60))
+
+
+def operator_in(request: Locking) -> str:
+    return str(request.get("who", ""))[:200]
+
+
+@contextmanager
+def held(home: Home, who: str, patience: float) -> Iterator[None]:
+    """Hold the lock, after waiting for at most ``patience`` seconds."""
+    end = time.monotonic() + patience
+    while True:
+        descriptor = _open(home)
+        try:
+            if _taken(descriptor, home):
+                os.ftruncate(descriptor, 0)
+                os.pwrite(descriptor, json.dumps({"who": who, "pid": os.getpid()}).encode("utf-8"), 0)
+                yield
+                return
+            other = _name(os.pread(descriptor, 4096, 0))
+        finally:
+            os.close(descriptor)
+        if time.monotonic() >= end:
+            raise RefusedError(
+                f"locked by {other}", "wait until that deploy has ended, then run the same command again"
+            )
+        time.sleep(0.1)
+
+
+def _open(home: Home) -> int:
+    try:
+        home.prepare()
+        return os.open(_path(home), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    except OSError as error:
+        raise unwritable(home, error) from error
+
+
+def _taken(descriptor: int, home: Home) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    # The folder may have been removed, and the lock with it, between opening and locking.
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(_path(home)))
+    except FileNotFoundError:
+        return False
+
+
+def holder(home: Home) -> str | None:
+    """Who holds the lock now, or None."""
+    try:
+        descriptor = os.open(_path(home), os.O_RDONLY | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return None
+    except BlockingIOError:
+        return _name(os.pread(descriptor, 4096, 0))
+    finally:
+        os.close(descriptor)
+
+
+def _name(content: bytes) -> str:
+    try:
+        value = json.loads(content.decode("utf-8"))
+        return "{} (process {})".format(value["who"], value["pid"])
+    except (ValueError, LookupError, TypeError):
+        return "another deploy"

@@ -1,0 +1,20 @@
+"""Where a swarm is on a host, and which daemon reads what. Shared by the agent and swarmctl."""
+
+from __future__ import annotations
+
+#: Each swarm has a folder here, and the agent its own (loader.py).
+ROOT = "/opt/swarm"
+AGENT_FOLDER = ROOT + "/.agent"
+
+LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d", "/etc/NetworkManager/conf.d")
+BLOCK_FILES = ("/etc/hosts", "/etc/chrony/chrony.conf")
+#: Of programs that a host may lack: without that folder or file nothing is written there, nor reported.
+OF_PROGRAMS = ("/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf")
+
+#: Which daemon reads the files below a folder.
+READERS = {
+    "systemd": "/etc/systemd/",
+    "udev": "/etc/udev/",
+    "chrony": "/etc/chrony/",
+    "NetworkManager": "/etc/NetworkManager/",
+}

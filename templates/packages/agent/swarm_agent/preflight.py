@@ -1,0 +1,75 @@
+"""What a host's preparation finds here: programs beside ROS, the clock, wireless interfaces."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from typing import TYPE_CHECKING, Callable, Iterable, Literal
+
+if TYPE_CHECKING:
+    from .messages import Prepared
+
+_FOLDERS = ("/usr/sbin", "/usr/bin", "/sbin", "/bin")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
+_CAP_SYS_TIME = 1 << 25  # linux/capability.h
+_TIME_ERROR = 5  # adjtimex(2): the clock is not synchronised
+
+Outside = Callable[[str], str]
+
+
+def found(wants: Iterable[str], outside: Outside) -> dict[str, str | None]:
+    """Where each wanted program lies; whoever logs in may have no `sbin` in the search path."""
+    names = [name for name in wants if isinstance(name, str) and _NAME.fullmatch(name)]
+    return {name: _program(name, outside) for name in names}
+
+
+def standing(has: dict[str, str | None], outside: Outside) -> Prepared:
+    """How things stand that the programs in ``has`` look after."""
+    states: Prepared = {}
+    if "chronyd" in has:
+        states["clock"] = _clock()
+    if "iw" in has:
+        states["power_save"] = {name: _power_save(has["iw"], name) for name in _wireless(outside)}
+    return states
+
+
+def _program(name: str, outside: Outside) -> str | None:
+    places = (f"{folder}/{name}" for folder in _FOLDERS)
+    return next((place for place in places if os.access(outside(place), os.X_OK)), None)
+
+
+def _clock() -> Literal["follows", "alone", "borrowed"]:
+    """``follows`` another clock, goes ``alone``, or is ``borrowed``: a container's, which it cannot set."""
+    with open("/proc/self/status", encoding="ascii", errors="replace") as file:
+        lines = dict(line.split(":", 1) for line in file if ":" in line)
+    if not int(lines["CapEff"], 16) & _CAP_SYS_TIME:
+        return "borrowed"
+    import ctypes  # noqa: PLC0415  (takes long to load, and few need it)
+
+    # The state is what the call returns; the struct, which differs between machines, is not looked into.
+    state = ctypes.CDLL(None).adjtimex(ctypes.create_string_buffer(512))
+    return "alone" if state == _TIME_ERROR else "follows"
+
+
+def _wireless(outside: Outside) -> list[str]:
+    """The wireless interfaces: those with a radio behind them."""
+    folder = outside("/sys/class/net")
+    try:
+        names = sorted(os.listdir(folder))
+    except FileNotFoundError:
+        return []
+    return [name for name in names if os.path.exists(f"{folder}/{name}/phy80211")]
+
+
+def _power_save(iw: str | None, interface: str) -> str:
+    """``on``, ``off``, or empty if it cannot be read."""
+    if iw is None:
+        return ""
+    command = [iw, "dev", interface, "get", "power_save"]
+    try:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=3, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    match = re.search(rb"Power save: (on|off)", done.stdout)
+    return match.group(1).decode("ascii") if match else ""

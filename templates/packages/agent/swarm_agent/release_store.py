@@ -1,0 +1,128 @@
+"""The swarm's folder on the host: where releases, state and staging are, and which release is current."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import files
+from .errors import RefusedError
+from .manifest import EMPTY, NAME, Manifest, parse, swarm_name
+from .paths import ROOT
+
+if TYPE_CHECKING:
+    from .messages import FileDrift
+
+
+class Home(NamedTuple):
+    """``prefix`` stands before every path on the host; it is empty but in tests."""
+
+    swarm: str
+    prefix: str = ""
+
+    @property
+    def path(self) -> str:
+        return f"{self.prefix}{ROOT}/{self.swarm}"
+
+    @property
+    def staging(self) -> str:
+        return self.path + "/staging"
+
+    @property
+    def state(self) -> str:
+        return self.path + "/state"
+
+    @property
+    def record_file(self) -> str:
+        return self.state + "/transaction.json"
+
+    @property
+    def current_link(self) -> str:
+        return self.path + "/current"
+
+    def release(self, digest: str) -> str:
+        return f"{self.path}/releases/{digest}"
+
+    def outside(self, path: str) -> str:
+        """Where an absolute path of a manifest is."""
+        return self.prefix + path
+
+    def through_current(self, relative: str) -> str:
+        """What a link to a file of the current release says."""
+        return f"{ROOT}/{self.swarm}/current/{relative}"
+
+    def prepare(self) -> None:
+        for folder in (self.path, self.path + "/releases", self.staging, self.state):
+            os.makedirs(folder, 0o755, exist_ok=True)
+
+    def current(self) -> str | None:
+        """The digest of the current release, or None."""
+        target = files.pointed(self.current_link)
+        return None if target is None else os.path.basename(target)
+
+    def releases(self) -> list[str]:
+        try:
+            return sorted(os.listdir(self.path + "/releases"))
+        except FileNotFoundError:
+            return []
+
+    def manifest(self, digest: str | None) -> Manifest:
+        """The manifest of a release that is here; no release has an empty one."""
+        if digest is None:
+            return EMPTY
+        content = files.read(f"{self.release(digest)}/{NAME}")
+        if content is None:
+            raise RefusedError(f"release {digest} has no manifest", "deploy again")
+        return parse(content, digest)
+
+    def known_manifest(self, digest: str | None) -> Manifest | None:
+        """The same, or None if it is missing or damaged."""
+        try:
+            return self.manifest(digest)
+        except (RefusedError, ValueError, LookupError, TypeError):
+            return None
+
+    def deviations(self, digest: str, manifest: Manifest) -> dict[str, FileDrift]:
+        """How the release on disk differs from its manifest: ``changed``, ``missing``, ``extra`` by path."""
+        root = self.release(digest)
+        found: dict[str, FileDrift] = {}
+        for path, entry in manifest.files.items():
+            state = _file_state(os.path.join(root, path), entry.sha256, entry.mode)
+            if state:
+                found[path] = state
+        for path in files.walk(root):
+            if path not in manifest.files and path != NAME:
+                found[path] = "extra"
+        return found
+
+    def record(self) -> dict[str, Any]:
+        """The last transaction, or an empty dict."""
+        record = files.read_json(self.record_file)
+        return record if isinstance(record, dict) else {}
+
+    def clean_staging(self) -> None:
+        for name in os.listdir(self.staging):
+            shutil.rmtree(os.path.join(self.staging, name), ignore_errors=True)
+
+
+def home_of(swarm: Any) -> Home:
+    """The folder of the swarm that a request names; the name is checked."""
+    return Home(swarm_name(swarm), os.environ.get("SWARM_PREFIX", ""))
+
+
+def unwritable(home: Home, error: OSError) -> RefusedError:
+    """The refusal of a disk that takes nothing."""
+    return RefusedError(
+        f"{home.path} cannot be written: {error.strerror}", "is the file system read-only, or full?"
+    )
+
+
+def _file_state(path: str, sha256: str, mode: int) -> FileDrift | None:
+    if os.path.islink(path):
+        return "changed"
+    content = files.read(path)
+    if content is None:
+        return "missing"
+    same = files.digest_of(content) == sha256 and os.stat(path).st_mode & 0o7777 == mode
+    return None if same else "changed"

@@ -1,0 +1,140 @@
+"""From an uploaded archive to a complete release under its own name, or to nothing at all."""
+
+from __future__ import annotations
+
+import ctypes
+import io
+import os
+import shutil
+import tarfile
+import zlib
+
+from . import files
+from .errors import RefusedError
+from .failpoint import passed
+from .manifest import NAME, Manifest, parse
+from .release_store import Home
+
+_LONGEST_MANIFEST = 4 << 20
+_MARGIN = 1 << 20  # bytes for state, links and blocks
+_BLOCK = 4096
+# Every file of every release carries this date: systemd takes a unit whose date changes for one that changed.
+_DATE = 946684800  # 2000-01-01 00:00 UTC
+
+
+def unpack(payload: bytes, digest: str) -> tuple[Manifest, bytes, dict[str, bytes]]:
+    """The manifest, its bytes, and the files: exactly those it names, as it names them."""
+    try:
+        with tarfile.open(fileobj=io.BytesIO(payload), mode="r|gz") as archive:
+            return _unpack(archive, digest)
+    except (tarfile.TarError, EOFError, OSError, zlib.error) as error:
+        raise RefusedError(
+            f"the uploaded archive is damaged: {error}", "run the same command again"
+        ) from error
+
+
+def _unpack(archive: tarfile.TarFile, digest: str) -> tuple[Manifest, bytes, dict[str, bytes]]:
+    members = iter(archive)
+    first = next(members, None)
+    if first is None or first.name != NAME or not first.isreg() or first.size > _LONGEST_MANIFEST:
+        raise RefusedError("the uploaded archive does not begin with its manifest")
+    content = _content(archive, first)
+    manifest = parse(content, digest)
+    found: dict[str, bytes] = {}
+    for member in members:
+        entry = manifest.files.get(member.name)
+        if entry is None or member.name in found or not member.isreg() or member.size != entry.size:
+            raise RefusedError(f"the uploaded archive contains {member.name!r}, which its manifest does not")
+        found[member.name] = _content(archive, member)
+        if files.digest_of(found[member.name]) != entry.sha256:
+            raise RefusedError(f"{member.name} was damaged on its way", "run the same command again")
+    missing = sorted(set(manifest.files) - set(found))
+    if missing:
+        raise RefusedError("the uploaded archive lacks {}".format(", ".join(missing)))
+    return manifest, content, found
+
+
+def _content(archive: tarfile.TarFile, member: tarfile.TarInfo) -> bytes:
+    stream = archive.extractfile(member)
+    return b"" if stream is None else stream.read()
+
+
+def check_space(home: Home, manifest: Manifest) -> None:
+    """Refuse before anything is written if the disk is full, or read-only."""
+    space = os.statvfs(home.path)
+    wanted = _MARGIN + sum(entry.size + _BLOCK for entry in manifest.files.values())
+    free = space.f_bavail * space.f_frsize
+    if free < wanted:
+        raise RefusedError(
+            f"the disk is full: {free // 1024} KiB free, {wanted // 1024} KiB needed",
+            "free space on the file system of /opt",
+        )
+    if space.f_files and space.f_favail < 2 * len(manifest.files) + 64:
+        raise RefusedError(
+            f"the disk has no inodes left ({space.f_favail})", "remove files from its file system"
+        )
+
+
+def stage(home: Home, txid: str, manifest: Manifest, content: bytes, found: dict[str, bytes]) -> str:
+    """Write the release to a folder of its own, all of it on the disk. Returns that folder."""
+    folder = os.path.join(home.staging, txid)
+    os.mkdir(folder, 0o755)
+    for path, entry in manifest.files.items():
+        place = os.path.join(folder, path)
+        os.makedirs(os.path.dirname(place), 0o755, exist_ok=True)
+        files.write_new(place, found[path], entry.mode)
+        os.utime(place, (_DATE, _DATE))
+    files.write_new(os.path.join(folder, NAME), content, 0o644)
+    passed("stage")
+    _sync_disk(folder)
+    passed("sync")
+    return folder
+
+
+def _sync_disk(folder: str) -> None:
+    """Bring all of the file system that ``folder`` is on to the disk.
+
+    The disk is waited for once then, and not once for each file, which takes seconds on a memory card.
+    """
+    library = ctypes.CDLL(None, use_errno=True)
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        if library.syncfs(descriptor) != 0:
+            number = ctypes.get_errno()
+            raise OSError(number, os.strerror(number), folder)
+    finally:
+        os.close(descriptor)
+
+
+def verify(folder: str, manifest: Manifest) -> None:
+    """Read every file back and compare it with the manifest."""
+    for path, entry in manifest.files.items():
+        if files.digest_of(files.read(os.path.join(folder, path)) or b"") != entry.sha256:
+            raise RefusedError(f"{path} did not reach the disk as it was sent", "the disk may be failing")
+    passed("verify")
+
+
+def publish(home: Home, folder: str, digest: str, manifest: Manifest) -> None:
+    """Give the staged folder its name. A damaged release of that name is repaired file by file."""
+    release = home.release(digest)
+    if os.path.isdir(release):
+        _repair(home, folder, digest, manifest)
+        shutil.rmtree(folder)
+    else:
+        os.rename(folder, release)
+        files.sync(os.path.dirname(release))
+    passed("publish")
+
+
+def _repair(home: Home, folder: str, digest: str, manifest: Manifest) -> None:
+    release = home.release(digest)
+    for path, state in home.deviations(digest, manifest).items():
+        place = os.path.join(release, path)
+        if state == "extra":
+            files.remove(place)
+        else:
+            os.makedirs(os.path.dirname(place), 0o755, exist_ok=True)
+            os.rename(os.path.join(folder, path), place)
+        files.sync(os.path.dirname(place))
+    os.rename(os.path.join(folder, NAME), os.path.join(release, NAME))
+    files.sync(release)

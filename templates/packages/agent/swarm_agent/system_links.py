@@ -1,0 +1,148 @@
+"""Where a release shows outside its folder: links through ``current``, and blocks in files of others.
+
+What belongs to a swarm is known by itself, without a record: a link by where it leads, a block by its
+markers. So whatever an interrupted deploy left behind is found and put right by the next.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from typing import TYPE_CHECKING, Iterator
+
+from . import blocks, files
+from .errors import FailedError, RefusedError
+from .manifest import Manifest
+from .paths import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS
+from .release_store import Home
+
+if TYPE_CHECKING:
+    from .messages import BlockDrift, LinkDrift
+
+_WITH_LINKS = (".wants", ".requires", ".d")
+
+
+def absent(home: Home) -> list[str]:
+    """The places of programs that this host does not have."""
+    return [place for place in OF_PROGRAMS if not os.path.exists(home.outside(place))]
+
+
+def _our_links(home: Home) -> Iterator[str]:
+    """Every link on the host that leads into this swarm's current release."""
+    ours = home.through_current("")
+    for folder in LINK_FOLDERS:
+        for path in _entries(home, folder):
+            if (files.pointed(home.outside(path)) or "").startswith(ours):
+                yield path
+
+
+def _entries(home: Home, folder: str) -> Iterator[str]:
+    try:
+        names = sorted(os.listdir(home.outside(folder)))
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    for name in names:
+        path = f"{folder}/{name}"
+        yield path
+        if name.endswith(_WITH_LINKS) and not os.path.islink(home.outside(path)):
+            yield from _entries(home, path)
+
+
+def _link_state(home: Home, path: str, source: str) -> LinkDrift | None:
+    place = home.outside(path)
+    target = files.pointed(place)
+    if target == home.through_current(source):
+        return None
+    if not os.path.lexists(place):
+        return "missing"
+    ours = target is not None and target.startswith(home.through_current(""))
+    return "changed" if ours else "foreign"
+
+
+def link_deviations(home: Home, wanted: dict[str, str]) -> dict[str, LinkDrift]:
+    """``missing``, ``changed``, ``foreign`` (in the way, not ours) or ``extra``, by path."""
+    nowhere = absent(home)
+    found: dict[str, LinkDrift] = {}
+    for path, source in wanted.items():
+        state = None if os.path.dirname(path) in nowhere else _link_state(home, path, source)
+        if state:
+            found[path] = state
+    found.update((path, "extra") for path in _our_links(home) if path not in wanted)
+    return found
+
+
+def block_texts(home: Home) -> dict[str, bytes | None]:
+    """The text of our block in each file that may have one."""
+    contents = {path: files.read(home.outside(path)) or b"" for path in BLOCK_FILES}
+    return {path: blocks.text_in(content, home.swarm) for path, content in contents.items()}
+
+
+def block_deviations(home: Home, digest: str | None, manifest: Manifest) -> dict[str, BlockDrift]:
+    """``missing``, ``changed``, ``broken`` (markers lost) or ``extra``, by path."""
+    found: dict[str, BlockDrift] = {}
+    for path, wanted in _wanted_blocks(home, digest, manifest):
+        try:
+            present = blocks.text_in(files.read(home.outside(path)) or b"", home.swarm)
+        except RefusedError:
+            found[path] = "broken"
+            continue
+        if present != wanted:
+            found[path] = "extra" if wanted is None else "missing" if present is None else "changed"
+    return found
+
+
+def _wanted_blocks(home: Home, digest: str | None, manifest: Manifest) -> Iterator[tuple[str, bytes | None]]:
+    nowhere = absent(home)
+    for path in BLOCK_FILES:
+        if path in manifest.blocks and digest is not None and path not in nowhere:
+            text = files.read(f"{home.release(digest)}/{manifest.blocks[path]}") or b""
+            yield path, text if not text or text.endswith(b"\n") else text + b"\n"
+        else:
+            yield path, None
+
+
+def check(home: Home, manifest: Manifest) -> None:
+    """Refuse if something of others is where a link of ours must be, or a block is broken."""
+    for path, state in link_deviations(home, manifest.links).items():
+        if state == "foreign":
+            raise RefusedError(
+                f"{path} exists and does not belong to swarm {home.swarm}",
+                "move it away, or rename the swarm",
+            )
+    block_texts(home)
+
+
+def put_links(home: Home, manifest: Manifest) -> list[str]:
+    """Make the links be those of ``manifest``; the paths that changed."""
+    deviations = link_deviations(home, manifest.links)
+    for path, state in deviations.items():
+        place = home.outside(path)
+        folder = os.path.dirname(place)
+        if state == "foreign":
+            raise FailedError(f"{path} appeared and does not belong to swarm {home.swarm}")
+        if state == "extra":
+            files.remove(place)
+            files.sync(folder)
+            if folder.endswith(_WITH_LINKS) and os.path.dirname(path) not in LINK_FOLDERS:
+                with suppress(OSError):
+                    os.rmdir(folder)
+        else:
+            os.makedirs(folder, 0o755, exist_ok=True)
+            files.point(place, home.through_current(manifest.links[path]))
+    return list(deviations)
+
+
+def put_blocks(home: Home, digest: str | None, manifest: Manifest) -> list[str]:
+    """Make the blocks be those of the release; the paths that changed."""
+    changed = []
+    for path, text in _wanted_blocks(home, digest, manifest):
+        place = os.path.realpath(home.outside(path))
+        original = files.read(place)
+        before = original or b""
+        after = (
+            blocks.without(before, home.swarm) if text is None else blocks.having(before, home.swarm, text)
+        )
+        if after != before:
+            files.replace(place, after, None if original is None else os.stat(place))
+            changed.append(path)
+    return changed

@@ -1,0 +1,1 @@
+"""The requests that a host answers: one module per verb."""

@@ -1,0 +1,36 @@
+"""``apply``: bring the host to another release."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from swarm_agent import lock, systemd, transaction
+from swarm_agent.errors import RefusedError
+from swarm_agent.failpoint import passed
+from swarm_agent.manifest import release_name, unit_names
+from swarm_agent.paths import READERS
+from swarm_agent.release_store import home_of
+from swarm_agent.rpc import Report
+
+if TYPE_CHECKING:
+    from swarm_agent.messages import ApplyAnswer, ApplyRequest
+
+
+def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer:
+    home = home_of(request["swarm"])
+    base = request.get("base")
+    change = transaction.Change(
+        txid=release_name(request["txid"]),
+        who=lock.operator_in(request),
+        base=None if base is None else release_name(base),
+        next=release_name(request["next"]),
+        stop=unit_names(request.get("stop", [])),
+        start=unit_names(request.get("start", [])),
+        restart=unit_names(request.get("restart", [])),
+        reload=[name for name in request.get("reload", []) if name in READERS],
+    )
+    if not systemd.present(home):
+        raise RefusedError("this host does not run systemd", "swarmctl needs a host that boots with systemd")
+    with lock.held_for(home, request):
+        passed("lock")
+        return transaction.run(home, change, payload, report)

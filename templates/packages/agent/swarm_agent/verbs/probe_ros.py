@@ -1,0 +1,195 @@
+"""Reads the state of a ROS 1 graph without joining it: nothing is registered, so nothing is left behind.
+
+Topics are TCPROS (wiki.ros.org/ROS/TCPROS). Waits and answers are bounded, each failure is a ``PeerError``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+import time
+import xmlrpc.client
+from typing import Any
+
+from swarm_common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
+
+CALLER = "/swarmctl_probe"
+CALL_SECONDS = 2.0
+_LARGEST_REPLY = 16 << 20  # the system state of some thousand robots
+_LARGEST_HEADER = 64 << 10
+_LARGEST_FLOW = 32 << 20  # bytes of one topic in one measurement
+_LARGEST_KEPT = 64 << 10  # of one message
+
+
+async def call(uri: str, method: str, *arguments: Any, seconds: float = CALL_SECONDS) -> Any:
+    """The value that a master or a node returns for ``method``. Raises ``PeerError``."""
+    body = xmlrpc.client.dumps((CALLER, *arguments), method).encode("utf-8")
+    return _value_in(await bounded(seconds, post(uri, body, Names(), _LARGEST_REPLY)))
+
+
+def _value_in(reply: bytes) -> Any:
+    """The third part of the ``[code, message, value]`` in an XML-RPC reply."""
+    try:
+        ((code, message, value),) = loads(reply)[0]
+    except xmlrpc.client.Fault as fault:
+        raise PeerError(f"it refused: {clipped(fault.faultString)}") from None
+    except (TypeError, ValueError):
+        raise NonsenseError("the answer is not that of a ROS node") from None
+    if code != 1:
+        raise PeerError(clipped(message))
+    return value
+
+
+async def _connect(host: str, port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    return await asyncio.open_connection(await Names().address_of(host), port, limit=PIECE)
+
+
+class Flow:
+    """What came over a topic: how many messages, since when, and the first one if it was wanted."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self.count = 0
+        self.type = ""
+        self.first_body = b""
+        self._first = self._last = 0.0
+
+    def tick(self, now: float) -> None:
+        self._first = self._first if self.count else now
+        self._last = now
+        self.count += 1
+
+    def rate(self, now: float) -> float | None:
+        """Hz, from the intervals between messages, less once the next is overdue; None before the second."""
+        intervals, seen = self.count - 1, self._last - self._first
+        if intervals < 1:
+            return None
+        overdue = max(0.0, now - self._last - seen / intervals)
+        return intervals / max(seen + overdue, 1e-3)
+
+
+async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False) -> None:
+    """Count what the node at ``uri`` publishes on ``topic`` for ``flow.seconds``."""
+    protocol = await call(uri, "requestTopic", topic, [["TCPROS"]])
+    try:
+        name, host, port = protocol
+        host, port = place_of(
+            f"http://{host}:{int(port)}" if ":" not in host else f"http://[{host}]:{int(port)}"
+        )
+    except (TypeError, ValueError):
+        raise PeerError("it does not offer this topic over TCPROS") from None
+    if name != "TCPROS":
+        raise PeerError("it does not offer this topic over TCPROS")
+    reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
+    try:
+        writer.write(_header_of(topic))
+        flow.type = await bounded(CALL_SECONDS, _greeted(reader), "no answer to the connection header")
+        end = time.monotonic() + flow.seconds
+        try:
+            await asyncio.wait_for(_count(reader, flow, end, keep_first), flow.seconds)
+        except asyncio.TimeoutError:
+            pass
+        except (asyncio.IncompleteReadError, OSError):
+            raise PeerError("the publisher closed the connection") from None
+    finally:
+        writer.close()
+
+
+def _header_of(topic: str) -> bytes:
+    fields = (f"callerid={CALLER}", f"topic={topic}", "md5sum=*", "type=*", "tcp_nodelay=1")
+    packed = b"".join(
+        struct.pack("<I", len(field)) + field for field in (text.encode("utf-8") for text in fields)
+    )
+    return struct.pack("<I", len(packed)) + packed
+
+
+async def _greeted(reader: asyncio.StreamReader) -> str:
+    """The type that the publisher names in its header."""
+    size = _number(await reader.readexactly(4))
+    if size > _LARGEST_HEADER:
+        raise PeerError("what answers there does not speak TCPROS")
+    cursor = Cursor(await reader.readexactly(size))
+    fields = {}
+    while not cursor.at_end:
+        name, _, value = cursor.text().partition("=")
+        fields[name] = value
+    if "error" in fields:
+        raise PeerError(f"it refused: {clipped(fields['error'])}")
+    return clipped(fields.get("type", ""))
+
+
+async def _count(reader: asyncio.StreamReader, flow: Flow, end: float, keep_first: bool) -> None:
+    taken = 0
+    while time.monotonic() < end:  # a flood of tiny messages never waits, so the clock is read here too
+        size = _number(await reader.readexactly(4))
+        taken += 4 + size
+        if taken > _LARGEST_FLOW:
+            raise PeerError(f"it sends more than {_LARGEST_FLOW >> 20} MB in {flow.seconds:g} s")
+        wanted = size if keep_first and not flow.count and size <= _LARGEST_KEPT else 0
+        body = await reader.readexactly(wanted)
+        await _skip(reader, size - wanted)
+        flow.tick(time.monotonic())
+        flow.first_body = flow.first_body or body
+
+
+async def _skip(reader: asyncio.StreamReader, size: int) -> None:
+    while size:
+        piece = await reader.readexactly(min(size, PIECE))
+        size -= len(piece)
+
+
+class Cursor:
+    """Reads a ROS 1 serialised message from front to back; ``PeerError`` where it is cut short."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._at = 0
+
+    @property
+    def at_end(self) -> bool:
+        return self._at >= len(self._data)
+
+    def take(self, size: int) -> bytes:
+        piece = self._data[self._at : self._at + size]
+        if len(piece) < size:
+            raise PeerError("a message is cut short")
+        self._at += size
+        return piece
+
+    def number(self) -> int:
+        return _number(self.take(4))
+
+    def text(self) -> str:
+        return self.take(self.number()).decode("utf-8", "replace")
+
+
+def _number(four: bytes) -> int:
+    return int.from_bytes(four, "little")
+
+
+def diagnostics_in(body: bytes) -> list[dict[str, Any]]:
+    """The statuses of a serialised diagnostic_msgs/DiagnosticArray, as far as anyone will read them."""
+    cursor = Cursor(body)
+    cursor.take(12)  # sequence number, stamp
+    cursor.text()  # frame
+    statuses = []
+    for _ in range(cursor.number()):
+        level = cursor.take(1)[0]
+        name, message, hardware = (clipped(cursor.text()) for _ in range(3))
+        pairs = [(clipped(cursor.text(), 40), clipped(cursor.text())) for _ in range(cursor.number())]
+        statuses.append(
+            {
+                "level": level,
+                "name": name,
+                "message": message,
+                "hardware": hardware,
+                "values": dict(pairs[:40]),
+            }
+        )
+    return statuses[:8]
+
+
+def clipped(value: Any, longest: int = 200) -> str:
+    """``value`` as text that fits into an answer."""
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text if len(text) <= longest else text[: longest - 3] + "..."

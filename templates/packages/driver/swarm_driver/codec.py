@@ -1,0 +1,75 @@
+"""How requests and replies are written on one kind of line. Pure: values to bytes, bytes to values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Callable, Protocol, Sequence, Tuple, Union
+
+if TYPE_CHECKING:
+    from swarm_driver.config import Actuator
+
+Number = Union[int, float]
+Values = Tuple[Number, ...]
+
+
+class BadReplyError(Exception):
+    """The robot answered, but refused the request or garbled the reply."""
+
+
+@dataclass(frozen=True)
+class Reply:
+    """A good reply: its numbers, and its text where it has one."""
+
+    values: Values = ()
+    text: str = ""
+
+
+class Reader(Protocol):
+    """Takes the answer to one request as it arrives. ``noise`` counts unsolicited lines."""
+
+    noise: int
+    stray: str  # what an unsolicited line means, as text for people; empty if none arrived
+
+    def feed(self, data: bytes) -> Reply | None:
+        """The reply once ``data`` completes it. Raises ``BadReplyError``."""
+        ...
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is sent, how people call it, and who reads the answer.
+
+    ``answered`` is false where none comes; ``framed`` where an answer shows whose it is; ``urgent`` is what
+    waits for nothing.
+    """
+
+    data: bytes
+    name: str
+    reader: Callable[[], Reader]
+    answered: bool = True
+    framed: bool = True
+    urgent: bool = False
+
+
+class Codec(Protocol):
+    """One kind of line. Every request is ready to be sent as it is."""
+
+    def speed(self, left: int, right: int) -> Request:
+        """Sets both wheel speeds, in the robot's units."""
+        ...
+
+    def query(self, name: str) -> Request:
+        """Asks what the robot type calls ``name``."""
+        ...
+
+    def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
+        """Sets the channel ``index`` of an actuator, or all of them, as its requests are written."""
+        ...
+
+    def setup(self) -> list[Request]:
+        """Prepares the robot for what is asked later."""
+        ...
+
+    def identify(self) -> Request | None:
+        """Asks for the firmware; none where a robot cannot be asked."""
+        ...

@@ -1,0 +1,37 @@
+"""Where the threads of all who send commands meet the authority; only what it admits reaches the mailbox."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Callable, Sequence
+
+from swarm_driver.authority import Authority, Sender, Standing
+from swarm_driver.command_mailbox import CommandMailbox
+
+_LONGEST_NAME = 200
+
+
+class CommandGate:
+    """The one way for commands from other nodes, in whichever thread they come."""
+
+    def __init__(
+        self, authority: Authority, commands: CommandMailbox, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._authority = authority
+        self._commands = commands
+        self._clock = clock
+        self._lock = threading.Lock()
+
+    def give(
+        self, node: str, host: str | None, linear: Sequence[float], angular: Sequence[float], arrived: float
+    ) -> None:
+        """Pass a command on or refuse it; judged and put as one, so that none overtakes a higher one's."""
+        sender = Sender(node[:_LONGEST_NAME], host)
+        with self._lock:
+            if self._authority.admits(sender, self._clock()):
+                self._commands.put(linear, angular, arrived)
+
+    def standing(self) -> Standing:
+        with self._lock:
+            return self._authority.standing(self._clock())

@@ -1,0 +1,132 @@
+"""One request, one reply, over one open port. Every reply is read; what nobody asked for is noise."""
+
+from __future__ import annotations
+
+import math
+import typing
+from typing import Callable, TypeVar
+
+from swarm_driver.codec import BadReplyError, Codec, Reply, Request
+from swarm_driver.report import Tally
+
+T = TypeVar("T")
+
+_QUIET = 0.05  # s without a byte after which a late answer is over; packets by radio come 20 ms apart
+
+
+class NoReplyError(Exception):
+    """The robot did not answer in time."""
+
+
+class LinkLostError(Exception):
+    """The line must be closed, opened again, and begun with a stop."""
+
+
+#: What an exchange can fail of while the port itself is there.
+FAILED_EXCHANGE = (NoReplyError, BadReplyError)
+
+
+class BytePort(typing.Protocol):
+    """What a link needs of a port; ``port.Port`` is one. All but ``close`` may raise ``PortError``."""
+
+    def write(self, data: bytes) -> None: ...
+
+    def read(self, timeout: float) -> bytes: ...
+
+    def drain(self) -> None: ...
+
+    def fileno(self) -> int: ...
+
+    def close(self) -> None: ...
+
+
+class Link:
+    """The conversation with one robot. Exchanges raise what FAILED_EXCHANGE names, or ``PortError``."""
+
+    def __init__(
+        self,
+        port: BytePort,
+        codec: Codec,
+        reply_timeout: float,
+        tally: Tally,
+        clock: Callable[[], float],
+        *,
+        overhear: Callable[[bytes], str] = lambda _: "",
+    ) -> None:
+        self._port = port
+        self.codec = codec
+        self.reply_timeout = reply_timeout
+        self._tally = tally
+        self._clock = clock
+        self._overhear = overhear
+        self._unsettled = False  # an answer that has no frame may still be coming
+        self._answer_due = -math.inf  # until when the last one may
+
+    def set_speed(self, left: int, right: int) -> None:
+        self.ask(self.codec.speed(left, right))
+
+    def ask(self, request: Request, timeout: float = math.inf, wait: float | None = None) -> Reply:
+        """The reply to ``request``, waited for ``timeout`` seconds; never longer than the protocol says.
+
+        ``wait`` is said in its place for an answer that takes a time of its own.
+        """
+        deadline = self._clock() + timeout
+        if not request.urgent:
+            self.settle(timeout)
+        doubtful = self._unsettled  # what is read now may be the answer to the request before
+        self._tally.reported = self._overhear(self._port.read(0.0)) or self._tally.reported
+        self._port.drain()
+        self._port.write(request.data)
+        if not request.answered:
+            return Reply()
+        self._unsettled = doubtful or not request.framed
+        self._answer_due = self._clock() + (self.reply_timeout if wait is None else wait)
+        reply = self._answer(request, min(deadline, self._answer_due))
+        self._unsettled = doubtful
+        return reply
+
+    def settle(self, timeout: float) -> bool:
+        """Let a late answer pass: its bytes would be taken for the next one's. Whether one may have come."""
+        if not self._unsettled:
+            return False
+        now = self._clock()
+        enough = now + self.reply_timeout
+        deadline = min(now + timeout, enough)
+        while (now := self._clock()) < deadline:
+            if not self._port.read(min(_QUIET, deadline - now)) and now >= self._answer_due:
+                break
+        self._unsettled = deadline <= now < enough
+        return True
+
+    def twice(self, exchange: Callable[[], T]) -> T:
+        """The outcome of ``exchange``, given a second chance; then the robot counts as lost."""
+        try:
+            return exchange()
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+        try:
+            return exchange()
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            raise LinkLostError(str(error)) from error
+
+    def send_stop(self) -> None:
+        """Send the stop and wait for no reply: the last thing said on a line that is given up."""
+        self._port.write(self.codec.speed(0, 0).data)
+
+    def close(self) -> None:
+        self._port.close()
+
+    def _answer(self, request: Request, deadline: float) -> Reply:
+        reader = request.reader()
+        try:
+            while True:
+                remaining = deadline - self._clock()
+                if remaining <= 0:
+                    raise NoReplyError(self._tally.reported or f"no reply to `{request.name}`")
+                reply = reader.feed(self._port.read(remaining))
+                self._tally.reported = reader.stray or self._tally.reported
+                if reply is not None:
+                    return reply
+        finally:
+            self._tally.noise_lines += reader.noise

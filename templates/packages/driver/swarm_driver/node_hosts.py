@@ -1,0 +1,91 @@
+"""On which host each node runs, as the master has it; asked in a thread of its own, so nobody waits long."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Callable
+from urllib.parse import urlsplit
+
+_PATIENCE = 0.2  # s for which the very first command of a sender waits for the answer
+_KNOWN_FOR = 10.0  # s until an answer is asked for anew; it holds until the next one comes
+_UNKNOWN_FOR = 0.5  # s until a node that the master does not know is asked for again
+_MOST = 64  # nodes that are remembered, and that wait to be asked for
+
+
+@dataclass
+class _Place:
+    """What is known of a node, and when it is to be asked for again. ``asked``: the answer is under way."""
+
+    host: str | None
+    due: float
+    asked: bool = True
+
+
+class NodeHosts:
+    """``ask`` gives the URI of a node or nothing if there is none; an exception says that nobody answered."""
+
+    def __init__(self, ask: Callable[[str], str], clock: Callable[[], float] = time.monotonic) -> None:
+        self._ask = ask
+        self._clock = clock
+        self._places: OrderedDict[str, _Place] = OrderedDict()  # who was asked for last at the end
+        self._wanted: queue.Queue[str] = queue.Queue(_MOST)
+        self._news = threading.Condition()
+        threading.Thread(target=self._answer, name="node_hosts", daemon=True).start()
+
+    def of(self, node: str) -> str | None:
+        """The host in the URI of ``node``; none while that is not known."""
+        with self._news:
+            place = self._places.get(node)
+            if place is not None:
+                self._places.move_to_end(node)  # names that come once do not push out who goes on sending
+                if self._clock() < place.due:
+                    return place.host
+            self._want(node, place.host if place is not None else None)
+            if place is None:
+                self._news.wait_for(lambda: self._settled(node), _PATIENCE)
+            place = self._places.get(node)
+            return place.host if place is not None else None
+
+    def _want(self, node: str, host: str | None) -> None:
+        place = self._places[node] = _Place(host, self._clock() + _KNOWN_FOR)
+        if len(self._places) > _MOST:
+            self._places.popitem(last=False)
+        try:
+            self._wanted.put_nowait(node)
+        except queue.Full:  # the master hangs
+            place.due, place.asked = self._clock() + _UNKNOWN_FOR, False
+
+    def _settled(self, node: str) -> bool:
+        place = self._places.get(node)
+        return place is None or not place.asked
+
+    def _answer(self) -> None:
+        while True:
+            node = self._wanted.get()
+            try:
+                uri = self._ask(node)
+            except Exception:  # noqa: BLE001  a master that is away changes nothing, and nobody else asks
+                self._learn(node, None, away=True)
+            else:
+                self._learn(node, _host_in(uri), away=False)
+
+    def _learn(self, node: str, host: str | None, *, away: bool) -> None:
+        with self._news:
+            place = self._places.get(node)
+            if place is not None:
+                place.asked = False
+                place.host = place.host if away else host
+                place.due = self._clock() + (_KNOWN_FOR if place.host else _UNKNOWN_FOR)
+            self._news.notify_all()
+
+
+def _host_in(uri: str) -> str | None:
+    """The host as the node advertises it, in lower case; none in what is no URI."""
+    try:
+        return urlsplit(uri).hostname
+    except ValueError:
+        return None

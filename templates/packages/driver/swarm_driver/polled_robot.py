@@ -1,0 +1,169 @@
+"""A robot that answers requests, over one open port: it confirms a stop, says what it is, is then served."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Callable, Iterator, Union
+
+from swarm_driver.binary_protocol import BinaryCodec
+from swarm_driver.codec import BadReplyError, Codec
+from swarm_driver.connection import ConnectionContext
+from swarm_driver.kinematics import STANDSTILL, Odometry
+from swarm_driver.line_protocol import LineCodec, firmware_version, overheard
+from swarm_driver.link import BytePort, Link, LinkLostError
+from swarm_driver.protocols import BinaryProtocol, LineProtocol, PythonProtocol
+from swarm_driver.report import Level, Tally
+from swarm_driver.session import Session
+from swarm_driver.user_codec import UserCodec
+
+
+class PolledRobot:
+    """A ``Connection`` of one request, one reply."""
+
+    def __init__(self, link: Link, odometry: Odometry, around: ConnectionContext) -> None:
+        self.trouble = ""
+        self.firmware = "unknown"
+        self._link = link
+        self._odometry = odometry
+        self._around = around
+        self._settled_at = around.clock() + around.config.serial.settle
+        self._session: Session | None = None
+        self._unprepared: list[str] = []
+        self._meeting = self._met()
+        self._failures_reported = around.tally.failed_exchanges
+
+    @property
+    def since(self) -> float | None:
+        return self._session.since if self._session else None
+
+    @property
+    def odometry(self) -> Odometry:
+        return self._session.odometry if self._session else self._odometry
+
+    def step(self) -> float:
+        """One exchange at most. Before the robot is known, that has a second chance."""
+        if self._session is not None:
+            return self._session.step()
+        if self._around.clock() < self._settled_at:
+            return self._settled_at
+        self._session = next(self._meeting)
+        return self._around.clock()
+
+    def listens_to(self) -> list[BytePort]:
+        """Nothing: what comes unasked is noise."""
+        return []
+
+    def stop(self) -> None:
+        self._link.twice(lambda: self._link.set_speed(*STANDSTILL))
+
+    def send_stop(self) -> None:
+        self._link.send_stop()
+
+    def close(self) -> None:
+        self._link.close()
+
+    def activity(self) -> str:
+        return self._session.activity() if self._session else ""
+
+    def rates(self) -> list[tuple[str, float, float]]:
+        return self._session.rates() if self._session else []
+
+    def complaints(self) -> list[str]:
+        failures = self._around.tally.failed_exchanges - self._failures_reported
+        self._failures_reported += failures
+        return [*([f"{failures} exchanges failed"] if failures else []), *self._unprepared]
+
+    def figures(self) -> dict[str, str]:
+        return {}
+
+    def _met(self) -> Iterator[Session | None]:
+        """Exchange by exchange to a session: the robot confirms a stop, so it is there; units are known."""
+        config, around = self._around.config, self._around
+        try:
+            self.stop()
+        except LinkLostError as error:
+            advice = "; " + config.serial.hint if config.serial.hint and not around.tally.reported else ""
+            raise LinkLostError(f"{error} at {config.serial.baud} baud{advice}") from error
+        yield None
+        self.firmware = self._asked_firmware()
+        scale = config.kinematics.scale_for(firmware_version(self.firmware))
+        if scale is None:
+            raise LinkLostError(f"without the firmware's version ({self.firmware}) speeds have no unit")
+        yield None
+        for trouble in self._set_up():
+            self._unprepared += [trouble] if trouble else []
+            yield None
+        around.tally.connections += 1
+        around.tally.reported = ""
+        around.sink.event(Level.OK, f"connected to {config.port}, firmware {self.firmware}")
+        yield Session(
+            self._link,
+            config,
+            scale,
+            odometry=self._odometry,
+            commands=around.commands,
+            outputs=around.outputs,
+            sink=around.sink,
+            tally=around.tally,
+            clock=around.clock,
+            slow=not self._unprepared,  # a camera that is not set sends more than is expected of it
+        )
+
+    def _asked_firmware(self) -> str:
+        try:
+            request = self._link.codec.identify()
+            return (self._link.twice(lambda: self._link.ask(request)).text if request else "") or "unknown"
+        except BadReplyError as error:  # a class that cannot even ask
+            self._around.tally.failed(error)
+        except LinkLostError:
+            pass
+        return "unknown"
+
+    def _set_up(self) -> Iterator[str]:
+        """Prepare the robot, request by request: what is wrong with each, or nothing.
+
+        What is not confirmed costs some readings, and is no reason not to drive.
+        """
+        try:
+            requests = self._link.codec.setup()
+        except BadReplyError as error:
+            yield f"the setup cannot be made: {error}"
+            return
+        for request in requests:
+            trouble = ""
+            try:
+                self._link.twice(partial(self._link.ask, request))
+            except LinkLostError as error:
+                trouble = f"the setup `{request.name}` is not confirmed: {error}"
+                self._around.sink.event(Level.WARN, trouble)
+            yield trouble
+
+
+Asked = Union[LineProtocol, BinaryProtocol, PythonProtocol]
+
+
+def linked(
+    port: BytePort, protocol: Asked, tally: Tally, clock: Callable[[], float] = time.monotonic
+) -> Link:
+    """The conversation over an open port, in ``protocol``; LinkLostError if nobody can speak that."""
+    try:
+        codec, overhear = _codec(protocol), _overhear(protocol)
+        return Link(port, codec, protocol.reply_timeout, tally, clock, overhear=overhear)
+    except BadReplyError as error:  # a class of the robot type's own that cannot even be made
+        port.close()
+        raise LinkLostError(str(error)) from error
+
+
+def _overhear(protocol: Asked) -> Callable[[bytes], str]:
+    if isinstance(protocol, LineProtocol):
+        return partial(overheard, protocol=protocol)
+    return lambda _: ""
+
+
+def _codec(protocol: Asked) -> Codec:
+    if isinstance(protocol, BinaryProtocol):
+        return BinaryCodec(protocol)
+    if isinstance(protocol, PythonProtocol):
+        return UserCodec(protocol)
+    return LineCodec(protocol)

@@ -1,0 +1,240 @@
+"""One connection to a robot that has confirmed a stop: commands go out, a dead-man watches, sensors are read.
+
+All that a session knows dies with it: nothing of the time before a lost line can move the robot after it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Callable, Protocol
+
+from swarm_driver.actuators import ActuatorSettings, Change, SentSettings
+from swarm_driver.codec import BadReplyError, Values
+from swarm_driver.command_mailbox import CommandMailbox, DeadMan
+from swarm_driver.config import Config, Scale, Sensor
+from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
+from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
+from swarm_driver.report import Level, Meter, Report, Tally
+
+COMMAND_REFRESH_S = (
+    0.2  # s after which an unchanged speed is said again: a robot that is lost is noticed that soon
+)
+MIN_COMMAND_GAP_S = 0.02  # s between two changes of speed, so that fast commands leave time for the sensors
+EARLY_POLL_SHARE = 0.5  # of a poll's period by which a slower sensor may have its turn before it is due
+RETRY_AFTER_S = 1.0  # s for which a sensor or a light that failed is left alone
+TX_MARGIN = 3  # times what a request takes on the line, after one that no reply holds up
+_PERIODS = 3  # of a slow sensor, over which its rate is measured
+
+
+class Sink(Protocol):
+    """Where a driver's news go; ``ros.RosSink`` publishes them."""
+
+    def odometry(self, pose: Pose) -> None: ...
+
+    def reading(self, sensor: Sensor, values: Values) -> None: ...
+
+    def report(self, report: Report) -> None: ...
+
+    def event(self, level: Level, text: str) -> None: ...
+
+
+@dataclass
+class Feed:
+    """A sensor that one poll feeds; ``due`` is when it wants numbers again."""
+
+    sensor: Sensor
+    due: float
+    meter: Meter = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.meter = Meter(max(5.0, _PERIODS / self.sensor.rate))
+
+
+@dataclass
+class Poll:
+    """A query that is asked regularly, as often as the most eager of its sensors wants."""
+
+    query: str
+    rate: float
+    feeds: list[Feed]
+    due: float
+    wait: float | None = None  # s for its answer, where that takes a time of its own
+
+
+class Session:
+    """Serves one robot over ``link`` until an exchange raises ``LinkLostError`` or ``PortError``."""
+
+    def __init__(
+        self,
+        link: Link,
+        config: Config,
+        scale: Scale,
+        *,
+        odometry: Odometry,
+        commands: CommandMailbox,
+        outputs: ActuatorSettings,
+        sink: Sink,
+        tally: Tally,
+        clock: Callable[[], float],
+        slow: bool = True,
+    ) -> None:
+        """``slow``: whether answers that take longer than usual may be asked for."""
+        self.since = clock()
+        self.odometry = odometry
+        self._link = link
+        self._config = config
+        self._scale = scale
+        self._dead_man = DeadMan(commands, config.command_timeout, clock)
+        self._sink = sink
+        self._tally = tally
+        self._clock = clock
+        self._slow = slow
+        self._polls = self._planned_polls()
+        self._shown, self._show_at, self._showed = SentSettings(outputs, self.since), self.since, False
+        self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
+        self._sent_at = self.since
+        self._aim = STANDSTILL
+
+    def step(self) -> float:
+        """One exchange at most, the most urgent one; then the moment at which the next is due."""
+        now = self._clock()
+        aim = self._wanted()
+        if self._speed_due(aim) <= now:
+            self._send_speed(aim)
+        else:
+            self._serve(now, aim)
+        return self._next_due()
+
+    def activity(self) -> str:
+        """What the robot is doing, in words."""
+        return self._dead_man.activity(self._aim != STANDSTILL)
+
+    def rates(self) -> list[tuple[str, float, float]]:
+        """Name, measured and wanted rate of every sensor, in Hz."""
+        now = self._clock()
+        feeds = (feed for poll in self._polls for feed in poll.feeds)
+        return [(feed.sensor.name, feed.meter.rate(now), feed.sensor.rate) for feed in feeds]
+
+    def _wanted(self) -> Units:
+        command = self._dead_man.in_force()
+        if command is None:
+            return STANDSTILL
+        return wheel_units(command.linear, command.angular, self._config.kinematics, self._scale)
+
+    def _speed_due(self, aim: Units) -> float:
+        """When ``aim`` must be said. At once, if it is a stop or the robot's speed is not known."""
+        if aim == self._confirmed:
+            return self._sent_at + COMMAND_REFRESH_S
+        return (
+            -math.inf if self._confirmed is None or aim == STANDSTILL else self._sent_at + MIN_COMMAND_GAP_S
+        )
+
+    def _send_speed(self, aim: Units) -> None:
+        if aim == STANDSTILL != self._aim and self._dead_man.in_force() is None:
+            self._tally.dead_man_trips += 1
+        self._aim = aim
+        try:
+            self._link.set_speed(*aim)
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            if self._confirmed is None:
+                raise LinkLostError(str(error)) from error
+            self._confirmed = None  # the second attempt says what is wanted by then
+        else:
+            self._confirmed, self._sent_at = aim, self._clock()
+
+    def _serve(self, now: float, aim: Units) -> None:
+        """Read the sensor that is most overdue, or set what is wanted: in turns, where there is both."""
+        due = [one for one in self._polls if one.due <= now and self._fits(one, now, aim)]
+        poll = min(due, key=lambda one: one.due, default=None)
+        change = self._shown.next() if self._show_at <= now else None
+        # What keeps silent must not hold up the dead-man.
+        patience = self._dead_man_due() - now
+        self._showed = change is not None and (poll is None or not self._showed)
+        if change is not None and self._showed:
+            self._show(change, patience)
+        elif poll is not None:
+            self._read(poll, patience)
+
+    def _show(self, change: Change, patience: float) -> None:
+        try:
+            request = self._link.codec.actuator(change.actuator, change.index, change.values)
+            self._link.ask(request, patience)
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            if not isinstance(error, BadReplyError):
+                self._show_at = self._clock() + RETRY_AFTER_S
+                return
+        else:
+            if not request.answered:  # what the line has not carried yet would hold up a stop
+                self._show_at = self._clock() + TX_MARGIN * len(request.data) * 10 / self._config.serial.baud
+        self._shown.said(change)  # a robot that refuses it is not pestered
+
+    def _fits(self, poll: Poll, now: float, aim: Units) -> bool:
+        """Whether its answer is over before the dead-man is due.
+
+        A robot that is sending a long answer receives no stop before it is done, so waiting less would not
+        help; nor does it receive a speed that is about to be sent.
+        """
+        if poll.wait is None or poll.wait <= self._link.reply_timeout:
+            return True
+        return self._slow and aim == self._confirmed and now + poll.wait <= self._dead_man_due()
+
+    def _read(self, poll: Poll, patience: float) -> None:
+        if poll.wait is not None and self._link.settle(patience):
+            return  # and check anew whether there is time
+        try:
+            reply = self._link.ask(self._link.codec.query(poll.query), patience, poll.wait)
+        except FAILED_EXCHANGE as error:
+            self._tally.failed(error)
+            if poll.wait is not None:  # the rest of an answer that is too long would garble that to a speed
+                self._link.settle(self._dead_man_due() - self._clock())
+            poll.due = self._clock() + max(RETRY_AFTER_S, 1 / poll.rate)
+            return
+        arrived = self._clock()
+        poll.due = max(poll.due + 1 / poll.rate, arrived)
+        for feed in poll.feeds:
+            if feed.due <= arrived + EARLY_POLL_SHARE / poll.rate:
+                feed.due = max(feed.due + 1 / feed.sensor.rate, arrived)
+                feed.meter.tick(arrived)
+                self._take(feed.sensor, reply.values, arrived)
+
+    def _dead_man_due(self) -> float:
+        return self._dead_man.due() if self._aim != STANDSTILL else math.inf
+
+    def _next_due(self) -> float:
+        now, aim = self._clock(), self._wanted()
+        show_due = self._show_at if self._shown.next() else math.inf
+        # What does not fit now is checked again with the next command, which rings, or once the robot stands.
+        polls = (poll.due for poll in self._polls if self._fits(poll, now, aim))
+        return min([self._speed_due(aim), self._dead_man_due(), show_due, *polls])
+
+    def _planned_polls(self) -> list[Poll]:
+        fed: dict[str, list[Feed]] = {}
+        for sensor in self._config.sensors:
+            if sensor.rate > 0:
+                fed.setdefault(sensor.read, []).append(Feed(sensor, self.since))
+        return [
+            Poll(
+                query,
+                max(feed.sensor.rate for feed in feeds),
+                feeds,
+                due=self.since,
+                wait=self._config.waits.get(query),
+            )
+            for query, feeds in fed.items()
+        ]
+
+    def _take(self, sensor: Sensor, numbers: Values, arrived: float) -> None:
+        values = numbers[sensor.first : sensor.first + sensor.count]
+        if not all(math.isfinite(value) for value in values):
+            self._tally.failed(BadReplyError(f"`{sensor.name}` has a value that is no number"))
+            return
+        if sensor.kind != "wheels":
+            self._sink.reading(sensor, values)
+            return
+        left, right = (int(value) for value in values)
+        reading = Counters(left, right, arrived)
+        self.odometry = self.odometry.update(reading, self._config.kinematics, self._scale)
+        self._sink.odometry(self.odometry.pose)

@@ -1,0 +1,83 @@
+"""Publishes one topic over TCPROS (wiki.ros.org/ROS/TCPROS). Disconnects slow subscribers."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+
+_LARGEST_HEADER = 4096
+_MOST_WAITING = 64 << 10  # bytes in the send buffer of a slow subscriber
+_MOST_SUBSCRIBERS = 32
+_SECONDS = 3.0
+
+
+class Topic:
+    """``name`` of type ``kind`` with the MD5 sum of its definition, published by ``node``."""
+
+    def __init__(self, node: str, name: str, kind: str, md5sum: str) -> None:
+        self._name, self._md5sum = name, md5sum
+        self._header = packed({"callerid": node, "md5sum": md5sum, "topic": name, "type": kind})
+        self._subscribers: set[asyncio.StreamWriter] = set()
+
+    async def start(self) -> int:
+        """Starts to listen; returns the port."""
+        server = await asyncio.start_server(self._attend, "0.0.0.0", 0, limit=_LARGEST_HEADER)
+        return int(server.sockets[0].getsockname()[1])
+
+    def publish(self, body: bytes) -> None:
+        message = struct.pack("<I", len(body)) + body
+        for writer in self._subscribers:
+            if writer.transport.get_write_buffer_size() > _MOST_WAITING:
+                writer.transport.abort()
+            else:
+                writer.write(message)
+
+    async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        try:
+            if len(self._subscribers) < _MOST_SUBSCRIBERS:
+                asked = await asyncio.wait_for(_header(reader), _SECONDS)
+                await self._serve(asked, reader, writer)
+        except (OSError, EOFError, ValueError, asyncio.TimeoutError):
+            pass  # only this connection is lost
+        finally:
+            self._subscribers.discard(writer)
+            writer.close()
+
+    async def _serve(
+        self, asked: dict[str, str], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        if asked.get("topic") != self._name or asked.get("md5sum") not in (self._md5sum, "*"):
+            writer.write(packed({"error": f"this is {self._name}, md5sum {self._md5sum}"}))
+            return
+        writer.write(self._header)
+        self._subscribers.add(writer)
+        while await reader.read(_LARGEST_HEADER):  # until the subscriber disconnects
+            pass
+
+
+async def _header(reader: asyncio.StreamReader) -> dict[str, str]:
+    (size,) = struct.unpack("<I", await reader.readexactly(4))
+    if size > _LARGEST_HEADER:
+        raise ValueError(size)
+    return unpacked(await reader.readexactly(size))
+
+
+def packed(fields: dict[str, str]) -> bytes:
+    """A connection header."""
+    return counted(b"".join(counted(f"{name}={value}".encode()) for name, value in fields.items()))
+
+
+def counted(data: bytes) -> bytes:
+    """A string as ROS serialises it: its length comes first."""
+    return struct.pack("<I", len(data)) + data
+
+
+def unpacked(data: bytes) -> dict[str, str]:
+    """The fields of a connection header."""
+    fields, at = {}, 0
+    while at + 4 <= len(data):
+        (size,) = struct.unpack_from("<I", data, at)
+        name, _, value = data[at + 4 : at + 4 + size].decode("utf-8", "replace").partition("=")
+        fields[name] = value
+        at += 4 + size
+    return fields

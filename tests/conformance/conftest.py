@@ -1,0 +1,13 @@
+"""A codec's time limit is long here: a call beyond it ends the process, and with it the test run."""
+
+from __future__ import annotations
+
+import pytest
+from swarm_driver import user_codec
+
+from tests.timing import at_most
+
+
+@pytest.fixture(autouse=True)
+def time_limit_of_codecs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(user_codec, "_TIME_LIMIT", at_most(10 * user_codec._TIME_LIMIT))

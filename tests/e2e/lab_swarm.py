@@ -1,0 +1,426 @@
+"""A lab's swarm as a person meets it: the console script, shells on its hosts, the robots' true motion."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmctl.lab import lab, paths
+from swarmctl.lab.hosts import network, processes
+from swarmctl.lab.hosts.workspace import workspace_of
+from swarmctl.rules.runner import load_swarm
+from tests.timing import at_most
+
+SWARMCTL = Path(sys.executable).with_name("swarmctl")
+SWARM = "newswarm"
+LEADER = "koala-laptop"  # of the paper's example: the one host whose orders count
+HOME = f"/opt/swarm/{SWARM}"
+SOURCE = f"source {HOME}/current/setup.bash"
+IMAGE = 600.0  # s within which the image must have been built and the lab be up
+BOOT = 30.0  # s within which a host must have booted
+LOOK_EVERY = 0.005  # s
+GIVEN = "SWARMCTL_WORKSPACE"  # built catkin workspaces with what Debian has not, divided by colons
+
+Note = Callable[[str, str, str], None]  # keeps a figure for the table at the end: what, value, bar
+
+
+class SshError(AssertionError):
+    """A command on a host failed; the message is what it said."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One finished run of the console script."""
+
+    status: int
+    out: str
+    err: str
+    seconds: float
+
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+
+@dataclass(frozen=True)
+class Unit:
+    active: str
+    pid: int
+    restarts: int
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where something is on the ground, in m and rad."""
+
+    x: float
+    y: float
+    theta: float
+
+    def seen_from(self, origin: Pose) -> Pose:
+        """This pose in the frame of ``origin``."""
+        dx, dy = self.x - origin.x, self.y - origin.y
+        sine, cosine = math.sin(origin.theta), math.cos(origin.theta)
+        return Pose(dx * cosine + dy * sine, dy * cosine - dx * sine, wrapped(self.theta - origin.theta))
+
+
+def wrapped(angle: float) -> float:
+    return math.remainder(angle, math.tau)
+
+
+def moves(state: Mapping[str, Any]) -> bool:
+    return bool(state["left"] or state["right"])
+
+
+@dataclass(frozen=True)
+class Publisher:
+    """``rostopic pub`` on one host, publishing to the ``cmd_vel`` of a robot."""
+
+    swarm: LabSwarm
+    host: str
+    process: subprocess.Popen[str]
+    pid: int
+
+    def kill(self) -> None:
+        """SIGKILL, so that the publisher takes leave of nobody."""
+        if self.process.poll() is None:
+            self.swarm.shell(self.host, f"kill -9 {self.pid}")
+            self.process.wait(5)
+
+
+class LabSwarm:
+    """A lab, the spec it was made for, and all that a test does to the two. ``folder`` is its own to fill."""
+
+    def __init__(self, name: str, spec: Path, folder: Path) -> None:
+        self.name = name
+        self.folder = folder
+        self.spec = folder / f"{name}.yaml"
+        shutil.copy(spec, self.spec)
+        self.deployed: Path | None = None
+        self._environment = {
+            **os.environ,
+            paths.STATE_VARIABLE: str(paths.labs_root().parent),
+            "XDG_STATE_HOME": str(folder / "journal"),
+            "COLUMNS": "200",
+        }
+        found, _ = load_swarm(self.spec)
+        assert found is not None
+        self.hosts: Mapping[str, str] = {host.name: host.address for host in found.hosts.values()}
+
+    def up(self, *options: str) -> None:
+        done = self._run([str(SWARMCTL), "lab", "up", str(self.spec), "--name", self.name, *options], IMAGE)
+        assert done.status == 0, done.out + done.err
+        self._namespace = lab.operator(self.name).namespace
+
+    def down(self) -> None:
+        lab.down(self.name)
+
+    # The console script
+
+    def argv(self, verb: str, spec: Path | None = None, *options: str) -> list[str]:
+        """``verb`` may be of two words, as ``firmware flash``."""
+        return [str(SWARMCTL), *verb.split(), str(spec or self.spec), "--lab-name", self.name, *options]
+
+    def swarmctl(self, verb: str, *options: str, spec: Path | None = None) -> Run:
+        """One run of the console script to its end."""
+        return self._run(self.argv(verb, spec, *options), timeout=120)
+
+    def run(self, *arguments: str) -> Run:
+        """One run of the console script that has to do with no lab."""
+        return self._run([str(SWARMCTL), *arguments], timeout=60)
+
+    def _run(self, argv: Sequence[str], timeout: float) -> Run:
+        began = time.monotonic()
+        done = subprocess.run(
+            argv, capture_output=True, text=True, env=self._environment, timeout=timeout, check=False
+        )
+        assert "Traceback" not in done.stderr, done.stderr
+        return Run(done.returncode, done.stdout, done.stderr, time.monotonic() - began)
+
+    def begin(self, verb: str, *options: str, spec: Path | None = None) -> subprocess.Popen[str]:
+        """The console script under way; its progress lines come on ``stderr``."""
+        self.deployed = None
+        return subprocess.Popen(
+            self.argv(verb, spec, *options), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env=self._environment,
+        )  # fmt: skip
+
+    def deploy(self, spec: Path | None = None, *options: str) -> Run:
+        self.deployed = None
+        run = self.swarmctl("deploy", *options, spec=spec)
+        if run.status == 0 and not options:
+            self.deployed = spec or self.spec
+        return run
+
+    def plan(self, spec: Path | None = None) -> Run:
+        return self.swarmctl("plan", "--detailed-exitcode", spec=spec)
+
+    def steps(self, spec: Path | None = None) -> dict[str, list[tuple[str, str, str]]]:
+        """By host: kind, target and cause of every step that a deploy would take. Idle hosts are left out."""
+        run = self.swarmctl("plan", "--detailed-exitcode", "--json", spec=spec)
+        document = run.json()
+        steps = {
+            host["host"]: [(one["kind"], one["target"], one["cause"]) for one in host["steps"]]
+            for host in document["hosts"]
+        }
+        assert run.status == (2 if any(steps.values()) else 0), run.err
+        return {host: found for host, found in steps.items() if found}
+
+    def variant(self, name: str, *changes: tuple[str, str]) -> Path:
+        """A copy of the spec with each text replaced by another."""
+        text = self.spec.read_text()
+        for old, new in changes:
+            assert text.count(old) == 1, old
+            text = text.replace(old, new)
+        path = self.folder / f"{name}.yaml"
+        path.write_text(text)
+        return path
+
+    def settle(self) -> None:
+        """Whatever a test did: all plugged in, switched on, deployed as the spec says, and standing still."""
+        status = lab.status(self.name)
+        for robot in status["robots"]:
+            if not robot["plugged"]:
+                lab.plug(self.name, robot["name"])
+        for one in status["networks"]:
+            for host, whole in one["hosts"].items():
+                if not whole:
+                    self.join(host)
+        for host in status["hosts"]:
+            if host["state"] == "stopped":
+                self.start(host["name"])
+        if self.deployed != self.spec:
+            run = self.deploy()
+            assert run.status == 0, run.out + run.err
+        self.seconds_to_standstill(*self.robots())
+
+    # Hosts
+
+    def shell_argv(self, host: str, command: str) -> list[str]:
+        ssh, *rest = lab.ssh_argv(self.name, host, [f"bash -c {quoted(command)}"])
+        shared = (
+            "-o",
+            "ControlMaster=auto",
+            "-o",
+            f"ControlPath={self._control(host)}",
+            "-o",
+            "ControlPersist=60",
+        )
+        return ["nsenter", f"--net={self._namespace}", ssh, *shared, *rest]
+
+    def _control(self, host: str) -> Path:
+        return self.folder / f"{host}.ssh"
+
+    def hang_up(self, host: str) -> None:
+        """Close the connection that the shells of ``host`` share."""
+        argv = ["ssh", "-F", "/dev/null", "-o", f"ControlPath={self._control(host)}", "-O", "exit", host]
+        subprocess.run(argv, capture_output=True, check=False, timeout=10)
+
+    def shell(self, host: str, command: str, timeout: float = 30) -> str:
+        """What ``command`` prints on ``host``; it runs as the spec's user, who has ``sudo``."""
+        done = subprocess.run(
+            self.shell_argv(host, command), capture_output=True, text=True, timeout=timeout, check=False,
+            stdin=subprocess.DEVNULL,
+        )  # fmt: skip
+        if done.returncode:
+            raise SshError(f"{host}: `{command}` ended with {done.returncode}: {done.stderr}{done.stdout}")
+        return done.stdout
+
+    def everywhere(self, command: str) -> dict[str, str]:
+        return {host: self.shell(host, command) for host in self.hosts}
+
+    def units(self, host: str) -> dict[str, Unit]:
+        """The swarm's services on a host, by their names without prefix and suffix."""
+        said = self.shell(
+            host,
+            f"systemctl show -p Id,ActiveState,MainPID,NRestarts "
+            f"$(systemctl list-units --all --plain --no-legend 'swarm-{SWARM}.*.service' | cut -d' ' -f1)",
+        )
+        found = {}
+        for paragraph in said.strip().split("\n\n"):
+            values = dict(line.split("=", 1) for line in paragraph.splitlines())
+            if "Id" in values:
+                name = values["Id"].removeprefix(f"swarm-{SWARM}.").removesuffix(".service")
+                found[name] = Unit(values["ActiveState"], int(values["MainPID"]), int(values["NRestarts"]))
+        return found
+
+    def pids(self) -> dict[str, int]:
+        """The main process of every service of the swarm, on every host."""
+        return {f"{host}:{name}": unit.pid for host in self.hosts for name, unit in self.units(host).items()}
+
+    def release(self, host: str) -> str:
+        return self.shell(host, f"readlink {HOME}/current").strip().removeprefix("releases/")
+
+    def kill(self, host: str) -> None:
+        lab.kill(self.name, host)
+        self.hang_up(host)
+
+    def start(self, host: str) -> None:
+        self.hang_up(host)
+        lab.start(self.name, host, lambda _: None)
+
+    def cut(self, host: str) -> None:
+        lab.cut(self.name, host)
+
+    def join(self, host: str) -> None:
+        lab.join(self.name, host)
+
+    def reboot(self, host: str) -> float:
+        """Reboot from within and wait until SSH answers again. Gives the seconds that took."""
+        boots, began = self.boots(host), time.monotonic()
+        with suppress(SshError, subprocess.TimeoutExpired):
+            self.shell(host, "sudo systemctl reboot", timeout=5)
+        self.hang_up(host)
+        within(BOOT, lambda: self.boots(host) == boots + 1, f"{host} does not reboot")
+        self.start(host)
+        return time.monotonic() - began
+
+    def boots(self, host: str) -> int:
+        return next(one["boots"] for one in lab.status(self.name)["hosts"] if one["name"] == host)
+
+    # Robots
+
+    def robots(self) -> dict[str, dict[str, Any]]:
+        return lab.robots(self.name)
+
+    def robot(self, name: str) -> dict[str, Any]:
+        return self.robots()[name]
+
+    def truth(self, robot: str) -> Pose:
+        state = self.robot(robot)
+        return Pose(state["x"], state["y"], state["theta"])
+
+    def odometry(self, host: str, robot: str) -> Pose:
+        """The pose that the driver of ``robot`` publishes, received on ``host``."""
+        said = self.shell(host, f"{SOURCE}; timeout 10 rostopic echo -n 1 -p /{robot}/odom/pose/pose")
+        keys, values = said.strip().splitlines()
+        found = dict(zip(keys.split(","), map(float, values.split(",")), strict=True))
+        turn = 2 * math.atan2(found["field.orientation.z"], found["field.orientation.w"])
+        return Pose(found["field.position.x"], found["field.position.y"], wrapped(turn))
+
+    def diagnosis(self, host: str, robot: str) -> str:
+        """The next diagnostics of the driver of ``robot``, received on ``host``."""
+        wanted = f"m.status[0].name == '{robot}: driver'"
+        return self.shell(host, f'{SOURCE}; timeout 10 rostopic echo -n 1 --filter "{wanted}" /diagnostics')
+
+    @contextmanager
+    def driving(self, host: str, robot: str, linear: float, angular: float = 0.0) -> Iterator[Publisher]:
+        """Orders at 10 Hz to ``robot``, published on ``host``. Entered once the robot moves."""
+        with self.publishing(host, robot, linear, angular) as publisher:
+            within(10, lambda: moves(self.robot(robot)), f"{robot} does not move")
+            yield publisher
+
+    @contextmanager
+    def publishing(
+        self, host: str, robot: str, linear: float, angular: float = 0.0, *, source: str = SOURCE
+    ) -> Iterator[Publisher]:
+        twist = f"{{linear: {{x: {linear}}}, angular: {{z: {angular}}}}}"
+        command = f"{source}; echo $$; exec rostopic pub -r 10 /{robot}/cmd_vel geometry_msgs/Twist '{twist}'"
+        argv = self.shell_argv(host, command)
+        with subprocess.Popen(
+            argv, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as process:
+            assert process.stdout is not None
+            publisher = Publisher(self, host, process, int(process.stdout.readline()))
+            try:
+                yield publisher
+            finally:
+                with suppress(SshError, subprocess.TimeoutExpired):
+                    publisher.kill()
+                process.kill()
+
+    def seconds_to_standstill(self, *robots: str, within: float = 10.0) -> dict[str, float]:
+        """How long each robot still moves, from now on."""
+        began, found = time.monotonic(), {}
+        while len(found) < len(robots) and (passed := time.monotonic() - began) < within:
+            states = self.robots()
+            for robot in robots:
+                if robot not in found and not moves(states[robot]):
+                    found[robot] = passed
+            time.sleep(LOOK_EVERY)
+        assert len(found) == len(robots), f"still moving: {set(robots) - set(found)}"
+        return found
+
+
+@contextmanager
+def lab_of(name: str, spec: Path, folder: Path, *options: str) -> Iterator[LabSwarm]:
+    """A lab of the spec's hosts, gone again on leaving, however it is left."""
+    swarm = LabSwarm(name, spec, folder)
+    with ExitStack() as stack:
+        stack.callback(swarm.down)
+        swarm.up(*options)
+        yield swarm
+        for host in swarm.hosts:
+            swarm.hang_up(host)
+
+
+def missing_for_a_lab() -> str:
+    """What keeps this machine from running a lab; nothing when it can."""
+    try:
+        processes.require(
+            "ip", "mmdebstrap", "mount", "setpriv", "ssh", "ssh-keygen", "systemd-nspawn", "unshare"
+        )
+    except lab.LabError as error:
+        return f"{error} ({'; '.join(error.help_lines)})"
+    return ""
+
+
+def workspace_with(*packages: str) -> str:
+    """The first of the given workspaces that has the packages; without any the test is skipped."""
+    for folder in filter(None, os.environ.get(GIVEN, "").split(":")):
+        try:
+            space = Path(workspace_of(Path(folder), "").space)
+        except lab.LabError as error:
+            pytest.fail(f"{GIVEN}: {error}")
+        if all((space / "share" / name).is_dir() for name in packages):
+            return folder
+    pytest.skip(f"no {' and no '.join(packages)}: set {GIVEN} to a built catkin workspace that has them")
+
+
+def within(seconds: float, condition: Callable[[], bool], complaint: str) -> float:
+    """Wait until ``condition`` holds, longer on a busy machine. Return the seconds that took."""
+    began = time.monotonic()
+    while not condition():
+        waited = time.monotonic() - began
+        assert waited < seconds or waited < at_most(seconds), f"{complaint} (waited {waited:.0f} s)"
+        time.sleep(LOOK_EVERY)
+    return time.monotonic() - began
+
+
+def quoted(text: str) -> str:
+    return "'" + text.replace("'", "'\\''") + "'"
+
+
+def at_once(jobs: Sequence[Callable[[], Any]]) -> None:
+    """Run ``jobs`` in threads; the first failure comes out."""
+    failures: list[BaseException] = []
+
+    def body(job: Callable[[], Any]) -> None:
+        try:
+            job()
+        except BaseException as error:  # noqa: BLE001  (it is raised again below)
+            failures.append(error)
+
+    threads = [threading.Thread(target=body, args=(job,)) for job in jobs]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if failures:
+        raise failures[0]
+
+
+def namespace_of(swarm: LabSwarm) -> Path:
+    return network.namespace_path(paths.lab_paths(swarm.name))

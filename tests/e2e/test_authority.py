@@ -1,0 +1,79 @@
+"""Authority: a robot obeys its declared commanders, one at a time; status reports other senders."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, within
+
+STRANGER = "epuck-pi"
+LEADING, CENTRAL = "mode: leader\nleader: koala-laptop", "mode: central\nhub: koala-laptop"
+CONTROL = "  - {by: koala-laptop, of: [koala, k3, epuck]}"
+TWO = """\
+  - {by: koala-laptop, of: [koala, epuck]}
+  - {by: epuck-pi, of: [k3]}
+  - {by: k3-pi, of: [k3], priority: 10}"""
+LOW, HIGH = 0.05, 0.1  # m/s
+
+
+def test_commands_of_another_host_move_nothing_and_are_reported(swarm: LabSwarm, note: Note) -> None:
+    place = swarm.robot("k3")["distance"]
+    with swarm.publishing(STRANGER, "k3", 0.1):
+        said = within(10, lambda: "refuses /rostopic" in swarm.diagnosis(LEADER, "k3"), "nobody is refused")
+        note("k3 names a stranger in /diagnostics after", f"{said:.1f} s", "")
+        status = swarm.swarmctl("status")
+        assert status.status == 0, status.out
+        address = swarm.hosts[STRANGER]
+        assert f"on {address} on /k3/cmd_vel; rejected by the driver" in status.out
+        assert f"on {address}: not among its commanders {LEADER}" in status.out
+        with swarm.driving(LEADER, "epuck", 0.05):
+            assert "commanded by koala-laptop (/rostopic" in swarm.swarmctl("status").out
+    assert swarm.robot("k3")["distance"] == place
+
+
+def test_the_leader_is_obeyed_while_a_stranger_shouts(swarm: LabSwarm) -> None:
+    with swarm.publishing(STRANGER, "k3", 0.3), swarm.driving(LEADER, "k3", 0.1):
+        speeds = set()
+        for _ in range(50):
+            speeds.add(round(swarm.robot("k3")["v"], 2))
+            time.sleep(0.02)
+        assert speeds == {0.1}
+    swarm.seconds_to_standstill("k3")
+
+
+@pytest.fixture
+def two_commanders(swarm: LabSwarm) -> LabSwarm:
+    """The example as mode central, where k3 has two commanders of different priority."""
+    spec = swarm.variant(
+        "two-commanders",
+        ("mode: leader\nleader: koala-laptop", "mode: central\nhub: koala-laptop"),
+        (CONTROL, TWO),
+    )
+    run = swarm.deploy(spec)
+    assert run.status == 0, run.out + run.err
+    return swarm
+
+
+def test_the_higher_commander_takes_over_and_releases_by_its_silence(
+    two_commanders: LabSwarm, note: Note
+) -> None:
+    swarm = two_commanders
+
+    def goes(speed: float) -> bool:
+        return bool(swarm.robot("k3")["v"] == pytest.approx(speed, rel=0.05))
+
+    with swarm.driving(STRANGER, "k3", LOW):
+        within(5, lambda: goes(LOW), "k3 does not obey the lower one")
+        with swarm.publishing("k3-pi", "k3", HIGH) as higher:
+            taken = within(10, lambda: goes(HIGH), "k3 does not obey the higher one")
+            note("k3 obeys its higher commander, the start of rostopic included, after", f"{taken:.2f} s", "")
+            began = time.monotonic()
+            while time.monotonic() < began + 1:
+                assert goes(HIGH)
+            higher.kill()
+            back = within(5, lambda: goes(LOW), "k3 is not given back")
+        note("k3 goes back to its lower commander after SIGKILL of the higher", f"{back:.2f} s", "<= 1 s")
+        assert back <= 1
+    swarm.seconds_to_standstill("k3")

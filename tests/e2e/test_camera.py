@@ -1,0 +1,149 @@
+"""The camera of an e-puck while it drives: images come whole, and none of them holds up the dead-man."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from tests.e2e import slow_epuck
+from tests.e2e.dead_man import Commander, Watch, commanding
+from tests.e2e.lab_swarm import (
+    SOURCE,
+    LabSwarm,
+    Note,
+    lab_of,
+    moves,
+    quoted,
+    within,
+)
+
+HOST, ROBOT = "pi", "ep"
+WIDTH, HEIGHT = 50, 44  # an image of 0.43 s; the robot's own are smaller, and in colour
+SPEC = f"""\
+version: 1
+name: newswarm
+mode: leader
+leader: {HOST}
+hosts: {{{HOST}: {{address: 192.168.77.10}}}}
+robots:
+  {ROBOT}:
+    type: epuck-binary
+    host: {HOST}
+    settings:
+      rates: {{camera: 1, odom: 4, proximity: 4, accelerometer: 4}}
+      camera: {{width: {WIDTH}, height: {HEIGHT}}}
+links: [{{kind: serial, host: {HOST}, robot: {ROBOT}, usb: {{serial: EPUCK1}}}}]
+control: [{{by: {HOST}, of: [{ROBOT}]}}]
+"""
+LISTEN = """\
+import json, sys, time
+import rospy
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image
+
+PARTS = ("width", "height", "encoding", "is_bigendian", "step")
+images, poses = [], []
+rospy.init_node("listener")
+topics = [
+    rospy.Subscriber("camera", Image, lambda image: images.append((time.monotonic(), image))),
+    rospy.Subscriber("odom", Odometry, lambda pose: poses.append(time.monotonic())),
+]
+time.sleep(float(sys.argv[1]))
+print(json.dumps({
+    "images": [{**{part: getattr(one, part) for part in PARTS}, "data": list(one.data)} for _, one in images],
+    "camera": [at for at, _ in images],
+    "odom": poses,
+}))
+"""
+SPEED = 0.05  # m/s
+LISTENED_S = 4.0  # s
+MOMENTS = {  # s after an image was begun, and whether it is still on its way then
+    "an image begins": (0.0, True),
+    "half of it is sent": (0.2, True),
+    "the next is due 0.4 s later": (0.6, False),
+}
+BOUND = 0.75  # s; 0.5 is command_timeout, and behind an image that was begun too late it would be 0.8
+
+
+@pytest.fixture(scope="module")
+def swarm(workplace: Path) -> Iterator[LabSwarm]:
+    folder = workplace / "camera"
+    (folder / "robots").mkdir(parents=True)
+    shutil.copy(slow_epuck.__file__, folder / "robots/epuck-binary.emulator.py")
+    spec = folder / "swarm.yaml"
+    spec.write_text(SPEC)
+    with lab_of(f"camera-{os.getpid()}", spec, folder) as swarm:
+        deploy = swarm.deploy()
+        assert deploy.status == 0, deploy.out + deploy.err
+        yield swarm
+
+
+@pytest.fixture(scope="module")
+def watch(swarm: LabSwarm) -> Iterator[Watch]:
+    with Watch(swarm.name) as watch:
+        yield watch
+
+
+@pytest.fixture
+def commander(swarm: LabSwarm) -> Iterator[Commander]:
+    with commanding(swarm, HOST, {ROBOT: SPEED}) as commander:
+        commander.order(1.0)
+        within(15, lambda: moves(swarm.robot(ROBOT)), "it does not move")
+        yield commander
+
+
+def test_images_come_whole_and_in_time_while_it_drives(
+    swarm: LabSwarm, commander: Commander, note: Note
+) -> None:
+    place = swarm.robot(ROBOT)["distance"]
+    listen = f"{SOURCE}; ROS_NAMESPACE={ROBOT} python3 -c {quoted(LISTEN)} {LISTENED_S:g}"
+    received = json.loads(swarm.shell(HOST, listen))
+    assert swarm.robot(ROBOT)["distance"] - place > 0.95 * SPEED * LISTENED_S
+    for image in received["images"]:
+        first = image["data"][0]
+        pixels = [(first + index) & 0xFF for index in range(WIDTH * HEIGHT)]
+        parts = {"width": WIDTH, "height": HEIGHT, "encoding": "mono8", "is_bigendian": 0, "step": WIDTH}
+        assert image == {**parts, "data": pixels}
+    assert len({image["data"][0] for image in received["images"]}) > 1, "it is the same image each time"
+
+    note("images of a robot that drives", f"{rate(received['camera']):.2f} Hz", ">= 0.8 of 1 Hz")
+    note("its odometry between them", f"{rate(received['odom']):.1f} Hz", ">= 3.2 of 4 Hz")
+    assert rate(received["camera"]) >= 0.8
+    assert rate(received["odom"]) >= 3.2
+    status = swarm.swarmctl("status")
+    assert status.status == 0, status.out
+    assert "newswarm is healthy" in status.out
+    assert "driving" in status.out
+    assert "camera comes at" not in status.out
+
+
+def rate(stamps: Sequence[float]) -> float:
+    return (len(stamps) - 1) / (stamps[-1] - stamps[0])
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_no_image_holds_up_the_dead_man(
+    moment: str, swarm: LabSwarm, watch: Watch, commander: Commander, note: Note
+) -> None:
+    after, sending = MOMENTS[moment]
+    within(5, lambda: not has_image_to_send(swarm), "an image does not end")
+    within(5, lambda: has_image_to_send(swarm), "no image is begun")
+    time.sleep(after)
+    killed = commander.send(signal.SIGKILL)
+    assert has_image_to_send(swarm) is sending
+    stop = watch.stops(killed, 10)[ROBOT]
+    note(f"publisher killed as {moment}", f"{stop.seconds:.2f} s, {stop.metres:.3f} m", f"<= {BOUND:g} s")
+    assert stop.seconds <= BOUND
+    assert stop.metres <= BOUND * SPEED
+
+
+def has_image_to_send(swarm: LabSwarm) -> bool:
+    """While it sends one it takes up no other request."""
+    return bool(swarm.robot(ROBOT)["last_command"] == slow_epuck.IMAGE)

@@ -1,0 +1,151 @@
+"""Changing a swarm that runs: what a change concerns restarts, and nothing else."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from tests.e2e.lab_swarm import (
+    HOME,
+    LEADER,
+    LabSwarm,
+    Note,
+    moves,
+    within,
+)
+
+K3 = "k3: {type: khepera3, host: k3-pi}"
+FASTER_K3 = "k3: {type: khepera3, host: k3-pi, settings: {rates: {odom: 20}}}"
+K3_UNIT = "swarm-newswarm.k3.service"
+UNITS = "/etc/systemd/system"
+EPUCK_LINK = (
+    "  - {kind: bluetooth, host: epuck-pi, robot: epuck, "
+    'mac: "10:00:e8:c5:64:37", pin: {secret: epuck-pin}}\n'
+)
+
+
+@pytest.fixture(scope="module")
+def faster_k3(shared_lab: LabSwarm) -> Path:
+    """The spec with one parameter of one robot changed."""
+    return shared_lab.variant("faster-k3", (K3, FASTER_K3))
+
+
+def changed(before: dict[str, int], after: dict[str, int]) -> set[str]:
+    """The units whose main process has changed."""
+    return {unit for unit in before.keys() | after.keys() if before.get(unit) != after.get(unit)}
+
+
+def test_a_parameter_of_one_robot_changes_one_file_and_one_unit(swarm: LabSwarm, faster_k3: Path) -> None:
+    steps = swarm.steps(faster_k3)
+    assert set(steps) == {"k3-pi"}
+    (file, activate, restart) = steps["k3-pi"]
+    assert file == ("update", "params/k3.yaml", "changed, from robots.k3")
+    assert activate[0] == "activate"
+    assert restart == ("restart", K3_UNIT, "params/k3.yaml changes")
+
+
+def test_its_deploy_stops_that_robot_while_the_others_drive_on(
+    swarm: LabSwarm, faster_k3: Path, note: Note
+) -> None:
+    before = swarm.pids()
+    with ExitStack() as stack:
+        orders = {"k3": 0.1, "epuck": 0.05, "koala": 0.2}
+        publishers = {
+            robot: stack.enter_context(swarm.publishing(LEADER, robot, speed))
+            for robot, speed in orders.items()
+        }
+        within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
+        deploy = stack.enter_context(swarm.begin("deploy", spec=faster_k3))
+        others_stood = []
+
+        def k3_stands(wanted: bool) -> bool:
+            states = swarm.robots()
+            others_stood.extend(robot for robot in ("epuck", "koala") if not moves(states[robot]))
+            return moves(states["k3"]) is not wanted
+
+        within(15, lambda: k3_stands(True), "k3 drives on while its driver is swapped")
+        stood = within(15, lambda: k3_stands(False), "k3 does not obey its new driver")
+        assert deploy.wait(15) == 0, deploy.communicate()
+        assert not others_stood
+        note("k3 stood while a deploy swapped its driver", f"{stood:.2f} s", "")
+        for publisher in publishers.values():
+            publisher.kill()
+    assert changed(before, swarm.pids()) == {"k3-pi:k3"}
+    assert swarm.units("k3-pi")["k3"].restarts == 0
+    assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
+
+
+def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
+    before = swarm.pids()
+    path = f"{HOME}/current/params/k3.yaml"
+    whole = swarm.shell("k3-pi", f"cat {path}")
+    swarm.shell("k3-pi", f"sudo sed -i s/0.5/5.0/ {path}")
+    steps = swarm.steps()
+    assert ("update", "params/k3.yaml", "was changed on the host") in steps["k3-pi"]
+    assert ("restart", K3_UNIT, "params/k3.yaml was changed on the host") in steps["k3-pi"]
+    assert set(steps) == {"k3-pi"}
+    assert swarm.deploy().status == 0
+    assert swarm.shell("k3-pi", f"cat {path}") == whole
+    assert changed(before, swarm.pids()) == {"k3-pi:k3"}
+    assert swarm.plan().status == 0
+
+
+def test_etc_hosts_is_repaired_inside_our_block_only(swarm: LabSwarm) -> None:
+    before = swarm.pids()
+    swarm.shell(
+        "epuck-pi",
+        "echo 10.0.0.7 printer | sudo tee -a /etc/hosts; sudo sed -i 's/77.11 k3-pi/77.99 k3-pi/' /etc/hosts",
+    )
+    assert swarm.steps() == {"epuck-pi": [("write-block", "/etc/hosts", "its block was changed on the host")]}
+    assert swarm.deploy().status == 0
+    lines = swarm.shell("epuck-pi", "cat /etc/hosts").splitlines()
+    assert "10.0.0.7 printer" in lines
+    assert "192.168.77.11 k3-pi" in lines
+    assert changed(before, swarm.pids()) == set()
+
+
+def test_a_robot_taken_out_of_the_spec_is_gone_from_its_host(swarm: LabSwarm) -> None:
+    without = swarm.variant(
+        "without-epuck",
+        ("  epuck: {type: epuck, host: epuck-pi}\n", ""),
+        (EPUCK_LINK, ""),
+        ("of: [koala, k3, epuck]", "of: [koala, k3]"),
+    )
+    before = swarm.pids()
+    with swarm.driving(LEADER, "epuck", 0.05):
+        run = swarm.deploy(without)
+        assert run.status == 0, run.out + run.err
+        assert not moves(swarm.robot("epuck"))
+    assert changed(before, swarm.pids()) == {
+        "epuck-pi:epuck",
+        "epuck-pi:epuck.pair",
+        "epuck-pi:epuck.rfcomm",
+    }
+    left = swarm.shell("epuck-pi", f"ls {UNITS} {UNITS}/multi-user.target.wants")
+    assert "epuck" not in left
+    assert "swarm-newswarm.target" in left
+    assert swarm.plan(without).status == 0
+
+
+def test_leader_to_central_restarts_drivers_a_moved_master_everything(
+    swarm: LabSwarm,
+) -> None:
+    before = swarm.pids()
+    same = swarm.variant(
+        "central", ("mode: leader", "mode: central"), ("leader: koala-laptop", "hub: koala-laptop")
+    )
+    run = swarm.deploy(same)
+    assert run.status == 0, run.out + run.err
+    assert changed(before, swarm.pids()) == {"koala-laptop:koala", "k3-pi:k3", "epuck-pi:epuck"}
+    moved = swarm.variant("moved", ("mode: leader", "mode: central"), ("leader: koala-laptop", "hub: k3-pi"))
+    run = swarm.deploy(moved)
+    assert run.status == 0, run.out + run.err
+    assert changed(before, swarm.pids()) == {
+        "koala-laptop:master", "koala-laptop:koala", "k3-pi:master", "k3-pi:k3", "epuck-pi:epuck",
+    }  # fmt: skip
+    assert "master" not in swarm.units("koala-laptop")
+    with swarm.driving(LEADER, "epuck", 0.05):
+        assert swarm.robot("epuck")["v"] == pytest.approx(0.05, rel=0.05)
+    swarm.seconds_to_standstill("epuck")

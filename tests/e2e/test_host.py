@@ -1,0 +1,76 @@
+"""Hosts: they come back by themselves, their units are locked up, and people can launch by hand."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+
+import pytest
+
+from tests.e2e.lab_swarm import (
+    HOME,
+    LEADER,
+    SOURCE,
+    LabSwarm,
+    Note,
+    within,
+)
+
+EXPOSED_AT_MOST = 2.0
+
+
+def test_a_rebooted_host_takes_up_its_part_by_itself(swarm: LabSwarm, note: Note) -> None:
+    seconds = swarm.reboot("k3-pi")
+    with swarm.driving(LEADER, "k3", 0.1):
+        assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
+    swarm.seconds_to_standstill("k3")
+    assert swarm.plan().status == 0
+    note("k3-pi: reboot to SSH", f"{seconds:.1f} s", "")
+
+
+def test_a_rebooted_hub_brings_its_master_and_every_robot_back(swarm: LabSwarm, note: Note) -> None:
+    """rospy never joins a master anew: a driver unknown to its master ends, and systemd starts another."""
+    swarm.reboot("koala-laptop")
+    with swarm.driving(LEADER, "koala", 0.2):
+        assert swarm.robot("koala")["v"] == pytest.approx(0.2, rel=0.05)
+    swarm.seconds_to_standstill("koala")
+
+    def known() -> bool:
+        nodes = swarm.shell("koala-laptop", f"{SOURCE}; rosnode list").split()
+        return all(f"/{robot}/driver" in nodes for robot in ("koala", "k3", "epuck"))
+
+    within(15, known, "a driver does not join the new master")
+    with swarm.driving(LEADER, "k3", 0.1):
+        assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
+    swarm.seconds_to_standstill("k3")
+
+
+def test_units_expose_little(swarm: LabSwarm, note: Note) -> None:
+    for host in swarm.hosts:
+        for unit in swarm.units(host):
+            said = swarm.shell(
+                host, f"systemd-analyze security --no-pager swarm-newswarm.{unit}.service | tail -n 1"
+            )
+            exposure = float(re.findall(r": ([0-9.]+) ", said)[0])
+            note(f"exposure of {host} {unit}", f"{exposure}", f"<= {EXPOSED_AT_MOST}")
+            assert exposure <= EXPOSED_AT_MOST
+
+
+def test_the_launch_files_work_by_hand(swarm: LabSwarm) -> None:
+    swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.k3")
+    command = f"{SOURCE}; echo $$; exec roslaunch {HOME}/current/launch/swarm.launch"
+    with subprocess.Popen(
+        swarm.shell_argv("k3-pi", command), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as launch:
+        assert launch.stdout is not None
+        pid = int(launch.stdout.readline())
+        try:
+            with swarm.driving(LEADER, "k3", 0.1):
+                assert swarm.robot("k3")["v"] == pytest.approx(0.1, rel=0.05)
+            swarm.shell("k3-pi", f"kill -INT {pid}")
+            launch.communicate(timeout=15)
+        finally:
+            launch.kill()
+    swarm.seconds_to_standstill("k3")
+    swarm.shell("k3-pi", "sudo systemctl start swarm-newswarm.k3")
+    within(15, lambda: swarm.units("k3-pi")["k3"].active == "active", "the unit does not start again")

@@ -1,0 +1,191 @@
+"""What a deploy changes on a host beside ROS: clock and names; and that removing leaves nothing of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.e2e.lab_swarm import (
+    HOME,
+    LabSwarm,
+    Note,
+    SshError,
+    lab_of,
+    quoted,
+    within,
+)
+
+SPEC = """\
+version: 1
+name: newswarm
+mode: central
+hub: laptop
+hosts:
+  laptop: {address: 192.168.77.10, user: robot, computer: laptop}
+  pi: {address: 192.168.77.11, user: robot, bluetooth: [hci0]}
+robots:
+  k3: {type: khepera3, host: pi}
+  epuck: {type: epuck, host: pi}
+links:
+  - {kind: wlan, name: lab, hosts: [laptop, pi]}
+  - {kind: serial, host: pi, robot: k3, usb: {serial: FTDI1234}}
+  - {kind: bluetooth, host: pi, robot: epuck, mac: "10:00:e8:c5:64:37", pin: {secret: epuck-pin}}
+"""
+CHRONY = "/etc/chrony/chrony.conf"
+# A lab's host has no clock of its own to set. `-x` leaves the clock alone; all else of chronyd is real.
+UNSETTABLE = (
+    "sudo mkdir -p /etc/systemd/system/chrony.service.d && "
+    "printf '[Unit]\\nConditionCapability=\\n' | sudo tee /etc/systemd/system/chrony.service.d/lab.conf && "
+    "echo 'DAEMON_OPTS=\"-F 0 -x\"' | sudo tee /etc/default/chrony && "
+    "sudo systemctl daemon-reload && sudo systemctl start chrony"
+)
+PIN = "49713"
+PAIR = "swarm-newswarm.epuck.pair.service"
+VAULT = "/etc/swarm/newswarm/secrets"
+DROP_IN = f"/etc/systemd/system/{PAIR}.d"
+HERE_AND_NOW = (
+    "[Unit]\\nConditionPathExists=\\nConditionPathExists=/etc/swarm/newswarm/secrets/epuck-pin\\n"
+    "[Service]\\nEnvironment=SWARM_RADIOS=/run/radios PATH=/usr/local/bin:/usr/bin:/bin\\n"
+)
+BUSCTL = r"""#!/bin/sh
+case "$*" in
+*Adapter1\ Address) echo 's "00:11:22:33:44:55"' ;;
+*Device1\ Paired) exit 1 ;;
+esac
+"""
+BLUETOOTHCTL = r"""#!/bin/sh
+echo "Agent registered"
+while read -r verb rest; do
+  case $verb in
+  scan) echo "[NEW] Device 10:00:E8:C5:64:37 e-puck" ;;
+  pair) echo "[agent] Enter PIN code: "; read -r pin
+    [ "$pin" = 49713 ] && echo "Pairing successful" || echo "Failed to pair: x" ;;
+  *) echo "$verb succeeded" ;;
+  esac
+done
+"""
+
+
+@pytest.fixture(scope="module")
+def pair(workplace: Path) -> Iterator[LabSwarm]:
+    """A lab of two hosts on which chronyd runs as the distribution brings it."""
+    spec = workplace / "pair.yaml"
+    spec.write_text(SPEC)
+    folder = workplace / "pair"
+    folder.mkdir()
+    with lab_of(f"pair-{os.getpid()}", spec, folder) as swarm:
+        swarm.everywhere(UNSETTABLE)
+        yield swarm
+
+
+@pytest.fixture(scope="module")
+def before(pair: LabSwarm) -> dict[str, str]:
+    return etc(pair)
+
+
+@pytest.fixture(scope="module")
+def deployed(pair: LabSwarm, before: dict[str, str]) -> LabSwarm:
+    run = pair.deploy()
+    assert run.status == 0, run.out + run.err
+    return pair
+
+
+def etc(swarm: LabSwarm) -> dict[str, str]:
+    """Every file and link below /etc of every host, with what it holds."""
+    return swarm.everywhere(
+        "cd /etc && sudo find . \\( -type f -exec md5sum {} + \\) -o -type l -printf '%p -> %l\\n' | sort"
+    )
+
+
+def test_a_host_follows_the_hubs_clock_without_internet(deployed: LabSwarm, note: Note) -> None:
+    def selected() -> bool:
+        try:
+            return "^* 192.168.77.10" in deployed.shell("pi", "chronyc -n sources")
+        except SshError:  # chronyd is not up yet
+            return False
+
+    seconds = within(30, selected, "pi does not select the hub's clock")
+    tracking = dict(
+        (part.strip() for part in line.split(":", 1))
+        for line in deployed.shell("pi", "chronyc -n tracking").splitlines()
+    )
+    assert "192.168.77.10" in tracking["Reference ID"]
+    assert tracking["Leap status"] == "Normal"
+    assert tracking["Stratum"] == "11"
+    assert float(tracking["Root delay"].split()[0]) < 0.1
+    note("clock: the hub is selected, no internet", f"{seconds:.1f} s after the deploy", "<= 30 s")
+
+
+def test_a_second_deploy_restarts_no_chronyd(deployed: LabSwarm) -> None:
+    pids = deployed.everywhere("pidof chronyd")
+    assert deployed.deploy().status == 0
+    assert deployed.everywhere("pidof chronyd") == pids
+
+
+def test_a_hand_edit_of_our_lines_is_planned_and_repaired(deployed: LabSwarm) -> None:
+    deployed.shell("pi", f"sudo sed -i 's/prefer trust/prefer/' {CHRONY}")
+    steps = [(kind, target) for kind, target, _ in deployed.steps()["pi"]]
+    assert steps == [("write-block", CHRONY), ("reload", "chrony")]
+    assert deployed.deploy().status == 0
+    assert "prefer trust" in deployed.shell("pi", f"cat {CHRONY}")
+    assert deployed.steps() == {}
+
+
+def test_every_host_knows_every_other_by_name(deployed: LabSwarm) -> None:
+    for host in deployed.hosts:
+        for other, address in deployed.hosts.items():
+            assert address in deployed.shell(host, f"getent ahostsv4 {other}")
+
+
+def test_a_host_without_chrony_is_deployed_to_with_a_note(deployed: LabSwarm) -> None:
+    deployed.shell("pi", f"sudo mv /usr/sbin/chronyd /usr/sbin/away; sudo mv {CHRONY} {CHRONY}.away")
+    try:
+        plan = deployed.plan()
+        assert plan.status == 0, plan.out
+        assert "note: pi: it lacks chrony" in plan.out
+        assert "apt install chrony" in plan.out
+        assert "it lacks chrony" in deployed.deploy().out
+    finally:
+        deployed.shell("pi", f"sudo mv /usr/sbin/away /usr/sbin/chronyd; sudo mv {CHRONY}.away {CHRONY}")
+
+
+def test_a_pin_reaches_the_unit_that_pairs_and_nobody_else(deployed: LabSwarm, note: Note) -> None:
+    """No adapter is at hand: bluetoothctl and busctl are stand-ins, all around them is as on a robot."""
+    said = deployed.plan().out
+    assert "the secret epuck-pin is missing on the host and beside the spec" in said
+    for name, text in (("busctl", BUSCTL), ("bluetoothctl", BLUETOOTHCTL)):
+        deployed.shell(
+            "pi",
+            f"printf %s {quoted(text)} | sudo tee /usr/local/bin/{name}; sudo chmod +x /usr/local/bin/{name}",
+        )
+    deployed.shell("pi", f"sudo mkdir -p /run/radios {DROP_IN}")
+    deployed.shell(
+        "pi", f"printf {quoted(HERE_AND_NOW)} | sudo tee {DROP_IN}/lab.conf; sudo systemctl daemon-reload"
+    )
+    folder = deployed.spec.parent / "secrets"
+    folder.mkdir()
+    (folder / "epuck-pin").write_text(f"{PIN}\n")
+    (folder / "epuck-pin").chmod(0o600)
+    steps = [(kind, target) for kind, target, _ in deployed.steps()["pi"]]
+    assert steps == [("secret", "epuck-pin"), ("restart", PAIR)]
+    run = deployed.deploy()
+    assert run.status == 0, run.out + run.err
+    journal = f"sudo journalctl --boot --output=cat --unit {PAIR}"
+    seconds = within(20, lambda: "is paired" in deployed.shell("pi", journal), "the robot is not paired")
+    note("Bluetooth: paired by the PIN (stand-ins)", f"{seconds:.1f} s after the deploy", "")
+    assert "root 600" in deployed.shell("pi", f"sudo stat -c '%U %a' {VAULT}/epuck-pin")
+    assert PIN not in run.out + run.err + deployed.shell("pi", "sudo journalctl --boot --output=cat")
+    assert "no" in deployed.shell("pi", f"sudo grep -rqs {PIN} {HOME}/ || echo no")
+    assert deployed.steps() == {}
+    deployed.shell("pi", f"sudo rm -r {DROP_IN} /usr/local/bin/busctl /usr/local/bin/bluetoothctl")
+
+
+def test_removed_nothing_is_left(deployed: LabSwarm, before: dict[str, str]) -> None:
+    run = deployed.swarmctl("remove", "--yes")
+    assert run.status == 0, run.out + run.err
+    assert etc(deployed) == before
+    sources = deployed.shell("pi", "chronyc -n sources")
+    assert "192.168.77.10" not in sources

@@ -1,0 +1,142 @@
+"""The paper's five experiments (section 5), each in its own lab: what must arrive, and what must not."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import tarfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from tests.e2e import whole_graph
+from tests.e2e.experiment import EXAMPLES, PATIENCE, STILL, Experiment, conducted
+from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, within
+
+
+class Conducted:
+    """What holds for every experiment. ``EXAMPLE`` is its folder, ``FOLLOWERS`` the robots of the gamepad."""
+
+    EXAMPLE: str
+    FOLLOWERS: tuple[str, ...]
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def experiment(cls, workplace: Path) -> Iterator[Experiment]:
+        with conducted(cls.EXAMPLE, workplace, cls.prepare) as done:
+            yield done
+
+    @classmethod
+    def prepare(cls, swarm: LabSwarm) -> None:
+        """What a person does to the hosts before the first deploy."""
+
+    def test_is_deployed_and_healthy(self, experiment: Experiment, note: Note) -> None:
+        for what, seconds in experiment.seconds.items():
+            note(f"{self.EXAMPLE}: {what}", f"{seconds:.1f} s", "")
+        assert experiment.lab.plan().status == exit_codes.OK  # nothing is left to do
+
+    def test_every_master_knows_just_what_the_spec_says(self, experiment: Experiment) -> None:
+        experiment.settles()
+
+    def test_the_gamepad_drives_its_robots_and_no_others(self, experiment: Experiment, note: Note) -> None:
+        with experiment.gamepad() as pad:
+            took = experiment.drives(pad, *self.FOLLOWERS)
+            pad.let_go()
+            rest = experiment.seconds_to_rest()
+        note(f"{self.EXAMPLE}: button held until all move", f"{took:.2f} s", "")
+        note(f"{self.EXAMPLE}: button let go until all stand", f"{rest:.2f} s", f"<= {STILL} s")
+        assert rest <= STILL
+
+
+class TestSingleMinded(Conducted):
+    """One computer runs everything, small robots obey it over Bluetooth."""
+
+    EXAMPLE = "paper-1-single-minded"
+    FOLLOWERS = ("koala", "k3", "epuck-1", "epuck-2")
+
+    def test_nothing_runs_on_another_computer(self, experiment: Experiment) -> None:
+        assert experiment.lab.units("desktop") == {}
+        assert experiment.lab.shell("desktop", "pgrep -a python3 || true") == ""
+
+    def test_an_order_from_another_computer_moves_nothing(self, experiment: Experiment) -> None:
+        """Whoever names the leader's master joins its graph; the drivers reject its commands."""
+        hosts = experiment.spec.hosts
+        uri = experiment.spec.master_uri(experiment.spec.islands[0])
+        joined = f"export ROS_MASTER_URI={uri} ROS_IP={hosts['desktop'].address}"
+        with experiment.lab.publishing("desktop", "k3", 0.1, source=joined):
+            experiment.refuses("k3", LEADER)
+
+
+class TestLeader(Conducted):
+    """Three robots with computers of their own follow the Koala's."""
+
+    EXAMPLE = "paper-2-leader"
+    FOLLOWERS = ("koala", "k3", "epuck")
+
+    @pytest.mark.parametrize("host", ["k3-pi", LEADER])
+    def test_an_order_that_is_not_the_joysticks_moves_nothing(
+        self, experiment: Experiment, host: str
+    ) -> None:
+        with experiment.lab.publishing(host, "epuck", 0.05):
+            experiment.refuses("epuck", "epuck-pi")
+
+
+class TestCentral(Conducted):
+    """Robots of their own mind that meet at one master."""
+
+    EXAMPLE = "paper-3-central"
+    FOLLOWERS = ("koala", "epuck")
+
+    @classmethod
+    def prepare(cls, swarm: LabSwarm) -> None:
+        """The Khepera's own program goes where a Debian has its ROS packages."""
+        packed = io.BytesIO()
+        with tarfile.open(fileobj=packed, mode="w") as archive:
+            archive.add(EXAMPLES / cls.EXAMPLE / "simple_moves", "simple_moves")
+        argv = swarm.shell_argv("k3-pi", "sudo tar -xC /usr/share --no-same-owner")
+        subprocess.run(argv, input=packed.getvalue(), check=True, timeout=30)
+
+    def test_the_gamepad_drives_its_robots_and_no_others(self, experiment: Experiment, note: Note) -> None:
+        """The Khepera goes its own way until its own program ends; then no gamepad moves it."""
+        within(PATIENCE, lambda: moves(experiment.lab.robot("k3")), "k3 does not drive its square")
+        experiment.lab.shell("k3-pi", "sudo systemctl stop swarm-newswarm.square")
+        experiment.seconds_to_rest()
+        super().test_the_gamepad_drives_its_robots_and_no_others(experiment, note)
+
+    def test_an_order_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing(LEADER, "k3", 0.1):
+            experiment.refuses("k3", "k3-pi")
+
+
+class TestStandalone(Conducted):
+    """Every robot has a master of its own, and all follow one gamepad."""
+
+    EXAMPLE = "paper-4-standalone"
+    FOLLOWERS = ("koala", "k3", "epuck")
+
+    def test_what_is_not_declared_stays_at_home(self, experiment: Experiment) -> None:
+        lists = whole_graph.real(experiment.lab, experiment.spec)
+        at = [island for island, ends in lists.items() if "/k3/proximity" in {end.topic for end in ends}]
+        assert at == ["k3-pi"]
+
+    def test_a_command_under_a_foreign_master_does_not_arrive(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing("k3-pi", "epuck", 0.05):
+            experiment.receives_nothing("epuck", ordered_on="k3-pi", home="epuck-pi")
+
+
+class TestCombined(Conducted):
+    """Groups of simple robots around leaders, and a robot that stands alone."""
+
+    EXAMPLE = "paper-5-combined"
+    FOLLOWERS = ("koala", "epuck-1", "epuck-2", "khepera-2")
+
+    def test_a_simple_robot_is_deaf_to_another_island(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing("epuck-pi", "khepera_2", 0.05):
+            experiment.receives_nothing("khepera-2", ordered_on="lone-epuck", home="khepera-group")
+
+    def test_a_simple_robot_refuses_what_is_not_the_joysticks(self, experiment: Experiment) -> None:
+        """The topic crosses from the Koala's laptop: whatever is published there arrives, and is refused."""
+        with experiment.lab.publishing(LEADER, "khepera_2", 0.05):
+            experiment.refuses("khepera-2", "k3-pi")

@@ -1,0 +1,289 @@
+"""A protocol class of the user's own: whatever it does, the driver lives and the robot can be stopped."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+from swarm_driver import user_codec
+from swarm_driver.codec import BadReplyError
+from swarm_driver.config import Config, parse
+from swarm_driver.driver import Phase
+from swarm_driver.protocols import PythonProtocol
+from swarm_driver.report import Level
+from swarm_driver.user_codec import InterruptionError, UserCodec
+
+from tests.packages.driver.driver_process import running, wired
+from tests.packages.driver.fakes import Bench, config_for, params_for
+from tests.timing import PATIENCE, at_most
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit of time for one call of a class, for a busy machine."""
+    monkeypatch.setattr(user_codec, "_TIME_LIMIT", at_most(user_codec._TIME_LIMIT))
+
+
+CODEC = """\
+from swarm_driver.codec import BadReplyError, Reply, Request
+from swarm_driver.line_protocol import LineBuffer
+
+
+class KoalaCodec:
+    def __init__(self, options):
+        pass
+
+    def speed(self, left, right):
+        return self.ask(f"D,{left},{right}")
+
+    def query(self, name):
+        return self.ask({"position": "H", "proximity": "N"}[name])
+
+    def actuator(self, actuator, index, values):
+        return self.ask(f"L,{index},{values[0]}")
+
+    def identify(self):
+        return self.ask("B")
+
+    def ask(self, text):
+        return Request(text.encode() + b"\\n", text, lambda: Reader(text[0].lower()))
+
+
+class Reader:
+    noise = 0
+    stray = ""
+
+    def __init__(self, head):
+        self.head = head
+        self.lines = LineBuffer()
+
+    def feed(self, data):
+        for line in self.lines.feed(data):
+            head, _, rest = line.decode("latin-1").partition(",")
+            if head == self.head:
+                numbers = rest.split(",") if head in "hn" else ()
+                return Reply(tuple(int(one) for one in numbers), rest)
+        return None
+"""
+ASK = "        return Request("
+FEED = "        for line in self.lines"
+AHEAD, STOP = "D,44,44", "D,0,0"
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Callable[..., Config]:
+    """The parameters of a Koala that is spoken to through a class; its text with changes made to it."""
+
+    def made(*changes: tuple[str, str]) -> Config:
+        text = CODEC
+        for before, after in changes:
+            assert before in text
+            text = text.replace(before, after)
+        module = tmp_path / "koala.py"
+        module.write_text(text)
+        protocol = PythonProtocol(0.15, module, "KoalaCodec", {}, True, {"position": 2, "proximity": 16})
+        koala = config_for("koala")
+        sensors = tuple(one for one in koala.sensors if one.read in protocol.values)
+        return replace(koala, protocol=protocol, sensors=sensors, actuators=())
+
+    return made
+
+
+def driving(config: Config) -> Bench:
+    bench = Bench(config)
+    bench.run(1.0)
+    for _ in range(10):
+        bench.order(0.2)
+        bench.run(0.1)
+    return bench
+
+
+def test_it_drives_as_a_protocol_of_lines_does(config: Callable[..., Config]) -> None:
+    bench = driving(config())
+    assert bench.driver.phase is Phase.READY
+    assert bench.robot.speed == (44, 44)
+    assert bench.sink.reports[-1].values["firmware"] == "5,1"
+    assert bench.sink.readings[-1] == ("proximity", (7,) * 16)
+    bench.run(1.0)
+    assert bench.robot.speed == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ((ASK, "        1 / 0\n" + ASK), "koala.py:23: ZeroDivisionError: division by zero"),
+        ((ASK, "        import sys; sys.exit()\n" + ASK), "koala.py:23: SystemExit"),
+        (
+            (ASK, "        return None\n" + ASK),
+            "koala.py: `query` returns a NoneType instead of a Request of",
+        ),
+        (
+            (ASK, "        return Request('H', 'H', None)\n" + ASK),
+            "returns a Request instead of a Request of",
+        ),
+        ((ASK, "        return Request(b'', 'H', Reader)\n" + ASK), "makes a request of 0 bytes"),
+        (
+            (FEED, "        data.decode('ascii').nonsense\n" + FEED),
+            "koala.py:35: AttributeError: 'str' object",
+        ),
+        ((FEED, "        return 7\n" + FEED), "koala.py: `feed` returns a int instead of a Reply or None"),
+        ((FEED, "        return Reply((1,))\n" + FEED), "koala.py: `feed` returns 1 values instead of"),
+        ((FEED, "        return Reply((float('nan'), 1))\n" + FEED), "which are no numbers"),
+        ((FEED, "        return Reply((10**400, 1))\n" + FEED), "which are no numbers"),
+        ((FEED, "        return Reply((True, 1))\n" + FEED), "which are no numbers"),
+        ((FEED, "        raise BadReplyError('bad sum')\n" + FEED), "bad sum"),
+    ],
+    ids=lambda value: value[-40:] if isinstance(value, str) else "",
+)
+def test_a_fault_in_a_question_is_a_failed_exchange_with_its_place(
+    config: Callable[..., Config], change: tuple[str, str], expected: str
+) -> None:
+    """The fault is there for questions alone: commands go out, and the robot stops in time."""
+    before, after = change
+    fault, _, rest = after.partition("\n")
+    asks = "text" if before == ASK else "self.head"
+    only = f"        if {asks} in ('H', 'N', 'h', 'n'):\n    {fault}\n{rest}"
+    bench = driving(config((before, only)))
+    assert bench.driver.phase is Phase.READY
+    assert bench.robot.speed == (44, 44)
+    report = bench.sink.reports[-1]
+    assert report.level is Level.WARN
+    assert expected in report.values["last error"]
+    bench.run(1.0)
+    assert bench.robot.speed == (0, 0)
+
+
+def test_a_class_that_fails_on_the_stop_stops_the_robot_all_the_same(config: Callable[..., Config]) -> None:
+    """Once it has been able to make a stop: those bytes are kept."""
+    later = (
+        "        self.stops = getattr(self, 'stops', 0) + (text == 'D,0,0')\n        assert self.stops < 3\n"
+    )
+    bench = driving(config((ASK, later + ASK)))
+    assert bench.robot.speed == (44, 44)
+    bench.run(0.7)
+    assert bench.robot.speed == (0, 0)
+    bench.run(5.0)
+    assert any("koala.py:23: AssertionError" in text for _, text in bench.sink.events)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("class KoalaCodec", "class KaolaCodec"), "AttributeError"),
+        (("        pass", "        raise OSError('no such dongle')"), "koala.py:7: OSError: no such dongle"),
+        (("import LineBuffer", "import LineBufer"), "koala.py:2: ImportError"),
+        (("class Reader:", "class Reader"), "koala.py:25: SyntaxError"),
+        ((ASK, "        0 / 0\n" + ASK), "koala.py:22: ZeroDivisionError"),
+        (("        pass", "        raise SystemExit(0)"), "koala.py:7: SystemExit"),
+        (("        pass", "        raise KeyboardInterrupt"), "koala.py:7: KeyboardInterrupt"),
+        (("class Reader:", "quit()\nclass Reader:"), "koala.py:25: SystemExit"),
+        (("def speed", "def speeds"), "koala.py: AttributeError: 'KoalaCodec' object has no attribute"),
+    ],
+    ids=lambda value: value[-40:] if isinstance(value, str) else "",
+)
+def test_a_class_that_cannot_be_made_is_reported_and_retried(
+    config: Callable[..., Config], change: tuple[str, str], expected: str
+) -> None:
+    bench = Bench(config(change))
+    bench.run(10.0)
+    assert bench.robot.said == []
+    report = bench.sink.reports[-1]
+    assert report.level is Level.ERROR
+    assert expected in report.message
+    assert bench.robot.opened > 3
+    config()  # fixed meanwhile
+    bench.run(10.0)
+    assert bench.driver.phase is Phase.READY
+
+
+@pytest.mark.parametrize("method", ["speed", "query", "identify", "feed", "setup"])
+@pytest.mark.parametrize("raised", ["SystemExit(0)", "KeyboardInterrupt", "GeneratorExit"])
+def test_no_method_can_end_the_driver(config: Callable[..., Config], method: str, raised: str) -> None:
+    """After the first stop, which is kept: the robot is stopped whatever the class does then."""
+    ends = f"        if getattr(KoalaCodec, 'late', False): raise {raised}\n        KoalaCodec.late = True\n"
+    if method == "setup":  # which the class lacks
+        change = ("    def speed", f"    def setup(self):\n        raise {raised}\n\n    def speed")
+    else:
+        head = next(line for line in CODEC.splitlines() if f"def {method}(" in line) + "\n"
+        change = (head, head + (ends if method != "identify" else f"        raise {raised}\n"))
+    bench = driving(config(change))
+    bench.run(3.0)
+    assert bench.robot.speed == (0, 0)
+    name = raised.partition("(")[0]
+    report = bench.sink.reports[-1]
+    texts = [*(text for _, text in bench.sink.events), report.values["last error"], report.message]
+    assert any(name in text for text in texts)
+
+
+def test_what_a_signal_raises_is_no_fault_of_the_class(config: Callable[..., Config]) -> None:
+    """Else a test that is broken off would go on."""
+    calls = "        from swarm_driver.user_codec import InterruptionError\n        raise InterruptionError\n"
+    with pytest.raises(InterruptionError):
+        UserCodec(config(("        pass\n", calls)).protocol)
+
+
+def test_what_the_class_prints_is_not_among_the_results(
+    config: Callable[..., Config], capfd: pytest.CaptureFixture[str]
+) -> None:
+    UserCodec(config(("        pass\n", "        print('made')\n")).protocol)
+    assert capfd.readouterr().out == ""
+
+
+def test_a_file_that_is_gone(config: Callable[..., Config]) -> None:
+    gone = config()
+    gone.protocol.module.unlink()
+    with pytest.raises(BadReplyError, match=r"koala\.py: FileNotFoundError"):
+        UserCodec(gone.protocol)
+
+
+def test_the_parameters_name_the_file_from_their_own_folder(config: Callable[..., Config]) -> None:
+    data = yaml.safe_load(
+        """{kind: python, module: ../codecs/koala.py, codec: KoalaCodec, options: {a: 1}, identify: false,
+        reply_timeout: 0.2, set_speed: {}, queries: {position: {values: 2}}}"""
+    )
+    parsed = parse({**params_for("koala"), "protocol": data}, Path("/opt/x/params")).protocol
+    assert parsed == PythonProtocol(
+        0.2, Path("/opt/x/params/../codecs/koala.py"), "KoalaCodec", {"a": 1}, False, {"position": 2}
+    )
+
+
+def test_a_class_that_hangs_ends_the_driver_and_the_motors_stop(
+    tmp_path: Path,
+) -> None:
+    """As systemd does it: what runs after the driver stops the robot."""
+    hangs = "        while self.left and text == 'H' and self.left != '0': pass\n"
+    notes = "        self.left = text.split(',')[1] if text[0] == 'D' else getattr(self, 'left', None)\n"
+    (tmp_path / "koala.py").write_text(CODEC.replace(ASK, notes + hangs + ASK))
+    with wired("koala", tmp_path) as wiring:
+        params = yaml.safe_load(wiring.config.read_text())
+        values = {name: {"values": one["values"]} for name, one in params["protocol"]["queries"].items()}
+        params["protocol"] = {
+            "kind": "python", "module": "koala.py", "codec": "KoalaCodec", "options": {}, "identify": True,
+            "reply_timeout": 0.15, "queries": values,
+        }  # fmt: skip
+        wiring.config.write_text(yaml.safe_dump(params))
+        with running(wiring.config) as node:
+            node.wait_until_ready()
+            node.order(0.2)
+            assert node.process.wait(PATIENCE) == -signal.SIGALRM
+        assert wiring.moving()
+        assert wiring.stop_motors().returncode == 0
+        assert not wiring.moving()
+
+
+def test_stop_motors_ends_in_time_with_a_class_that_hangs(tmp_path: Path) -> None:
+    """No driver moves such a robot; and nothing waits for the class before the next one starts."""
+    (tmp_path / "koala.py").write_text(CODEC.replace(ASK, "        while True: pass\n" + ASK))
+    with wired("koala", tmp_path) as wiring:
+        params = yaml.safe_load(wiring.config.read_text())
+        params["protocol"] = {
+            "kind": "python", "module": "koala.py", "codec": "KoalaCodec", "options": {}, "identify": True,
+            "reply_timeout": 0.15, "queries": {"position": {"values": 2}},
+        }  # fmt: skip
+        wiring.config.write_text(yaml.safe_dump(params))
+        ran = wiring.stop_motors()
+        assert ran.returncode == -signal.SIGALRM

@@ -1,0 +1,109 @@
+"""As much of rospy as teleop touches, without a master. What happens stands in the folder $FAKE_ROS.
+
+Publications go to its file ``said``, one JSON object a line; Joy messages come from its pipe ``joy``.
+A file ``restarted`` there is a master that knows no node until one joins, ``kicked`` one that ends the node,
+``away`` one that does not answer; ``failing`` is a bug in publishing whatever moves a robot.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+import types
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+_FOLDER = Path(os.environ["FAKE_ROS"])
+_LOCK = threading.Lock()
+_HOOKS: list[Any] = []
+_state = SimpleNamespace(name="", closed=False)
+
+
+class ROSException(Exception):  # noqa: N818  its name in rospy
+    """Such as: publish() to a closed topic."""
+
+
+def _said(**news: Any) -> None:
+    with _LOCK, (_FOLDER / "said").open("a") as file:
+        file.write(json.dumps({"at": time.monotonic(), "pid": os.getpid(), **news}) + "\n")
+
+
+class _Twist:
+    def __init__(self) -> None:
+        self.linear, self.angular = (SimpleNamespace(x=0.0, y=0.0, z=0.0) for _ in range(2))
+
+
+def _messages(package: str, **kinds: Any) -> None:
+    module = types.ModuleType(f"{package}.msg")
+    module.__dict__.update(kinds)
+    sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
+
+
+_messages("geometry_msgs", Twist=_Twist)
+_messages("sensor_msgs", Joy=object)
+
+
+def init_node(name: str, disable_signals: bool) -> None:
+    assert disable_signals
+    while (_FOLDER / "away").exists():
+        time.sleep(0.05)
+    (_FOLDER / "restarted").unlink(missing_ok=True)
+    _state.name = f"{os.environ['ROS_NAMESPACE'].rstrip('/')}/{name}"
+    _said(node=_state.name)
+    threading.Thread(target=_until_kicked, daemon=True).start()
+
+
+def _until_kicked() -> None:
+    while not (_FOLDER / "kicked").exists():
+        time.sleep(0.02)
+    signal_shutdown("new node registered with same name")
+
+
+def on_shutdown(hook: Any) -> None:
+    _HOOKS.append(hook)
+
+
+def signal_shutdown(reason: str) -> None:
+    for hook in _HOOKS:
+        hook()
+    _HOOKS.clear()
+    _state.closed = True
+    _said(shutdown=reason)
+
+
+def get_name() -> str:
+    return _state.name
+
+
+def get_master() -> Any:
+    code = -1 if (_FOLDER / "restarted").exists() else 1
+    return SimpleNamespace(lookupNode=lambda name: (code, "", ""))
+
+
+class Publisher:
+    def __init__(self, topic: str, _type: Any, queue_size: int, tcp_nodelay: bool) -> None:
+        assert (queue_size, tcp_nodelay) == (1, True)
+        self._topic = topic
+
+    def publish(self, message: Any) -> None:
+        if _state.closed:
+            raise ROSException("publish() to a closed topic")
+        if (_FOLDER / "failing").exists() and message.linear.x:
+            raise RuntimeError("a bug")
+        _said(topic=self._topic, linear=message.linear.x, angular=message.angular.z)
+
+
+class Subscriber:
+    def __init__(self, topic: str, _type: Any, take: Any, **_: Any) -> None:
+        self._take = take
+        _said(subscribes=topic)
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        with (_FOLDER / "joy").open() as lines:
+            for line in lines:
+                self._take(SimpleNamespace(**json.loads(line)))

@@ -1,0 +1,327 @@
+"""The agent over a real SSH connection: kept on the host, distinguished from noise, run as root, cheap."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmctl.remote import agent_archive, agent_client
+from swarmctl.remote.ssh import SshTransport
+from swarmctl.remote.transport import HostError, Kind, Output, Session
+from swarmctl.render.bundle import Bundle, File, Unit
+from tests.packages.agent.local_session import LocalSession
+from tests.remote import sshd as servers
+from tests.remote.captured_wire import proxy
+
+OBSERVE = {"verb": "observe", "swarm": "new"}
+SYSTEMCTL = """#!/bin/sh
+[ "$1" = show ] || exit 0
+while [ "$1" != -- ]; do shift; done; shift
+for u; do
+  printf 'Id=%s\\nLoadState=loaded\\nActiveState=active\\n' $u
+  printf 'SubState=running\\nMainPID=4711\\nNRestarts=0\\n\\n'
+done
+"""
+
+
+@pytest.fixture
+def prefix(tmp_path: Path) -> Path:
+    """A folder that plays the root of the host."""
+    root = tmp_path / "host"
+    for folder in ("opt", "etc", "run/systemd/system", "bin", "home"):
+        (root / folder).mkdir(parents=True)
+    (root / "etc/hosts").write_text("127.0.0.1 localhost\n")
+    (root / "bin/systemctl").write_text(SYSTEMCTL)
+    (root / "bin/systemctl").chmod(0o755)
+    return root
+
+
+def ask(session: Session, *question: Any, **more: Any) -> dict[str, Any]:
+    """One question, one agent."""
+    with agent_client.talk(session) as host:
+        return host.ask(*question, **more)
+
+
+def environment(prefix: Path, path: str = "/usr/sbin:/usr/bin:/sbin:/bin") -> str:
+    return f"SetEnv SWARM_PREFIX={prefix} PATH={prefix}/bin:{path} HOME={prefix}/home"
+
+
+def release(files: int = 20) -> Bundle:
+    """Of the size that a robot's host has."""
+    units = tuple(f"swarm-new-part{number}.service" for number in range(6))
+    contents = [File(f"units/{name}", b"[Service]\nExecStart=/bin/true\n" * 20) for name in units]
+    contents += [File(f"params/{n}.yaml", f"speed: {n}\n".encode() * 40) for n in range(files - len(units))]
+    return Bundle(
+        "new",
+        "pi",
+        tuple(contents),
+        tuple(Unit(name, (f"units/{name}",)) for name in units),
+        {f"/etc/systemd/system/{name}": f"units/{name}" for name in units},
+        {"/etc/hosts": "params/0.yaml"},
+    )
+
+
+def apply_request(bundle: Bundle) -> tuple[dict[str, object], bytes]:
+    request = {
+        "verb": "apply",
+        "swarm": "new",
+        "txid": agent_client.new_txid(),
+        "who": "test",
+        "base": None,
+        "next": bundle.digest,
+        "start": [unit.name for unit in bundle.units],
+    }
+    return request, agent_client.pack(
+        bundle.manifest_bytes, {file.path: (file.content, file.mode) for file in bundle.files}
+    )
+
+
+def test_the_agent_is_sent_once_and_kept(spare: Path, prefix: Path, transport: SshTransport) -> None:
+    sent: list[int] = []
+    with (
+        servers.running(spare, extra=environment(prefix)) as server,
+        transport.connect(server.target()) as session,
+    ):
+
+        class Counting:
+            @contextmanager
+            def channel(self, command: str, *, limit: int) -> Iterator[Counting]:
+                with session.channel(command, limit=limit) as self.inner:
+                    yield self
+
+            def exchange(self, stdin: Sequence[bytes], *enough: Any, **rest: Any) -> Output:
+                sent.append(sum(map(len, stdin)))
+                return self.inner.exchange(stdin, *enough, **rest)
+
+            def close(self) -> None: ...
+
+        for _ in range(2):
+            assert ask(Counting(), OBSERVE)["release"] is None
+
+    small = len(b'{"verb":"observe","swarm":"new","payload":0}\n')
+    assert sent == [small, small + len(agent_client.agent().archive), small]
+    kept = list((prefix / "opt/swarm/.agent").iterdir())
+    assert [path.name for path in kept] == [f"{agent_client.agent().digest}.zip"]
+
+
+def test_an_agent_that_was_tampered_with_is_not_run_but_sent_anew(
+    spare: Path, prefix: Path, transport: SshTransport
+) -> None:
+    with (
+        servers.running(spare, extra=environment(prefix)) as server,
+        transport.connect(server.target()) as session,
+    ):
+        ask(session, OBSERVE)
+        kept = prefix / f"opt/swarm/.agent/{agent_client.agent().digest}.zip"
+        kept.write_bytes(kept.read_bytes() + b"#")
+        ask(session, OBSERVE)
+        assert kept.read_bytes() == agent_client.agent().archive
+
+
+def test_a_whole_deploy_with_notes(spare: Path, prefix: Path, transport: SshTransport) -> None:
+    bundle = release()
+    notes: list[str] = []
+    with (
+        servers.running(spare, extra=environment(prefix)) as server,
+        transport.connect(server.target()) as session,
+    ):
+        request, payload = apply_request(bundle)
+        answer = ask(session, request, payload, on_note=notes.append)
+        seen = ask(session, {**OBSERVE, "know": bundle.digest})
+
+    assert answer["release"] == seen["release"] == bundle.digest
+    assert set(answer["units"]) == {unit.name for unit in bundle.units}
+    assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
+    assert notes[0] == "staging 20 files"
+    assert notes[1].startswith("starting swarm-new-part0.service, ")
+
+
+def test_a_deploy_with_nothing_to_do_fits_its_budget(
+    spare: Path, prefix: Path, transport: SshTransport
+) -> None:
+    bundle = release()
+    round_trip = 0.3  # s; long against what a busy machine adds
+
+    def idle(server: servers.Sshd, delay: float) -> tuple[float, int]:
+        with proxy(server.port, delay) as traffic:
+            begun = time.monotonic()
+            with transport.connect(server.target(port=traffic.port)) as session:
+                seen = ask(session, {**OBSERVE, "know": bundle.digest})
+            took = time.monotonic() - begun
+            assert seen["release"] == bundle.digest
+            assert len(seen["units"]) == 6
+            return took, traffic.up + traffic.down
+
+    with servers.running(spare, extra=environment(prefix)) as server:
+        with transport.connect(server.target()) as session:
+            ask(session, *apply_request(bundle))
+        near = min(idle(server, 0)[0] for _ in range(3))
+        far = min(idle(server, round_trip / 2)[0] for _ in range(3))
+        size = idle(server, 0)[1]
+
+    print(f"{size} bytes, {(far - near) / round_trip + 1:.2f} round trips")
+    assert size <= 8192
+    # The proxy answers the opening of the TCP connection at once, which costs one round trip more.
+    assert 5 < (far - near) / round_trip + 1 <= 8
+
+
+@pytest.mark.parametrize(
+    "noise", ["echo hi", "printf hi", "echo >&2 hi", "printf '@x {}\\n\\033]0;t\\007'", "seq 2000"]
+)
+def test_what_a_login_shell_prints_does_not_matter(
+    spare: Path, prefix: Path, transport: SshTransport, noise: str
+) -> None:
+    (prefix / "home/.bashrc").write_text(noise + "\n")
+    with (
+        servers.running(spare, extra=environment(prefix)) as server,
+        transport.connect(server.target()) as session,
+    ):
+        servers.run(session, "true")
+        printed = servers.run(session, "true")
+        assert printed.stdout + printed.stderr, "the shell printed nothing, so this test shows nothing"
+        assert ask(session, OBSERVE)["facts"]["uid"] == 0
+
+
+@pytest.mark.parametrize("shell", ["sh", "dash", "bash", "csh", "tcsh", "fish", "zsh", "busybox sh"])
+def test_the_command_line_is_the_same_to_every_shell(prefix: Path, shell: str) -> None:
+    program, *arguments = shell.split()
+    found = next((Path(d) / program for d in ("/bin", "/usr/bin") if (Path(d) / program).exists()), None)
+    if found is None:
+        pytest.skip(f"no {program} here (apt install {program})")
+    done = subprocess.run(
+        [found, *arguments, "-c", agent_client.command("cafe", "0" * 64, 0)],
+        capture_output=True,
+        check=True,
+        env={"PATH": "/usr/bin:/bin", "SWARM_PREFIX": str(prefix), "HOME": str(prefix / "home")},
+    )
+    assert done.stdout == b"\n@cafe need-agent\n"
+
+
+def test_an_error_of_the_agent_is_a_host_error(spare: Path, prefix: Path, transport: SshTransport) -> None:
+    bundle = release()
+    request, payload = apply_request(bundle)
+    with (
+        servers.running(spare, extra=environment(prefix)) as server,
+        transport.connect(server.target()) as session,
+        pytest.raises(HostError) as caught,
+    ):
+        ask(session, {**request, "base": "0" * 16}, payload)
+    assert caught.value.kind is Kind.REFUSED
+    assert caught.value.message == f"stale plan: it was made for release {'0' * 16}, the host has none"
+
+
+def test_a_host_without_python_is_an_error(spare: Path, prefix: Path, transport: SshTransport) -> None:
+    extra = f"SetEnv PATH={prefix}/bin HOME={prefix}/home"
+    with (
+        servers.running(spare, extra=extra) as server,
+        transport.connect(server.target()) as session,
+        pytest.raises(HostError) as caught,
+    ):
+        ask(session, OBSERVE)
+    assert caught.value.message == "the host has no python3"
+
+
+def without_root(folder: Path, sudo: str) -> LocalSession:
+    """The host as ``nobody`` finds it, with this ``sudo`` before any other on the path."""
+    tools = folder / "tools"
+    tools.mkdir()
+    folder.chmod(0o755)
+    (tools / "sudo").write_text(sudo)
+    (tools / "sudo").chmod(0o755)
+    return LocalSession(
+        {"PATH": f"{tools}:/usr/bin:/bin", "SWARM_PREFIX": str(folder)},
+        ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"),
+    )
+
+
+class Recorded:
+    """A host that sends the same output for every request; ``%n`` stands for the nonce."""
+
+    def __init__(self, output: bytes) -> None:
+        self._output = output
+
+    @contextmanager
+    def channel(self, command: str, *, limit: int) -> Iterator[Recorded]:
+        nonce = command.split(" sh ", 1)[1].split(maxsplit=1)[0]
+        yield Recorded(self._output.replace(b"%n", nonce.encode()))
+
+    def exchange(self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float) -> Output:
+        enough(self._output)
+        return Output(1, self._output, b"bad \x1b]0;title\x07\n")
+
+    def close(self) -> None: ...
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="becoming another user needs root")
+@pytest.mark.parametrize(
+    "sudo",
+    ["#!/bin/sh\necho 'sudo: a password is required' >&2; exit 1\n", "#!/nowhere/sudo: not found\n"],
+    ids=["password", "no sudo"],
+)
+def test_neither_root_nor_sudo_is_a_matter_of_privilege(sudo: str) -> None:
+    # Another user may not enter the folders that pytest makes.
+    with tempfile.TemporaryDirectory() as folder, pytest.raises(HostError) as caught:
+        ask(without_root(Path(folder), sudo), OBSERVE)
+    assert caught.value.kind is Kind.PRIVILEGE
+    assert "NOPASSWD" in caught.value.hint
+
+
+@pytest.mark.parametrize(
+    ("output", "kind"),
+    [
+        (b"", Kind.PROTOCOL),
+        (b"\n@%n {broken\n", Kind.PROTOCOL),
+        (b"\n@%n z:AAAA\n", Kind.PROTOCOL),
+        (b'\n@%n {"answer": 7}\n', Kind.PROTOCOL),
+        (b'\n@%n {"error": {"kind": "unknown kind", "message": "\\u001b[2J"}}\n', Kind.PROTOCOL),
+        (b"\n@%n cannot-keep-agent [Errno 30] Read-only file system\n", Kind.REFUSED),
+        (b"\n@%n need-agent\n", Kind.PROTOCOL),
+        (b'\n@ffff {"answer": {}}\n', Kind.PROTOCOL),
+    ],
+)
+def test_any_unexpected_output_is_a_harmless_error(output: bytes, kind: Kind) -> None:
+    with pytest.raises(HostError) as caught:
+        ask(Recorded(output), OBSERVE)
+    assert caught.value.kind is kind
+    assert caught.value.message.isprintable()
+
+
+def test_the_same_sources_make_the_same_agent_and_payload() -> None:
+    first = agent_client.agent().archive
+    agent_archive._archive.cache_clear()
+    assert agent_client.agent().archive == first
+    files = {"b": (b"2", 0o644), "a": (b"1", 0o755)}
+    assert agent_client.pack(b"{}", files) == agent_client.pack(b"{}", dict(sorted(files.items())))
+
+
+def test_text_from_a_host_cannot_steer_a_terminal() -> None:
+    assert (
+        agent_client.printable(b"caf\xc3\xa9 \x1b[2J\x9b \xe2\x80\xae\r") == "café \\x1b[2J\\x9b \\u202e\\r"
+    )
+
+
+@pytest.mark.skipif(not Path("/usr/bin/sudo").exists(), reason="needs sudo (apt install sudo)")
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs root to call sudo without a password")
+def test_sudo_passes_everything_through(prefix: Path) -> None:
+    # The agent as the loader starts it, but through the real sudo even though we are root.
+    command = agent_client.command(
+        "cafe", agent_client.agent().digest, len(agent_client.agent().archive)
+    ).replace('[ "$(id -u)" = 0 ] || exec sudo -n', "exec sudo -n")
+    command = command.replace("sudo -n python3", f"sudo -n SWARM_PREFIX={prefix} python3")
+    done = subprocess.run(
+        ["/bin/sh", "-c", command],
+        input=agent_client.agent().archive + b'{"verb":"observe","swarm":"new","payload":0}\n',
+        capture_output=True,
+        check=False,
+        env={"PATH": "/usr/bin:/bin"},
+    )
+    assert done.stdout.startswith(b"\n@cafe "), done.stderr
+    assert (prefix / "opt/swarm/.agent").is_dir()

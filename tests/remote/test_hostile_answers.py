@@ -1,0 +1,226 @@
+"""Whatever a host answers to a request, the outcome is a value or that host's error, never an exception."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from swarm_agent.messages import ANSWERS
+
+from swarmctl.deploy import flash, rollout
+from swarmctl.firmware import avrdude
+from swarmctl.health import collect
+from swarmctl.health.observations import Answer
+from swarmctl.plan.plan import HostPlan
+from swarmctl.remote import parallel_hosts
+from swarmctl.remote.answer_check import DEEPEST, bounded, mismatch
+from swarmctl.remote.transport import HostError, Kind, Output, Target
+from tests.health.swarm_values import graph
+from tests.packages.agent.fakehost import bundle
+
+RELEASE = bundle("1")
+PI = {"pi": Target("pi", "10.0.0.1", "root")}
+UNIT = {
+    "load": "loaded", "active": "active", "sub": "running", "result": "success", "text": "",
+    "pid": 1, "restarts": 0, "skipped": False,
+}  # fmt: skip
+FACTS = {
+    "hostname": "pi", "machine": "armv7l", "python": "3.8.10", "systemd": True, "uid": 0, "boot_id": "b",
+    "time": 1.0, "free_bytes": 1, "free_inodes": 1, "has": {"rospy": None}, "absent": [],
+}  # fmt: skip
+OBSERVED = {
+    "facts": FACTS, "release": None, "releases": [], "transaction": {}, "staging": [], "lock": None,
+    "drift": {"files": {}, "links": {}, "blocks": {}}, "units": {"koala.service": UNIT},
+    "manifest": RELEASE.manifest,
+}  # fmt: skip
+FITTING: dict[str, Any] = {
+    "observe": OBSERVED,
+    "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
+    "keep_secrets": {"kept": []},
+    "remove": {"removed": True},
+    "flash": {"runs": True, "told": True},
+    "probe": {"units": {"koala.service": UNIT}, "troubles": {}},
+}
+
+
+class Session:
+    """Answers each request with ``answer(verb)``, as the agent would print it."""
+
+    def __init__(self, answer: Callable[[str], str]) -> None:
+        self._answer = answer
+
+    @contextmanager
+    def channel(self, command: str, *, limit: int = 0) -> Iterator[Session]:
+        self._nonce = command.split("' sh ", 1)[1].split(" ", 1)[0]
+        yield self
+
+    def exchange(
+        self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 0.0
+    ) -> Output:
+        verb = json.loads(stdin[0])["verb"]
+        printed = f"\n@{self._nonce} {self._answer(verb)}\n".encode()
+        return Output(None if enough(printed) else 1, printed, b"")
+
+    def close(self) -> None: ...
+
+
+class Transport:
+    def __init__(self, answer: Callable[[str], str]) -> None:
+        self._answer = answer
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[Session]:
+        yield Session(self._answer)
+
+
+JOB = flash.Job("new", "k3", "pi", "k3.service", "/dev/k3", "0" * 16, avrdude.Writing({}, ("avrdude",)))
+
+
+def outcomes(transport: Transport) -> dict[str, Any]:
+    """What each command makes of the answers: by verb the value or the error of the host."""
+    plan = rollout.observe({"pi": RELEASE}, PI, transport, diff=True).hosts[0]
+    (deployed,) = results(rollout.deploy({"pi": RELEASE}, PI, transport))
+    (removed,) = results(rollout.remove("new", PI.values(), transport))
+    (flashed,) = results(flash.flash([JOB], PI, transport))
+    shown = graph()
+    targets = {host.name: Target(host.name, "10.0.0.1", "root") for host in shown.hosts}
+    probed = collect.ask(shown, targets, transport, window=0.1)[shown.hosts[0].name]
+    return {"observe": plan, "apply": deployed, "remove": removed, "flash": flashed, "probe": probed}
+
+
+def results(events: Any) -> list[Any]:
+    return [
+        parallel_hosts.result_of(event)
+        for event in events
+        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
+    ]
+
+
+def no_bug(found: dict[str, Any]) -> None:
+    plan = found["observe"]
+    assert isinstance(plan, HostPlan)
+    assert plan.problem is None or plan.problem.kind != Kind.BUG.value, plan.problem
+    for outcome in found.values():
+        assert not isinstance(outcome, HostError) or outcome.kind is not Kind.BUG, outcome
+
+
+def answering(value: Any) -> Callable[[str], str]:
+    return lambda _: json.dumps({"answer": value})
+
+
+LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=6) | st.just(10**400)
+JSON = st.recursive(
+    LEAVES,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3),
+)
+
+
+@st.composite
+def damaged(draw: st.DrawFn) -> dict[str, Any]:
+    """Answers that fit, with something else in one place of each."""
+    made = json.loads(json.dumps(FITTING))
+    for verb in made:
+        place, steps = made[verb], draw(st.integers(0, 5))
+        for _ in range(steps):
+            inner = [key for key, one in place.items() if isinstance(one, dict) and one]
+            if not inner:
+                break
+            place = place[draw(st.sampled_from(inner))]
+        place[draw(st.sampled_from(sorted(place)))] = draw(JSON)
+    return made
+
+
+def test_fitting_answers_give_values() -> None:
+    found = outcomes(Transport(lambda verb: json.dumps({"answer": FITTING[verb]})))
+    assert isinstance(found["apply"], rollout.Outcome)
+    assert found["remove"] == rollout.Removed(True)
+    assert found["flash"] == {"k3": flash.Flashed(True, True)}
+    assert isinstance(found["probe"], Answer)
+    assert found["observe"].problem is None
+    assert {verb for verb in ANSWERS if mismatch(FITTING[verb], ANSWERS[verb])} == set()
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(JSON)
+def test_any_json_is_a_value_or_the_hosts_error(value: Any) -> None:
+    no_bug(outcomes(Transport(answering(value))))
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(damaged())
+def test_a_damaged_answer_is_a_value_or_the_hosts_error(answers: dict[str, Any]) -> None:
+    no_bug(outcomes(Transport(lambda verb: json.dumps({"answer": answers[verb]}))))
+
+
+@pytest.mark.parametrize(
+    "printed",
+    [
+        "[" * 100_000,
+        '{"answer":' + "[" * 100_000 + "]" * 100_000 + "}",
+        '{"answer":' + '{"a":' * 40 + "1" + "}" * 41,
+        '{"answer": {"units": ' + "9" * 5000 + "}}",
+        '{"answer": NaN}',
+        '{"answer": {"release": "\\ud800"}}',
+        '{"error": {"kind": [], "message": {"a": []}, "hint": 7}}',
+        '{"error": {"kind": "bug", "message": "x"}}',
+        '{"note": {"a": 1}}',
+        "z:" + "A" * 40,
+        "z:%%%",
+        "{",
+    ],
+    ids=range(12),
+)
+def test_what_is_no_answer_is_the_hosts_error(printed: str) -> None:
+    found = outcomes(Transport(lambda _: printed))
+    assert found["observe"].problem is not None
+    no_bug(found)
+    for verb in ("apply", "remove", "probe"):
+        assert isinstance(found[verb], HostError)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "problem"),
+    [
+        (("facts",), 3, "the answer.facts is not an object"),
+        (("facts", "free_bytes"), True, "the answer.facts.free_bytes is not a whole number"),
+        (("facts", "time"), float("nan"), "the answer.facts.time is not a number"),
+        (("facts", "has", "rospy"), 7, "the answer.facts.has.rospy is not text or null"),
+        (("facts", "absent"), {}, "the answer.facts.absent is not a list"),
+        (
+            ("units", "koala.service", "pid"),
+            10**400,
+            "the answer.units.koala.service.pid is not a whole number",
+        ),
+        (("units", "koala.service"), {}, "the answer.units.koala.service has no `active`"),
+        (
+            ("drift", "files"),
+            {"a": "odd"},
+            "the answer.drift.files.a is none of changed, missing, extra, damaged",
+        ),
+    ],
+)
+def test_the_error_names_the_place_and_what_belongs_there(
+    path: tuple[str, ...], value: Any, problem: str
+) -> None:
+    answer = json.loads(json.dumps(OBSERVED))
+    place = answer
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    (outcome,) = results(rollout.deploy({"pi": RELEASE}, PI, Transport(answering(answer))))
+    assert isinstance(outcome, HostError)
+    assert outcome.kind is Kind.PROTOCOL
+    assert outcome.message == f"the answer to `observe` does not fit: {problem}"
+
+
+def test_depth_is_bounded() -> None:
+    deep: Any = 1
+    for _ in range(DEEPEST - 1):
+        deep = [deep]
+    assert bounded(deep)
+    assert not bounded([deep])

@@ -1,0 +1,115 @@
+"""The exact message of every broken spec: its place and its fix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.cli.app import run
+from swarmctl.rules.runner import load_swarm
+from swarmctl.yamltext.limits import MAX_BYTES
+from tests.rules.specs import BROKEN, specs_in
+
+SPECS = specs_in(BROKEN)
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    monkeypatch.setenv("NO_COLOR", "1")
+
+
+def errors_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The standard error of ``swarmctl validate`` for a refused spec."""
+    assert run(["validate", *arguments]) == exit_codes.ERROR
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert "bug in swarmctl" not in printed.err
+    return printed.err
+
+
+@pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.stem)
+def test_message(
+    spec: Path,
+    golden: Callable[[Path, str], None],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(spec.parent)
+    golden(spec.with_suffix(".txt"), errors_of(capsys, spec.name))
+
+
+def test_no_message_is_left_over() -> None:
+    assert {file.stem for file in BROKEN.glob("*/*.txt")} == {spec.stem for spec in SPECS}
+
+
+@pytest.mark.parametrize("spec", SPECS, ids=lambda spec: spec.stem)
+def test_findings_stand_in_the_order_of_the_text(spec: Path) -> None:
+    _, found = load_swarm(spec)
+    places = [one.span for one in found]
+    assert places == sorted(places)
+
+
+def test_a_file_that_is_not_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "swarm.yaml").write_text("version: 1\n")
+    monkeypatch.chdir(tmp_path)
+    assert errors_of(capsys, "swam.yaml") == (
+        "error[FILE001]: there is no file `swam.yaml`\n"
+        " = help: did you mean `swarm.yaml`?\n\n"
+        "1 error in swam.yaml\n"
+    )
+
+
+def test_a_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "lab/swarm.yaml").write_text("version: 1\n")
+    monkeypatch.chdir(tmp_path)
+    assert errors_of(capsys, "lab") == (
+        "error[FILE001]: `lab` is a folder, not a spec\n"
+        " = help: did you mean `lab/swarm.yaml`?\n\n"
+        "1 error in lab\n"
+    )
+
+
+def test_a_file_too_large(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with (tmp_path / "disk.img").open("wb") as file:
+        file.truncate(MAX_BYTES + 1)
+    monkeypatch.chdir(tmp_path)
+    assert errors_of(capsys, "disk.img") == (
+        "error[FILE002]: `disk.img` is larger than 4 MiB, the limit for a spec\n\n1 error in disk.img\n"
+    )
+
+
+def test_a_file_without_end_is_refused_too(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "is larger than 4 MiB" in errors_of(capsys, "/dev/zero")
+
+
+def test_an_account_without_the_right_to_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refuse)
+    monkeypatch.chdir(tmp_path)
+    assert "error[FILE001]: cannot read `swarm.yaml`: Permission denied" in errors_of(capsys, "swarm.yaml")
+
+
+def test_fifty_findings_are_shown_and_the_others_counted(
+    tmp_path: Path, leader_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = tmp_path / "swarm.yaml"
+    more = "".join(f"  robot-{number}: {{type: koala, host: nowhere}}\n" for number in range(60))
+    spec.write_text(leader_spec.read_text("utf-8").replace("robots:\n", f"robots:\n{more}"), "utf-8")
+    text = errors_of(capsys, str(spec))
+    assert text.count("error[REF001]") == 50
+    assert text.endswith(f"... and 10 more\n60 errors in {spec}\n")

@@ -1,0 +1,91 @@
+"""A stable identifier of a serial line is distinguished from one that only looks like it."""
+
+from __future__ import annotations
+
+import pytest
+
+from swarmctl.rules.runner import lint
+from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.load import load_text
+
+SPEC = """
+version: 1
+name: one
+mode: leader
+leader: laptop
+hosts: {laptop: {address: 192.168.77.10, bluetooth: [hci0]}}
+robots: {koala: {type: koala, host: laptop}}
+links: [LINK]
+"""
+
+
+def codes(link: str) -> list[str]:
+    document, problems = load_text(SPEC.replace("LINK", link), "swarm.yaml", load_catalog())
+    assert document is not None, problems
+    return [one.code for one in lint(document)]
+
+
+@pytest.mark.parametrize(
+    ("serial", "code"),
+    [
+        ("A600dXyz", ""),
+        ("FT4XQZ1O", ""),
+        ("0001", "DEV004"),
+        ("0", "DEV004"),
+        ("00000000", "DEV004"),
+        ("123456", "DEV004"),
+        ("1234567", ""),
+        ("FFFFFFFF", "DEV004"),
+        ("0002", ""),
+        ("01A2B3C4", ""),
+        ("0000:00:14.0", "DEV003"),
+        ("0000:01:00.0", "DEV003"),
+        ("3f980000.usb", "DEV003"),
+        ("musb-hdrc.1", "DEV003"),
+        ("vhci_hcd.0", "DEV003"),
+        ("10c4:ea60", "DEV003"),
+        ("00:15:83:3D", ""),
+    ],
+)
+def test_serial_numbers_that_are_none(serial: str, code: str) -> None:
+    link = f'{{kind: serial, host: laptop, robot: koala, usb: {{serial: "{serial}"}}}}'
+    assert codes(link) == ([code] if code else [])
+
+
+@pytest.mark.parametrize(
+    ("mac", "code"),
+    [
+        ("10:00:e8:c5:64:37", ""),
+        ("00:00:00:00:00:00", "DEV005"),
+        ("00:00:00:00:00:01", ""),
+        ("FF:FF:FF:FF:FF:FF", "DEV005"),
+        ("10:00:e8:9e:8b:00", "DEV005"),
+        ("10:00:e8:9e:8b:3f", "DEV005"),
+        ("10:00:e8:9e:8b:40", ""),
+        ("AA:BB:CC:DD:EE:FF", "DEV006"),
+        ("01:00:5e:00:00:01", "DEV006"),
+        ("02:00:e8:c5:64:37", ""),
+    ],
+)
+def test_bluetooth_addresses_of_nobody(mac: str, code: str) -> None:
+    link = f'{{kind: bluetooth, host: laptop, robot: koala, mac: "{mac}"}}'
+    assert codes(link) == ([code] if code else [])
+
+
+@pytest.mark.parametrize(
+    ("device", "code"),
+    [
+        ("/dev/ttyS0", ""),
+        ("/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", ""),
+        ("/dev/serial/by-path/platform-3f980000.usb-usb-0-1.2", ""),
+        ("/dev/serial/by-id/usb-FTDI_FT232R_A600dXyz-if00-port0", "DEV001"),
+        ("/dev/ttyUSB0", "LINK005"),
+        ("/dev/ttyACM3", "LINK005"),
+        ("/dev/rfcomm0", "DEV002"),
+    ],
+)
+def test_devices_that_do_not_last(device: str, code: str) -> None:
+    link = f"{{kind: serial, host: laptop, robot: koala, device: {device}}}"
+    document, problems = load_text(SPEC.replace("LINK", link), "swarm.yaml", load_catalog())
+    found = lint(document) if document is not None else problems
+    assert [one.code for one in found] == ([code] if code else [])

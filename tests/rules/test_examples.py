@@ -1,0 +1,65 @@
+"""Every example of the rulebook fails, passes or can be suppressed as documented."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from swarmctl.diagnostics import Diagnostic, Severity, has_errors
+from swarmctl.render.build_bundle import bundles
+from swarmctl.rules.rulebook import RuleText, example, rulebook
+from swarmctl.rules.runner import lint
+from swarmctl.spec.load import Document, load
+from swarmctl.swarm.resolve import resolve
+
+RULES = [rule for rule in rulebook().values() if rule.fails is not None]
+
+
+def examined(*texts: str) -> tuple[Document | None, Sequence[Diagnostic]]:
+    """What ``validate`` finds in the texts, each laid over those before."""
+    files = {f"book/{number}.yaml": text for number, text in enumerate(texts)}
+    document, found = load([Path(file) for file in files], read=lambda path: files[str(path)].encode())
+    return (document, found) if document is None else (document, lint(document, found))
+
+
+def summary(found: Sequence[Diagnostic]) -> set[tuple[str, Severity]]:
+    return {(one.code, one.severity) for one in found}
+
+
+def test_the_swarm_that_the_examples_change_is_right() -> None:
+    assert examined(example())[1] == ()
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
+def test_the_failing_example_has_this_finding_and_no_other_error(rule: RuleText) -> None:
+    found = summary(examined(example(), rule.fails or "")[1])
+    assert (rule.id, rule.severity) in found
+    assert {code for code, severity in found if severity is Severity.ERROR} <= {rule.id}
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
+def test_the_passing_example_has_no_finding(rule: RuleText) -> None:
+    document, found = examined(example(), rule.passes or "")
+    assert document is not None
+    assert not summary(found)
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
+def test_it_can_be_suppressed_unless_it_is_firm(rule: RuleText) -> None:
+    suppression = f"silence: [{{rule: {rule.id}, reason: looked at}}]"
+    document, found = examined(example(), rule.fails or "", suppression)
+    codes = {code for code, _ in summary(found)}
+    if rule.firm:
+        assert document is None or rule.id in codes or "SIL004" in codes
+        assert has_errors(found) or rule.severity is Severity.WARNING
+        return
+    assert rule.id not in codes
+    assert not has_errors(found)
+    assert document is not None
+    swarm = resolve(document)
+    made = bundles(swarm)
+    for robot in swarm.robots.values():
+        drivers = [host for host, one in made.items() for unit in one.units if unit.robot == robot.name]
+        assert drivers == [robot.host], "one driver, where the robot's line begins"

@@ -1,0 +1,55 @@
+"""Every rule has an explanation, and every example in the rulebook behaves as documented."""
+
+from __future__ import annotations
+
+import ast
+import re
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.cli.app import run
+from swarmctl.rules.rulebook import RuleText, pitfalls, rulebook
+from swarmctl.views.rules import page
+from tests import ROOT
+
+_ID = re.compile(r"[A-Z]{2,8}[0-9]{3}")
+
+
+def ids_in_the_code() -> set[str]:
+    """Every string of the program that is a rule's id."""
+    found = set()
+    for file in (ROOT / "swarmctl").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and _ID.fullmatch(node.value):
+                found.add(node.value)
+    return found
+
+
+def test_every_rule_has_a_text_and_every_text_a_rule() -> None:
+    assert set(rulebook()) == ids_in_the_code()
+
+
+@pytest.mark.parametrize("rule", rulebook().values(), ids=lambda rule: rule.id)
+def test_a_rule_has_what_why_and_references(rule: RuleText, capsys: pytest.CaptureFixture[str]) -> None:
+    assert rule.what.endswith(".")
+    assert rule.why.endswith((".", ")"))
+    assert rule.threads
+    assert all(link.startswith("https://") for link in rule.links)
+    assert (rule.fails is None) == (rule.passes is None) == bool(rule.shown)
+    assert run(["explain", rule.id.lower()]) == exit_codes.OK
+    assert rule.what in capsys.readouterr().out
+
+
+def test_pitfalls_name_rules_that_exist() -> None:
+    numbers = [pitfall.number for pitfall in pitfalls()]
+    assert numbers == sorted(set(numbers))
+    for pitfall in pitfalls():
+        assert set(pitfall.rules) <= set(rulebook()), pitfall
+        assert pitfall.answer in ("rule", "generator", "format", "health", "none")
+        assert bool(pitfall.rules) == (pitfall.answer == "rule") or pitfall.how, pitfall
+
+
+def test_the_page_is_up_to_date() -> None:
+    made = page(rulebook(), pitfalls())
+    assert (ROOT / "docs/rules.md").read_text("utf-8") == made, "run `make generated`"

@@ -1,0 +1,78 @@
+"""A second middleware and a third multimaster provider, as another package would bring them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from swarmctl.render.bundle import File, Unit, package
+from swarmctl.render.middleware import AgentProbe
+from swarmctl.render.multimaster.base import Discovery, JoinNodes
+from swarmctl.render.part import Part
+from swarmctl.spec.model import Spec
+from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.swarm import names
+from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+
+def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> tuple[File, Unit]:
+    name = names.unit(swarm.name, part)
+    file = File(f"units/{name}", f"[Service]\nExecStart=/usr/bin/{part}\n".encode())
+    return file, Unit(name, (file.path, *needs))
+
+
+class Pebble:
+    """Nodes find each other: no master. One process per host runs all drivers."""
+
+    probe = AgentProbe("probe_pebble", ("probe_pebble",))
+
+    def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        robots = " ".join(robot.name for robot in swarm.robots_on(host.name))
+        file = File("pebble/robots.txt", f"{robots}\n".encode())
+        return Part((file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires=(package("pebble"),))
+
+    def programs(self, swarm: Swarm, host: Host) -> Part:
+        return Part()
+
+    def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
+        yield File("pebble.bash", b"exec pebble-shell\n", 0o755)
+
+    def master(self, swarm: Swarm, island: Island) -> None:
+        return None
+
+    def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
+        yield Listener(island.hub, 7400, "pebble's router", ("ros", "distro"))
+
+    def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
+        yield f"`pebble install {' '.join(missing)}`"
+
+
+class Mesh:
+    """A bridge process on every hub that receives topics."""
+
+    settings = frozenset({"heartbeat_hz"})
+    discovery = Discovery("239.255.7.7", min_quality_hz=0.1, min_steady_hz=0.5, many=2, forget_factor=3)
+    memory_mb = 10
+    offsets = (50,)
+    only_receivers = True
+
+    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
+        return {}
+
+    def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
+        yield Listener(island.hub, island.master_port + 50, "the mesh", ("multimaster", "provider"))
+
+    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        lines = [
+            f"{origin} {topic}\n"
+            for origin, topics in swarm.received[island.name].items()
+            for topic in topics
+        ]
+        file = File("mesh/topics.txt", "".join(lines).encode())
+        return Part((file,), units=(_unit(swarm, names.MULTIMASTER, (file.path,)),))
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        return JoinNodes((f"/mesh_{island.hub}",), reporter=f"/mesh_{island.hub}")
+
+
+PEBBLE, MESH = Pebble(), Mesh()

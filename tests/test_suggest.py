@@ -1,0 +1,34 @@
+"""Did you mean: the likely word, found as fast among ten thousand as among ten."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarmctl.suggest import did_you_mean, nearest
+
+ROBOTS = tuple(f"bot-{number:05}" for number in range(10_000))
+
+
+@pytest.mark.parametrize("wrong", ["bott-01234", "bo-01234", "bat-01234", "bot-012x34"])
+def test_of_ten_thousand_names_the_nearest_is_suggested(wrong: str) -> None:
+    assert nearest(wrong, ROBOTS) == "bot-01234"
+
+
+@given(st.integers(0, 9_999), st.integers(0, 8), st.sampled_from("abcxyz"))
+def test_a_letter_too_many_is_found_anywhere(number: int, place: int, letter: str) -> None:
+    name = ROBOTS[number]
+    assert nearest(name[:place] + letter + name[place:], ROBOTS) == name
+
+
+def test_nothing_is_guessed_of_a_name_unlike_all_of_them() -> None:
+    assert did_you_mean("kitchen-door", ROBOTS, "robots") == ()
+
+
+def test_a_thousand_wrong_names_in_a_large_spec_take_seconds() -> None:
+    began = time.process_time()
+    assert all(did_you_mean(f"bott-{number:05}", tuple(ROBOTS), "robots") for number in range(1_000))
+    assert time.process_time() - began < 5  # 0.5 s; comparing each with all took minutes

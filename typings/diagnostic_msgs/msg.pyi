@@ -1,0 +1,30 @@
+from collections.abc import Sequence
+
+from rospy import Message
+from std_msgs.msg import Header
+
+class KeyValue(Message):
+    key: str
+    value: str
+    def __init__(self, key: str = ..., value: str = ...) -> None: ...
+
+class DiagnosticStatus(Message):
+    level: int
+    name: str
+    message: str
+    hardware_id: str
+    values: Sequence[KeyValue]
+    def __init__(
+        self,
+        *,
+        level: int = ...,
+        name: str = ...,
+        message: str = ...,
+        hardware_id: str = ...,
+        values: Sequence[KeyValue] = ...,
+    ) -> None: ...
+
+class DiagnosticArray(Message):
+    header: Header
+    status: Sequence[DiagnosticStatus]
+    def __init__(self, *, status: Sequence[DiagnosticStatus] = ...) -> None: ...

@@ -1,0 +1,3 @@
+from rospy import Message
+
+def get_message_class(message_type: str) -> type[Message] | None: ...
