@@ -81,4 +81,4 @@ def _flashed(host: agent_client.Conversation, job: Job, note: Callable[[str], No
         answer: FlashAnswer = host.ask(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
     except HostError as error:
         return error
-    return Flashed(answer["runs"], answer["told"])
+    return Flashed(answer["runs"], answer["logged"])

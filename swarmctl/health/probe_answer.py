@@ -73,7 +73,7 @@ def _node(data: Mapping[str, Any]) -> NodeSeen:
         pid=_count(data.get("pid")),
         error=_text(data.get("error")),
         publishes={_text(name): _text(kind) for name, kind in _items(data.get("publishes"))},
-        subscribes={_text(name): _text(kind) for name, kind in _items(data.get("hears"))},
+        subscribes={_text(name): _text(kind) for name, kind in _items(data.get("subscribes"))},
         topics=_each(data.get("topics"), _topic),
         report=_report(data.get("reports")),
     )
@@ -120,7 +120,7 @@ def _graph(data: Mapping[str, Any]) -> GraphSeen:
 
 def _foreign(data: Mapping[str, Any]) -> ForeignNode:
     node, uri = _text(data.get("node")), _text(data.get("uri"))
-    return ForeignNode(node, uri, _texts(data.get("publishes")), _texts(data.get("hears")))
+    return ForeignNode(node, uri, _texts(data.get("publishes")), _texts(data.get("subscribes")))
 
 
 def _device(data: Mapping[str, Any]) -> DeviceSeen:

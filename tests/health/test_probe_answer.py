@@ -28,11 +28,11 @@ from tests.health.swarm_values import (
 _LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8)
 _NAMES = (
     "units nodes topics master devices release commanders reports level message rate count seconds "
-    "registered alive restarts latency time troubles publishes nearby exists run_id reachable "
+    "registered alive restarts latency time troubles publishes subscribes nearby exists run_id reachable "
     "senders host values commander "
     f"/k3/driver {UNIT['k3']} /dev/swarm/k3 /k3/odom /k3/cmd_vel"
 )
-_KEYS = st.sampled_from([*_NAMES.split(), "hears"])
+_KEYS = st.sampled_from(_NAMES.split())
 _ANYTHING = st.recursive(
     _LEAVES,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(_KEYS, inner, max_size=8),

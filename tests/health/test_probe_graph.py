@@ -54,7 +54,7 @@ def test_a_foreign_node_is_found_by_its_address(master: tuple[FakeRos, str]) -> 
             "node": "/k3/driver",
             "uri": "http://192.168.77.11:4003/",
             "publishes": ["/k3/odom"],
-            "hears": ["/koala/cmd_vel"],
+            "subscribes": ["/koala/cmd_vel"],
         }
     ]
 

@@ -43,7 +43,7 @@ FITTING: dict[str, Any] = {
     "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
     "keep_secrets": {"kept": []},
     "remove": {"removed": True},
-    "flash": {"runs": True, "told": True},
+    "flash": {"runs": True, "logged": True},
     "probe": {"units": {"koala.service": UNIT}, "troubles": {}},
 }
 

@@ -71,16 +71,16 @@ def test_the_node_understands_its_parameters(tmp_path: Path) -> None:
         if any(file.path == PARAMS for file in bundle.files):
             parsed = config.parse(params(bundle))
             assert {peer.island: dict(peer.receives) for peer in parsed.peers} == {
-                peer["island"]: {one["topic"]: one["type"] for one in peer["hears"]}
+                peer["island"]: {one["topic"]: one["type"] for one in peer["receives"]}
                 for peer in params(bundle)["peers"]
             }
 
 
 def test_the_parameters_list_incoming_and_outgoing_topics(tmp_path: Path) -> None:
     [k3, epuck] = params(rendered(tmp_path, "standalone")["koala-laptop"])["peers"]
-    assert [one["topic"] for one in k3["hears"]] == ["/k3/odom"]
-    assert k3["tells"] == []
-    assert {"topic": "/koala/odom", "type": "nav_msgs/Odometry"} in epuck["tells"]
+    assert [one["topic"] for one in k3["receives"]] == ["/k3/odom"]
+    assert k3["sends"] == []
+    assert {"topic": "/koala/odom", "type": "nav_msgs/Odometry"} in epuck["sends"]
 
 
 def test_nodes_of_an_islands_other_hosts_cross_too(tmp_path: Path) -> None:

@@ -83,8 +83,8 @@ def _parameters(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
                 "island": peer,
                 "master": swarm.master_uri(islands[peer]),
                 "hosts": list(swarm.uri_hosts_of(islands[peer])),
-                "hears": _listed(incoming),
-                "tells": _listed(swarm.received.get(peer, {}).get(island.name, {})),
+                "receives": _listed(incoming),
+                "sends": _listed(swarm.received.get(peer, {}).get(island.name, {})),
             }
             for peer, incoming in swarm.received[island.name].items()
         ],

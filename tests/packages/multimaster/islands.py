@@ -48,7 +48,7 @@ def parameters(wiring: Wiring, island: str, kinds: Mapping[str, str] | None = No
                 "island": peer,
                 "master": master_uri(peer),
                 "hosts": [address(peer)],
-                "hears": [{"topic": topic, "type": (kinds or {}).get(topic, KIND)} for topic in topics],
+                "receives": [{"topic": topic, "type": (kinds or {}).get(topic, KIND)} for topic in topics],
             }
             for peer, topics in wiring[island].items()
         ],

@@ -63,7 +63,7 @@ def parameters(
                 "island": peer,
                 "master": master_uri(peer),
                 "hosts": [address(peer)],
-                "hears": [{"topic": topic, "type": kind} for topic in topics],
+                "receives": [{"topic": topic, "type": kind} for topic in topics],
             }
             for peer, topics in received.items()
         ],

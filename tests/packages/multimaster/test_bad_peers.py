@@ -116,7 +116,12 @@ def misbehaving(behave: Behaviour, host: str) -> Iterator[str]:
 
 def configuration(own: str, good: str, bad: str) -> config.Config:
     peers = [
-        {"island": name, "master": uri, "hosts": [host], "hears": [{"topic": f"/{name}/odom", "type": KIND}]}
+        {
+            "island": name,
+            "master": uri,
+            "hosts": [host],
+            "receives": [{"topic": f"/{name}/odom", "type": KIND}],
+        }
         for name, uri, host in (("b", bad, "127.0.0.3"), ("c", good, "127.0.0.2"))
     ]
     times = {"poll_hz": 5.0, "silent_after": 3.0, "remove_after": 30.0}

@@ -39,7 +39,7 @@ class Running:
                 "island": "b",
                 "master": peer,
                 "hosts": ["127.0.0.2"],
-                "hears": [{"topic": "/b/odom", "type": KIND}],
+                "receives": [{"topic": "/b/odom", "type": KIND}],
             }
         ]
         times = {"poll_hz": 5.0, "silent_after": 1.0, "remove_after": 30.0}

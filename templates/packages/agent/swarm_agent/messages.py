@@ -194,10 +194,10 @@ class FlashRequest(FlashNeeds, Locking, total=False):
 
 
 class FlashAnswer(TypedDict):
-    """``runs``: the driver ran before and runs again; ``told``: it logged this firmware of the board."""
+    """``runs``: the driver ran before and runs again; ``logged``: it logged this firmware of the board."""
 
     runs: bool
-    told: bool
+    logged: bool
 
 
 class NodeRequest(TypedDict):

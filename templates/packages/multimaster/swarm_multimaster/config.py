@@ -11,9 +11,9 @@ peers:
 - island: k3-pi
   master: http://192.168.77.11:11311
   hosts: [192.168.77.11, k3-pi]         # addresses and names in the URIs of the island's nodes
-  hears:                                # topics that come here
+  receives:                             # topics that come here
   - {topic: /k3/odom, type: nav_msgs/Odometry}
-  tells:                                # topics that the peer's node fetches from here; only reported
+  sends:                                # topics that the peer's node fetches from here; only reported
   - {topic: /koala/odom, type: nav_msgs/Odometry}
 """
 
@@ -101,8 +101,8 @@ def _peer(data: Mapping[str, Any]) -> Peer:
         island=str(data["island"]),
         master=_uri(data["master"]),
         hosts=hosts,
-        receives=_topics(data["hears"]),
-        sends=_topics(data.get("tells", ())),
+        receives=_topics(data["receives"]),
+        sends=_topics(data.get("sends", ())),
     )
 
 

@@ -68,10 +68,10 @@ def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer
     if troubles:
         raise FailedError("; ".join(one.message for one in troubles), troubles[0].hint)
     if not runs:
-        return {"runs": False, "told": False}
+        return {"runs": False, "logged": False}
     report.note("wait for the board to name its firmware")
     awaited = "swarmctl firmware " + str(request["digest"])
-    return {"runs": True, "told": _logged(unit, awaited, began, min(float(request["patience"]), 120))}
+    return {"runs": True, "logged": _logged(unit, awaited, began, min(float(request["patience"]), 120))}
 
 
 def _write(home: Home, files: Sequence[Any], payload: bytes, command: Sequence[str], port: str) -> None:

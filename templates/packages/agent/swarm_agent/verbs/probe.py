@@ -206,7 +206,7 @@ async def _node(master_uri: str, asked: NodeRequest, answers: dict[str, Any]) ->
             ros.call(uri, "getPid"), ros.call(uri, "getPublications"), ros.call(uri, "getSubscriptions")
         )
         found.update(pid=pid if isinstance(pid, int) else 0, alive=True)
-        found.update({"publishes": _types(publications), "hears": _types(subscriptions)})
+        found.update({"publishes": _types(publications), "subscribes": _types(subscriptions)})
     except PeerError as error:
         found.update(alive=False, error=str(error))
         return

@@ -2,7 +2,7 @@
 
 Request: ``topics`` that come here or leave here, and ``own``, the addresses and names of this island's hosts.
 Answer: ``publishers`` (topic to node to URI), ``types`` (by topic) and ``strangers``: each node whose URI is
-none of this island's, with the topics it publishes (``"publishes"``) and subscribes to (``"hears"``).
+none of this island's, with the topics it publishes (``"publishes"``) and subscribes to (``"subscribes"``).
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _strangers(
             "node": clipped(node),
             "uri": nodes[node],
             "publishes": topics(publishes, node),
-            "hears": topics(subscribes, node),
+            "subscribes": topics(subscribes, node),
         }
         for node in strangers[:_MOST_STRANGERS]
     ]
