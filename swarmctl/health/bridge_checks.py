@@ -72,9 +72,9 @@ def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: Nod
     if seen is None or seen.registered is None:
         return checks.unknown("was not checked")
     if not seen.registered:
-        return checks.bad("is not registered at the master", restart)
+        return checks.bad(checks.absent(hub), restart)
     if not seen.alive:
-        return checks.bad(f"is registered, but does not answer ({seen.error})", restart)
+        return checks.bad(checks.dead(hub, seen), restart)
     if seen.report is None:
         silent = node == wanted.reporter
         return checks.unknown("has reported no status") if silent else checks.ok("runs")
@@ -88,7 +88,7 @@ def bridged(
     """Checks that the target's master lists exactly the publishers that the origin has."""
     if origin is None or target is None:
         missing = bridge.hub if target is None else bridge.origin_hub
-        return checks.unknown(f"the master of {missing} was not checked")
+        return checks.unknown(f"the graph of {missing} was not checked")
     here = _of_island(bridge.origin, origin.publishers.get(bridge.topic, {}), homes)
     there = _of_island(bridge.origin, target.publishers.get(bridge.topic, {}), homes)
     if absent := [node for node in here if node not in there]:
@@ -131,15 +131,18 @@ def leaks(
                 for verb, topics in (("publishes", publishes), ("subscribes to", subscribes))
                 if topics
             )
-            yield (
-                node,
-                checks.bad(
-                    f"runs on island {island} ({node.uri}) and {did} here: no such bridge is declared",
-                    "to bridge it, list it under `multimaster.topics` or `control`; otherwise look for "
-                    "a program with another island's ROS_MASTER_URI or a second multimaster; "
-                    f"`rosnode cleanup` on {hub.name} removes nodes that no longer run",
-                ),
-            )
+            text = f"runs on island {island} ({node.uri}) and {did} here: no such bridge is declared"
+            yield node, checks.bad(text, _leak_hint(hub))
+
+
+def _leak_hint(hub: ExpectedHost) -> str:
+    bridge = "to bridge it, list it under `multimaster.topics` or `control`; otherwise look for "
+    if not hub.master_uri:
+        return f"{bridge}a program that takes part in the graph of two islands, or a second multimaster"
+    return (
+        f"{bridge}a program with another island's ROS_MASTER_URI or a second multimaster; "
+        f"`rosnode cleanup` on {hub.name} removes nodes that no longer run"
+    )
 
 
 def _of_island(island: str, publishers: Mapping[str, str], homes: Mapping[str, str]) -> dict[str, str]:

@@ -15,7 +15,7 @@ from swarmctl.health.observations import (
     TopicSeen,
     UnitSeen,
 )
-from swarmctl.swarm.topics import COMMAND_TYPE, DriverTopic
+from swarmctl.swarm.topics import DriverTopic
 
 LOWEST_SHARE = 0.7  # of the expected rate
 MOST_RESTARTS = 3  # of a unit since it was started by hand or by a deploy
@@ -136,25 +136,51 @@ def device(robot: ExpectedRobot, seen: DeviceSeen | None) -> Verdict:
     return ok(robot.device if seen.resolves in ("", robot.device) else f"{robot.device} ({seen.resolves})")
 
 
-def driver(robot: ExpectedRobot, place: str, process: UnitSeen | None, seen: NodeSeen | None) -> Verdict:
-    """Checks the driver's node. ``process``: its unit; ``place``: the address that its host advertises."""
+def absent(host: ExpectedHost) -> str:
+    """The text for a node of ``host`` that the graph does not have."""
+    return "is not registered at the master" if host.master_uri else "is not in the graph"
+
+
+def dead(host: ExpectedHost, seen: NodeSeen) -> str:
+    """The text for a node of ``host`` that the graph has, but that is not alive."""
+    silent = f"does not answer ({seen.error})"
+    return f"is registered, but {silent}" if host.master_uri else silent
+
+
+def moved(host: ExpectedHost, seen: NodeSeen) -> str:
+    """The text for a node that advertises another address than ``host``; empty if it does not.
+
+    Nodes of a middleware whose probe reports no URIs advertise nothing.
+    """
+    if seen.uri and (advertised := host_of(seen.uri)) != host.advertised.lower():
+        return f"advertises {advertised} instead of {host.advertised}"
+    return ""
+
+
+def driver(
+    robot: ExpectedRobot, host: ExpectedHost, process: UnitSeen | None, seen: NodeSeen | None
+) -> Verdict:
+    """Checks the driver's node on ``host``. ``process``: its unit."""
     restart = f"on {robot.host}: systemctl restart {robot.unit}"
     if seen is None or seen.registered is None:
         return unknown(f"{robot.node} was not checked")
     runs = process is not None and process.runs
     if not seen.registered:
-        why = " although its unit runs; the master may have been restarted" if runs else ""
-        return bad(f"{robot.node} is not registered at the master{why}", restart)
-    if not seen.alive:
+        why = " although its unit runs" if runs else ""
+        why += "; the master may have been restarted" if runs and host.master_uri else ""
+        return bad(f"{robot.node} {absent(host)}{why}", restart)
+    if not seen.alive and host.master_uri:
         text = "is registered and its unit runs, but it" if runs else "is a stale registration: it"
         return bad(f"{robot.node} {text} does not answer ({seen.error})", restart)
-    if (advertised := host_of(seen.uri)) != place.lower():
-        text = f"{robot.node} advertises {advertised} instead of {place}"
-        return bad(text, "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit")
+    if not seen.alive:
+        return bad(f"{robot.node} {dead(host, seen)}", restart)
+    if other := moved(host, seen):
+        hint = "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"
+        return bad(f"{robot.node} {other}", hint if host.master_uri else restart)
     if robot.command not in seen.subscribes:
         return bad(f"{robot.node} does not subscribe to {robot.command}: commands are lost", restart)
-    if (kind := seen.subscribes[robot.command]) not in (COMMAND_TYPE, "*"):
-        return bad(f"{robot.node} subscribes to {robot.command} as {kind} instead of {COMMAND_TYPE}")
+    if (kind := seen.subscribes[robot.command]) not in (robot.command_type, "*"):
+        return bad(f"{robot.node} subscribes to {robot.command} as {kind} instead of {robot.command_type}")
     own = process.pid if process is not None and robot.guarded else 0
     if own and seen.pid and own != seen.pid:
         text = f"{robot.node} is process {seen.pid}, but its unit runs {own}: a second driver has its name"

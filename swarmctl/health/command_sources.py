@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from swarmctl.health.checks import State, Verdict, bad, ok
 from swarmctl.health.expected_graph import ExpectedRobot
 from swarmctl.health.observations import Answer, SenderSeen
-from swarmctl.swarm.topics import COMMAND_TYPE
 
 _MOST_NAMED = 3
 
@@ -43,12 +42,13 @@ def unauthorised(robot: ExpectedRobot, hub: Answer) -> Verdict:
 
 def types(robot: ExpectedRobot, hub: Answer) -> Verdict:
     """Checks the type of commands: ROS drops another type before the driver receives it."""
+    wanted = robot.command_type
     for node, seen in senders(robot, hub):
         kind = seen.publishes[robot.command]
-        if kind not in (COMMAND_TYPE, "*") and may_command(robot, node, seen):
-            text = f"{node} on {seen.host} publishes {robot.command} as {kind} instead of {COMMAND_TYPE}"
-            return bad(f"{text}: its commands are lost", f"publish {COMMAND_TYPE}, or remap the topic")
-    return ok(f"of type {COMMAND_TYPE}")
+        if kind not in (wanted, "*") and may_command(robot, node, seen):
+            text = f"{node} on {seen.host} publishes {robot.command} as {kind} instead of {wanted}"
+            return bad(f"{text}: its commands are lost", f"publish {wanted}, or remap the topic")
+    return ok(f"of type {wanted}")
 
 
 def _names(robot: ExpectedRobot) -> str:

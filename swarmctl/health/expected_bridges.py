@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster.base import provider_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Island, Robot, Swarm
@@ -32,13 +33,14 @@ def bridges_of(swarm: Swarm) -> tuple[ExpectedBridge, ...]:
     """Every bridged topic, once per pair of islands, in the order of the spec."""
     islands = {island.name: island for island in swarm.islands}
     robots = {robot.namespace: robot for robot in swarm.robots.values()}
+    type_name = middleware_of(swarm.distro).type_name
     found: dict[tuple[str, str, str], ExpectedBridge] = {}
     for one in swarm.bridges:
         origin = islands[one.origin]
         publishing = tuple(robot.name for robot in _publishing(one.topic, swarm, origin, robots))
         for to in one.to:
             bridge = ExpectedBridge(
-                one.topic, one.type, one.origin, origin.hub, to, islands[to].hub, publishing
+                one.topic, type_name(one.type), one.origin, origin.hub, to, islands[to].hub, publishing
             )
             found.setdefault((one.topic, one.origin, to), bridge)
     return tuple(found.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from swarmctl.health.expected_bridges import (
@@ -13,7 +13,7 @@ from swarmctl.health.expected_bridges import (
     multimaster_of,
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
-from swarmctl.render.middleware import AgentProbe, middleware_of
+from swarmctl.render.middleware import AgentProbe, ExpectedDriver, Middleware, middleware_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
     Commander,
@@ -24,7 +24,7 @@ from swarmctl.swarm.resolved import (
     Swarm,
     UsbLine,
 )
-from swarmctl.swarm.topics import COMMAND, DriverTopic, driver_topics
+from swarmctl.swarm.topics import DriverTopic
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ class ExpectedRobot:
     adapter: str  # what makes the device appear, for people
     topics: tuple[DriverTopic, ...]
     command: str
+    command_type: str
     commanders: tuple[Commander, ...]
     guarded: bool
 
@@ -103,16 +104,16 @@ class ExpectedGraph:
 
 def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGraph:
     """What the hosts in ``releases`` should show. A bridge is part of it if both its hubs are."""
-    hosts = (_host(swarm, swarm.hosts[name], release) for name, release in releases.items())
+    middleware = middleware_of(swarm.distro)
+    hosts = (_host(swarm, middleware, swarm.hosts[name], release) for name, release in releases.items())
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
     places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
-    probe = middleware_of(swarm.distro).probe
-    return ExpectedGraph(swarm.name, tuple(hosts), probe, tuple(bridges), places)
+    return ExpectedGraph(swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places)
 
 
-def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
+def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) -> ExpectedHost:
     island: Island = swarm.island_of(host.name)
-    master = middleware_of(swarm.distro).master(swarm, island)
+    master = middleware.master(swarm, island)
     return ExpectedHost(
         name=host.name,
         address=host.address,
@@ -123,28 +124,32 @@ def _host(swarm: Swarm, host: Host, release: Release) -> ExpectedHost:
         hub=island.hub,
         master_uri=master.uri if master else "",
         master_unit=master.unit if master and host.name == island.hub else None,
-        robots=tuple(_robot(swarm, robot, host) for robot in swarm.robots_on(host.name)),
+        robots=tuple(
+            _robot(swarm, middleware.driver(swarm, robot), robot, host)
+            for robot in swarm.robots_on(host.name)
+        ),
         multimaster=multimaster_of(swarm, island.hub, release.units) if host.name == island.hub else None,
         programs=programs_of(swarm, host),
     )
 
 
-def _robot(swarm: Swarm, robot: Robot, host: Host) -> ExpectedRobot:
+def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> ExpectedRobot:
     return ExpectedRobot(
         name=robot.name,
         host=host.name,
         optional=robot.optional or host.optional,
-        unit=names.unit(swarm.name, robot.name),
+        unit=driver.unit,
         line_unit=names.unit(swarm.name, robot.name, "rfcomm")
         if isinstance(robot.line, RfcommLine)
         else None,
-        node=robot.driver_node,
+        node=driver.node,
         device=robot.line.path,
         adapter=_adapter(robot),
-        topics=_topics(robot),
-        command=f"{robot.namespace}/{COMMAND}",
+        topics=driver.publishes,
+        command=driver.command,
+        command_type=driver.command_type,
         commanders=robot.commanders,
-        guarded=robot.foreign_sketch is None,
+        guarded=driver.guarded,
     )
 
 
@@ -156,12 +161,3 @@ def _adapter(robot: Robot) -> str:
             return f"the Bluetooth line to {mac}"
         case _:
             return "the serial port"
-
-
-def _topics(robot: Robot) -> tuple[DriverTopic, ...]:
-    """What the driver publishes, under full names; one topic per reading."""
-    relative = [one for one in driver_topics(robot.type, robot.settings, robot.driver) if not one.part]
-    return tuple(
-        topic if topic.name.startswith("/") else replace(topic, name=f"{robot.namespace}/{topic.name}")
-        for topic in relative
-    )

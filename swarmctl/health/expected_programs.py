@@ -6,15 +6,12 @@ from dataclasses import dataclass
 
 from swarmctl.render.bundle import package
 from swarmctl.render.middleware import middleware_of
-from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Program, Swarm
-from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE
 
 
 @dataclass(frozen=True)
 class ExpectedProgram:
-    """A program and its unit. ``node`` is empty if a launch file names it; topics are (name, type) pairs."""
+    """A program and its unit. ``node`` is empty if nothing names it; topics are (name, type) pairs."""
 
     name: str
     host: str
@@ -35,29 +32,20 @@ def programs_of(swarm: Swarm, host: Host) -> tuple[ExpectedProgram, ...]:
 
 def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:
     declared = program.declared
-    commanded = program.commands if declared.use is not None else ()
     needed = (
         (*([declared.package] if declared.package else []), *declared.requires) if declared.optional else ()
     )
     packages = tuple(dict.fromkeys(needed))
+    middleware = middleware_of(swarm.distro)
+    node = middleware.program(swarm, program)
     return ExpectedProgram(
         name=program.name,
         host=host.name,
         optional=declared.optional or host.optional,
-        unit=names.unit(swarm.name, program.name),
-        node=program.node if declared.launch is None else "",
+        unit=node.unit,
+        node=node.name,
         packages=packages,
-        install_hint="; ".join(middleware_of(swarm.distro).install_hints([package(one) for one in packages])),
-        publishes=(
-            *_topics(program, declared.publishes),
-            *((f"{names.namespace(robot)}/{COMMAND}", COMMAND_TYPE) for robot in commanded),
-        ),
-        subscribes=_topics(program, declared.subscribes),
-    )
-
-
-def _topics(program: Program, topics: tuple[Topic, ...]) -> tuple[tuple[str, str], ...]:
-    """Full names, as registered at the master."""
-    return tuple(
-        (names.resolved(one.topic, program.node, program.declared.remap), one.type) for one in topics
+        install_hint="; ".join(middleware.install_hints([package(one) for one in packages])),
+        publishes=node.publishes,
+        subscribes=node.subscribes,
     )

@@ -44,12 +44,11 @@ def verdict(
         return checks.unknown(f"{program.node} was not checked")
     if not node.registered:
         journal = f"on {host.name}: journalctl -u {program.unit} -n 20"
-        return checks.bad(f"runs, but its node {program.node} is not registered at the master", journal)
+        return checks.bad(f"runs, but its node {program.node} {checks.absent(host)}", journal)
     if not node.alive:
-        return checks.bad(f"{program.node} is registered and does not answer ({node.error})", restart)
-    if (advertised := checks.host_of(node.uri)) != host.advertised.lower():
-        text = f"{program.node} advertises {advertised} instead of {host.advertised}"
-        return checks.bad(text, f"check for a second node of this name; else {restart}")
+        return checks.bad(f"{program.node} {checks.dead(host, node)}", restart)
+    if other := checks.moved(host, node):
+        return checks.bad(f"{program.node} {other}", f"check for a second node of this name; else {restart}")
     wrong = _wrong(program, node)
     return wrong if wrong is not None else by_unit
 

@@ -125,7 +125,7 @@ def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: An
     starting = [master, device] if process is not None and process.active == "activating" else []
     unit = _unit(found, host, robot.unit, answer, robot=robot, after=starting)
     driver = found.add(
-        "driver", robot.name, checks.driver(robot, host.advertised, process, node),
+        "driver", robot.name, checks.driver(robot, host, process, node),
         robot=robot, after=[master, probe_ros, unit, release],
     )  # fmt: skip
     if node is None or not node.alive:

@@ -15,7 +15,8 @@ from swarmctl.render.bundle import File
 from swarmctl.render.part import Part
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.ports import Listener
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
+from swarmctl.swarm.topics import DriverTopic
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,31 @@ class AgentProbe:
 
     verb: str
     modules: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ExpectedDriver:
+    """A robot's driver: its unit, its node, what it publishes, and the topic of its commands. Full names.
+
+    ``guarded``: it is swarmctl's, the main process of its unit, and rejects unauthorised publishers.
+    """
+
+    unit: str
+    node: str
+    publishes: tuple[DriverTopic, ...]
+    command: str
+    command_type: str
+    guarded: bool
+
+
+@dataclass(frozen=True)
+class ExpectedNode:
+    """A program's unit and node (empty if nothing names it); topics are pairs of full name and type."""
+
+    unit: str
+    name: str
+    publishes: tuple[tuple[str, str], ...]
+    subscribes: tuple[tuple[str, str], ...]
 
 
 class Middleware(Protocol):
@@ -52,6 +78,15 @@ class Middleware(Protocol):
 
     def master(self, swarm: Swarm, island: Island) -> Master | None:
         """The master that every node of ``island`` must reach; None if nodes find each other without one."""
+
+    def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
+        """What the driver of ``robot`` shows in the graph when all is well."""
+
+    def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
+        """What ``program`` shows in the graph when all is well."""
+
+    def type_name(self, kind: str) -> str:
+        """What nodes call the message type that a spec calls ``kind``, such as ``nav_msgs/Odometry``."""
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """The ports that the middleware itself takes on the hub of ``island``."""

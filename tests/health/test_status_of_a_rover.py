@@ -8,7 +8,7 @@ import pytest
 
 from swarmctl.health import checks, command_sources
 from swarmctl.health.checks import State
-from swarmctl.health.expected_graph import ExpectedRobot, Release, expected_graph
+from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot, Release, expected_graph
 from swarmctl.health.observations import Answer, NodeSeen, SenderSeen, UnitSeen
 from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.topics import COMMAND_TYPE
@@ -29,10 +29,15 @@ def spec(tmp_path: Path) -> Path:
 
 
 def rover(spec: Path) -> ExpectedRobot:
+    [robot] = rover_pi(spec).robots
+    return robot
+
+
+def rover_pi(spec: Path) -> ExpectedHost:
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
-    [robot] = expected_graph(swarm, {"rover-pi": Release("a" * 16, ())}).robots
-    return robot
+    [host] = expected_graph(swarm, {"rover-pi": Release("a" * 16, ())}).hosts
+    return host
 
 
 def test_our_driver_rejects_unauthorised_nodes_and_has_odometry() -> None:
@@ -85,4 +90,4 @@ def test_its_node_is_a_child_of_its_unit_and_no_second_driver(spec: Path) -> Non
         topics={},
         report=None,
     )
-    assert checks.driver(robot, ADDRESS, unit, node).fine
+    assert checks.driver(robot, rover_pi(spec), unit, node).fine

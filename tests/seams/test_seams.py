@@ -119,7 +119,18 @@ def test_the_expected_graph_has_their_nodes(tmp_path: Path) -> None:
         "swarm-newswarm.multimaster.service", ("/mesh_koala-laptop",), "/mesh_koala-laptop"
     )
     assert hosts[SILENT].multimaster is None
-    assert [(one.topic, one.to) for one in graph.bridges] == [("/k3/odom", HUB)]
+    assert [(one.topic, one.type, one.to) for one in graph.bridges] == [
+        ("/k3/odom", "nav_msgs/msg/Odometry", HUB)
+    ]
+    [koala] = hosts[HUB].robots
+    assert (koala.unit, koala.node) == ("swarm-newswarm.pebbled.service", "/pebbled_koala-laptop")
+    assert [(one.name, one.type) for one in koala.topics] == [
+        ("/pebbled_koala-laptop/koala/odom", "nav_msgs/msg/Odometry")
+    ]
+    assert (koala.command, koala.command_type) == (
+        "/pebbled_koala-laptop/koala/cmd_vel",
+        "geometry_msgs/msg/Twist",
+    )
     assert hosts[HUB].master_uri == ""
     assert hosts[HUB].master_unit is None
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from swarmctl.render.bundle import File, Unit, package
-from swarmctl.render.middleware import AgentProbe
+from swarmctl.render.middleware import AgentProbe, ExpectedDriver, ExpectedNode
 from swarmctl.render.multimaster.base import Discovery, JoinNodes
 from swarmctl.render.part import Part
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
+from swarmctl.swarm.topics import DriverTopic
 
 
 def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> tuple[File, Unit]:
@@ -39,6 +40,24 @@ class Pebble:
 
     def master(self, swarm: Swarm, island: Island) -> None:
         return None
+
+    def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
+        space = f"/pebbled_{robot.host}/{robot.name}"
+        return ExpectedDriver(
+            unit=names.unit(swarm.name, "pebbled"),
+            node=f"/pebbled_{robot.host}",
+            publishes=(DriverTopic(f"{space}/odom", self.type_name("nav_msgs/Odometry"), rate=10.0),),
+            command=f"{space}/cmd_vel",
+            command_type=self.type_name("geometry_msgs/Twist"),
+            guarded=False,
+        )
+
+    def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
+        topics = tuple((one.topic, self.type_name(one.type)) for one in program.declared.publishes)
+        return ExpectedNode(names.unit(swarm.name, program.name), f"/{program.name}", topics, ())
+
+    def type_name(self, kind: str) -> str:
+        return kind.replace("/", "/msg/")
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         yield Listener(island.hub, 7400, "pebble's router", ("ros", "distro"))

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 
 from swarmctl.render import sketch
 from swarmctl.render.bundle import File, required, workspace
-from swarmctl.render.middleware import AgentProbe, Master, Middleware
+from swarmctl.render.middleware import AgentProbe, ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.part import Part
-from swarmctl.render.ros1 import drivers, programs, release, rosserial_python
+from swarmctl.render.ros1 import drivers, graph, programs, release, rosserial_python
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, master_loc
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
 
 _ROSCORE, _ROSPY, _PYSERIAL = "roscore", "rospy", "pyserial"
 _INSTALL = {
@@ -55,6 +55,18 @@ class Noetic:
     def master(self, swarm: Swarm, island: Island) -> Master:
         """The rosmaster of ``island``."""
         return Master(swarm.master_uri(island), names.unit(swarm.name, names.MASTER))
+
+    def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
+        """The driver's node, with one topic per reading."""
+        return graph.driver(swarm, robot)
+
+    def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
+        """The program's node; one of a launch file has no known name."""
+        return graph.program(swarm, program)
+
+    def type_name(self, kind: str) -> str:
+        """The same: a spec has the names of ROS 1."""
+        return kind
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         """The port of the master."""
