@@ -38,23 +38,34 @@ def write(change: Change) -> None:
         why = "it is read-only" if not os.access(path, os.W_OK) else "it changed meanwhile"
         console.fail(f"{change.file} was not written: {why}")
     mark = codecs.BOM_UTF8 if change.read.startswith(codecs.BOM_UTF8) else b""
+    replace(Path(change.file), mark + change.after.encode())
+
+
+def replace(path: Path, content: bytes) -> None:
+    """Write a file atomically: a reader, or a crash, finds the old or the new content, never a part.
+
+    Mode and owner of an old file stay, symbolic links stay links. Ends the program if it cannot be written.
+    """
     try:
-        _replace(path, mark + change.after.encode())
+        _replace(path.resolve(), content)
     except OSError as error:
-        console.fail(f"cannot write {change.file}: {error.strerror or error}")
+        console.fail(f"cannot write {path}: {error.strerror or error}")
 
 
 def _replace(path: Path, content: bytes) -> None:
-    owned = path.stat()
     descriptor, draft = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        shutil.copymode(path, draft)
-        if (owned.st_uid, owned.st_gid) != (os.geteuid(), os.getegid()):
-            os.chown(draft, owned.st_uid, owned.st_gid)
+        if path.exists():
+            owned = path.stat()
+            shutil.copymode(path, draft)
+            if (owned.st_uid, owned.st_gid) != (os.geteuid(), os.getegid()):
+                os.chown(draft, owned.st_uid, owned.st_gid)
+        else:
+            Path(draft).chmod(0o644)
         Path(draft).replace(path)
     except BaseException:
         Path(draft).unlink(missing_ok=True)

@@ -17,20 +17,26 @@ if TYPE_CHECKING:
 
 
 def read_known_hosts(spec: Path) -> KnownHosts:
-    """The pinned keys beside the spec; ends the program if the file is wrong or of an earlier version."""
+    """The pinned keys beside the spec; ends the program if the file is wrong."""
     from swarmctl.remote import known_hosts
     from swarmctl.remote.openssh_files import OpenSshFileError
 
-    path, old = known_hosts.path_beside(spec), known_hosts.old_path_beside(spec)
-    if old.exists() and not path.exists():
-        console.fail(
-            f"the host keys in {old} are in the format of an earlier version",
-            f"`swarmctl trust {spec}` converts them to {path}",
-        )
     try:
-        return known_hosts.read(path)
+        return known_hosts.read(known_hosts.path_beside(spec))
     except OpenSshFileError as error:
         console.fail(str(error), "correct the line, or remove the file and run `swarmctl trust` again")
+
+
+def known_elsewhere() -> KnownHosts:
+    """What ``~/.ssh/known_hosts`` has; nothing, with a warning, if it cannot be read."""
+    from swarmctl.remote.known_hosts import KnownHosts, read_valid_lines
+    from swarmctl.remote.openssh_files import OpenSshFileError
+
+    try:
+        return read_valid_lines(Path.home() / ".ssh" / "known_hosts")
+    except OpenSshFileError as error:
+        console.err().print(f"warning: {error}; new keys are not compared with it")
+        return KnownHosts()
 
 
 def targets(swarm: Swarm, known: KnownHosts) -> tuple[Mapping[str, Target], tuple[str, ...]]:

@@ -10,8 +10,8 @@ from threading import Lock
 
 import paramiko
 from cryptography.exceptions import UnsupportedAlgorithm
+from paramiko.pkey import PublicBlob
 
-from swarmctl.remote.host_keys import BadKeyError, parse_key
 from swarmctl.remote.transport import HostError, Kind
 
 DEFAULT_FILES = ("id_ed25519", "id_ecdsa", "id_rsa")
@@ -81,7 +81,7 @@ class Keyring:
             ) from error
 
     def _held_by_agent(self, path: Path) -> Identity | None:
-        with suppress(OSError, BadKeyError, UnicodeDecodeError):
-            _, wanted = parse_key(path.with_name(f"{path.name}.pub").read_text(encoding="utf-8"))
+        with suppress(OSError, ValueError):  # not a public key, or no UTF-8
+            wanted = PublicBlob.from_file(str(path.with_name(f"{path.name}.pub"))).key_blob
             return next((one for one in self._agent() if one.key.asbytes() == wanted), None)
         return None

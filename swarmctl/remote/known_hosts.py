@@ -1,26 +1,27 @@
 """Pinned host keys: an OpenSSH known_hosts file beside the spec. Opens no connection.
 
-``ssh -o UserKnownHostsFile=swarm.known_hosts robot@192.168.77.11`` reads the same file.
+``ssh -o UserKnownHostsFile=swarm.known_hosts robot@192.168.77.11`` reads the same file. paramiko.HostKeys
+does not fit: it drops comments and wrong lines, and knows neither markers nor patterns.
 """
 
 from __future__ import annotations
 
 import base64
-import hmac
+import hashlib
 import os
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
+from paramiko import HostKeys
+from paramiko.pkey import PublicBlob
 
-from swarmctl.remote.host_keys import BadKeyError, parse_key
 from swarmctl.remote.openssh_files import OpenSshFileError, matches, read_text
 
 _HEADER = "# SSH host keys of this swarm, pinned by `swarmctl trust`. Keep this file beside the spec, in git."
-_REVOKED = "@revoked"
-_MARKERS = ("", "@cert-authority", _REVOKED)
+REVOKED = "@revoked"
+_MARKERS = ("", "@cert-authority", REVOKED)
 
 
 @dataclass(frozen=True)
@@ -34,18 +35,14 @@ class Line:
 
     def matches(self, names: Sequence[str]) -> bool:
         """True if the line is about a host with one of these lower-case names."""
-        return matches(self.names, names) or any(_hashes(one, name) for one in self.names for name in names)
+        return matches(self.names, names) or any(_hashes(one, names) for one in self.names)
 
     def without(self, names: Sequence[str]) -> Line | None:
         """The line without these names, hashed ones included; None if no name is left. Wildcards stay."""
-        kept = tuple(
-            one
-            for one in self.names
-            if one.lower() not in names and not any(_hashes(one, name) for name in names)
-        )
-        if kept == self.names:
+        kept = [one for one in self.names if one.lower() not in names and not _hashes(one, names)]
+        if self.marker or len(kept) == len(self.names):
             return self
-        return _line(",".join(kept), *self.text.split()[1:]) if kept else None
+        return _parse_line(" ".join((",".join(kept), *self.text.split()[1:]))) if kept else None
 
 
 @dataclass(frozen=True)
@@ -56,32 +53,34 @@ class KnownHosts:
     no line has the name, its address is looked up; ssh writes it ``[address]:port`` if the port is not 22.
     """
 
-    lines: tuple[Line, ...] = ()
+    lines: tuple[Line, ...] = (Line(_HEADER),)
+
+    def find(self, names: Sequence[str], marker: str = "") -> tuple[str, ...]:
+        """The keys of the lines about any of these names, ``"ssh-ed25519 AAAA..."`` each."""
+        return tuple(line.key for line in self.lines if line.marker == marker and line.matches(names))
 
     def keys(self, host: str, address: str, port: int) -> tuple[str, ...]:
-        """The pinned keys of a host, ``"ssh-ed25519 AAAA..."`` each; empty if it is not known."""
-        pinned = [line for line in self.lines if line.names and not line.marker]
-        by_name = [line.key for line in pinned if line.matches(_own_names(host, port))]
-        return tuple(by_name or [line.key for line in pinned if line.matches((ssh_name(address, port),))])
+        """The pinned keys of a host; empty if it is not known."""
+        own, at = _names(host, address, port)
+        return self.find(own) or self.find(at)
 
     def revoked(self, host: str, address: str, port: int) -> tuple[str, ...]:
         """The keys that must not be accepted from this host."""
-        names = (*_own_names(host, port), ssh_name(address, port))
-        return tuple(line.key for line in self.lines if line.marker == _REVOKED and line.matches(names))
+        own, at = _names(host, address, port)
+        return self.find(own + at, REVOKED)
 
     def pinned(self, host: str, address: str, port: int, keys: Sequence[str]) -> KnownHosts:
         """The same file with ``keys`` as the only ones of a host; other hosts and all comments stay."""
-        names = (*_own_names(host, port), ssh_name(address, port))
-        kept = [line if line.marker else line.without(names) for line in self.lines]
-        changed = [at for at, line in enumerate(kept) if line is not self.lines[at]]
-        at = changed[0] if changed else len(kept)
-        written = ",".join(dict.fromkeys((host.lower(), ssh_name(address, port))))
-        fresh = [_line(written, key) for key in keys]
-        return KnownHosts(tuple(line for line in (*kept[:at], *fresh, *kept[at:]) if line is not None))
+        own, at = _names(host, address, port)
+        kept = [line.without(own + at) for line in self.lines]
+        place = next((n for n, line in enumerate(kept) if line is not self.lines[n]), len(kept))
+        written = ",".join(dict.fromkeys((own[0], *at)))
+        kept[place:place] = [_parse_line(f"{written} {key}") for key in keys]
+        return KnownHosts(tuple(line for line in kept if line is not None))
 
     def dump(self) -> str:
         """The text of the file."""
-        return "".join(f"{line.text}\n" for line in self.lines or (Line(_HEADER),))
+        return "".join(f"{line.text}\n" for line in self.lines)
 
 
 def ssh_name(address: str, port: int) -> str:
@@ -89,8 +88,15 @@ def ssh_name(address: str, port: int) -> str:
     return (address if port == 22 else f"[{address}]:{port}").lower()
 
 
-def _own_names(host: str, port: int) -> tuple[str, str]:
-    return host.lower(), ssh_name(host, port)
+def _names(host: str, address: str, port: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names of a host in the file: those with its name in the spec, and the one with its address."""
+    return (host.lower(), ssh_name(host, port)), (ssh_name(address, port),)
+
+
+def fingerprint(key: str) -> str:
+    """The fingerprint of a key as ``ssh-keygen -l`` prints it: ``SHA256:`` and unpadded base64."""
+    raw = PublicBlob.from_string(key).key_blob
+    return "SHA256:" + base64.b64encode(hashlib.sha256(raw).digest()).decode().rstrip("=")
 
 
 def path_beside(spec: Path) -> Path:
@@ -98,23 +104,27 @@ def path_beside(spec: Path) -> Path:
     return spec.with_name(f"{spec.stem}.known_hosts")
 
 
-def old_path_beside(spec: Path) -> Path:
-    """The YAML file in which earlier versions kept the keys."""
-    return spec.with_name(f"{spec.stem}.lock.yaml")
-
-
 def read(path: Path) -> KnownHosts:
     """The pinned keys in the file at ``path``; none if it does not exist. Raises ``OpenSshFileError``."""
-    return parse(read_text(path), str(path)) if os.path.lexists(path) else KnownHosts((Line(_HEADER),))
+    return parse(read_text(path), str(path)) if os.path.lexists(path) else KnownHosts()
+
+
+def read_valid_lines(path: Path) -> KnownHosts:
+    """What ``~/.ssh/known_hosts`` has. Wrong lines are skipped, as by ssh."""
+    known = []
+    for text in read_text(path).splitlines() if path.is_file() else ():
+        with suppress(OpenSshFileError):
+            known.append(_parse_line(text))
+    return KnownHosts(tuple(known))
 
 
 def parse(text: str, name: str) -> KnownHosts:
     """Read the text of a known_hosts file strictly; ``name`` stands for the file in errors."""
-    lines = text.removesuffix("\n").split("\n") if text else [_HEADER]
-    return KnownHosts(tuple(_parse_line(line, f"{name}:{at}") for at, line in enumerate(lines, 1)))
+    lines = text.removesuffix("\n").split("\n")
+    return KnownHosts(tuple(_parse_line(line, f"{name}:{at}") for at, line in enumerate(lines, 1) if text))
 
 
-def _parse_line(text: str, place: str) -> Line:
+def _parse_line(text: str, place: str = "") -> Line:
     words = text.split()
     if not words or words[0].startswith("#"):
         return Line(text)
@@ -125,52 +135,16 @@ def _parse_line(text: str, place: str) -> Line:
         )
     if len(words) < 3:
         raise OpenSshFileError(f"{place}: a line needs host names, a key type and a key")
-    try:
-        parse_key(" ".join(words[1:3]))
-    except BadKeyError as error:
-        raise OpenSshFileError(f"{place}: not a public key: {error}") from error
-    return Line(text, tuple(words[0].split(",")), " ".join(words[1:3]), marker)
+    with suppress(ValueError):
+        if base64.b64encode(PublicBlob.from_string(" ".join(words[1:3])).key_blob) == words[2].encode():
+            return Line(text, tuple(words[0].split(",")), " ".join(words[1:3]), marker)
+    raise OpenSshFileError(f"{place}: not a public key: the text after {words[1]} is not a key of that type")
 
 
-def _line(names: str, *key_and_comment: str) -> Line:
-    text = " ".join((names, *key_and_comment))
-    return Line(text, tuple(names.split(",")), " ".join(text.split()[1:3]))
-
-
-def _hashes(hashed: str, name: str) -> bool:
-    """True if ``hashed`` (``|1|salt|HMAC-SHA1``, as HashKnownHosts writes it) stands for ``name``."""
-    match hashed.split("|"):
-        case ["", "1", salt, digest]:
-            try:
-                made = hmac.digest(base64.b64decode(salt), name.encode(), "sha1")
-            except ValueError:
-                return False
-            return base64.b64encode(made).decode() == digest
+def _hashes(written: str, names: Sequence[str]) -> bool:
+    """True if ``written`` (``|1|salt|HMAC-SHA1``, as HashKnownHosts writes it) is one of the names."""
+    with suppress(ValueError, AssertionError):  # no base64; a salt of another length
+        return written.startswith("|1|") and any(
+            HostKeys.hash_host(name, written) == written for name in names
+        )
     return False
-
-
-def parse_old_file(text: str, name: str) -> Mapping[str, tuple[str, ...]]:
-    """The keys by host name in a ``NAME.lock.yaml`` of earlier versions. Raises ``OpenSshFileError``."""
-    try:
-        hosts = yaml.safe_load(text)["hosts"]
-        found = {str(host): tuple(" ".join(key.split()[:2]) for key in hosts[host]["keys"]) for host in hosts}
-        for key in (key for keys in found.values() for key in keys):
-            parse_key(key)
-    except (yaml.YAMLError, RecursionError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise OpenSshFileError(f"{name}: not a file of host keys: {' '.join(str(error).split())}") from error
-    return found
-
-
-def write(path: Path, known: KnownHosts) -> None:
-    """Replace the file at ``path``; a reader, or a crash, finds the old or the new text, never a part."""
-    descriptor, draft = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8", errors="surrogateescape") as file:
-            file.write(known.dump())
-            file.flush()
-            os.fsync(file.fileno())
-        Path(draft).chmod(0o644)
-        Path(draft).replace(path)
-    except BaseException:
-        Path(draft).unlink(missing_ok=True)
-        raise

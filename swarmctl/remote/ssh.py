@@ -7,13 +7,13 @@ import random
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import paramiko
 
-from swarmctl.remote.host_keys import fingerprint, parse_key
 from swarmctl.remote.identities import Identity, Keyring
 from swarmctl.remote.jump_hosts import Hops
+from swarmctl.remote.known_hosts import fingerprint
 from swarmctl.remote.ssh_channel import CHANNEL_TIMEOUT, SshSession
 from swarmctl.remote.tcp import PromptSocket, dial
 from swarmctl.remote.transport import HostError, Kind, Target
@@ -62,8 +62,11 @@ class SshTransport:
             yield SshSession(client, target.host)
 
     def scan(self, target: Target) -> str:
-        """The public key that ``target`` shows, unchecked. Logs in to jump hosts only."""
-        with self._handshake(replace(target, keys=())) as client:
+        """The public key that ``target`` shows, unchecked, of a type in ``keys`` if it has one.
+
+        Logs in to jump hosts only.
+        """
+        with self._handshake(target) as client:
             return _public(client.get_remote_server_key())
 
     @contextmanager
@@ -203,7 +206,7 @@ def _handshake_error(error: Exception, target: Target) -> HostError:
 
 def _preferred(supported: tuple[str, ...], pinned: tuple[str, ...]) -> tuple[str, ...]:
     """The key types to ask for, pinned ones first: a host with several keys then shows the pinned one."""
-    types = [parse_key(key)[0] for key in pinned]
+    types = [key.split(maxsplit=1)[0] for key in pinned]
     wanted = [name for kind in types for name in _SIGNATURES.get(kind, (kind,)) if name in supported]
     return tuple(dict.fromkeys([*wanted, *supported]))
 

@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 from swarmctl.remote.known_hosts import (
     KnownHosts,
-    old_path_beside,
+    fingerprint,
     parse,
-    parse_old_file,
     path_beside,
     read,
-    write,
+    read_valid_lines,
 )
 from swarmctl.remote.openssh_files import OpenSshFileError
 from tests.remote import sshd as servers
@@ -62,12 +61,36 @@ def test_no_text_is_a_crash(text: str) -> None:
         known = parse(text, "x")
         assert known.pinned("pi", "10.0.0.1", 22, (KEY,)).keys("pi", "10.0.0.1", 22)
     with suppress(OpenSshFileError):
-        parse_old_file(text, "x.lock.yaml")
+        parse(f"pi {text}", "x")
+
+
+@pytest.mark.parametrize("kind", ["ed25519", "ecdsa", "rsa"])
+def test_fingerprints_are_those_of_openssh(tmp_path: Path, kind: str) -> None:
+    if lacking := servers.missing():
+        pytest.skip(f"needs {lacking}")
+    key = servers.make_key(tmp_path / "key", kind)
+    assert fingerprint(key) == keygen("-lf", tmp_path / "key.pub").split()[1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "ssh-ed25519",
+        "ssh-ed25519 !!!",
+        "ssh-ed25519 AAAA",
+        f"ssh-rsa {KEY.split()[1]}",
+        "ssh-rsa AAA",
+        f"{KEY[:30]}!{KEY[30:]}",
+    ],
+)
+def test_a_text_that_is_not_a_key_is_rejected(text: str) -> None:
+    with pytest.raises(OpenSshFileError, match=r"^x:1: (a line needs|not a public key)"):
+        parse(f"pi {text}", "x")
 
 
 def test_the_file_stands_beside_the_spec(tmp_path: Path) -> None:
     assert path_beside(Path("lab/swarm.yaml")) == Path("lab/swarm.known_hosts")
-    assert old_path_beside(Path("lab/swarm.yaml")) == Path("lab/swarm.lock.yaml")
     assert read(tmp_path / "absent.known_hosts").keys("pi", "10.0.0.1", 22) == ()
 
 
@@ -150,7 +173,7 @@ def test_names_that_openssh_hashed_are_found_and_replaced(tmp_path: Path) -> Non
 )
 def test_ssh_keygen_finds_what_was_pinned(tmp_path: Path, address: str, port: int, asked: str) -> None:
     path = tmp_path / "swarm.known_hosts"
-    write(path, read(path).pinned("pi", address, port, (KEY,)))
+    path.write_text(read(path).pinned("pi", address, port, (KEY,)).dump())
     assert KEY in keygen("-F", asked, "-f", path)
     assert keygen("-F", "other", "-f", path) == ""
 
@@ -175,8 +198,9 @@ def test_ssh_accepts_a_host_by_this_file_and_no_other(sshd: Sshd, tmp_path: Path
         )  # fmt: skip
 
     good, stale, revoked = tmp_path / "good", tmp_path / "stale", tmp_path / "revoked"
-    write(good, KnownHosts().pinned("pi", "127.0.0.1", sshd.port, sshd.keys))
-    write(stale, KnownHosts().pinned("pi", "127.0.0.1", sshd.port, (servers.make_key(tmp_path / "k"),)))
+    good.write_text(KnownHosts().pinned("pi", "127.0.0.1", sshd.port, sshd.keys).dump())
+    other = servers.make_key(tmp_path / "k")
+    stale.write_text(KnownHosts().pinned("pi", "127.0.0.1", sshd.port, (other,)).dump())
     revoked.write_text(good.read_text() + "".join(f"@revoked * {key}\n" for key in sshd.keys))
 
     assert ssh(good).stdout == "in\n"
@@ -211,48 +235,23 @@ def test_a_pipe_and_a_huge_file_are_errors(tmp_path: Path) -> None:
             read(path)
 
 
-def test_bytes_that_are_not_utf8_are_kept(tmp_path: Path) -> None:
-    path = tmp_path / "swarm.known_hosts"
-    path.write_bytes(b"# H\xe4lle\n")
-    write(path, read(path).pinned("pi", "10.0.0.1", 22, (KEY,)))
-    assert path.read_bytes() == f"# H\xe4lle\npi,10.0.0.1 {KEY}\n".encode("latin-1")
+@needs_ssh_keygen
+def test_wrong_lines_of_the_users_own_file_are_skipped(tmp_path: Path) -> None:
+    path = tmp_path / "known_hosts"
+    path.write_text(f"10.0.0.1 {KEY}\n")
+    keygen("-H", "-f", path)
+    hashed = path.read_text()
+    assert hashed.startswith("|1|")
+    path.write_text(f"10.0.0.1 1024 35 1234\n\n@odd x\n{hashed}[10.0.0.2]:2222 {OTHER}\n")
+
+    known = read_valid_lines(path)
+
+    assert known.find(["10.0.0.1"]) == (KEY,)
+    assert known.find(["[10.0.0.2]:2222"]) == (OTHER,)
+    assert known.find(["10.0.0.2"]) == ()
+    assert read_valid_lines(tmp_path / "absent") == read_valid_lines(Path("/dev/null")) == KnownHosts(())
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "version: [",
-        "- a",
-        "hosts: []\nversion: 1\nhosts: [a]",
-        "version: 1\nhost: {}",
-        "version: 1\nhosts:\n  a: {keys: [x y]}",
-        "version: 1\nhosts:\n  a: {keys: [[]]}",
-        "version: 1\nhosts:\n  a: {}",
-        "",
-    ],
-)
-def test_a_wrong_file_of_an_earlier_version_is_an_error(text: str) -> None:
-    with pytest.raises(OpenSshFileError, match="x: not a file of host keys"):
-        parse_old_file(text, "x")
-
-
-def test_a_file_of_an_earlier_version_is_read() -> None:
-    text = f"# Host keys\nversion: 1\nhosts:\n  'on':\n    keys:\n    - {KEY}\n    - {OTHER} laptop\n"
-    assert parse_old_file(text, "x") == {"on": (KEY, OTHER)}
-
-
-def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "swarm.known_hosts"
-    write(path, KnownHosts().pinned("a", "10.0.0.1", 22, (KEY,)))
-    before = path.read_text()
-
-    def full(_: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(OSError, match="No space"):
-        write(path, KnownHosts().pinned("a", "10.0.0.1", 22, (OTHER,)))
-    assert path.read_text() == before
-    assert list(tmp_path.iterdir()) == [path]
+@pytest.mark.parametrize("hashed", ["|1|", "|1|AAAA|AAAA", "|1|!|!", "|2|a|b", "|1|AAAA"])
+def test_a_wrong_hash_is_the_name_of_no_host(hashed: str) -> None:
+    assert parse(f"{hashed} {KEY}", "x").keys("pi", "10.0.0.1", 22) == ()

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.remote.host_keys import fingerprint
 from swarmctl.remote.identities import Keyring
+from swarmctl.remote.known_hosts import fingerprint
 from swarmctl.remote.ssh import SshTransport, Timeouts
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.remote import sshd as servers

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.cli.ssh_targets import login
-from swarmctl.remote.known_hosts import KnownHosts
+from swarmctl.remote.known_hosts import KnownHosts, Line
 from swarmctl.remote.openssh_files import OpenSshFileError
 from swarmctl.remote.ssh_config import Login, Resolver, SshConfig
 from swarmctl.remote.transport import Target
@@ -29,9 +29,7 @@ Read = Callable[..., tuple[Target, list[str]]]
 
 def resolve(path: Path, login: Login, **keys: tuple[str, ...]) -> tuple[Target, list[str]]:
     """The target and the warnings under the configuration at ``path``."""
-    known = KnownHosts()
-    for name, pinned in keys.items():
-        known = known.pinned(name, name, 22, pinned)
+    known = KnownHosts(tuple(Line("", (name,), key) for name, pinned in keys.items() for key in pinned))
     config = SshConfig(path)
     return Resolver(config, known, "anna", HOME).target(login), list(config.warnings)
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import pty
 import select
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,8 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.remote.host_keys import fingerprint
-from swarmctl.remote.known_hosts import KnownHosts, read, write
+from swarmctl.remote.known_hosts import KnownHosts, fingerprint, read
 from tests.remote import sshd as servers
 from tests.remote.sshd import Sshd
 from tests.timing import PATIENCE
@@ -62,6 +64,10 @@ def file(spec: Path) -> Path:
     return spec.with_name("swarm.known_hosts")
 
 
+def pin(spec: Path, host: str, port: int, key: str) -> None:
+    file(spec).write_text(KnownHosts().pinned(host, "127.0.0.1", port, (key,)).dump())
+
+
 def pinned(spec: Path) -> dict[str, tuple[str, ...]]:
     """The pinned keys by host name."""
     found: dict[str, tuple[str, ...]] = {}
@@ -95,7 +101,7 @@ def test_yes_pins_and_a_second_time_finds_nothing_new(spec: Path, home: Path, ss
 
 def test_a_changed_key_is_pinned_only_with_replace(spec: Path, home: Path, sshd: Sshd) -> None:
     stale = servers.make_key(spec.parent / "stale")
-    write(file(spec), KnownHosts().pinned("laptop", "127.0.0.1", sshd.port, (stale,)))
+    pin(spec, "laptop", sshd.port, stale)
 
     refused = trust(spec, home, "--yes")
 
@@ -136,44 +142,97 @@ def test_a_wrong_ssh_config_is_an_error_with_its_place(spec: Path, home: Path) -
     assert "config:2: Port many is not a number" in done.stderr
 
 
-def test_keys_of_an_earlier_version_are_converted_once(spec: Path, home: Path, sshd: Sshd) -> None:
-    old = spec.with_name("swarm.lock.yaml")
-    gone = servers.make_key(spec.parent / "gone")
-    old.write_text(f"version: 1\nhosts:\n  gone: {{keys: [{gone}]}}\n  laptop: {{keys: [{sshd.keys[2]}]}}\n")
-
-    first, second = trust(spec, home), trust(spec, home)
-
-    assert first.returncode == 0, first.stderr
-    assert "converted the keys of 2 hosts" in first.stdout
-    assert pinned(spec) == {"gone": (gone,), "laptop": (sshd.keys[2],)}
-    assert f"laptop,[127.0.0.1]:{sshd.port} " in file(spec).read_text()
-    assert old.exists()
-    assert second.returncode == 0
-    assert "converted" not in second.stdout
+def test_bytes_and_lines_of_the_users_own_stay(spec: Path, home: Path, sshd: Sshd) -> None:
+    file(spec).write_bytes(b"# H\xe4lle\n")
+    assert trust(spec, home, "--yes").returncode == 0
+    fresh = f"laptop,[127.0.0.1]:{sshd.port} {sshd.keys[2]}\n"
+    assert file(spec).read_bytes() == b"# H\xe4lle\n" + fresh.encode()
 
 
-def test_a_wrong_file_of_an_earlier_version_is_an_error(spec: Path, home: Path) -> None:
-    spec.with_name("swarm.lock.yaml").write_text("version: 1\nhost: {}\n")
+@pytest.mark.parametrize("index", [0, 1, 2], ids=["rsa", "ecdsa", "ed25519"])
+def test_a_pinned_key_of_any_type_is_known(spec: Path, home: Path, sshd: Sshd, index: int) -> None:
+    pin(spec, "laptop", sshd.port, sshd.keys[index])
+    done = trust(spec, home)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("known ")
+
+
+def test_yes_pins_no_key_that_the_users_known_hosts_contradicts(spec: Path, home: Path, sshd: Sshd) -> None:
+    stale, own = servers.make_key(spec.parent / "stale"), home / ".ssh/known_hosts"
+    own.write_text(f"[127.0.0.1]:{sshd.port} {stale}\nbroken\n")
+
+    refused = trust(spec, home, "--yes")
+
+    assert refused.returncode == 1
+    assert refused.stdout.startswith("changed ")
+    assert f"in ~/.ssh/known_hosts: ssh-ed25519 {fingerprint(stale)}" in refused.stdout
+    assert fingerprint(sshd.keys[2]) in refused.stdout
+    assert "--host laptop --replace" in refused.stderr
+    assert not file(spec).exists()
+
+    assert trust(spec, home, "--host", "laptop", "--replace", "--yes").returncode == 0
+    assert pinned(spec) == {"laptop": (sshd.keys[2],)}
+    assert trust(spec, home).returncode == 0, "the swarm's own file goes before the user's"
+
+
+@pytest.mark.parametrize("index", [0, 1, 2], ids=["rsa", "ecdsa", "ed25519"])
+def test_yes_pins_the_key_that_the_users_known_hosts_has(
+    spec: Path, home: Path, sshd: Sshd, index: int
+) -> None:
+    """The host shows a key of that type, though it has others, too."""
+    (home / ".ssh/known_hosts").write_text(f"[127.0.0.1]:{sshd.port} {sshd.keys[index]}\n")
     done = trust(spec, home, "--yes")
+    assert (done.returncode, pinned(spec)) == (0, {"laptop": (sshd.keys[index],)}), done.stderr
+
+
+def test_a_key_that_the_users_known_hosts_revokes_is_never_pinned(spec: Path, home: Path, sshd: Sshd) -> None:
+    (home / ".ssh/known_hosts").write_text("".join(f"@revoked * {key}\n" for key in sshd.keys))
+    done = trust(spec, home, "--yes", "--replace")
     assert done.returncode == 1
-    assert "swarm.lock.yaml: not a file of host keys" in done.stderr
+    assert "revoked (@revoked)" in done.stderr
     assert not file(spec).exists()
 
 
-def test_the_other_verbs_name_the_conversion(spec: Path, home: Path) -> None:
-    spec.with_name("swarm.lock.yaml").write_text("version: 1\nhosts: {}\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "swarmctl", "status", str(spec)],
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "HOME": str(home), "NO_COLOR": "1"},
-        timeout=60,
-    )
+def test_an_unreadable_known_hosts_of_the_user_is_a_warning(spec: Path, home: Path, sshd: Sshd) -> None:
+    (home / ".ssh/known_hosts").write_bytes(b"#" * (1 << 21))
+    done = trust(spec, home, "--yes")
+    assert done.returncode == 0, done.stderr
+    assert "known_hosts: larger than 1 MiB; new keys are not compared with it" in done.stderr
+    assert pinned(spec) == {"laptop": (sshd.keys[2],)}
+
+
+@pytest.mark.parametrize("greeting", [b"SSH-2.0-\x1b]0;owned\x07\r\n", b"SSH-\x1b[2J-gone\r\n", b"\x1b[2J\n"])
+def test_no_escape_sequence_of_a_stranger_reaches_the_terminal(
+    spec: Path, home: Path, greeting: bytes
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as stranger:
+        threading.Thread(target=_greet, args=(stranger, greeting), daemon=True).start()
+        (home / ".ssh/config").write_text(
+            f"Host laptop\n ProxyJump root@127.0.0.1:{stranger.getsockname()[1]}\n"
+        )
+        done = trust(spec, home, "--yes")
+    assert done.returncode == 4
+    assert "127.0.0.1" in done.stderr
+    assert not set(done.stdout + done.stderr) & {"\x1b", "\x07"}
+
+
+def _greet(server: socket.socket, greeting: bytes) -> None:
+    with suppress(OSError):
+        while True:
+            connection, _ = server.accept()
+            with connection:
+                connection.sendall(greeting)
+
+
+def test_no_escape_sequence_of_a_file_reaches_the_terminal(spec: Path, home: Path, sshd: Sshd) -> None:
+    """The file can come from somebody else's repository; a key's type can be any text."""
+    kind = b"ssh-\x1b[2J"
+    raw = base64.b64encode(len(kind).to_bytes(4, "big") + kind).decode()
+    file(spec).write_text(f"laptop {kind.decode()} {raw}\n")
+    done = trust(spec, home, "--yes")
     assert done.returncode == 1
-    assert "in the format of an earlier version" in done.stderr
-    assert f"`swarmctl trust {spec}` converts them" in done.stderr
+    assert "was pinned: ssh-\\x1b[2J SHA256:" in done.stdout
+    assert "\x1b" not in done.stdout + done.stderr
 
 
 def test_a_revoked_key_is_never_pinned(spec: Path, home: Path, sshd: Sshd) -> None:
@@ -195,7 +254,7 @@ def test_replace_with_host_leaves_a_changed_jump_host(
             f"Host laptop\n ProxyJump root@gate\nHost gate\n HostName 127.0.0.1\n Port {gate.port}\n"
             f" IdentityFile {gate.identity}\n"
         )
-        write(file(spec), KnownHosts().pinned("gate", "127.0.0.1", gate.port, (stale,)))
+        pin(spec, "gate", gate.port, stale)
 
         refused = trust(spec, home, "--host", "laptop", "--replace", "--yes")
         assert refused.returncode == 1

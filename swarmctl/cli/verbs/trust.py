@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import console, exit_codes, file_writes, options
 
 if TYPE_CHECKING:
     from swarmctl.remote.known_hosts import KnownHosts
     from swarmctl.remote.transport import HostError, Target
-    from swarmctl.swarm.resolved import Swarm
 
 PARALLEL = 32
 ADVICE = (
@@ -33,33 +32,36 @@ class State(str, Enum):
 
 @dataclass(frozen=True)
 class Scanned:
-    """The key that a host shows, compared with the pinned ones."""
+    """The key that a host shows, compared with the pinned ones; without any, with ``~/.ssh/known_hosts``."""
 
     target: Target
     key: str
+    elsewhere: tuple[str, ...]
+    revoked: tuple[str, ...]
 
     @property
     def state(self) -> State:
-        if self.key in self.target.revoked:
+        if self.key in self.revoked:
             return State.REVOKED
-        if not self.target.keys:
-            return State.NEW
-        return State.KNOWN if self.key in self.target.keys else State.CHANGED
+        if self.key in self.target.keys:
+            return State.KNOWN
+        if self.target.keys or (self.elsewhere and self.key not in self.elsewhere):
+            return State.CHANGED
+        return State.NEW
 
-    def line(self) -> str:
-        from swarmctl.remote.host_keys import fingerprint
-        from swarmctl.views.escape import printable
+    def lines(self) -> list[str]:
+        """What people compare: the key, and the ones that it should be."""
+        where = "was pinned:" if self.target.keys else "in ~/.ssh/known_hosts:"
+        before = (self.target.keys or self.elsewhere) if self.state is State.CHANGED else ()
+        shown = _named(f"{self.state.value:8} {self.target.host}  {self.target.address} ", self.key)
+        return [shown, *(_named(f"{'':8} {where}", key) for key in before)]
 
-        kind = self.key.split(maxsplit=1)[0]
-        text = (
-            f"{self.state.value:8} {self.target.host}  {self.target.address}  "
-            f"{printable(kind)} {fingerprint(self.key)}"
-        )
-        if self.state is State.CHANGED:
-            text += "".join(
-                f"\n{'':8} was pinned: {key.split()[0]} {fingerprint(key)}" for key in self.target.keys
-            )
-        return text
+
+def _named(text: str, key: str) -> str:
+    from swarmctl.remote.known_hosts import fingerprint
+    from swarmctl.views.escape import printable
+
+    return printable(f"{text} {key.split(maxsplit=1)[0]} {fingerprint(key)}")
 
 
 def trust(
@@ -74,66 +76,39 @@ def trust(
     yes: Annotated[bool, typer.Option("--yes", help="Pin without asking, in a network you trust.")] = False,
 ) -> None:
     """Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec."""
-    from swarmctl.cli.ssh_targets import read_known_hosts, targets
+    from swarmctl.cli.ssh_targets import known_elsewhere, read_known_hosts, targets
     from swarmctl.remote.known_hosts import path_beside
     from swarmctl.remote.ssh import SshTransport
 
     swarm = console.read_spec(spec)
     path = path_beside(spec.first)
-    _convert(spec.first, swarm)
     known = read_known_hosts(spec.first)
     ways, warnings = targets(swarm, known)
-    _check_names(host or (), _with_hops(ways.values()), str(spec))
+    if unknown := sorted(set(host or ()) - set(reachable := _with_hops(ways.values()))):
+        console.fail(f"{spec} has no host {', '.join(unknown)}", f"its hosts are {', '.join(reachable)}")
     for text in warnings:
         console.err().print(f"warning: {text}")
-    transport = SshTransport()
+    elsewhere = known_elsewhere()
+    scan = SshTransport().scan
     failed: dict[str, HostError] = {}
     refused: list[Scanned] = []
     done: set[str] = set()
     # A host behind a jump host can be scanned only after the jump host's key is pinned.
     while batch := _nearest(_wanted(targets(swarm, known)[0], host), done):
         done.update(target.host for target in batch)
-        scanned, missed = scan_all(transport.scan, batch)
+        scanned, missed = _scan_all(scan, batch, elsewhere)
         failed |= missed
-        fresh, rejected = _judge(scanned, replaceable=_replaceable(replace, host, batch))
+        # With --host, no changed key of a jump host on the way is pinned, unless --host names it.
+        replaceable = set(host or [target.host for target in batch]) if replace else set()
+        fresh, rejected = _judge(scanned, replaceable)
         refused += rejected
         if fresh:
             _confirm(fresh, yes=yes)
-            known = pin(known, fresh)
-            _write(path, known)
+            for one in fresh:
+                known = known.pinned(one.target.host, one.target.address, one.target.port, (one.key,))
+            file_writes.replace(path, known.dump().encode(errors="surrogateescape"))
             console.out().print(f"pinned {len(fresh)} in {path}")
     _conclude(failed, refused)
-
-
-def _convert(spec: Path, swarm: Swarm) -> None:
-    """Convert, once, the keys that an earlier version pinned in NAME.lock.yaml, all of them."""
-    from swarmctl.cli.ssh_targets import targets
-    from swarmctl.remote.known_hosts import KnownHosts, old_path_beside, parse_old_file, path_beside
-    from swarmctl.remote.openssh_files import OpenSshFileError, read_text
-
-    old, path = old_path_beside(spec), path_beside(spec)
-    if path.exists() or not old.exists():
-        return
-    try:
-        keys = parse_old_file(read_text(old), str(old))
-    except OpenSshFileError as error:
-        console.fail(str(error), "correct it, or remove it and run `swarmctl trust` again")
-    ways = _with_hops(targets(swarm, KnownHosts())[0].values())
-    known = KnownHosts()
-    for host, pinned in keys.items():
-        way = ways.get(host)
-        known = known.pinned(host, way.address if way else host, way.port if way else 22, pinned)
-    _write(path, known)
-    console.out().print(f"converted the keys of {len(keys)} hosts from {old} to {path}; remove {old.name}")
-
-
-def _write(path: Path, known: KnownHosts) -> None:
-    from swarmctl.remote.known_hosts import write
-
-    try:
-        write(path, known)
-    except OSError as error:
-        console.fail(f"cannot write {path}: {error.strerror}")
 
 
 def _with_hops(targets: Iterable[Target]) -> dict[str, Target]:
@@ -147,21 +122,10 @@ def _with_hops(targets: Iterable[Target]) -> dict[str, Target]:
     return found
 
 
-def _check_names(names: Sequence[str], known: Mapping[str, Target], spec: str) -> None:
-    """End the program if ``--host`` names neither a host of the spec nor a jump host."""
-    if unknown := sorted(set(names) - set(known)):
-        console.fail(f"{spec} has no host {', '.join(unknown)}", f"its hosts are {', '.join(known)}")
-
-
 def _wanted(targets: Mapping[str, Target], names: Sequence[str] | None) -> list[Target]:
     """The named hosts, all without names, and every jump host on the way to them."""
     everything = _with_hops(targets.values())
     return list(_with_hops(everything[name] for name in names or targets).values())
-
-
-def _replaceable(replace: bool, names: Sequence[str] | None, batch: Sequence[Target]) -> set[str]:
-    """The hosts whose changed keys may be pinned: with ``--host``, not the jump hosts on the way to them."""
-    return set(names or [target.host for target in batch]) if replace else set()
 
 
 def _nearest(wanted: Iterable[Target], done: set[str]) -> list[Target]:
@@ -173,17 +137,22 @@ def _nearest(wanted: Iterable[Target], done: set[str]) -> list[Target]:
     ]
 
 
-def scan_all(
-    scan: Callable[[Target], str], batch: Sequence[Target]
+def _scan_all(
+    scan: Callable[[Target], str], batch: Sequence[Target], elsewhere: KnownHosts
 ) -> tuple[list[Scanned], dict[str, HostError]]:
     """The key of each host, and the error of each host that shows none."""
     from concurrent.futures import ThreadPoolExecutor
 
+    from swarmctl.remote.known_hosts import REVOKED, ssh_name
     from swarmctl.remote.transport import HostError
 
     def one(target: Target) -> Scanned | HostError:
+        name = [ssh_name(target.address, target.port)]
+        others = elsewhere.find(name)
         try:
-            return Scanned(target, scan(target))
+            # A host with several keys shows one of a type that is known, if it has one.
+            key = scan(dataclasses.replace(target, keys=target.keys or others))
+            return Scanned(target, key, others, revoked=(*target.revoked, *elsewhere.find(name, REVOKED)))
         except HostError as error:
             return error
 
@@ -193,17 +162,10 @@ def scan_all(
     return scanned, {target.host: outcome for target, outcome in outcomes if isinstance(outcome, HostError)}
 
 
-def pin(known: KnownHosts, fresh: Iterable[Scanned]) -> KnownHosts:
-    """The known_hosts file with the scanned keys in it."""
-    for one in fresh:
-        known = known.pinned(one.target.host, one.target.address, one.target.port, (one.key,))
-    return known
-
-
-def _judge(scanned: Sequence[Scanned], *, replaceable: set[str]) -> tuple[list[Scanned], list[Scanned]]:
+def _judge(scanned: Sequence[Scanned], replaceable: set[str]) -> tuple[list[Scanned], list[Scanned]]:
     """Print every key; return those to pin and those that are refused."""
     for one in scanned:
-        console.out().print(one.line())
+        console.out().print("\n".join(one.lines()))
     changed = [one for one in scanned if one.state is State.CHANGED]
     replaced = [one for one in changed if one.target.host in replaceable]
     fresh = [one for one in scanned if one.state is State.NEW] + replaced
@@ -237,7 +199,7 @@ def _conclude(failed: Mapping[str, HostError], refused: Sequence[Scanned]) -> No
         console.err().print("  help: on the host, remove /etc/ssh/ssh_host_* and run `ssh-keygen -A`")
     if changed := [one.target.host for one in refused if one.state is State.CHANGED]:
         console.fail(
-            f"{len(changed)} of the hosts show another key than the pinned one",
+            f"{len(changed)} of the hosts show another key than the known one",
             f"re-flashed? add {' '.join(f'--host {name}' for name in changed)} --replace; "
             "if not, another machine answers at this address",
         )
