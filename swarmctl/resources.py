@@ -1,6 +1,7 @@
 """Folders of the files that swarmctl ships: beside the package in a checkout, inside it in a wheel."""
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -21,12 +22,20 @@ def schemas() -> Path:
     return _folder("schemas")
 
 
+@dataclass(frozen=True)
+class HostModule:
+    """A Python module that runs on hosts: its dotted name, and the folder that its package lies in."""
+
+    name: str
+    folder: Path
+
+
 def make_robot_packages_importable() -> None:
     """Let swarmctl import the packages that it shares with robots: the agent's types, the driver.
 
     They are shipped as files and not installed; in a checkout and in a wheel they are imported from there.
     """
-    for package in ("agent", "common", "driver", "rosserial"):
+    for package in ("agent", "common", "driver", "ros1_probe", "rosserial"):
         path = str(templates() / "packages" / package)
         if path not in sys.path:
             sys.path.append(path)

@@ -32,7 +32,7 @@ def ask(
     patience = max(window, LONGEST_LISTENING) + _AROUND
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Answer:
-        with agent_client.talk(session, verbs=graph.probe.modules) as host:
+        with agent_client.talk(session, verbs=("probe",), module=graph.probe) as host:
             data = host.ask(questions[target.host], timeout=patience)
             return answer_of(data, received=time.time())
 

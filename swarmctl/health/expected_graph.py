@@ -13,7 +13,8 @@ from swarmctl.health.expected_bridges import (
     multimaster_of,
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
-from swarmctl.render.middleware import AgentProbe, ExpectedDriver, Middleware, middleware_of
+from swarmctl.render.middleware import ExpectedDriver, Middleware, middleware_of
+from swarmctl.resources import HostModule
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
     Commander,
@@ -88,7 +89,7 @@ class ExpectedGraph:
 
     swarm: str
     hosts: tuple[ExpectedHost, ...]
-    probe: AgentProbe
+    probe: HostModule
     bridges: tuple[ExpectedBridge, ...] = ()
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 

@@ -26,8 +26,9 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         {"name": program.node, "topics": {}} for program in host.programs if program.node
     ]
     return {
-        "verb": graph.probe.verb,
+        "verb": "probe",
         "swarm": graph.swarm,
+        "module": graph.probe.name,
         "units": list(host.release.units),
         "master": host.master_uri,
         "nodes": [*robots, *programs, *_multimaster_nodes(host, window)],

@@ -1,4 +1,4 @@
-"""The agent as the archive that a host keeps: some of its verbs, and the modules that these import."""
+"""The agent as the archive that a host keeps: its verbs, a middleware's module, and what these import."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ import ast
 import io
 import threading
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 
-from swarmctl.resources import templates
+from swarmctl.resources import HostModule, templates
 
 DEPLOY_VERBS = ("observe", "keep_secrets", "apply", "remove")
-_PACKAGES = {"swarm_agent": "agent", "swarm_common": "common"}
+_PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
 
+Folders = Mapping[str, Path]  # by package
 #: One thread at a time: ``ast.parse`` of Python 3.11 fails where threads interleave (python/cpython#106905).
 _PARSING = threading.Lock()
 
@@ -29,15 +30,25 @@ class Agent:
     digest: str
 
 
-def agent(verbs: tuple[str, ...] = DEPLOY_VERBS) -> Agent:
-    """The agent with ``verbs``. Same sources, same bytes."""
+def agent(verbs: tuple[str, ...] = DEPLOY_VERBS, module: HostModule | None = None) -> Agent:
+    """The agent with ``verbs``, and with a ``module`` that one of them runs. Same sources, same bytes.
+
+    Raises ModuleNotFoundError if there is no such module.
+    """
     with _PARSING:
-        return _archive(verbs)
+        return _archive(verbs, module)
 
 
 @lru_cache
-def _archive(verbs: tuple[str, ...]) -> Agent:
-    modules = _closure(["swarm_agent.main", *(f"swarm_agent.verbs.{verb}" for verb in verbs)])
+def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
+    folders = {package: templates() / folder for package, folder in _PACKAGES.items()}
+    names = ["swarm_agent.main", *(f"swarm_agent.verbs.{verb}" for verb in verbs)]
+    if module is not None:
+        folders[module.name.partition(".")[0]] = module.folder
+        names.append(module.name)
+    modules = _closure(names, folders)
+    if missing := [name for name in names if name not in modules]:
+        raise ModuleNotFoundError(f"the agent needs {missing[0]}, which is not in {module and module.folder}")
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, path in sorted(modules.items()):
@@ -49,25 +60,25 @@ def _archive(verbs: tuple[str, ...]) -> Agent:
     return Agent(content, sha256(content).hexdigest())
 
 
-def _closure(names: Iterable[str]) -> dict[str, Path]:
+def _closure(names: Iterable[str], folders: Folders) -> dict[str, Path]:
     """The files of these modules, of their packages, and of the on-robot modules that they import."""
     found: dict[str, Path] = {}
     due = list(names)
     while due:
         name = due.pop()
-        path = None if name in found else _file_of(name)
+        path = None if name in found else _file_of(name, folders)
         if path is not None:
             found[name] = path
             due += [*_imports(name, path), name.rpartition(".")[0]]
     return found
 
 
-def _file_of(module: str) -> Path | None:
+def _file_of(module: str, folders: Folders) -> Path | None:
     """The source of an on-robot module or package; None for a name that is neither."""
-    package = _PACKAGES.get(module.partition(".")[0])
-    if package is None:
+    folder = folders.get(module.partition(".")[0])
+    if folder is None:
         return None
-    base = templates() / "packages" / package / module.replace(".", "/")
+    base = folder / module.replace(".", "/")
     candidates = (base.with_name(base.name + ".py"), base / "__init__.py")
     return next((path for path in candidates if path.is_file()), None)
 

@@ -26,7 +26,7 @@ from swarm_agent.messages import ANSWERS
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
 from swarmctl.remote.answer_check import bounded, mismatch
 from swarmctl.remote.transport import Channel, HostError, Kind, Output, Session
-from swarmctl.resources import templates
+from swarmctl.resources import HostModule, templates
 
 _PACKED = b"z:"
 _LONGEST_ANSWER = 8 << 20  # unpacked; an answer with the contents of a release is the longest
@@ -64,14 +64,18 @@ def new_txid() -> str:
 
 @contextmanager
 def talk(
-    session: Session, *, become: bool = True, verbs: tuple[str, ...] = DEPLOY_VERBS
+    session: Session,
+    *,
+    become: bool = True,
+    verbs: tuple[str, ...] = DEPLOY_VERBS,
+    module: HostModule | None = None,
 ) -> Iterator[Conversation]:
     """A conversation with the host's agent, which starts with the first question and ends with the block.
 
-    ``become`` runs the agent as root, through ``sudo -n`` if need be.
+    ``become`` runs the agent as root, through ``sudo -n`` if need be; ``module``: one that a verb runs.
     """
     with ExitStack() as channels:
-        yield Conversation(session, agent(verbs), become=become, channels=channels)
+        yield Conversation(session, agent(verbs, module), become=become, channels=channels)
 
 
 class Conversation:

@@ -28,7 +28,7 @@ def workspace(path: str) -> str:
 
 
 def required(requirement: str) -> tuple[str, str]:
-    """What a requirement is (`package`, `workspace`, or nothing for a part of ROS), and its name or place."""
+    """What a requirement is (`package`, `workspace`, or nothing for a program), and its name or place."""
     kind, mark, name = requirement.partition(":")
     return (kind, name) if mark else ("", kind)
 
@@ -71,8 +71,8 @@ class Bundle:
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
     ``wants`` names programs without which a part of its preparation does nothing (``chronyd``, ``iw``),
     ``follows`` the host whose clock it follows, ``secrets`` those that its units read, by name;
-    ``requires`` names what the host must have for its units to run: ``rospy``, ``roscore``, ``pyserial``, and
-    what ``package`` and ``workspace`` make of the names of ROS packages and the places of built workspaces;
+    ``requires`` names what the host must have for its units to run: programs, ``rospy``, ``pyserial``,
+    and what ``package`` and ``workspace`` make of names of ROS packages and places of built workspaces;
     ``distro`` is the ROS distribution that these belong to.
     """
 

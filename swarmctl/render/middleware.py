@@ -13,6 +13,7 @@ from typing import Protocol, cast
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.bundle import File
 from swarmctl.render.part import Part
+from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
@@ -25,14 +26,6 @@ class Master:
 
     uri: str
     unit: str
-
-
-@dataclass(frozen=True)
-class AgentProbe:
-    """How a host's agent observes the graph: the verb, and the modules of the agent that it needs."""
-
-    verb: str
-    modules: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -64,8 +57,12 @@ class Middleware(Protocol):
     """One middleware. Parts are pure: the same swarm gives the same bytes."""
 
     @property
-    def probe(self) -> AgentProbe:
-        """What ``swarmctl status`` runs on a host."""
+    def probe(self) -> HostModule:
+        """The module that observes the graph for ``swarmctl status``, as a part of the agent of each host.
+
+        Its function ``observe(request, answer)`` fills in the ``GraphAnswer`` of ``swarm_agent.messages``. It
+        and what it imports of its package run on Python 3.8 with the standard library and ``swarm_agent``.
+        """
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
         """The environment of ``host``, its master if it is the hub of ``island``, and its robots' drivers."""

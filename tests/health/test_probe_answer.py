@@ -75,6 +75,7 @@ def test_a_host_is_asked_about_its_own_part() -> None:
     assert asked == {
         "verb": "probe",
         "swarm": "newswarm",
+        "module": "swarm_ros1_probe.observe",
         "units": [WLAN, UNIT["k3"], "swarm-newswarm.target"],
         "master": "http://192.168.77.10:11311",
         "nodes": [

@@ -31,6 +31,7 @@ MAY_IMPORT = {
     "common": set[str](),
     "driver": {"swarm_common", "swarm_rosserial", "serial", "yaml", *ROS},
     "multimaster": {"swarm_common", "yaml"},
+    "ros1_probe": {"swarm_agent", "swarm_common"},
     "rosserial": set[str](),
     "teleop": {"yaml", *ROS},
 }
@@ -67,7 +68,7 @@ def test_python_3_8_imports_what_needs_no_other_library() -> None:
     python = python_3_8()
     if python is None:
         pytest.skip("no python3.8 here")
-    packages = ("agent", "common", "rosserial")
+    packages = ("agent", "common", "ros1_probe", "rosserial")
     modules = [
         ".".join(path.relative_to(PACKAGES / package).with_suffix("").parts)
         for package in packages

@@ -40,7 +40,7 @@ HUB, SILENT = "koala-laptop", "k3-pi"
 
 
 @pytest.fixture
-def _registered() -> Iterator[None]:
+def registered() -> Iterator[None]:
     middleware: Middleware = PEBBLE
     provider: MultimasterProvider = MESH
     MIDDLEWARES.register("pebble", middleware)
@@ -50,9 +50,11 @@ def _registered() -> Iterator[None]:
     MULTIMASTERS.unregister("mesh")
 
 
-def written(tmp_path: Path, distro: str = "pebble", provider: str = "mesh", more: str = "") -> Path:
+def written(
+    tmp_path: Path, distro: str = "pebble", provider: str = "mesh", more: str = "", name: str = "newswarm"
+) -> Path:
     spec = tmp_path / "swarm.yaml"
-    text = f"{SPEC.read_text('utf-8')}ros: {{distro: {distro}}}\n"
+    text = f"{SPEC.read_text('utf-8')}ros: {{distro: {distro}}}\n".replace("name: newswarm", f"name: {name}")
     spec.write_text(f"{text}multimaster: {{provider: {provider}, {more}{TOPICS}}}\n", "utf-8")
     return spec
 
@@ -71,7 +73,7 @@ def paths(bundle: Bundle) -> set[str]:
     return {file.path for file in bundle.files}
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_the_bundle_has_their_files_and_units(tmp_path: Path) -> None:
     made = bundles(swarm_of(written(tmp_path)))
     assert {"pebble/robots.txt", "pebble.bash", "mesh/topics.txt"} <= paths(made[HUB])
@@ -81,11 +83,11 @@ def test_the_bundle_has_their_files_and_units(tmp_path: Path) -> None:
         "swarm-newswarm.pebbled.service",
         "swarm-newswarm.multimaster.service",
     ]
-    assert made[HUB].requires == ("package:pebble",)
+    assert made[HUB].requires == ("pebbled",)
     assert not [path for path in paths(made[HUB]) if re.search(r"\bros|launch|\.master\.", path)]
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_the_plan_starts_their_units(tmp_path: Path) -> None:
     bundle = bundles(swarm_of(written(tmp_path)))[HUB]
     plan = reconcile(bundle, Observed())
@@ -94,7 +96,7 @@ def test_the_plan_starts_their_units(tmp_path: Path) -> None:
     assert "mesh/topics.txt" in plan.targets(Kind.CREATE)
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_the_plan_shows_how_to_install_what_is_missing(tmp_path: Path) -> None:
     bundle = bundles(swarm_of(written(tmp_path)))[HUB]
     facts: Facts = {
@@ -103,10 +105,10 @@ def test_the_plan_shows_how_to_install_what_is_missing(tmp_path: Path) -> None:
     }  # fmt: skip
     problem = reconcile(bundle, Observed(facts=facts)).problem
     assert problem is not None
-    assert problem.hint == "`pebble install package:pebble`"
+    assert problem.hint == "`pebble install pebbled`"
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_the_expected_graph_has_their_nodes(tmp_path: Path) -> None:
     swarm = swarm_of(written(tmp_path))
     releases = {
@@ -124,28 +126,25 @@ def test_the_expected_graph_has_their_nodes(tmp_path: Path) -> None:
     ]
     [koala] = hosts[HUB].robots
     assert (koala.unit, koala.node) == ("swarm-newswarm.pebbled.service", "/pebbled_koala-laptop")
-    assert [(one.name, one.type) for one in koala.topics] == [
-        ("/pebbled_koala-laptop/koala/odom", "nav_msgs/msg/Odometry")
-    ]
+    assert [(one.name, one.type) for one in koala.topics] == [("/koala/odom", "nav_msgs/msg/Odometry")]
     assert (koala.command, koala.command_type) == (
-        "/pebbled_koala-laptop/koala/cmd_vel",
+        "/koala/cmd_vel",
         "geometry_msgs/msg/Twist",
     )
     assert hosts[HUB].master_uri == ""
     assert hosts[HUB].master_unit is None
 
 
-@pytest.mark.usefixtures("_registered")
-def test_status_probes_with_their_verb_and_no_master(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("registered")
+def test_status_probes_with_their_module_and_no_master(tmp_path: Path) -> None:
     swarm = swarm_of(written(tmp_path))
     releases = {name: Release(one.digest, ()) for name, one in bundles(swarm).items()}
     graph = expected_graph(swarm, releases)
-    assert graph.probe.modules == ("probe_pebble",)
-    assert request(graph, graph.hosts[0], 2.0)["verb"] == "probe_pebble"
+    assert request(graph, graph.hosts[0], 2.0)["module"] == "pebble_probe.observe"
     assert not [one for one in diagnose(graph, {}).findings if one.check == "master"]
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_ports_and_memory_are_theirs(tmp_path: Path) -> None:
     document, found = load([written(tmp_path)])
     assert document is not None, found
@@ -159,7 +158,7 @@ def test_ports_and_memory_are_theirs(tmp_path: Path) -> None:
     assert "multimaster" not in budgets[SILENT]
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_rules_take_the_limits_of_the_provider(tmp_path: Path) -> None:
     [slow] = findings(written(tmp_path, more="heartbeat_hz: 0.4, "), "MM009")
     assert "0.5 Hz" in slow.help[0]
@@ -168,7 +167,7 @@ def test_rules_take_the_limits_of_the_provider(tmp_path: Path) -> None:
     assert "`provider: fkie`" in unused.help[0]
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_a_misspelt_name_gets_a_suggestion(tmp_path: Path) -> None:
     [provider] = findings(written(tmp_path, provider="mehs"), "SPEC003")
     assert provider.message == "`provider` cannot be `mehs`"
@@ -178,7 +177,7 @@ def test_a_misspelt_name_gets_a_suggestion(tmp_path: Path) -> None:
     assert distro.help == ("did you mean `pebble`?",)
 
 
-@pytest.mark.usefixtures("_registered")
+@pytest.mark.usefixtures("registered")
 def test_the_schema_lists_their_names() -> None:
     definitions = schema_of("swarm")["definitions"]
     assert definitions["Multimaster"]["properties"]["provider"]["enum"] == ["fkie", "static", "mesh"]

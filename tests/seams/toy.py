@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
-from swarmctl.render.bundle import File, Unit, package
-from swarmctl.render.middleware import AgentProbe, ExpectedDriver, ExpectedNode
+from swarmctl.render.bundle import File, Unit
+from swarmctl.render.middleware import ExpectedDriver, ExpectedNode
 from swarmctl.render.multimaster.base import Discovery, JoinNodes
 from swarmctl.render.part import Part
+from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
@@ -25,12 +27,12 @@ def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> tuple[File, Unit]:
 class Pebble:
     """Nodes find each other: no master. One process per host runs all drivers."""
 
-    probe = AgentProbe("probe_pebble", ("probe_pebble",))
+    probe = HostModule("pebble_probe.observe", Path(__file__).parent)
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
         robots = " ".join(robot.name for robot in swarm.robots_on(host.name))
         file = File("pebble/robots.txt", f"{robots}\n".encode())
-        return Part((file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires=(package("pebble"),))
+        return Part((file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires=("pebbled",))
 
     def programs(self, swarm: Swarm, host: Host) -> Part:
         return Part()
@@ -42,12 +44,13 @@ class Pebble:
         return None
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
-        space = f"/pebbled_{robot.host}/{robot.name}"
         return ExpectedDriver(
             unit=names.unit(swarm.name, "pebbled"),
             node=f"/pebbled_{robot.host}",
-            publishes=(DriverTopic(f"{space}/odom", self.type_name("nav_msgs/Odometry"), rate=10.0),),
-            command=f"{space}/cmd_vel",
+            publishes=(
+                DriverTopic(f"{robot.namespace}/odom", self.type_name("nav_msgs/Odometry"), rate=10.0),
+            ),
+            command=f"{robot.namespace}/cmd_vel",
             command_type=self.type_name("geometry_msgs/Twist"),
             guarded=False,
         )

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 
 from swarmctl.render import sketch
 from swarmctl.render.bundle import File, required, workspace
-from swarmctl.render.middleware import AgentProbe, ExpectedDriver, ExpectedNode, Master, Middleware
+from swarmctl.render.middleware import ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.part import Part
 from swarmctl.render.ros1 import drivers, graph, programs, release, rosserial_python
+from swarmctl.resources import HostModule, templates
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, master_loc
@@ -25,7 +26,7 @@ _INSTALL = {
 class Noetic:
     """The middleware of ``ros: {distro: noetic}``."""
 
-    probe = AgentProbe("probe", ("probe", "probe_graph", "probe_ros"))
+    probe = HostModule("swarm_ros1_probe.observe", templates() / "packages/ros1_probe")
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
         """The environment, the master on a hub, and the drivers."""

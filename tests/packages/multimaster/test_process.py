@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 import yaml
-from swarm_agent.verbs import probe_ros
+from swarm_ros1_probe import client
 
 from tests import ROOT
 from tests.packages.multimaster.masters import Rosmaster, served
@@ -148,13 +148,13 @@ def test_no_peer_can_shut_it_down(running: Running, own: Rosmaster) -> None:
 
 def test_its_diagnostics_are_ros_messages(running: Running, own: Rosmaster) -> None:
     async def received() -> bytes:
-        flow = probe_ros.Flow(2.5)
-        await probe_ros.listen(own.nodes["/multimaster_a"].uri, "/diagnostics", flow, keep_first=True)
+        flow = client.Flow(2.5)
+        await client.listen(own.nodes["/multimaster_a"].uri, "/diagnostics", flow, keep_first=True)
         assert flow.type == "diagnostic_msgs/DiagnosticArray"
         assert flow.count >= 2
         return flow.first_body
 
-    (status,) = probe_ros.diagnostics_in(asyncio.run(received()))
+    (status,) = client.diagnostics_in(asyncio.run(received()))
     assert (status["level"], status["name"]) == (0, "a: multimaster")
     assert status["message"] == "1 of 1 peers connected"
     assert status["values"]["b"] == "connected"

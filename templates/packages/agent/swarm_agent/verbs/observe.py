@@ -98,6 +98,7 @@ def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -
         "free_bytes": space.f_bavail * space.f_frsize,
         "free_inodes": space.f_favail,
         "has": {
+            **preflight.found(requires, home.outside),
             "roscore": shutil.which("roscore") or next(iter(glob.glob("/opt/ros/*/bin/roscore")), None),
             "rospy": _module("rospy"),
             "pyserial": _module("serial"),

@@ -12,10 +12,11 @@ from typing import Any
 
 import pytest
 from swarm_agent.verbs import probe
+from swarm_ros1_probe import observe
 
 from swarmctl.health.observations import SenderSeen
 from swarmctl.health.probe_answer import answer_of
-from tests.health.ros_fakes import (
+from tests.packages.ros1_probe.ros_fakes import (
     FakeRos,
     diagnostics,
     peer,
@@ -88,7 +89,8 @@ def graph() -> Iterator[tuple[FakeRos, str]]:
 
 def asked(master: str, **other: Any) -> dict[str, Any]:
     request = {
-        "swarm": "test", "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
+        "swarm": "test", "module": "swarm_ros1_probe.observe",
+        "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
     }  # fmt: skip
     return probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
@@ -221,6 +223,6 @@ def test_dialout_makes_a_device_usable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_request_cannot_listen_for_ever(prefix: Path, graph: tuple[FakeRos, str], monkeypatch: Any) -> None:
-    monkeypatch.setattr(probe, "LONGEST_LISTENING", 0.2)
+    monkeypatch.setattr(observe, "LONGEST_LISTENING", 0.2)
     nodes: list[Mapping[str, Any]] = [{"name": "/k3/driver", "topics": {"/k3/odom": 1e9}}]
     assert asked(graph[1], nodes=nodes)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["seconds"] == 0.2

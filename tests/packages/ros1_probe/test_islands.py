@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from swarm_agent.verbs import probe_graph
-from swarm_agent.verbs.probe_ros import PeerError
+from swarm_common.xmlrpc import PeerError
+from swarm_ros1_probe import islands
 
-from tests.health.ros_fakes import FakeRos, served
+from tests.packages.ros1_probe.ros_fakes import FakeRos, served
 
 ODOM = "nav_msgs/Odometry"
 OWN = ["192.168.77.10", "koala-laptop"]
@@ -34,7 +34,7 @@ def master() -> Iterator[tuple[FakeRos, str]]:
 
 
 def look(uri: str, topics: list[str]) -> dict[str, Any]:
-    return asyncio.run(probe_graph.look(uri, {"topics": topics, "own": OWN}))
+    return asyncio.run(islands.look(uri, {"topics": topics, "own": OWN}))
 
 
 def test_publishers_of_bridged_topics_have_their_addresses(master: tuple[FakeRos, str]) -> None:

@@ -11,13 +11,13 @@ import asyncio
 import contextlib
 from typing import TYPE_CHECKING, Any, Iterable, List, Mapping
 
+from swarm_agent.clip import clipped
 from swarm_common.xmlrpc import PeerError, place_of
 
-from swarm_agent.verbs import probe_ros as ros
-from swarm_agent.verbs.probe_ros import clipped
+from swarm_ros1_probe import client
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import GraphRequest
+    from swarm_agent.messages import GraphRequest, IslandsAnswer, StrangerAnswer
 
 _MOST_TOPICS = 1000
 _MOST_NODES = 1000  # that are looked up
@@ -28,10 +28,10 @@ _AT_ONCE = 16  # calls to the master
 Side = Mapping[str, List[str]]  # nodes by topic
 
 
-async def look(master: str, asked: GraphRequest) -> dict[str, Any]:
+async def look(master: str, asked: GraphRequest) -> IslandsAnswer:
     """The answer; a ``PeerError`` when the master does not answer or its answer is malformed."""
-    state = await ros.call(master, "getSystemState", seconds=3 * ros.CALL_SECONDS)
-    kinds = await ros.call(master, "getTopicTypes", seconds=3 * ros.CALL_SECONDS)
+    state = await client.call(master, "getSystemState", seconds=3 * client.CALL_SECONDS)
+    kinds = await client.call(master, "getTopicTypes", seconds=3 * client.CALL_SECONDS)
     try:
         publishes, subscribes = _by_topic(state[0]), _by_topic(state[1])
         types = {str(topic): clipped(kind) for topic, kind in kinds}
@@ -61,7 +61,7 @@ async def _places(master: str, nodes: Iterable[str]) -> dict[str, str]:
     async def place(node: str) -> None:
         async with gate:
             with contextlib.suppress(PeerError):  # it has just left
-                found[node] = clipped(await ros.call(master, "lookupNode", node))
+                found[node] = clipped(await client.call(master, "lookupNode", node))
 
     await asyncio.gather(*(place(node) for node in sorted(nodes)[:_MOST_NODES]))
     return found
@@ -72,7 +72,7 @@ def _strangers(
     publishes: Mapping[str, list[str]],
     subscribes: Mapping[str, list[str]],
     own: set[str],
-) -> list[dict[str, Any]]:
+) -> list[StrangerAnswer]:
     def topics(side: Mapping[str, list[str]], node: str) -> list[str]:
         return [clipped(topic) for topic in sorted(side) if node in side[topic]][:_MOST_NAMES]
 

@@ -9,9 +9,13 @@ import asyncio
 import struct
 import time
 import xmlrpc.client
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from swarm_agent.clip import clipped
 from swarm_common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
+
+if TYPE_CHECKING:
+    from swarm_agent.messages import StatusAnswer
 
 CALLER = "/swarmctl_probe"
 CALL_SECONDS = 2.0
@@ -167,12 +171,12 @@ def _number(four: bytes) -> int:
     return int.from_bytes(four, "little")
 
 
-def diagnostics_in(body: bytes) -> list[dict[str, Any]]:
+def diagnostics_in(body: bytes) -> list[StatusAnswer]:
     """The statuses of a serialised diagnostic_msgs/DiagnosticArray, as far as anyone will read them."""
     cursor = Cursor(body)
     cursor.take(12)  # sequence number, stamp
     cursor.text()  # frame
-    statuses = []
+    statuses: list[StatusAnswer] = []
     for _ in range(cursor.number()):
         level = cursor.take(1)[0]
         name, message, hardware = (clipped(cursor.text()) for _ in range(3))
@@ -187,9 +191,3 @@ def diagnostics_in(body: bytes) -> list[dict[str, Any]]:
             }
         )
     return statuses[:8]
-
-
-def clipped(value: Any, longest: int = 200) -> str:
-    """``value`` as text that fits into an answer."""
-    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-    return text if len(text) <= longest else text[: longest - 3] + "..."

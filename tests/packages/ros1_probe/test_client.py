@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_agent.verbs import probe_ros as ros
 from swarm_common.xmlrpc import PeerError
+from swarm_ros1_probe import client
 
-from tests.health.ros_fakes import (
+from tests.packages.ros1_probe.ros_fakes import (
     FakeRos,
     diagnostics,
     header,
@@ -32,15 +32,17 @@ ODOM = "nav_msgs/Odometry"
 
 
 def call(uri: str, method: str = "getPid", seconds: float = 0.3) -> Any:
-    return asyncio.run(ros.call(uri, method, seconds=seconds))
+    return asyncio.run(client.call(uri, method, seconds=seconds))
 
 
-def listened(behave: Callable[[socket.socket], None], seconds: float = 0.5, keep: bool = False) -> ros.Flow:
+def listened(
+    behave: Callable[[socket.socket], None], seconds: float = 0.5, keep: bool = False
+) -> client.Flow:
     with ExitStack() as stack:
         port = stack.enter_context(peer(behave))
         uri = stack.enter_context(served(slave({"/k3/odom": port}, {"/k3/odom": ODOM})))
-        flow = ros.Flow(seconds)
-        asyncio.run(ros.listen(uri, "/k3/odom", flow, keep_first=keep))
+        flow = client.Flow(seconds)
+        asyncio.run(client.listen(uri, "/k3/odom", flow, keep_first=keep))
         return flow
 
 
@@ -53,7 +55,7 @@ def test_a_rate_is_measured() -> None:
 
 
 def test_a_topic_that_stops_is_slower_than_one_that_does_not() -> None:
-    flow = ros.Flow(2.0)
+    flow = client.Flow(2.0)
     for moment in (0.0, 0.1, 0.2):
         flow.tick(moment)
     assert flow.rate(0.25) == pytest.approx(10.0)
@@ -61,7 +63,7 @@ def test_a_topic_that_stops_is_slower_than_one_that_does_not() -> None:
 
 
 def test_one_message_gives_no_rate() -> None:
-    flow = ros.Flow(2.0)
+    flow = client.Flow(2.0)
     flow.tick(0.0)
     assert flow.rate(2.0) is None
 
@@ -69,7 +71,7 @@ def test_one_message_gives_no_rate() -> None:
 def test_the_first_message_can_be_kept() -> None:
     body = diagnostics(2, "no serial port /dev/swarm/k3")
     flow = listened(publishing("diagnostic_msgs/DiagnosticArray", 20.0, body), keep=True)
-    (status,) = ros.diagnostics_in(flow.first_body)
+    (status,) = client.diagnostics_in(flow.first_body)
     assert status["level"] == 2
     assert status["message"] == "no serial port /dev/swarm/k3"
     assert status["values"] == {"port": "/dev/swarm/k3"}
@@ -78,12 +80,12 @@ def test_the_first_message_can_be_kept() -> None:
 @given(st.binary(max_size=200))
 def test_any_bytes_are_diagnostics_or_an_error(body: bytes) -> None:
     with suppress(PeerError):
-        ros.diagnostics_in(body)
+        client.diagnostics_in(body)
 
 
 @given(st.integers(0, 3), st.text(max_size=150), st.text(max_size=150))
 def test_diagnostics_are_read_as_they_were_written(level: int, message: str, name: str) -> None:
-    (status,) = ros.diagnostics_in(diagnostics(level, message, name))
+    (status,) = client.diagnostics_in(diagnostics(level, message, name))
     assert (status["level"], status["message"], status["name"]) == (level, message, name)
 
 
@@ -172,7 +174,7 @@ def test_a_refusal_carries_the_peers_words() -> None:
         served(FakeRos().functions()) as uri,
         pytest.raises(PeerError, match=r"unknown node \[/k3/driver\]"),
     ):
-        asyncio.run(ros.call(uri, "lookupNode", "/k3/driver"))
+        asyncio.run(client.call(uri, "lookupNode", "/k3/driver"))
 
 
 @pytest.mark.parametrize(
@@ -248,4 +250,4 @@ def test_a_publisher_that_sends_nothing_counts_as_zero() -> None:
 )
 def test_a_node_that_offers_no_tcpros_is_an_error(offer: Any) -> None:
     with served({"requestTopic": lambda *_: [1, "", offer]}) as uri, pytest.raises(PeerError):
-        asyncio.run(ros.listen(uri, "/k3/odom", ros.Flow(0.1)))
+        asyncio.run(client.listen(uri, "/k3/odom", client.Flow(0.1)))
