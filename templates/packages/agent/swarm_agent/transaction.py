@@ -14,7 +14,7 @@ from . import files, secrets, staging, system_links, systemd
 from .errors import FailedError, RefusedError
 from .failpoint import passed
 from .manifest import Manifest
-from .paths import READERS
+from .paths import AGENT_FOLDER, READERS
 from .release_store import Home, unwritable
 from .rpc import Report
 
@@ -270,5 +270,7 @@ def withdraw(home: Home, report: Report) -> None:
     files.remove(home.current_link)
     shutil.rmtree(home.path)
     root = os.path.dirname(home.path)
-    if set(os.listdir(root)) <= {".agent"}:  # no other swarm needs the agent that is kept here
+    if set(os.listdir(root)) <= {
+        os.path.basename(AGENT_FOLDER)
+    }:  # no other swarm needs the agent that is kept here
         shutil.rmtree(root)

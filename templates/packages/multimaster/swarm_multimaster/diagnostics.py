@@ -9,9 +9,10 @@ import struct
 from dataclasses import dataclass
 from typing import Mapping, Sequence
 
+from swarm_common.tcpros import counted
+
 from swarm_multimaster.config import Config, Peer
 from swarm_multimaster.peer_state import Contact, Refusal, State, offered_by, state_of
-from swarm_multimaster.topic import counted
 
 TOPIC = "/diagnostics"
 TYPE = "diagnostic_msgs/DiagnosticArray"

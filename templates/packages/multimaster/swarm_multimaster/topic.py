@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import struct
+
+from swarm_common.tcpros import counted, packed, read_header
+from swarm_common.xmlrpc import PeerError
 
 _LARGEST_HEADER = 4096
 _MOST_WAITING = 64 << 10  # bytes in the send buffer of a slow subscriber
@@ -25,7 +27,7 @@ class Topic:
         return int(server.sockets[0].getsockname()[1])
 
     def publish(self, body: bytes) -> None:
-        message = struct.pack("<I", len(body)) + body
+        message = counted(body)
         for writer in self._subscribers:
             if writer.transport.get_write_buffer_size() > _MOST_WAITING:
                 writer.transport.abort()
@@ -35,9 +37,9 @@ class Topic:
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
             if len(self._subscribers) < _MOST_SUBSCRIBERS:
-                asked = await asyncio.wait_for(_header(reader), _SECONDS)
+                asked = await asyncio.wait_for(read_header(reader, _LARGEST_HEADER), _SECONDS)
                 await self._serve(asked, reader, writer)
-        except (OSError, EOFError, ValueError, asyncio.TimeoutError):
+        except (OSError, EOFError, PeerError, asyncio.TimeoutError):
             pass  # only this connection is lost
         finally:
             self._subscribers.discard(writer)
@@ -53,31 +55,3 @@ class Topic:
         self._subscribers.add(writer)
         while await reader.read(_LARGEST_HEADER):  # until the subscriber disconnects
             pass
-
-
-async def _header(reader: asyncio.StreamReader) -> dict[str, str]:
-    (size,) = struct.unpack("<I", await reader.readexactly(4))
-    if size > _LARGEST_HEADER:
-        raise ValueError(size)
-    return unpacked(await reader.readexactly(size))
-
-
-def packed(fields: dict[str, str]) -> bytes:
-    """A connection header."""
-    return counted(b"".join(counted(f"{name}={value}".encode()) for name, value in fields.items()))
-
-
-def counted(data: bytes) -> bytes:
-    """A string as ROS serialises it: its length comes first."""
-    return struct.pack("<I", len(data)) + data
-
-
-def unpacked(data: bytes) -> dict[str, str]:
-    """The fields of a connection header."""
-    fields, at = {}, 0
-    while at + 4 <= len(data):
-        (size,) = struct.unpack_from("<I", data, at)
-        name, _, value = data[at + 4 : at + 4 + size].decode("utf-8", "replace").partition("=")
-        fields[name] = value
-        at += 4 + size
-    return fields

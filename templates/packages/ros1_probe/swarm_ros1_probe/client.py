@@ -6,12 +6,12 @@ Topics are TCPROS (wiki.ros.org/ROS/TCPROS). Waits and answers are bounded, each
 from __future__ import annotations
 
 import asyncio
-import struct
 import time
 import xmlrpc.client
 from typing import TYPE_CHECKING, Any
 
 from swarm_agent.clip import clipped
+from swarm_common.tcpros import Cursor, number, packed, read_header
 from swarm_common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CALLER = "/swarmctl_probe"
 CALL_SECONDS = 2.0
 _LARGEST_REPLY = 16 << 20  # the system state of some thousand robots
+_ANY = {"md5sum": "*", "type": "*", "tcp_nodelay": "1"}
 _LARGEST_HEADER = 64 << 10
 _LARGEST_FLOW = 32 << 20  # bytes of one topic in one measurement
 _LARGEST_KEPT = 64 << 10  # of one message
@@ -86,7 +87,7 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False) 
         raise PeerError("it does not offer this topic over TCPROS")
     reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
     try:
-        writer.write(_header_of(topic))
+        writer.write(packed({"callerid": CALLER, "topic": topic, **_ANY}))
         flow.type = await bounded(CALL_SECONDS, _greeted(reader), "no answer to the connection header")
         end = time.monotonic() + flow.seconds
         try:
@@ -99,24 +100,9 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False) 
         writer.close()
 
 
-def _header_of(topic: str) -> bytes:
-    fields = (f"callerid={CALLER}", f"topic={topic}", "md5sum=*", "type=*", "tcp_nodelay=1")
-    packed = b"".join(
-        struct.pack("<I", len(field)) + field for field in (text.encode("utf-8") for text in fields)
-    )
-    return struct.pack("<I", len(packed)) + packed
-
-
 async def _greeted(reader: asyncio.StreamReader) -> str:
     """The type that the publisher names in its header."""
-    size = _number(await reader.readexactly(4))
-    if size > _LARGEST_HEADER:
-        raise PeerError("what answers there does not speak TCPROS")
-    cursor = Cursor(await reader.readexactly(size))
-    fields = {}
-    while not cursor.at_end:
-        name, _, value = cursor.text().partition("=")
-        fields[name] = value
+    fields = await read_header(reader, _LARGEST_HEADER)
     if "error" in fields:
         raise PeerError(f"it refused: {clipped(fields['error'])}")
     return clipped(fields.get("type", ""))
@@ -125,7 +111,7 @@ async def _greeted(reader: asyncio.StreamReader) -> str:
 async def _count(reader: asyncio.StreamReader, flow: Flow, end: float, keep_first: bool) -> None:
     taken = 0
     while time.monotonic() < end:  # a flood of tiny messages never waits, so the clock is read here too
-        size = _number(await reader.readexactly(4))
+        size = number(await reader.readexactly(4))
         taken += 4 + size
         if taken > _LARGEST_FLOW:
             raise PeerError(f"it sends more than {_LARGEST_FLOW >> 20} MB in {flow.seconds:g} s")
@@ -140,35 +126,6 @@ async def _skip(reader: asyncio.StreamReader, size: int) -> None:
     while size:
         piece = await reader.readexactly(min(size, PIECE))
         size -= len(piece)
-
-
-class Cursor:
-    """Reads a ROS 1 serialised message from front to back; ``PeerError`` where it is cut short."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data = data
-        self._at = 0
-
-    @property
-    def at_end(self) -> bool:
-        return self._at >= len(self._data)
-
-    def take(self, size: int) -> bytes:
-        piece = self._data[self._at : self._at + size]
-        if len(piece) < size:
-            raise PeerError("a message is cut short")
-        self._at += size
-        return piece
-
-    def number(self) -> int:
-        return _number(self.take(4))
-
-    def text(self) -> str:
-        return self.take(self.number()).decode("utf-8", "replace")
-
-
-def _number(four: bytes) -> int:
-    return int.from_bytes(four, "little")
 
 
 def diagnostics_in(body: bytes) -> list[StatusAnswer]:
