@@ -29,7 +29,7 @@ CAREFUL = 0.7  # share of its time above which a late reply delays the next exch
 # Seconds between the end of a request and its reply. An FTDI adapter forwards its buffer when its latency
 # timer expires (AN232B-04): 16 ms, or the 1 ms that our udev rule sets, and a USB frame of 1 ms. An unknown
 # adapter counts as one with its default timer; none is faster than such a frame. By Bluetooth, an e-puck
-# answers for all its sensors but the camera in one exchange at about 30 Hz (epuck_driver's launch file), of
+# answers for all its sensors of few bytes in one exchange at about 30 Hz (epuck_driver's launch file), of
 # which 20 ms carry no bytes; request and reply take at least four slots of 625 us.
 USUAL_DELAY = {"usb": 0.016, "usb-ftdi": 0.002, "uart": 0.002, "bluetooth": 0.020}
 LEAST_DELAY = {"usb": 0.001, "usb-ftdi": 0.001, "uart": 0.0, "bluetooth": 0.0025}
@@ -81,7 +81,7 @@ class SerialLoad:
         return exchange.bytes / self.available + USUAL_DELAY[self.kind]
 
     def held(self, exchange: Exchange) -> float:
-        """For how long no other request is sent: a robot that takes and sends an image receives nothing."""
+        """For how long no other request is sent: a robot that sends a long reply receives nothing."""
         return max(exchange.wait, self.seconds(exchange))
 
     @cached_property
@@ -162,10 +162,10 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
         robot = index.spec.robots[link.robot]
         if robot.type not in polled:
             continue
-        own, kind = robot.settings.rates, line_kind(link)
+        kind = line_kind(link)
         baud = link.baud if isinstance(link, Serial) else None
         commands = command_rate.get(link.robot, COMMAND_RATE)
-        key = (robot.type, kind, baud, commands, robot.settings.camera, *sorted(own.items()))
+        key = (robot.type, kind, baud, commands, robot.settings.of_sensors)
         load = loads.get(key)
         if load is None:
             robot_type, layers = index.types[robot.type], index.document.settings_layers(link.robot)

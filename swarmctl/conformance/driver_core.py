@@ -8,7 +8,6 @@ from typing import Any
 from swarm_driver.config import Config, parse
 from swarm_driver.port import Port, PortError
 
-from swarmctl.robot_types.cameras import camera_of
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import RobotSettings, merged
@@ -18,7 +17,7 @@ def config_for(robot_type: RobotType, name: str, port: str, baud: int | None, mo
     """Returns the driver configuration of a robot type, without commanders."""
     params = params_of(
         robot_type, robot=name, namespace=f"/{name}", port=port, baud=baud, module=module,
-        settings=with_images(robot_type),
+        settings=with_tuned_sensors(robot_type),
     )  # fmt: skip
     return parse({**params, "commanders": []})
 
@@ -30,10 +29,10 @@ def config_of(params: Mapping[str, Any], port: str, baud: int | None, module: st
     return parse({**params, "port": port, "serial": serial, "protocol": protocol, "commanders": []})
 
 
-def with_images(robot_type: RobotType) -> RobotSettings:
-    """Returns the type's settings with its images on: the size of images that are off is unknown."""
-    found = camera_of(robot_type.sensors)
-    return merged(robot_type.settings, RobotSettings(rates={found[0]: 1.0} if found else {}))
+def with_tuned_sensors(robot_type: RobotType) -> RobotSettings:
+    """Returns the type's settings with every sensor on that has settings of its own: off, it is not set."""
+    rates = {name: 1.0 for name, one in robot_type.sensors.items() if one.settings_key}
+    return merged(robot_type.settings, RobotSettings(rates=rates))
 
 
 def open_port(config: Config) -> Port:

@@ -8,11 +8,10 @@ from typing import Protocol
 from swarmctl.field_types import KEY, ConsistencyError
 from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.binary_protocol import value_range
-from swarmctl.robot_types.cameras import NO_CAMERA_SETTINGS, tuned
 from swarmctl.robot_types.kinematics import Kinematics
 from swarmctl.robot_types.line_protocol import SIDES
 from swarmctl.robot_types.protocols import DriverProtocol, RosserialProtocol
-from swarmctl.robot_types.sensors import FRAME_TOPICS, ODOM, Image, Sensor
+from swarmctl.robot_types.sensors import FRAME_TOPICS, ODOM, SENSORS, Sensor
 from swarmctl.robot_types.settings import DIAGNOSTICS, RobotSettings
 from swarmctl.robot_types.sketch_settings import SKETCH_BOUNDS, clashes
 
@@ -52,7 +51,8 @@ def inconsistencies(robot_type: Parts) -> Iterator[ConsistencyError]:
 
 def _line_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
     yield from _name_errors(robot_type)
-    yield from _camera_errors(robot_type, protocol)
+    for kind in SENSORS.values():
+        yield from kind.type_errors(robot_type.sensors, protocol, robot_type.settings)
     yield from _reading_errors(robot_type, protocol)
     yield from _actuator_errors(robot_type, protocol)
     yield from _speed_range_errors(robot_type, protocol)
@@ -92,7 +92,7 @@ def _reading_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[Con
                 f"add it there, or name one of {', '.join(protocol.queries) or 'none yet'} under `read`",
                 "sensors", name, "read",
             )  # fmt: skip
-        elif sensor.kind != "image" and sensor.first + sensor.count > query.values:
+        elif not sensor.settings_key and sensor.first + sensor.count > query.values:
             yield ConsistencyError(
                 f"the reply to `{sensor.read or name}` has {query.values} values, sensor `{name}` takes "
                 f"{sensor.count} from number {sensor.first} on; correct `first`, or the query's values",
@@ -103,39 +103,6 @@ def _reading_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[Con
         yield ConsistencyError(
             f"no sensor reads the query `{idle}`; add one to `sensors`, or take the query out",
             "protocol", "queries", idle, KEY,
-        )  # fmt: skip
-
-
-def _camera_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
-    cameras = {name: one for name, one in robot_type.sensors.items() if isinstance(one, Image)}
-    for name in list(cameras)[1:]:
-        yield ConsistencyError("a robot has one camera; take the others out", "sensors", name, KEY)
-    if not cameras and robot_type.settings.camera != NO_CAMERA_SETTINGS:
-        yield ConsistencyError("none of the `sensors` is of kind `image`", "settings", "camera", KEY)
-    queries = protocol.queries if protocol.kind == "binary" else {}
-    for name, image in cameras.items():
-        if protocol.kind != "binary":
-            yield ConsistencyError(
-                "only a protocol of kind `binary` brings images; take it out", "sensors", name, "kind"
-            )
-        query = queries.get(image.read or name)
-        if query is not None and not query.pixels:
-            yield ConsistencyError(
-                f"the reply to `{image.read or name}` is no image; write `{{pixels}}` at its end",
-                "protocol", "queries", image.read or name, "reply",
-            )  # fmt: skip
-        elif query is not None and image.first != query.values:
-            yield ConsistencyError(
-                f"the pixels come after {query.values} numbers; write `first: {query.values}`",
-                "sensors", name, "first",
-            )  # fmt: skip
-        for _, what, fix in tuned(image, robot_type.settings.camera).complaints():
-            yield ConsistencyError(f"it cannot make such images: {what}; {fix}", "settings", "camera", KEY)
-    read = {one.read or name for name, one in cameras.items()}
-    for name in [one for one, query in queries.items() if query.pixels and one not in read]:
-        yield ConsistencyError(
-            f"no sensor of kind `image` reads `{name}`, whose reply has pixels; name it under `read` of one",
-            "protocol", "queries", name, KEY,
         )  # fmt: skip
 
 

@@ -9,7 +9,6 @@ from typing import Any
 from swarmctl.robot_types.effective_settings import command_timeout_of, equipped, rates_of, waits_of
 from swarmctl.robot_types.kinematics import Scale
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.robot_types.sensors import Sensor
 from swarmctl.robot_types.settings import DIAGNOSTICS, RobotSettings
 from swarmctl.robot_types.sketch_settings import completed
 
@@ -52,8 +51,8 @@ def params_of(
         "protocol": _protocol(robot_type, tuned)
         | ({"module": module} if robot_type.protocol.kind == "python" else {}),
         "sensors": {
-            name: _plain({**_meaning(one), "read": one.read or name, "count": one.count})
-            | {"rate": rates[name]}
+            name: _plain(one.model_dump(exclude_none=True, exclude=one.set_by))
+            | {"read": one.read or name, "count": one.count, "rate": rates[name]}
             for name, one in robot_type.sensors.items()
         },
         "actuators": {
@@ -76,11 +75,6 @@ def _protocol(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:
     if robot_type.sketch and robot_type.sketch.firmware and "odometry" in params:
         params["odometry"]["counts_per_turn"] = completed(tuned.firmware).pulses_per_turn
     return params
-
-
-def _meaning(sensor: Sensor) -> dict[str, Any]:
-    """What its numbers are. Of a camera that is how its images are; how it is set stands in `setup`."""
-    return sensor.model_dump(exclude_none=True, exclude={"modes", "chip", "largest", "prepare"})
 
 
 def _kinematics(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:

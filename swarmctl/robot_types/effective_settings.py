@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.robot_types.cameras import camera_of, tuned, with_image_query
 from swarmctl.robot_types.protocols import BinaryProtocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import (
@@ -33,15 +32,17 @@ def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
 
 
 def equipped(robot_type: RobotType, *layers: RobotSettings) -> RobotType:
-    """The type with its camera as it is tuned: the sensor, the question for it, the request that sets it."""
-    found, protocol = camera_of(robot_type.sensors), robot_type.protocol
-    if found is None or not isinstance(protocol, BinaryProtocol):
+    """The type with its sensors as they are tuned, and the requests of its protocol that follow from that."""
+    tuned = {name: one for name, one in robot_type.sensors.items() if one.settings_key}
+    protocol = robot_type.protocol
+    if not tuned or not isinstance(protocol, BinaryProtocol):
         return robot_type
-    name, built = found
-    image = tuned(built, merged(*layers).camera)
-    on = last_rate(image.rate, name, layers) > 0
-    updated = with_image_query(protocol, image.read or name, image, on=on)
-    return robot_type.model_copy(update={"sensors": {**robot_type.sensors, name: image}, "protocol": updated})
+    settings = merged(*layers)
+    for name, built in tuned.items():
+        tuned[name] = sensor = built.tuned(settings)
+        on = last_rate(sensor.rate, name, layers) > 0
+        protocol = sensor.prepared(protocol, sensor.read or name, on=on)
+    return robot_type.model_copy(update={"sensors": {**robot_type.sensors, **tuned}, "protocol": protocol})
 
 
 def waits_of(robot_type: RobotType, baud: int, rates: Mapping[str, float]) -> dict[str, float]:

@@ -17,7 +17,8 @@ from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
 from swarmctl.robot_types.line_protocol import CodedQuery, Query
 from swarmctl.robot_types.protocols import DriverName, DriverProtocol, Protocol, RosserialProtocol
-from swarmctl.robot_types.sensors import Sensor, SensorName
+from swarmctl.robot_types.reading import SensorName
+from swarmctl.robot_types.sensors import Sensor
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 
 _TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"

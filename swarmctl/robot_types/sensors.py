@@ -5,28 +5,20 @@ Quantities are SI and REP-103 (x forward, y left, angles counter-clockwise) unle
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, StringConstraints, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from swarmctl.field_types import ConsistencyError, Model
-from swarmctl.robot_types.binary_protocol import Preparation
-from swarmctl.robot_types.protocols import QueryName
+from swarmctl.robot_types.cameras import Image
+from swarmctl.robot_types.reading import Reading
 
-SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ElementName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$", examples=["front_left"])]
 Positive = Annotated[float, Field(gt=0)]
 Unit = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
 Three = Annotated[tuple[float, float, float], Field(strict=False)]
 ODOM = "odom"
-Encoding = Literal["mono8", "rgb565"]
-BYTES_A_PIXEL: Mapping[Encoding, int] = {"mono8": 1, "rgb565": 2}
-ImageSide = Annotated[int, Field(ge=1, le=640, examples=[40])]
-ChipSide = Annotated[int, Field(ge=1, le=4096)]
-Zoom = Annotated[int, Field(ge=1, le=64, examples=[8])]
 FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
 
 
@@ -53,30 +45,6 @@ class Place(Model):
         examples=[13],
         description="Where it looks, degrees, counter-clockwise from ahead.",
     )
-
-
-class Reading(Model):
-    """What all sensors have: where in which reply their numbers stand, and how often they are wanted."""
-
-    read: QueryName | None = Field(
-        None,
-        examples=["position"],
-        description="The query whose reply has the numbers; the one of the sensor's own name if left out.",
-    )
-    first: int = Field(
-        0, ge=0, le=255, examples=[2], description="Which number of the reply is the first, from 0."
-    )
-    rate: float = Field(
-        ge=0,
-        le=50,
-        examples=[5.0],
-        description="How often it is read and published unless settings change it, Hz; 0 turns it off.",
-    )
-
-    @property
-    def count(self) -> int:
-        """How many numbers of the reply it takes."""
-        return 1
 
 
 class Wheels(Reading):
@@ -265,75 +233,11 @@ class Temperature(Reading):
     offset: float = Field(0.0, description="Degrees added after scaling.")
 
 
-class Image(Reading):
-    """A camera: the pixels of one image, row by row; one a robot at most."""
-
-    kind: Literal["image"] = Field(description="A camera.")
-    rate: float = Field(
-        0.0, ge=0, le=50, description="How often an image is read and published, Hz; 0 is not at all."
-    )
-    width: ImageSide = Field(description="Columns of an image.")
-    height: ImageSide = Field(description="Rows of an image.")
-    zoom: Zoom = Field(
-        description="Pixels of the chip, across and down, that make one of the image; the rest is cut off."
-    )
-    encoding: Encoding = Field(
-        "mono8", description="`mono8`: a byte of grey a pixel; `rgb565`: two of colour, published as rgb8."
-    )
-    modes: Mapping[Encoding, Annotated[int, Field(ge=0, le=255)]] = Field(
-        min_length=1,
-        examples=[{"mono8": 0, "rgb565": 1}],
-        description="The encodings that it has, and the robot's number for each.",
-    )
-    chip: Annotated[tuple[ChipSide, ChipSide], Field(strict=False)] = Field(
-        examples=[[640, 480]], description="Columns and rows of the camera's chip."
-    )
-    largest: int = Field(
-        ge=1, le=65535, examples=[3200], description="Largest image that the robot can send, bytes."
-    )
-    prepare: Preparation = Field(description="The request that sets the camera, once it is to be read.")
-
-    @property
-    def count(self) -> int:
-        """Bytes of an image."""
-        return self.width * self.height * BYTES_A_PIXEL[self.encoding]
-
-    @property
-    def camera_values(self) -> dict[str, int]:
-        """The values that requests set and replies repeat: mode, width, height and zoom."""
-        mode = self.modes.get(self.encoding, 0)
-        return {"mode": mode, "width": self.width, "height": self.height, "zoom": self.zoom}
-
-    def complaints(self) -> Iterator[tuple[str, str, str]]:
-        """Why the robot cannot make such an image: the key concerned, what is wrong, what to do."""
-        if self.encoding not in self.modes:
-            yield "encoding", f"it has no {self.encoding}", f"write {' or '.join(self.modes)}"
-        elif self.count > self.largest:
-            side = math.isqrt(self.largest // BYTES_A_PIXEL[self.encoding])
-            size = f"{self.width} x {self.height} in {self.encoding} are {self.count} bytes"
-            yield "width", f"{size}, and it sends {self.largest} at most", f"{side} x {side} fits"
-        columns, rows = self.width * self.zoom, self.height * self.zoom
-        if columns > self.chip[0] or rows > self.chip[1]:
-            size = f"{self.width} x {self.height} at zoom {self.zoom} are {columns} x {rows}"
-            zoom = min(self.chip[0] // self.width, self.chip[1] // self.height)
-            fix = f"lower `zoom` to {zoom}" if zoom else "make them smaller"
-            yield "zoom", f"{size} of the chip's {self.chip[0]} x {self.chip[1]}", fix
-        if small := self.prepare.too_small_for(self.camera_values):
-            more = f"`prepare` cannot hold a {small} of {self.camera_values[small]}"
-            yield small.replace("mode", "modes"), more, f"write a larger place, like {{{small}:H}}"
-
-    @model_validator(mode="after")
-    def _can_be_made(self) -> Image:
-        for key, what, fix in self.complaints():
-            raise ConsistencyError(f"it cannot make such images: {what}; {fix}", key)
-        return self
-
-
 Sensor = Annotated[
     Wheels | Range | Raw | Quantity | Inertial | Magnetic | Battery | Temperature | Image,
     Field(discriminator="kind"),
 ]
-SENSORS: dict[str, type[Model]] = {
+SENSORS: dict[str, type[Reading]] = {
     "wheels": Wheels, "range": Range, "raw": Raw, "quantity": Quantity, "imu": Inertial, "magnetic": Magnetic,
     "battery": Battery, "temperature": Temperature, "image": Image,
 }  # fmt: skip

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
 from swarmctl.field_types import Model
 from swarmctl.robot_types.cameras import NO_CAMERA_SETTINGS, CameraSettings
-from swarmctl.robot_types.sensors import Positive, SensorName
+from swarmctl.robot_types.reading import SensorName
+from swarmctl.robot_types.sensors import Positive
 from swarmctl.robot_types.sketch_settings import NO_FIRMWARE_SETTINGS, Firmware
 
 DIAGNOSTICS = "diagnostics"
@@ -73,6 +74,11 @@ class RobotSettings(Model):
         default_factory=lambda: NO_FIRMWARE_SETTINGS,
         description="The sketch of its board, where swarmctl writes that (`protocol.firmware` of its type).",
     )
+
+    @property
+    def of_sensors(self) -> Hashable:
+        """Everything that concerns sensors: robots of one type in which this is equal are read alike."""
+        return (self.camera, *sorted(self.rates.items()))
 
     @field_validator("rates")
     @classmethod

@@ -11,7 +11,6 @@ from swarmctl.robot_types.protocols import DriverName
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import (
     ODOM,
-    Image,
     Quantity,
     Range,
     Raw,
@@ -43,7 +42,6 @@ MESSAGES = {  # of the topic with the name of its sensor
 _ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
 _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
-_PIXELS = {"mono8": ("mono8", 1), "rgb565": ("rgb8", 3)}  # published encoding, bytes per pixel
 _LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
 
 # Topics without a namespace that ROS itself or every driver publishes.
@@ -147,8 +145,7 @@ def _counted(robot_type: RobotType) -> Iterator[DriverTopic]:
 
 def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[DriverTopic]:
     sensor = robot_type.sensors[name]
-    message = MESSAGES[sensor.kind]
-    yield DriverTopic(name, message, rate, _sensor_bytes(sensor) or _bytes(message))
+    yield DriverTopic(name, MESSAGES[sensor.kind], rate, _sensor_bytes(sensor))
     if isinstance(sensor, Range):
         for one in sensor.elements:
             yield DriverTopic(f"{name}/{one.name}", _RANGE, rate, _bytes(_RANGE), part=True)
@@ -162,7 +159,7 @@ def _joints(robot_type: RobotType, rate: float) -> Iterator[DriverTopic]:
 
 
 def _sensor_bytes(sensor: Sensor) -> int:
-    """Bytes of a list of numbers labelled with their names, or of an image; 0 for another message."""
+    """Bytes of a sensor's message; numbers without one of their own are a list labelled with their names."""
     match sensor:
         case Range(elements=elements):
             return _list_bytes([one.name for one in elements], 2)
@@ -170,10 +167,7 @@ def _sensor_bytes(sensor: Sensor) -> int:
             return _list_bytes(names, 2)
         case Quantity(names=names):
             return _list_bytes(names, 4)
-        case Image(width=width, height=height, encoding=encoding):
-            name, each = _PIXELS[encoding]
-            return _bytes(MESSAGES["image"]) + len(name) + width * height * each
-    return 0
+    return _bytes(MESSAGES[sensor.kind]) + sensor.payload
 
 
 def _list_bytes(names: Sequence[str], each: int) -> int:

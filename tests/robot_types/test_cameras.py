@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmctl.robot_types.binary_protocol import BinaryQuery, Preparation
+from swarmctl.robot_types.binary_protocol import BinaryQuery
+from swarmctl.robot_types.cameras import Preparation
 from swarmctl.spec.catalog import load_catalog
 from tests import ROOT
 
@@ -50,14 +51,14 @@ def test_a_request_has_each_number_where_and_as_its_place_says(numbers, tokens, 
 )
 def test_an_answer_begins_with_the_settings_cut_to_their_places(numbers, repeated, pixels):
     reply = " ".join([place(*one) for one in repeated] + ["{pixels}"])
-    query = BinaryQuery(send="b7", reply=reply).of_camera(numbers, pixels)
+    query = BinaryQuery(send="b7", reply=reply).filled(numbers, pixels)
     assert query.begins == tuple(numbers[key] % 256 ** SIZES[code] for key, code in repeated)
     assert query.length(0)[1] == sum(SIZES[code] for _, code in repeated) + pixels
 
 
 def test_what_an_image_always_begins_with_is_still_looked_at():
     query = BinaryQuery(send="b7", reply="2B {pixels}", begins=(85, 170))
-    assert query.of_camera(dict.fromkeys(KEYS, 1), 4).begins == (85, 170)
+    assert query.filled(dict.fromkeys(KEYS, 1), 4).begins == (85, 170)
 
 
 def own(folder: Path, *changes: tuple[str, str]) -> str:

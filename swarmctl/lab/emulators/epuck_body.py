@@ -66,7 +66,7 @@ class EPuckBody(Robot):
         self.light = [0, 0]  # the number and the action of the latest L; B and F change the action
         self.sound_number = [0]
         self.i2c = [0, 0, 0]
-        self.camera = [1, 40, 40, 8]  # mode, width, height, zoom
+        self.image_settings = [1, 40, 40, 8]  # mode, width, height, zoom
 
     @property
     def selector(self) -> int:
@@ -182,18 +182,18 @@ class EPuckBody(Robot):
 
     @property
     def image_size(self) -> int:
-        mode, width, height, _ = self.camera
+        mode, width, height, _ = self.image_settings
         return wrap(width * height * (1 if mode == 0 else 2), 16)
 
-    def set_camera(self, parameters: str) -> None:
-        scan(parameters, self.camera, self.int_bits)
+    def set_images(self, parameters: str) -> None:
+        scan(parameters, self.image_settings, self.int_bits)
         if not 0 < self.image_size <= MEMORY_FOR_IMAGES:
-            self.camera[:3] = [1, 40, 40]
+            self.image_settings[:3] = [1, 40, 40]
 
     def image(self) -> bytes:
         """Mode, width and height, then a gradient that moves from image to image."""
         start = self._background(0, 1)[0]
-        return bytes(value & 0xFF for value in self.camera[:3]) + bytes(
+        return bytes(value & 0xFF for value in self.image_settings[:3]) + bytes(
             (start + index) & 0xFF for index in range(self.image_size)
         )
 

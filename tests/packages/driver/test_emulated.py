@@ -86,7 +86,7 @@ def test_every_pixel_of_an_image_is_the_robots(type_name, camera, mode, size):
     pixels = robot.read("camera")
     assert bytes(pixels) == made[0][3:]
     expected = {"width": 40, "height": 40, "zoom": 8, **camera}
-    assert robot.robot.camera == [mode, expected["width"], expected["height"], expected["zoom"]]
+    assert robot.robot.image_settings == [mode, expected["width"], expected["height"], expected["zoom"]]
     assert len(pixels) == size
     assert robot.tally.failed_exchanges == 0
 

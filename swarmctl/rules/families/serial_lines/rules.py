@@ -168,6 +168,7 @@ def slow_replies(context: RuleContext) -> Iterator[Diagnostic]:
         slow, timeout = budget.load.slowest, context.command_timeouts[budget.robot]
         if slow is None or slow.wait < timeout:
             continue
+        faster = context.types[context.spec.robots[budget.robot].type].sensors[slow.sensors[0][0]].faster
         more = f", or set a `command_timeout` above {slow.wait:.2f}" if slow.wait < _MOST_TIMEOUT else ""
         yield Diagnostic(
             "LINE007",
@@ -176,7 +177,7 @@ def slow_replies(context: RuleContext) -> Iterator[Diagnostic]:
             _rate_place(context, budget.robot, slow.name),
             severity=Severity.WARNING,
             label="not read while it drives",
-            help=(f"use smaller or grey images{more}",),
+            help=(f"{faster}{more}",),
         )
 
 

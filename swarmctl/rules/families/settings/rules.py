@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Severity
-from swarmctl.robot_types.cameras import camera_of, tuned
+from swarmctl.robot_types.cameras import Image
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.yamltext.edits import make_fix, remove
 from swarmctl.yamltext.source import Loc
@@ -74,22 +74,36 @@ def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("SET004")
-def missing_cameras(context: RuleContext) -> Iterator[Diagnostic]:
-    """Camera settings for a robot without a camera."""
-    spec = context.spec
-    if spec.defaults.robot.camera.model_fields_set and not any(
-        camera_of(context.types[one.type].sensors) for one in spec.robots.values()
-    ):
+@rule("SET004", "SET005")
+def camera_settings(context: RuleContext) -> Iterator[Diagnostic]:
+    """Camera settings for a robot without a camera, or for images that its camera does not support."""
+    defaults, robots = context.spec.defaults.robot.camera, context.spec.robots
+    cameras = {
+        name: one
+        for name, kind in context.types.items()
+        for one in kind.sensors.values()
+        if isinstance(one, Image)
+    }
+    if defaults.model_fields_set and not any(one.type in cameras for one in robots.values()):
         yield _no_camera(context, ("defaults", "robot", "camera"), "no robot has a camera")
-    for name, robot in spec.robots.items():
-        if robot.settings.camera.model_fields_set and not camera_of(context.types[robot.type].sensors):
-            able = sorted(one for one, kind in context.types.items() if camera_of(kind.sensors))
-            loc, message = (
-                ("robots", name, "settings", "camera"),
-                f"robots of type `{robot.type}` have no camera",
-            )
-            yield _no_camera(context, loc, message, f"types with a camera: {', '.join(able)}")
+    checked: set[str] = set()  # types, with the camera settings of the defaults
+    for name, robot in robots.items():
+        own, image = bool(robot.settings.camera.model_fields_set), cameras.get(robot.type)
+        loc: Loc = ("robots", name, "settings", "camera") if own else ("defaults", "robot", "camera")
+        if image is None:
+            if own:
+                message = f"robots of type `{robot.type}` have no camera"
+                yield _no_camera(context, loc, message, f"types with a camera: {', '.join(sorted(cameras))}")
+        elif own or (defaults.model_fields_set and robot.type not in checked):
+            checked |= set() if own else {robot.type}
+            for _, what, remedy in image.tuned(context.settings_of(name)).complaints():
+                yield Diagnostic(
+                    "SET005",
+                    f"the camera of type `{robot.type}` does not support these images: {what}",
+                    context.span(*loc, key=True),
+                    label=f"for robot `{name}`",
+                    help=(remedy,),
+                )
 
 
 def _no_camera(context: RuleContext, loc: Loc, message: str, *others: str) -> Diagnostic:
@@ -101,29 +115,3 @@ def _no_camera(context: RuleContext, loc: Loc, message: str, *others: str) -> Di
         help=("; ".join(["remove it", *others]),),
         fix=make_fix("remove it", remove(context.source, loc)),
     )
-
-
-@rule("SET005")
-def impossible_images(context: RuleContext) -> Iterator[Diagnostic]:
-    """Images that exceed the robot's memory, or that its camera does not support."""
-    general = context.spec.defaults.robot
-    checked: set[str] = set()  # types, with the camera settings of the defaults
-    for name, robot in context.spec.robots.items():
-        own = bool(robot.settings.camera.model_fields_set)
-        if not own and (robot.type in checked or not general.camera.model_fields_set):
-            continue
-        checked |= set() if own else {robot.type}
-        kind = context.types[robot.type]
-        found = camera_of(kind.sensors)
-        if found is None:
-            continue
-        image = tuned(found[1], context.settings_of(name).camera)
-        loc = ("robots", name, "settings", "camera") if own else ("defaults", "robot", "camera")
-        for _, what, remedy in image.complaints():
-            yield Diagnostic(
-                "SET005",
-                f"the camera of type `{robot.type}` does not support these images: {what}",
-                context.span(*loc, key=True),
-                label=f"for robot `{name}`",
-                help=(remedy,),
-            )

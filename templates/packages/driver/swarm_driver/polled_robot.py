@@ -107,7 +107,7 @@ class PolledRobot:
             sink=around.sink,
             tally=around.tally,
             clock=around.clock,
-            slow=not self._unprepared,  # a camera that is not set sends more than is expected of it
+            slow=not self._unprepared,  # what is not set may send more than is expected
         )
 
     def _asked_firmware(self) -> str:
