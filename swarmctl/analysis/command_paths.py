@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from swarmctl.analysis.serial_load import line_kind
+from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.model import Bluetooth
 from swarmctl.swarm.index import SwarmIndex
 
@@ -80,9 +81,9 @@ def _hops(index: SwarmIndex, by: str, origin: str, to: str, robot: str) -> Itera
     first, second = index.home[origin], index.home[to]
     if origin != to:
         yield Hop("network", index.shared_networks(origin, to)[0])
-    if first is second:
+    if first is second and middleware_of(index.spec.ros.distro).master_mb:
         yield Hop("master", first.name, f"on {first.hub}")
-    else:
+    elif first is not second:
         yield Hop("bridge", f"{first.name} to {second.name}", f"between {first.hub} and {second.hub}")
     if origin != to:
         yield Hop("host", to)

@@ -3,7 +3,7 @@
 An edge leads from what is needed to what needs it: a node works only while everything before it works. Two
 hosts talk over any network that they share, and no host counts as a router; so a network is needed where it
 is the only one. Nodes find each other through their masters: open connections outlive a master, but nothing
-can join any more, and so what needs a dead master counts as lost.
+can join any more, and so what needs a dead master counts as lost. A middleware may have no masters.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from functools import cached_property
 
 import networkx as nx
 
+from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.model import Bluetooth
 from swarmctl.swarm import names
 from swarmctl.swarm.index import SwarmIndex
@@ -29,8 +30,9 @@ class Dependencies:
     def __init__(self, index: SwarmIndex) -> None:
         self.index = index
         self.graph: nx.DiGraph[Node] = nx.DiGraph()
+        self.masters = bool(middleware_of(index.spec.ros.distro).master_mb)
         self.graph.add_nodes_from(self.parts)
-        for island in index.islands:
+        for island in index.islands if self.masters else ():
             self.graph.add_edge(("host", island.hub), ("master", island.name))
         for program, host in index.program_hosts.items():
             self._add(("program", program), *([("host", host)] if host else []))
@@ -44,7 +46,7 @@ class Dependencies:
         """Everything that can fail, in the order of the spec."""
         index, spec = self.index, self.index.spec
         found: list[Part] = [("host", name) for name in spec.hosts]
-        found += [("master", island.name) for island in index.islands]
+        found += [("master", island.name) for island in index.islands if self.masters]
         found += [("network", link.name) for _, link in index.networks]
         found += [("program", name) for name in spec.programs]
         for _, link in index.lines:
@@ -134,8 +136,13 @@ class Dependencies:
             return node
         first, second = home[one], home[other]
         needed: list[Part] = [("host", one), ("host", other)]
-        needed += [("master", first.name), ("master", second.name)]
-        for pair in ((one, other), (one, first.hub), (other, second.hub), (first.hub, second.hub)):
+        pairs = [(one, other)]
+        if self.masters:
+            needed += [("master", first.name), ("master", second.name)]
+            pairs += [(one, first.hub), (other, second.hub)]
+        if first is not second or self.masters:
+            pairs.append((first.hub, second.hub))
+        for pair in pairs:
             shared = self.index.shared_networks(*pair) if pair[0] != pair[1] else ()
             if pair[0] != pair[1] and not shared:
                 return None

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict, dataclass
 
 from swarmctl.analysis.dependencies import Dependencies
+from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.bridges import bridges_of
@@ -53,7 +54,7 @@ class BridgedTopic:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A whole swarm to draw. ``islands`` are names, each with the host that runs its master."""
+    """A whole swarm to draw. ``islands`` are names, each with the host that runs its master, if one does."""
 
     swarm: str
     mode: str
@@ -78,11 +79,12 @@ def diagram(index: SwarmIndex) -> Diagram:
     """The diagram of a spec without errors, in the order of the spec."""
     bridged = tuple(_bridged_topics(bridges_of(index)))
     several = len(index.islands) > 1
+    masters = bool(middleware_of(index.spec.ros.distro).master_mb)
     return Diagram(
         swarm=index.spec.name,
         mode=index.spec.mode.value,
-        islands=tuple((island.name, island.hub) for island in index.islands),
-        nodes=tuple(_nodes(index)),
+        islands=tuple((island.name, island.hub if masters else "") for island in index.islands),
+        nodes=tuple(_nodes(index, {island.hub for island in index.islands} if masters else set())),
         edges=tuple(dict.fromkeys(_edges(index, {one.topic for one in bridged}))),
         provider=(index.spec.multimaster or Multimaster()).provider if several else "",
         crossings=bridged,
@@ -97,9 +99,9 @@ def _bridged_topics(bridges: Iterable[Bridge]) -> Iterator[BridgedTopic]:
     return (BridgedTopic(*key, tuple(to)) for key, to in found.items())
 
 
-def _nodes(index: SwarmIndex) -> Iterator[Node]:
+def _nodes(index: SwarmIndex, masters: Collection[str]) -> Iterator[Node]:
+    """The parts of the swarm. ``masters``: the hosts that run one."""
     spec = index.spec
-    hubs = {island.hub for island in index.islands}
 
     def island_of(host: str | None) -> str:
         island = index.home.get(host or "")
@@ -107,7 +109,7 @@ def _nodes(index: SwarmIndex) -> Iterator[Node]:
 
     for name in spec.hosts:
         kind = index.computer_of(name) or "computer"
-        yield Node("host", name, f"{kind}, master" if name in hubs else kind, island_of(name))
+        yield Node("host", name, f"{kind}, master" if name in masters else kind, island_of(name))
     for name, robot in spec.robots.items():
         yield Node("robot", name, robot.type, island_of(index.driving[name]))
     for name, program in spec.programs.items():

@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster.base import provider_of, runs_on
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
 
-# MB. A driver may take 60 (its bar); rosmaster is a Python program like it, rosout is smaller. A Linux
-# without a desktop takes 100 to 200, as Raspberry Pi OS Lite does.
+# MB. A driver may take 60 (its bar). A Linux without a desktop takes 100 to 200, as Raspberry Pi OS Lite.
 DRIVER_MB = 60
-MASTER_MB = 100
 SYSTEM_MB = 200
 SMALL_MB = 1024  # computers with no more memory than this are slow as well: Raspberry Pi 1 to 3, Zero
 SMALL_NODES = 20  # that such a computer's master should serve at most; a rule of thumb
@@ -63,7 +62,9 @@ def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostB
         if host is not None:
             nodes[host] += 1
             programs.setdefault(host, []).append((name, index.spec.programs[name].memory_mb or 0))
-    served = {island.hub: sum(nodes[host] for host in island.hosts) for island in index.islands}
+    master_mb = middleware_of(index.spec.ros.distro).master_mb
+    mastered = index.islands if master_mb else ()
+    served = {island.hub: sum(nodes[host] for host in island.hosts) for island in mastered}
     provider, islands = provider_of(index.spec.multimaster), index.islands
     receiving = {to for bridge in bridges for to in bridge.to}
     joining = {one.hub for one in islands if runs_on(provider, len(islands), one.name in receiving)}
@@ -73,7 +74,7 @@ def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostB
             continue
         parts = [
             ("system", SYSTEM_MB),
-            ("master", MASTER_MB if name in served else 0),
+            ("master", master_mb if name in served else 0),
             ("multimaster", provider.memory_mb if name in joining else 0),
             (f"{drivers[name]} driver{'s' if drivers[name] > 1 else ''}", drivers[name] * DRIVER_MB),
             *programs.get(name, ()),

@@ -74,13 +74,14 @@ class BridgeRow:
 
 @dataclass(frozen=True)
 class HostRow:
-    """A host. The rest is known only of a ``reachable`` one."""
+    """A host, and whether it ``has_master`` to reach. The rest is known only of a ``reachable`` one."""
 
     name: str
     address: str
     state: State
     reachable: bool
     is_hub: bool
+    has_master: bool
     release: str | None
     expected_release: str
     units: Mapping[str, UnitSeen]
@@ -163,6 +164,7 @@ def _host(
         state=worst.get(("host", host.name), State.OK),
         reachable=answer is not None,
         is_hub=host.is_hub,
+        has_master=bool(host.master_uri),
         release=seen.release,
         expected_release=host.release.digest,
         units={name: seen.units[name] for name in host.release.units if name in seen.units},

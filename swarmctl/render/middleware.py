@@ -6,7 +6,7 @@ To add one, write an object with the members of ``Middleware`` and register it u
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, cast
 
@@ -63,6 +63,18 @@ class Middleware(Protocol):
         Its function ``observe(request, answer)`` fills in the ``GraphAnswer`` of ``swarm_agent.messages``. It
         and what it imports of its package run on Python 3.8 with the standard library and ``swarm_agent``.
         """
+
+    @property
+    def ros1(self) -> bool:
+        """Whether the rules about ROS 1 apply: roslaunch, ``ROS_*`` variables, names of its nodes."""
+
+    @property
+    def topics(self) -> Mapping[str, str]:
+        """The topics that every graph has, each with its type as a spec writes it: ``/rosout`` and others."""
+
+    @property
+    def master_mb(self) -> int:
+        """Memory that the master takes on a hub, MB; 0 if nodes find each other without one."""
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
         """The environment of ``host``, its master if it is the hub of ``island``, and its robots' drivers."""

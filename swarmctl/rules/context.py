@@ -10,6 +10,7 @@ from swarmctl.analysis.host_load import HostBudget, host_budgets
 from swarmctl.analysis.listeners import listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
+from swarmctl.render.middleware import Middleware, middleware_of
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
@@ -29,6 +30,11 @@ class RuleContext(SwarmIndex):
     def span(self, *loc: str | int, key: bool = False) -> Span:
         """The position of a value of the spec, or with ``key`` of its key."""
         return self.document.span(*loc, key=key)
+
+    @cached_property
+    def middleware(self) -> Middleware:
+        """What carries the topics."""
+        return middleware_of(self.spec.ros.distro)
 
     @cached_property
     def authority(self) -> Authority:
@@ -71,11 +77,12 @@ class Rule:
     ids: tuple[str, ...]
     find: Find
     names: bool  # runs in the first round: the other rules look things up by the names it checks
+    ros1: bool  # is about ROS 1, and holds for no other middleware
 
     def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:
-        return self.find(context)
+        return iter(()) if self.ros1 and not context.middleware.ros1 else self.find(context)
 
 
-def rule(*ids: str, names: bool = False) -> Callable[[Find], Rule]:
-    """Makes a function the rule that reports ``ids``; ``names`` as in `Rule`."""
-    return lambda find: Rule(ids, find, names)
+def rule(*ids: str, names: bool = False, ros1: bool = False) -> Callable[[Find], Rule]:
+    """Makes a function the rule that reports ``ids``; ``names`` and ``ros1`` as in `Rule`."""
+    return lambda find: Rule(ids, find, names, ros1)

@@ -6,20 +6,6 @@ from collections.abc import Mapping
 
 DRIVER_NODE = "driver"
 
-# Nodes of the master and of multimasters. Multimasters exclude nodes by these names.
-ALWAYS_THERE = {
-    "rosout": "every ROS master",
-    "master_discovery": "multimaster",
-    "master_sync": "multimaster",
-    "node_manager": "multimaster",
-    "node_manager_daemon": "multimaster",
-    "param_sync": "multimaster",
-    "zeroconf": "multimaster",
-    "mas_discovery": "multimaster",
-    "mas_sync": "multimaster",
-    "mas_daemon": "multimaster",
-}
-
 
 def namespace(robot: str) -> str:
     """The namespace of a robot. ROS graph names cannot contain a hyphen (wiki.ros.org/Names)."""

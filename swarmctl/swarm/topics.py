@@ -44,16 +44,6 @@ _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
 _LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
 
-# Topics without a namespace that ROS itself or every driver publishes.
-COMMON = {
-    DIAGNOSTICS: DIAGNOSTICS_TYPE,
-    "/clock": "rosgraph_msgs/Clock",
-    "/rosout": "rosgraph_msgs/Log",
-    "/rosout_agg": "rosgraph_msgs/Log",
-    "/tf": "tf2_msgs/TFMessage",
-    "/tf_static": "tf2_msgs/TFMessage",
-}
-
 Loc = tuple[str | int, ...]
 
 

@@ -118,6 +118,8 @@ def _host(host: HostRow) -> tuple[State, tuple[str, ...]]:
 
 
 def _master(host: HostRow) -> str:
+    if not host.has_master:
+        return "hub" if host.is_hub else ""
     if host.master is None or not host.master.reachable:
         return "no master"
     latency = f"{host.master.latency * 1000:.1f} ms"

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import ast
+import io
 import re
-from collections.abc import Iterator
-from importlib.metadata import EntryPoint
+import zipfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
 from swarm_agent.messages import Facts
 
-from swarmctl import plugins
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.health.expected_bridges import ExpectedMultimaster
+from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import diagnose
@@ -22,47 +22,19 @@ from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import Kind
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
+from swarmctl.remote.agent_archive import agent
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.middleware import Middleware
-from swarmctl.render.multimaster.base import MultimasterProvider
+from swarmctl.resources import HostModule
 from swarmctl.rules.context import RuleContext
 from swarmctl.rules.runner import load_swarm
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.load import load
-from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
-from tests.seams.toy import MESH, PEBBLE
+from tests.seams.toy import MESH
+from tests.seams.toy_spec import HUB, SILENT, swarm_of, written
 
-SPEC = ROOT / "tests/mode_conversion/modes/standalone.yaml"
-TOPICS = "topics: [{topic: /k3/odom, to: [koala-laptop]}]"
-HUB, SILENT = "koala-laptop", "k3-pi"
-
-
-@pytest.fixture
-def registered() -> Iterator[None]:
-    middleware: Middleware = PEBBLE
-    provider: MultimasterProvider = MESH
-    MIDDLEWARES.register("pebble", middleware)
-    MULTIMASTERS.register("mesh", provider)
-    yield
-    MIDDLEWARES.unregister("pebble")
-    MULTIMASTERS.unregister("mesh")
-
-
-def written(
-    tmp_path: Path, distro: str = "pebble", provider: str = "mesh", more: str = "", name: str = "newswarm"
-) -> Path:
-    spec = tmp_path / "swarm.yaml"
-    text = f"{SPEC.read_text('utf-8')}ros: {{distro: {distro}}}\n".replace("name: newswarm", f"name: {name}")
-    spec.write_text(f"{text}multimaster: {{provider: {provider}, {more}{TOPICS}}}\n", "utf-8")
-    return spec
-
-
-def swarm_of(spec: Path) -> Swarm:
-    swarm, found = load_swarm(spec)
-    assert swarm is not None, found
-    return swarm
+MULTIMASTER = ExpectedMultimaster("swarm-newswarm.multimaster.service", (f"/mesh_{HUB}",), f"/mesh_{HUB}")
 
 
 def findings(spec: Path, rule: str) -> list[Diagnostic]:
@@ -71,6 +43,15 @@ def findings(spec: Path, rule: str) -> list[Diagnostic]:
 
 def paths(bundle: Bundle) -> set[str]:
     return {file.path for file in bundle.files}
+
+
+def releases(made: Mapping[str, Bundle]) -> dict[str, Release]:
+    return {name: Release(one.digest, tuple(unit.name for unit in one.units)) for name, one in made.items()}
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_spec_that_names_them_has_no_finding(tmp_path: Path) -> None:
+    assert load_swarm(written(tmp_path))[1] == ()
 
 
 @pytest.mark.usefixtures("registered")
@@ -111,15 +92,9 @@ def test_the_plan_shows_how_to_install_what_is_missing(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("registered")
 def test_the_expected_graph_has_their_nodes(tmp_path: Path) -> None:
     swarm = swarm_of(written(tmp_path))
-    releases = {
-        name: Release(one.digest, tuple(unit.name for unit in one.units))
-        for name, one in bundles(swarm).items()
-    }
-    graph = expected_graph(swarm, releases)
+    graph = expected_graph(swarm, releases(bundles(swarm)))
     hosts = {host.name: host for host in graph.hosts}
-    assert hosts[HUB].multimaster == ExpectedMultimaster(
-        "swarm-newswarm.multimaster.service", ("/mesh_koala-laptop",), "/mesh_koala-laptop"
-    )
+    assert hosts[HUB].multimaster == MULTIMASTER
     assert hosts[SILENT].multimaster is None
     assert [(one.topic, one.type, one.to) for one in graph.bridges] == [
         ("/k3/odom", "nav_msgs/msg/Odometry", HUB)
@@ -138,8 +113,7 @@ def test_the_expected_graph_has_their_nodes(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("registered")
 def test_status_probes_with_their_module_and_no_master(tmp_path: Path) -> None:
     swarm = swarm_of(written(tmp_path))
-    releases = {name: Release(one.digest, ()) for name, one in bundles(swarm).items()}
-    graph = expected_graph(swarm, releases)
+    graph = expected_graph(swarm, releases(bundles(swarm)))
     assert request(graph, graph.hosts[0], 2.0)["module"] == "pebble_probe.observe"
     assert not [one for one in diagnose(graph, {}).findings if one.check == "master"]
 
@@ -190,26 +164,55 @@ def test_an_unknown_name_is_an_error(tmp_path: Path) -> None:
     assert provider.help == ("it is one of: `fkie`, `static`",)
 
 
-def test_an_entry_point_registers_a_provider(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    points = {"swarmctl.multimaster": [EntryPoint("mesh", "tests.seams.toy:MESH", "swarmctl.multimaster")]}
-    monkeypatch.setattr(plugins, "entry_points", lambda group: points.get(group, []))
-    try:
-        made = bundles(swarm_of(written(tmp_path, distro="noetic")))
-    finally:
-        MULTIMASTERS.unregister("mesh")
+def test_the_provider_alone_joins_masters_of_ros_1(tmp_path: Path, registered: None) -> None:
+    """The third provider under the middleware that is built in: from the spec to bundle, plan and bridges."""
+    swarm = swarm_of(written(tmp_path, distro="noetic"))
+    made = bundles(swarm)
     assert {"mesh/topics.txt", "env/ros.env"} <= paths(made[HUB])
+    assert "swarm-newswarm.multimaster.service" in reconcile(made[HUB], Observed()).targets(Kind.START)
+    graph = expected_graph(swarm, releases(made))
+    assert graph.bridges == (
+        ExpectedBridge("/k3/odom", "nav_msgs/Odometry", SILENT, SILENT, HUB, HUB, robots=("k3",)),
+    )
+    [hub] = [host for host in graph.hosts if host.multimaster is not None]
+    assert (hub.name, hub.multimaster) == (HUB, MULTIMASTER)
+    assert f"/mesh_{HUB}" in [node["name"] for node in request(graph, hub, 2.0)["nodes"]]
+
+
+def test_an_installed_package_brings_its_probe(tmp_path: Path, installed: Path) -> None:
+    graph = expected_graph(swarm_of(written(tmp_path)), {})
+    assert graph.probe.folder == installed
+    with zipfile.ZipFile(io.BytesIO(agent(("probe",), graph.probe).archive)) as archive:
+        names = set(archive.namelist())
+        assert {"pebble_probe/observe.py", "pebble_probe/daemon.py", "swarm_agent/clip.py"} <= names
+    assert not [name for name in names if name.startswith(("swarm_ros1_probe", "swarm_common/xmlrpc"))]
+
+
+def test_a_probe_that_is_not_there_is_an_error_before_any_host() -> None:
+    with pytest.raises(ModuleNotFoundError, match=r"pebble_probe\.other"):
+        agent(("probe",), HostModule("pebble_probe.other", ROOT / "tests/seams"))
 
 
 #: Where the names of built-in plugins, and what only ROS 1 has, may stand.
 HOMES = ("plugins.py", "render/ros1/", "render/multimaster/fkie", "render/multimaster/static")
 NAMES = {*MIDDLEWARES.names(), *MULTIMASTERS.names(), "melodic", "kinetic"}
 ROS1 = re.compile(r"^ros-noetic-|^(roscore|rosmaster|roslaunch|rospy)$|\.launch$")
-#: ROS 1 by their subject: the lab's own image, the spec's driver and examples, a word for suggestions.
+#: Rules about ROS 1 may name these; each is marked `ros1=True` or asks the middleware.
+OF_ROS1_HOSTS = re.compile(r"/opt/ros|ROS_MASTER_URI|ROS_IP|TCPROS|\brosnode |\brostopic |\b11311\b")
+#: ROS 1 by their subject: the lab's own image, the spec's driver and examples, a word for suggestions, hints
+#: that only a swarm with masters gets.
 EXEMPT = {
     *(("lab/hosts/image.py", one) for one in ("roscore", "roslaunch")),
+    ("lab/hosts/workspace.py", "/opt/ros/"),
     ("suggest.py", "roscore"),
     ("spec/model.py", "joystick.launch"),
+    ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
+    ("health/checks.py", "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"),
+    (
+        "health/bridge_checks.py",
+        "a program with another island's ROS_MASTER_URI or a second multimaster; `rosnode cleanup` on ",
+    ),
 }
 
 
@@ -226,6 +229,8 @@ def test_no_module_outside_knows_their_names() -> None:
         name = file.relative_to(ROOT / "swarmctl").as_posix()
         if not name.startswith(HOMES):
             wrong = {text for text in strings(file) if text in NAMES or ROS1.search(text)}
+            if not name.startswith("rules/families/"):
+                wrong |= {text for text in strings(file) if OF_ROS1_HOSTS.search(text)}
             found += [(name, text) for text in sorted(wrong) if (name, text) not in EXEMPT]
     assert found == []
 

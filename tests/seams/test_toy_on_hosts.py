@@ -23,9 +23,13 @@ from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
-from tests.seams.test_seams import HUB, SILENT, registered, swarm_of, written
+from tests.seams.toy_spec import HUB, SILENT, swarm_of, written
 
-__all__ = ["registered"]
+PATH = "nav_msgs/msg/Path"
+WANDER = (
+    "wander: {host: k3-pi, package: moves, executable: wander, "
+    "publishes: [{topic: plan, type: nav_msgs/Path}]}"
+)
 ODOM, TWIST = "nav_msgs/msg/Odometry", "geometry_msgs/msg/Twist"
 
 
@@ -63,6 +67,7 @@ class Hosts:
                     publishes={f"/{robot}/odom": ODOM}, rates={f"/{robot}/odom": 10.0},
                     subscribes={f"/{robot}/cmd_vel": TWIST},
                 )  # fmt: skip
+        self.run(SILENT, "/wander", publishes={"/plan": PATH})
         self.run(HUB, f"/mesh_{HUB}", status="1 topic")
         for line in self.by_name[HUB].read("opt/swarm/new/current/mesh/topics.txt").decode().splitlines():
             origin, topic = line.split()
@@ -76,7 +81,8 @@ def _targets(hosts: Mapping[str, FakeHost]) -> dict[str, Target]:
 @pytest.fixture
 def hosts(tmp_path: Path, registered: None) -> Hosts:
     """Every host has its release from a real agent, and runs what it starts."""
-    wanted = bundles(swarm_of(written(tmp_path, name="new")))
+    swarm = swarm_of(written(tmp_path, name="new", programs=WANDER))
+    wanted = bundles(swarm)
     made = {name: FakeHost(tmp_path / name) for name in wanted}
     for host in made.values():
         (host.prefix / "usr/bin").mkdir(parents=True)
@@ -86,7 +92,7 @@ def hosts(tmp_path: Path, registered: None) -> Hosts:
     releases = {
         name: Release(one.digest, tuple(unit.name for unit in one.units)) for name, one in wanted.items()
     }
-    found = Hosts(expected_graph(swarm_of(written(tmp_path, name="new")), releases), made)
+    found = Hosts(expected_graph(swarm, releases), made)
     for event in deploy(wanted, _targets(made), found):
         if isinstance(event, parallel_hosts.Finished):
             outcome = parallel_hosts.result_of(event)
@@ -138,6 +144,14 @@ def test_a_node_that_ended_is_found_without_a_master(hosts: Hosts) -> None:
         ),
     }
     assert [one.cause for one in of(diagnosis, "bridge").values()] == ["driver k3"]
+
+
+def test_a_program_is_checked_by_the_names_of_its_middleware(hosts: Hosts) -> None:
+    assert of(hosts.diagnosis(), "program")["wander"].message == "runs"
+    hosts.run(SILENT, "/wander", publishes={"/plan": "nav_msgs/Path"})
+    assert wrong(hosts.diagnosis()) == {
+        "program wander": f"/plan of /wander has type nav_msgs/Path instead of {PATH}"
+    }
 
 
 def test_types_and_rates_are_compared_in_their_own_names(hosts: Hosts) -> None:

@@ -27,6 +27,12 @@ def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> tuple[File, Unit]:
 class Pebble:
     """Nodes find each other: no master. One process per host runs all drivers."""
 
+    ros1 = False
+    topics: Mapping[str, str] = {
+        "/rosout": "rcl_interfaces/Log",
+        "/parameter_events": "rcl_interfaces/ParameterEvent",
+    }
+    master_mb = 0
     probe = HostModule("pebble_probe.observe", Path(__file__).parent)
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
@@ -35,7 +41,7 @@ class Pebble:
         return Part((file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires=("pebbled",))
 
     def programs(self, swarm: Swarm, host: Host) -> Part:
-        return Part()
+        return Part(units=tuple(_unit(swarm, one.name, ()) for one in swarm.programs_on(host.name)))
 
     def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         yield File("pebble.bash", b"exec pebble-shell\n", 0o755)
@@ -56,7 +62,7 @@ class Pebble:
         )
 
     def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
-        topics = tuple((one.topic, self.type_name(one.type)) for one in program.declared.publishes)
+        topics = tuple((f"/{one.topic}", self.type_name(one.type)) for one in program.declared.publishes)
         return ExpectedNode(names.unit(swarm.name, program.name), f"/{program.name}", topics, ())
 
     def type_name(self, kind: str) -> str:

@@ -101,12 +101,13 @@ def flash(
 def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, speed: int) -> Job:
     from swarmctl.deploy.flash import Job
     from swarmctl.firmware import avrdude
-    from swarmctl.swarm import names
+    from swarmctl.render.middleware import middleware_of
 
     robot = swarm.robots[name]
     port = robot.line.path
     writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer, speed)
-    return Job(swarm.name, name, robot.host, names.unit(swarm.name, name), port, sketch.digest, writing)
+    unit = middleware_of(swarm.distro).driver(swarm, robot).unit
+    return Job(swarm.name, name, robot.host, unit, port, sketch.digest, writing)
 
 
 def _flash(jobs: Sequence[Job], targets: Mapping[str, Target]) -> int:

@@ -68,7 +68,7 @@ def up(
     """Boot the hosts of a spec at their addresses, with emulated robots on their lines. Needs root."""
     from swarmctl.lab import lab as labs
     from swarmctl.lab.emulators.emulator_lookup import user_emulators
-    from swarmctl.lab.hosts.workspace import workspace_of
+    from swarmctl.lab.hosts.workspace import installed, workspace_of
     from swarmctl.lab.lab_plan import plan_of
 
     swarm = console.read_spec(spec)
@@ -76,7 +76,7 @@ def up(
         own = user_emulators(spec.files[0].resolve().parent / "robots")
         plan = plan_of(swarm, name or None, own, firmware.simulated(swarm) if boards else {})
         if workspace is not None:
-            place = swarm.workspace or f"/opt/ros/{swarm.distro}"
+            place = swarm.workspace or installed(swarm.distro)
             plan = replace(plan, workspace=workspace_of(workspace, place))
         labs.up(plan, lambda line: console.err().print(line))
 

@@ -12,7 +12,13 @@ from swarmctl.lab.lab_plan import Workspace
 _SPACES = ("devel", "install")
 _PATH = re.compile(r"[A-Za-z0-9._/+-]+")
 _BUILT_ON = re.compile(r"^ *CMAKE_PREFIX_PATH = r'([^']*)'", re.MULTILINE)  # in a space's _setup_util.py
-_OF_THE_HOST = ("/opt/ros/", "/usr")  # every host has its own ROS
+_ROS = "/opt/ros/"
+_OF_THE_HOST = (_ROS, "/usr")  # every host has its own ROS
+
+
+def installed(distro: str) -> str:
+    """Returns where hosts look for ROS if their swarm has no workspace."""
+    return f"{_ROS}{distro}"
 
 
 def workspace_of(given: Path, place: str) -> Workspace:

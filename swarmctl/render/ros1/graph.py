@@ -8,7 +8,24 @@ from swarmctl.render.middleware import ExpectedDriver, ExpectedNode
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Program, Robot, Swarm
-from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE, DriverTopic, driver_topics
+from swarmctl.swarm.topics import (
+    COMMAND,
+    COMMAND_TYPE,
+    DIAGNOSTICS,
+    DIAGNOSTICS_TYPE,
+    DriverTopic,
+    driver_topics,
+)
+
+#: Topics without a namespace that ROS itself or every driver publishes.
+TOPICS = {
+    DIAGNOSTICS: DIAGNOSTICS_TYPE,
+    "/clock": "rosgraph_msgs/Clock",
+    "/rosout": "rosgraph_msgs/Log",
+    "/rosout_agg": "rosgraph_msgs/Log",
+    "/tf": "tf2_msgs/TFMessage",
+    "/tf_static": "tf2_msgs/TFMessage",
+}
 
 
 def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:

@@ -26,6 +26,9 @@ _INSTALL = {
 class Noetic:
     """The middleware of ``ros: {distro: noetic}``."""
 
+    ros1 = True
+    topics = graph.TOPICS
+    master_mb = 100  # a Python program; a driver takes 60, rosout is smaller
     probe = HostModule("swarm_ros1_probe.observe", templates() / "packages/ros1_probe")
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:

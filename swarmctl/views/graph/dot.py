@@ -28,7 +28,7 @@ def _lines(diagram: Diagram) -> Iterator[str]:
     yield "  node [fontname=sans]; edge [fontname=sans, fontsize=10];"
     for number, (island, hub) in enumerate(diagram.islands):
         yield f"  subgraph cluster_{number} {{"
-        yield f"    label={_quoted(f'{island}, master on {hub}')};"
+        yield f"    label={_quoted(f'{island}, master on {hub}' if hub else island)};"
         yield from (f"    {_node(node)}" for node in diagram.nodes if node.island == island)
         yield "  }"
     islands = {name for name, _ in diagram.islands}

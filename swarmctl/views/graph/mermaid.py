@@ -28,7 +28,7 @@ def graph(diagram: Diagram) -> str:
 def _lines(diagram: Diagram, ids: Mapping[str, str]) -> Iterator[str]:
     yield "flowchart LR"
     for number, (island, hub) in enumerate(diagram.islands):
-        yield f"  subgraph i{number}[{_quoted(f'{island}, master on {hub}')}]"
+        yield f"  subgraph i{number}[{_quoted(f'{island}, master on {hub}' if hub else island)}]"
         yield from (f"    {_node(node, ids)}" for node in diagram.nodes if node.island == island)
         yield "  end"
     islands = {name for name, _ in diagram.islands}

@@ -23,7 +23,9 @@ def overview(diagram: Diagram) -> Text:
         from_each[edge.start].append(edge)
         if edge.kind == "orders":
             commands_to[edge.end].append(edge)
-    groups = [(f"island {island}", f", master on {hub}", island) for island, hub in diagram.islands]
+    groups = [
+        (f"island {island}", f", master on {hub}" if hub else "", island) for island, hub in diagram.islands
+    ]
     text = Text.assemble((diagram.swarm, "bold"), f": mode {diagram.mode}")
     for title, rest, island in [*groups, ("without ROS", "", "")]:
         hosts = [node for node in diagram.nodes if node.kind == "host" and node.island == island]

@@ -180,7 +180,7 @@ def lone_host(context: RuleContext) -> Iterator[Diagnostic]:
 def optional_hubs(context: RuleContext) -> Iterator[Diagnostic]:
     """An optional host that runs the master of other hosts."""
     spec = context.spec
-    for island in context.islands:
+    for island in context.islands if context.middleware.master_mb else ():
         hub = spec.hosts.get(island.hub)
         if len(island.hosts) < 2 or hub is None or not hub.optional:
             continue

@@ -10,7 +10,7 @@ from swarmctl.spec.multimaster_model import Crossing
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.swarm.names import split_topic
-from swarmctl.swarm.topics import COMMON, DIAGNOSTICS, sensors_of
+from swarmctl.swarm.topics import DIAGNOSTICS, sensors_of
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
@@ -62,7 +62,7 @@ def origins(context: RuleContext) -> Iterator[Diagnostic]:
     """A bridged topic without a publisher, or one that every island has."""
     for loc, crossing in _crossings(context):
         where, topic = (*loc, "topic"), crossing.topic
-        if topic in COMMON and topic != DIAGNOSTICS:
+        if topic in context.middleware.topics and topic != DIAGNOSTICS:
             yield Diagnostic(
                 "MM012",
                 f"bridging `{topic}` would send all its messages to the other islands",

@@ -120,7 +120,7 @@ def both_filters(context: RuleContext) -> Iterator[Diagnostic]:
 def groups(context: RuleContext) -> Iterator[Diagnostic]:
     """A multicast group reserved for other protocols."""
     found = _discovering(context)
-    if found is None or found[0].group == found[1].group:
+    if found is None or "group" not in found[0].model_fields_set or found[0].group == found[1].group:
         return
     settings, limits = found
     group = ipaddress.IPv4Address(settings.group)

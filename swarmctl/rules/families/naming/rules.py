@@ -10,6 +10,20 @@ from swarmctl.swarm import names
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
+# Nodes of the master and of multimasters. Multimasters exclude nodes by these names.
+_ALWAYS_THERE = {
+    "rosout": "every ROS master",
+    "master_discovery": "multimaster",
+    "master_sync": "multimaster",
+    "node_manager": "multimaster",
+    "node_manager_daemon": "multimaster",
+    "param_sync": "multimaster",
+    "zeroconf": "multimaster",
+    "mas_discovery": "multimaster",
+    "mas_sync": "multimaster",
+    "mas_daemon": "multimaster",
+}
+
 
 def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
     """Yields every ROS name in the spec, its place, and whether it is a key."""
@@ -87,7 +101,7 @@ def trailing_hyphens(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("NAME004", "NAME005")
+@rule("NAME004", "NAME005", ros1=True)
 def nodes(context: RuleContext) -> Iterator[Diagnostic]:
     """A program's node with the name of a driver, or of a node of ROS or swarmctl."""
     spec = context.spec
@@ -103,7 +117,7 @@ def nodes(context: RuleContext) -> Iterator[Diagnostic]:
                 help=("rename the program",),
             )
     for kind in ("robots", "programs"):
-        for taken, whose in names.ALWAYS_THERE.items():
+        for taken, whose in _ALWAYS_THERE.items():
             word = taken.replace("_", "-")
             if word in getattr(spec, kind) and (kind == "robots" or spec.programs[word].robot is None):
                 yield Diagnostic(

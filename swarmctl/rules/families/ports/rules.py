@@ -12,6 +12,7 @@ from swarmctl.swarm.ports import (
     HIGHEST,
     PRIVILEGED,
     SSH,
+    USUAL_MASTER,
     Listener,
     free_master_port,
 )
@@ -47,8 +48,8 @@ def _address(context: RuleContext, host: str) -> object:
 
 def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic:
     address = context.spec.hosts[first.host].address
-    moved = other.host if other.what != SSH else first.host
-    free = _free_port(context, moved)
+    moved, one = (other.host, other) if other.what != SSH else (first.host, first)
+    free = _free_port(context, moved) if _of_a_master(one) else None
     change = edits.set_key(context.document.source, ("hosts", moved), "master_port", free)
     return Diagnostic(
         "PORT001" if other.runs else "PORT002",
@@ -63,6 +64,11 @@ def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic
         ),
         fix=edits.make_fix(f"set the master port of `{moved}` to {free}", change) if free else None,
     )
+
+
+def _of_a_master(one: Listener) -> bool:
+    """True if ``master_port`` sets the port, or that from which it is counted."""
+    return one.loc[-1] == "master_port"
 
 
 def _place(context: RuleContext, one: Listener) -> Span:
@@ -93,14 +99,15 @@ def ranges(context: RuleContext) -> Iterator[Diagnostic]:
     for one in context.listeners:
         if not one.runs or one.what == SSH or one.loc in reported:
             continue
+        usual = f", such as {USUAL_MASTER}" if _of_a_master(one) else ""
         if one.port > HIGHEST:
             reported.add(one.loc)
             yield Diagnostic(
                 "PORT003",
                 f"{one.what} of `{one.host}` would need port {one.port}; the highest is {HIGHEST}",
                 context.span(*one.loc),
-                label="discovery uses this port + 300",
-                help=("choose a port near 11311",),
+                label=_offset(context, one),
+                help=("choose a port near 11311",) if _of_a_master(one) else ("choose a lower port",),
             )
         elif one.port in PRIVILEGED:
             reported.add(one.loc)
@@ -109,7 +116,7 @@ def ranges(context: RuleContext) -> Iterator[Diagnostic]:
                 f"{one.what} of `{one.host}` cannot listen on port {one.port}, which only root may use",
                 context.span(*one.loc),
                 label=f"below {PRIVILEGED.stop}",
-                help=("choose a port from 1024, such as 11311; the units run without privileges",),
+                help=(f"choose a port from 1024{usual}; the units run without privileges",),
             )
         elif one.port in EPHEMERAL:
             reported.add(one.loc)
@@ -119,8 +126,16 @@ def ranges(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span(*one.loc),
                 severity=Severity.WARNING,
                 label=f"Linux assigns {EPHEMERAL[0]} to {EPHEMERAL[-1]}",
-                help=(f"choose a port below {EPHEMERAL[0]}, such as 11311",),
+                help=(f"choose a port below {EPHEMERAL[0]}{usual}",),
             )
+
+
+def _offset(context: RuleContext, one: Listener) -> str:
+    """Returns how a port that is too high comes from the port of the spec."""
+    if not _of_a_master(one):
+        return "too high"
+    given = context.spec.hosts[one.host].master_port or context.spec.ros.master_port
+    return f"{one.what} uses this port + {one.port - given}"
 
 
 @rule("PORT006")

@@ -133,7 +133,7 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG008")
+@rule("PROG008", ros1=True)
 def environments(context: RuleContext) -> Iterator[Diagnostic]:
     """An environment variable that swarmctl sets for every host."""
     for name, program in context.spec.programs.items():
@@ -150,7 +150,7 @@ def environments(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG009", "PROG010")
+@rule("PROG009", "PROG010", ros1=True)
 def parameters(context: RuleContext) -> Iterator[Diagnostic]:
     """A private `use_sim_time`, or an invalid parameter name."""
     for name, program in context.spec.programs.items():
@@ -181,7 +181,7 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG016")
+@rule("PROG016", ros1=True)
 def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
     """`$(...)` in a value that roslaunch evaluates; it cannot be escaped."""
     for name, program in context.spec.programs.items():

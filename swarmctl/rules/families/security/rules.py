@@ -119,7 +119,7 @@ def keys_beside(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-@rule("SEC004")
+@rule("SEC004", ros1=True)
 def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """A public address of a host that runs ROS; ROS 1 has no authentication."""
     public = [

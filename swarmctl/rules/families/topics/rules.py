@@ -12,7 +12,6 @@ from swarmctl.swarm.names import split_topic
 from swarmctl.swarm.topics import (
     COMMAND,
     COMMAND_TYPE,
-    COMMON,
     Endpoint,
     sensor_behind,
     sensors_of,
@@ -28,15 +27,15 @@ _SAME = {"tf/tfMessage": "tf2_msgs/TFMessage"}  # two names with the same checks
 def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
     """One topic with two message types."""
     first: dict[tuple[str, str], Endpoint] = {}
-    reached = _bridged(context)
+    reached, common = _bridged(context), context.middleware.topics
     for one in sorted(context.endpoints, key=lambda one: not one.publishes):
         given = _SAME.get(one.type, one.type)
-        if one.topic in COMMON and COMMON[one.topic] != given:
-            yield _clash(context, one, COMMON[one.topic], "ROS itself", None)
+        if one.topic in common and common[one.topic] != given:
+            yield _clash(context, one, common[one.topic], "ROS itself", None)
         elif (driven := _of_a_driver(context, one.topic)) is not None and driven[1] != given:
             robot, kind = driven
             yield _clash(context, one, kind, f"the driver of `{robot}`", ("robots", robot))
-        elif one.topic not in COMMON and driven is None:
+        elif one.topic not in common and driven is None:
             home = context.home.get(one.host)
             islands = {home.name} if home else set()
             for island in islands | (reached.get(one.topic, set()) if islands else set()):
@@ -65,6 +64,7 @@ def _of_a_driver(context: RuleContext, topic: str) -> tuple[str, str] | None:
 
 def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc | None) -> Diagnostic:
     loc = (*one.loc, "type")
+    shown = "; `rostopic type` shows it on a running system" if context.middleware.ros1 else ""
     is_program = where is not None and where[0] == "programs"
     notes = () if where is None else (
         Note(context.span(*where, "type"), "the other type")
@@ -77,7 +77,7 @@ def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc
         context.span(*loc),
         label="another type",
         notes=notes,
-        help=("write the type that the node uses; `rostopic type` shows it on a running system",),
+        help=(f"write the type that the node uses{shown}",),
         fix=None if is_program else make_fix(f"write `{other}`", replace_value(context.source, loc, other)),
     )
 
@@ -92,7 +92,7 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
     lost = [
         one
         for one in context.endpoints
-        if not one.publishes and not _may_be_published(one) and not context.publishers.of(one.topic)
+        if not one.publishes and not _may_be_published(context, one) and not context.publishers.of(one.topic)
     ]
     programs = context.spec.programs.items()
     silent = {name for name, one in programs if not one.publishes and one.use is None}
@@ -118,10 +118,14 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-def _may_be_published(one: Endpoint) -> bool:
+def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
     """True if ROS itself or a person may publish it: common, command and private topics."""
     topic = one.topic
-    return topic in COMMON or topic.rpartition("/")[2] == COMMAND or topic.startswith(f"{one.node}/")
+    return (
+        topic in context.middleware.topics
+        or topic.rpartition("/")[2] == COMMAND
+        or topic.startswith(f"{one.node}/")
+    )
 
 
 def _nearest(context: RuleContext, topic: str) -> str | None:
@@ -170,10 +174,10 @@ def shared_topics(context: RuleContext) -> Iterator[Diagnostic]:
     """Programs of several robots publish one topic, so subscribers receive a mixture."""
     first: dict[tuple[str, str], Endpoint] = {}
     robots = {name: program.robot for name, program in context.spec.programs.items()}
-    reached = _bridged(context)
+    reached, common = _bridged(context), context.middleware.topics
     for one in context.endpoints:
         robot, home = robots[one.owner], context.home.get(one.host)
-        if not one.publishes or robot is None or home is None or one.topic in COMMON:
+        if not one.publishes or robot is None or home is None or one.topic in common:
             continue
         for island in {home.name} | reached.get(one.topic, set()):
             earlier = first.setdefault((island, one.topic), one)
@@ -233,7 +237,7 @@ def echoes(context: RuleContext) -> Iterator[Diagnostic]:
     published = {(one.owner, one.topic): one for one in context.endpoints if one.publishes}
     for one in context.endpoints:
         other = None if one.publishes else published.get((one.owner, one.topic))
-        if other is not None and one.topic not in COMMON:
+        if other is not None and one.topic not in context.middleware.topics:
             yield Diagnostic(
                 "TOPIC006",
                 f"program `{one.owner}` subscribes to `{one.topic}`, which it publishes itself",
