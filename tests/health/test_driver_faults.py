@@ -1,0 +1,92 @@
+"""Faults of drivers: their units, their registration, their answers."""
+
+from __future__ import annotations
+
+import pytest
+
+from swarmctl.health.observations import Report
+from tests.health.faults import UNIT_K3, Fault, check
+from tests.health.swarm_values import K3_PI, UNIT, both, with_node, with_unit
+
+DEAD = {"active": "inactive", "sub": "dead", "pid": 0}
+
+FAULTS = {
+    "driver that warns": Fault(
+        K3_PI, with_node("k3", report=Report(1, "slow")), {"report k3": ("warning", [])}, healthy=True
+    ),
+    "crash loop": Fault(
+        K3_PI,
+        both(
+            with_unit(UNIT["k3"], active="activating", sub="auto-restart", restarts=7, result="exit-code"),
+            with_node("k3", registered=False, alive=None),
+        ),
+        {UNIT_K3: ("bad", ["driver k3"])},
+        message="crash loop: restarted 7 times, last result exit-code",
+    ),
+    "restarted while being looked at": Fault(
+        K3_PI,
+        with_unit(UNIT["k3"], restarts=1, restarted=1),
+        {UNIT_K3: ("bad", [])},
+        message="crash loop: restarted 1 time,",
+    ),
+    "restarted often before": Fault(
+        K3_PI, with_unit(UNIT["k3"], restarts=3), {UNIT_K3: ("warning", [])}, healthy=True
+    ),
+    "failed driver with a stale registration": Fault(
+        K3_PI,
+        both(
+            with_unit(UNIT["k3"], active="failed", sub="failed", result="watchdog", pid=0),
+            with_node("k3", alive=False, error="connection refused"),
+        ),
+        {UNIT_K3: ("bad", ["driver k3"])},
+        message="failed: watchdog",
+    ),
+    "stopped driver": Fault(
+        K3_PI,
+        both(with_unit(UNIT["k3"], **DEAD), with_node("k3", registered=False, alive=None)),
+        {UNIT_K3: ("bad", ["driver k3"])},
+        message="does not run (inactive)",
+    ),
+    "driver that is starting": Fault(
+        K3_PI,
+        with_unit(UNIT["k3"], active="activating", sub="start"),
+        {UNIT_K3: ("warning", [])},
+        healthy=True,
+    ),
+    "hanging driver": Fault(
+        K3_PI,
+        with_node("k3", alive=False, error="no answer within 2 s"),
+        {"driver k3": ("bad", [])},
+        message="is registered and its unit runs, but it does not answer",
+    ),
+    "driver that a new master does not know": Fault(
+        K3_PI,
+        with_node("k3", registered=False, alive=None),
+        {"driver k3": ("bad", [])},
+        message="although its unit runs; the master may have been restarted",
+    ),
+    "driver that advertises localhost": Fault(
+        K3_PI,
+        with_node("k3", uri="http://localhost:40001/"),
+        {"driver k3": ("bad", [])},
+        message="advertises localhost instead of 192.168.77.11",
+    ),
+    "deaf driver": Fault(
+        K3_PI,
+        with_node("k3", subscribes={}),
+        {"driver k3": ("bad", [])},
+        message="does not subscribe to /k3/cmd_vel",
+    ),
+    "second driver of the same name": Fault(
+        K3_PI,
+        with_node("k3", pid=43),
+        {"driver k3": ("warning", [])},
+        healthy=True,
+        message="a second driver",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
+def test_a_fault_is_reported_with_its_symptoms(fault: Fault) -> None:
+    check(fault)
