@@ -33,6 +33,7 @@ from swarm_rosserial.messages import TWIST_MD5, TWIST_TYPE, BadMessageError, Log
 from swarm_rosserial.topics import MessageType
 
 from swarmctl.conformance.motion_base import Fixes, Motion, NoBoard, NotStoppedError, Pace
+from swarmctl.conformance.serial_bench import SerialBench
 from swarmctl.conformance.timed_port import TimedPort
 from swarmctl.robot_types.message_sizes import size_of
 
@@ -69,7 +70,7 @@ class _Topics(NoBoard):
         return type_of(name)
 
 
-class BoardBench:
+class BoardBench(SerialBench):
     """A ``Wheeled`` robot with a rosserial board. Raises ``LinkLostError`` and ``PortError``.
 
     Commands are of type ``Velocity``. Frames are stored with the time of their arrival.
@@ -88,8 +89,8 @@ class BoardBench:
     ) -> None:
         if not isinstance(config.protocol, RosserialProtocol):
             raise ValueError(f"robot type {config.robot} does not use rosserial")
-        self.config, self.protocol = config, config.protocol
-        self.open_port, self.pace, self.clock, self.sleep = open_port, pace, clock, sleep
+        super().__init__(config, open_port, pace, clock, sleep)
+        self.protocol = config.protocol
         self.relay: Relay = _Topics()
         self.firmware = ""
         self.warning = ""  # the latest warning of the sketch
@@ -105,7 +106,6 @@ class BoardBench:
         self._odometry = Odometry()
         # A driver takes a wheel far beyond its limit for a reset board; here it must be measured.
         self._any_speed = replace(config.kinematics, wheel_speed_max=_ANY * config.kinematics.wheel_speed_max)
-        self._port: TimedPort | None = None
         self._conversation: Conversation | None = None
 
     @property
@@ -133,16 +133,8 @@ class BoardBench:
         return self._wheels.scale.metres_per_count
 
     @property
-    def port(self) -> TimedPort:
-        if self._port is None:
-            raise PortError(f"{self.config.port} is not open")
-        return self._port
-
-    @property
     def conversation(self) -> Conversation:
-        if self._conversation is None:
-            raise PortError(f"{self.config.port} is not open")
-        return self._conversation
+        return self.opened(self._conversation)
 
     @property
     def moving(self) -> bool:

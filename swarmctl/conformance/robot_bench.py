@@ -25,6 +25,7 @@ from swarmctl.conformance.motion_base import (
     NotStoppedError,
     Pace,
 )
+from swarmctl.conformance.serial_bench import SerialBench
 from swarmctl.conformance.timed_port import TimedPort
 
 _COMMAND_REFRESH_S = 0.2  # s after which a speed is repeated, as a driver does
@@ -39,7 +40,7 @@ def asked(config: Config) -> Asked:
     return config.protocol
 
 
-class Bench:
+class Bench(SerialBench):
     """A polled ``Wheeled`` robot.
 
     Exchanges raise ``FAILED_EXCHANGE``, ``LinkLostError`` and ``PortError``.
@@ -53,19 +54,14 @@ class Bench:
         firmware_dead_man: bool,
         pace: Pace | None = None,
     ) -> None:
-        self.config = config
+        super().__init__(config, open_port, pace or Pace())
         self.protocol = asked(config)
         self.firmware_dead_man = firmware_dead_man  # as declared by its type
-        self.open_port = open_port
-        self.pace = pace or Pace()
-        self.clock: Callable[[], float] = time.monotonic
-        self.sleep: Callable[[float], None] = time.sleep
         self.relay: Relay = NoBoard()
         self.reply_timeout = self.protocol.reply_timeout
         self.firmware = "unknown"
         self.latencies: list[float] = []
         self.unanswered = 0
-        self._port: TimedPort | None = None
         self._link: Link | None = None
         self._halt = b""  # the stop request
 
@@ -85,16 +81,8 @@ class Bench:
         return self.odometer is not None
 
     @property
-    def port(self) -> TimedPort:
-        if self._port is None:
-            raise PortError(f"{self.config.port} is not open")
-        return self._port
-
-    @property
     def link(self) -> Link:
-        if self._link is None:
-            raise PortError(f"{self.config.port} is not open")
-        return self._link
+        return self.opened(self._link)
 
     @property
     def scale(self) -> Scale:
