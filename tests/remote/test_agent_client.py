@@ -148,7 +148,7 @@ def test_a_deploy_with_nothing_to_do_fits_its_budget(
     spare: Path, prefix: Path, transport: SshTransport
 ) -> None:
     bundle = release()
-    round_trip = 0.3  # s; long against what a busy machine adds
+    round_trip = 0.5  # s; long against what a busy machine adds
 
     def idle(server: servers.Sshd, delay: float) -> tuple[float, int]:
         with proxy(server.port, delay) as traffic:
@@ -164,13 +164,16 @@ def test_a_deploy_with_nothing_to_do_fits_its_budget(
         with transport.connect(server.target()) as session:
             ask(session, *apply_request(bundle))
         near = min(idle(server, 0)[0] for _ in range(3))
-        far = min(idle(server, round_trip / 2)[0] for _ in range(3))
-        size = idle(server, 0)[1]
+        for _ in range(5):  # a busy machine adds time, never takes any away
+            far, size = idle(server, round_trip / 2)
+            # The proxy answers the opening of the TCP connection at once, which costs one round trip more.
+            round_trips = (far - near) / round_trip + 1
+            if round_trips <= 8:
+                break
 
-    print(f"{size} bytes, {(far - near) / round_trip + 1:.2f} round trips")
+    print(f"{size} bytes, {round_trips:.2f} round trips")
     assert size <= 8192
-    # The proxy answers the opening of the TCP connection at once, which costs one round trip more.
-    assert 5 < (far - near) / round_trip + 1 <= 8
+    assert 5 < round_trips <= 8
 
 
 @pytest.mark.parametrize(

@@ -252,7 +252,12 @@ def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
             node.order(0.4, sender="/rostopic_77")
             time.sleep(0.05)
         assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
-        assert wait_for(lambda: node.values()["commander"]) == "laptop (/rostopic_1)"
+
+        def commander() -> str:
+            node.order(0.1, sender="/rostopic_1")
+            return node.values()["commander"]
+
+        wait_for(lambda: commander() == "laptop (/rostopic_1)", interval=0.05)
         node.drive(0.7, 0.4, sender="/rostopic_77")
         assert not wiring.moving()
 

@@ -136,7 +136,7 @@ def test_a_program_whose_master_is_away_can_be_ended(tmp_path):
     with a_world(tmp_path) as world:
         world.flag("away")
         with joystick_program(world) as program:
-            time.sleep(1.0)
+            wait_for((world.folder / "joining").exists)
             program.terminate()
             assert program.wait(PATIENCE) == 0
             assert world.said() == []

@@ -50,6 +50,7 @@ _messages("sensor_msgs", Joy=object)
 def init_node(name: str, disable_signals: bool) -> None:
     assert disable_signals
     while (_FOLDER / "away").exists():
+        (_FOLDER / "joining").touch()
         time.sleep(0.05)
     (_FOLDER / "restarted").unlink(missing_ok=True)
     _state.name = f"{os.environ['ROS_NAMESPACE'].rstrip('/')}/{name}"
