@@ -1,11 +1,11 @@
-"""The protocol class beside a robot type: checked as text, never run on the operator's machine."""
+"""The protocol class beside a robot type: checked as text of limited size, never run by the operator."""
 
 from __future__ import annotations
 
 import ast
 import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
@@ -17,6 +17,7 @@ from swarmctl.yamltext.limits import LoadBudget
 from swarmctl.yamltext.source import Source
 
 _PYTHON = (3, 8)  # of ROS noetic (REP 3)
+MAX_CODEC_BYTES = 64 << 10  # which Python parses in 0.5 s and 100 MB at worst
 #: What the driver calls, and the arguments it gives.
 METHODS: Mapping[str, tuple[str, ...]] = {
     "__init__": ("options",),
@@ -37,77 +38,48 @@ def read_codec(source: Source, robot_type: RobotType, read: Read) -> tuple[bytes
     protocol = robot_type.protocol
     if not isinstance(protocol, PythonProtocol):
         return b"", []
-    file = codec_beside(Path(source.path))
-    declared_at = source.span(("protocol", "codec"))
+    file, declared_at = codec_beside(Path(source.path)), source.span(("protocol", "codec"))
     if not file.is_file():
-        return b"", [_missing(file, protocol, declared_at)]
+        message = f"there is no file `{file}` with the class `{protocol.codec}`"
+        help_ = f"`swarmctl driver new {file.stem} --protocol python` writes one to begin with"
+        label = "the class stands beside the type"
+        return b"", [Diagnostic("CODEC001", message, declared_at, label=label, help=(help_,))]
     text = text_of(file, LoadBudget(), read)
     if isinstance(text, Diagnostic):
         return b"", [text]
-    return text.encode(), list(_wrong(text, str(file), robot_type, protocol, declared_at))
+    if len(text.encode()) > MAX_CODEC_BYTES:
+        limit = f"{MAX_CODEC_BYTES >> 10} KiB, the limit for a protocol class"
+        return b"", [Diagnostic("FILE002", f"`{file}` is larger than {limit}", declared_at)]
+    classes = _classes(text, str(file))
+    if isinstance(classes, Diagnostic):
+        return text.encode(), [classes]
+    if protocol.codec not in classes:
+        message = f"there is no class `{protocol.codec}` in `{file}`"
+        likely = did_you_mean(protocol.codec, classes, "its classes are")
+        help_ = f"begin with: class {protocol.codec}:"
+        return text.encode(), [Diagnostic("CODEC001", message, declared_at, help=likely or (help_,))]
+    called = {"query": protocol.queries, "actuator": robot_type.actuators, "identify": protocol.identify}
+    wanted = [name for name in METHODS if called.get(name, True)]
+    return text.encode(), list(_method_errors(classes[protocol.codec], str(file), wanted, declared_at))
 
 
-def _missing(file: Path, protocol: PythonProtocol, declared_at: Span) -> Diagnostic:
-    return Diagnostic(
-        "CODEC001",
-        f"there is no file `{file}` with the class `{protocol.codec}`",
-        declared_at,
-        label="the class stands beside the type",
-        help=(f"`swarmctl driver new {file.stem} --protocol python` writes one to begin with",),
-    )
-
-
-def _wrong(
-    text: str, path: str, robot_type: RobotType, protocol: PythonProtocol, declared_at: Span
-) -> Iterator[Diagnostic]:
-    tree = _parsed(text, path)
-    if isinstance(tree, Diagnostic):
-        yield tree
-        return
-    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
-    found = classes.get(protocol.codec)
-    if found is None:
-        yield Diagnostic(
-            "CODEC001",
-            f"there is no class `{protocol.codec}` in `{path}`",
-            declared_at,
-            help=did_you_mean(protocol.codec, classes, "its classes are")
-            or (f"begin with: class {protocol.codec}:",),
-        )
-        return
-    yield from _method_errors(found, path, _wanted(robot_type, protocol), declared_at)
-
-
-def _parsed(text: str, path: str) -> ast.Module | Diagnostic:
+def _classes(text: str, path: str) -> dict[str, ast.ClassDef] | Diagnostic:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return ast.parse(text, path, feature_version=_PYTHON)
+            tree = ast.parse(text, path, feature_version=_PYTHON)
     except SyntaxError as error:
         line, column = max(error.lineno or 1, 1), max(error.offset or 1, 1)
-        return Diagnostic(
-            "CODEC002",
-            f"this is no Python 3.8: {error.msg}",
-            Span(path, line, column, line, column + 1),
-            help=("robots with ROS noetic have Python 3.8; write it so that it runs there",),
-        )
+        message = f"this is no Python 3.8: {error.msg}"
+        help_ = "robots with ROS noetic have Python 3.8; write it so that it runs there"
+        return Diagnostic("CODEC002", message, Span(path, line, column, line, column + 1), help=(help_,))
     except (ValueError, RecursionError, MemoryError) as error:
         return Diagnostic("CODEC002", f"`{path}` is no Python: {error}", Span(path, 1, 1, 1, 1))
-
-
-def _wanted(robot_type: RobotType, protocol: PythonProtocol) -> Iterator[str]:
-    """The methods that the driver will call."""
-    yield from ("__init__", "speed")
-    if protocol.queries:
-        yield "query"
-    if robot_type.actuators:
-        yield "actuator"
-    if protocol.identify:
-        yield "identify"
+    return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
 
 
 def _method_errors(
-    found: ast.ClassDef, path: str, wanted: Iterator[str], declared_at: Span
+    found: ast.ClassDef, path: str, wanted: Iterable[str], declared_at: Span
 ) -> Iterator[Diagnostic]:
     """Yields the methods that the class lacks; not for a class with bases, which may inherit them."""
     methods = {node.name: node for node in found.body if isinstance(node, ast.FunctionDef)}
@@ -115,20 +87,13 @@ def _method_errors(
         signature = f"def {name}({', '.join(('self', *METHODS[name]))})"
         method = methods.get(name)
         if method is not None and not method.decorator_list and not _takes(method, len(METHODS[name])):
-            yield Diagnostic(
-                "CODEC003",
-                f"the driver gives `{name}` other arguments",
-                _span(method, path, f"def {name}"),
-                help=(f"write it as: {signature}",),
-            )
+            span, help_ = _span(method, path, f"def {name}"), f"write it as: {signature}"
+            yield Diagnostic("CODEC003", f"the driver gives `{name}` other arguments", span, help=(help_,))
         elif method is None and not found.bases:
-            yield Diagnostic(
-                "CODEC003",
-                f"the class `{found.name}` has no method `{name}`",
-                _span(found, path, f"class {found.name}"),
-                notes=(Note(declared_at, "the driver of this type calls it"),),
-                help=(f"add it: {signature}",),
-            )
+            message = f"the class `{found.name}` has no method `{name}`"
+            span, help_ = _span(found, path, f"class {found.name}"), f"add it: {signature}"
+            notes = (Note(declared_at, "the driver of this type calls it"),)
+            yield Diagnostic("CODEC003", message, span, notes=notes, help=(help_,))
 
 
 def _takes(method: ast.FunctionDef, count: int) -> bool:

@@ -9,6 +9,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.robot_types.codec_check import MAX_CODEC_BYTES
 from swarmctl.spec.catalog import load_catalog
 
 TYPE = """\
@@ -58,6 +59,7 @@ WRONG = {
         CODEC + "    def more(self, x):\n        match x:\n            case 1: ...\n",
     ),
     "bracket": ("CODEC002", TYPE, CODEC.replace("(self, name)", "(self, name")),
+    "too-large": ("FILE002", TYPE, CODEC + "#" * MAX_CODEC_BYTES),
     "null-byte": ("CODEC002", TYPE, CODEC + "\0"),
     "no-method": ("CODEC003", TYPE, CODEC.replace("def speed", "def spede")),
     "other-arguments": ("CODEC003", TYPE, CODEC.replace("left, right", "left")),

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from swarmctl.robot_types.codec_check import MAX_CODEC_BYTES
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_NODES
 from tests import ROOT
 
 EXAMPLE = (ROOT / "examples/paper-leader/swarm.yaml").read_text("utf-8")
+OWN_TYPE = b"""\
+title: Snail
+link: {kinds: [serial], baud: 115200}
+kinematics:
+  wheel_separation: 0.08
+  wheel_speed_max: 0.25
+  scales: [{speed_units_per_mps: 1000, metres_per_count: 0.0005}]
+protocol: {kind: python, codec: SnailCodec, set_speed: {request: 16, reply: 8}}
+firmware_dead_man: false
+"""
 HEAD = "version: 1\nname: big\nmode: leader\nleader: h\n"
 
 
@@ -113,7 +124,17 @@ def trees() -> Mapping[str, Mapping[str, bytes]]:
     chain = {f"f{n}.yaml": b"include: f%d.yaml\n" % (n + 1) for n in range(1_000)}
     wide = {f"f{n}.yaml": b"programs: {}\n" for n in range(1_200)}
     names = ", ".join(wide).encode()
+    codecs = {
+        "codec-large": b"a\n" * 1_500_000,
+        "codec-small-statements": b"a;" * (MAX_CODEC_BYTES // 2),
+        "codec-strings": b"f'" + b"{a}" * (MAX_CODEC_BYTES // 3 - 1) + b"'",
+        "codec-calls": b"a" + b"()" * (MAX_CODEC_BYTES // 2 - 1),
+        "codec-classes": b"".join(b"class C%d:0\n" % n for n in range(4_500)),
+        "codec-one-line": b"(" * (MAX_CODEC_BYTES - 1),
+    }
+    beside = {"swarm.yaml": spec, "robots/snail.yaml": OWN_TYPE}
     return {
+        **{name: {**beside, "robots/snail.py": codec} for name, codec in codecs.items()},
         "include-chain": {"swarm.yaml": b"include: f0.yaml\n" + spec, **chain},
         "include-many": {"swarm.yaml": b"include: [" + names + b"]\n" + spec, **wide},
         "include-one-often": {

@@ -96,6 +96,7 @@ def test_large_hostile_files(name: str, tmp_path: Path, counted: list[str]) -> N
         "swarm.yaml": dict(hostile_inputs.large())[name]
     }
     for file, content in files.items():
+        (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_bytes(content)
     ran = subprocess.run(
         [sys.executable, "-c", CHILD],

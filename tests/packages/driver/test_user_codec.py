@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 from swarm_driver import user_codec
-from swarm_driver.codec import BadReplyError
+from swarm_driver.codec import BadReplyError, Reply
 from swarm_driver.config import Config, parse
 from swarm_driver.driver import Phase
 from swarm_driver.protocols import PythonProtocol
@@ -119,7 +119,7 @@ def test_it_drives_as_a_protocol_of_lines_does(config: Callable[..., Config]) ->
         ((ASK, "        import sys; sys.exit()\n" + ASK), "koala.py:23: SystemExit"),
         (
             (ASK, "        return None\n" + ASK),
-            "koala.py: `query` returns a NoneType instead of a Request of",
+            "koala.py:12: `query` returns a NoneType instead of a Request of",
         ),
         (
             (ASK, "        return Request('H', 'H', None)\n" + ASK),
@@ -130,8 +130,8 @@ def test_it_drives_as_a_protocol_of_lines_does(config: Callable[..., Config]) ->
             (FEED, "        data.decode('ascii').nonsense\n" + FEED),
             "koala.py:35: AttributeError: 'str' object",
         ),
-        ((FEED, "        return 7\n" + FEED), "koala.py: `feed` returns a int instead of a Reply or None"),
-        ((FEED, "        return Reply((1,))\n" + FEED), "koala.py: `feed` returns 1 values instead of"),
+        ((FEED, "        return 7\n" + FEED), "koala.py:33: `feed` returns a int instead of a Reply or None"),
+        ((FEED, "        return Reply((1,))\n" + FEED), "koala.py:33: `feed` returns 1 values instead of"),
         ((FEED, "        return Reply((float('nan'), 1))\n" + FEED), "which are no numbers"),
         ((FEED, "        return Reply((10**400, 1))\n" + FEED), "which are no numbers"),
         ((FEED, "        return Reply((True, 1))\n" + FEED), "which are no numbers"),
@@ -219,6 +219,68 @@ def test_no_method_can_end_the_driver(config: Callable[..., Config], method: str
     assert any(name in text for text in texts)
 
 
+SETUP = "    def setup(self):\n        return {}\n\n    def speed"
+NO_REQUEST = "`{}` returns a {} instead of a Request of bytes"
+FAULTS = {
+    "the file as Python": (("class Reader:", "class Reader"), 25, "SyntaxError"),
+    "the file as it is imported": (("class Reader:", "1 / 0\n\nclass Reader:"), 25, "ZeroDivisionError"),
+    "__init__": (("        pass", "        1 / 0"), 7, "ZeroDivisionError"),
+    "speed": (('self.ask(f"D', 'self.nothing(f"D'), 10, "AttributeError"),
+    "what speed returns": (
+        ('return self.ask(f"D', 'self.ask(f"D'),
+        9,
+        NO_REQUEST.format("speed", "NoneType"),
+    ),
+    "the request of speed": (("text.encode() + b", "text + "), 9, NO_REQUEST.format("speed", "Request")),
+    "query": (('"position": ', '"place": '), 13, "KeyError"),
+    "what query returns": (('return self.ask({"', '({"'), 12, NO_REQUEST.format("query", "NoneType")),
+    "actuator": (("values[0]", "values[9]"), 16, "IndexError"),
+    "what actuator returns": (('self.ask(f"L', 'str(f"L'), 15, NO_REQUEST.format("actuator", "str")),
+    "identify": (('self.ask("B")', "self.ask(None)"), 22, "AttributeError"),
+    "what identify returns": (('self.ask("B")', "b''"), 18, NO_REQUEST.format("identify", "bytes")),
+    "setup": (("    def speed", SETUP.format("1 / 0")), 10, "ZeroDivisionError"),
+    "what setup returns": (("    def speed", SETUP.format("7")), 9, "a int instead of a list of Requests"),
+    "what setup lists": (("    def speed", SETUP.format("[7]")), 9, NO_REQUEST.format("setup", "int")),
+    "the maker of a reader": (("text[0]", "text.nothing"), 22, "AttributeError"),
+    "what it makes": (("lambda: Reader(text[0].lower())", "lambda: 7"), 22, "a int, which has no `feed`"),
+    "__init__ of a reader": (("LineBuffer()", "LineBuffer(1)"), 31, "TypeError"),
+    "feed": ((FEED, "        1 / 0\n" + FEED), 34, "ZeroDivisionError"),
+    "what feed returns": ((FEED, "        return 7\n" + FEED), 33, "a int instead of a Reply or None"),
+    "its numbers": ((FEED, "        return Reply('12')\n" + FEED), 33, "a str, which are no numbers"),
+    "how many": ((FEED, "        return Reply((1, 2, 3))\n" + FEED), 33, "3 values instead of 2"),
+    "an error without words": ((FEED, "        raise BadReplyError\n" + FEED), 34, "BadReplyError"),
+    "an error that cannot be shown": (
+        ("        pass", "        class Odd(Exception):\n            __str__ = 7\n        raise Odd"),
+        9,
+        "Odd",
+    ),
+}
+
+
+@pytest.mark.parametrize("path", FAULTS)
+def test_an_error_on_any_path_names_the_file_and_its_line(config: Callable[..., Config], path: str) -> None:
+    change, line, expected = FAULTS[path]
+    with pytest.raises(BadReplyError) as raised:
+        call_everything(config(change).protocol)
+    assert str(raised.value).startswith(f"koala.py:{line}: ")
+    assert expected in str(raised.value)
+
+
+def test_every_path_of_the_class_is_called_without_a_fault(config: Callable[..., Config]) -> None:
+    call_everything(config().protocol)
+
+
+def call_everything(protocol: PythonProtocol) -> None:
+    """Calls all that a driver does."""
+    codec = UserCodec(protocol)
+    position = codec.query("position")
+    codec.speed(1, 1)
+    codec.actuator(config_for("koala").actuators[0], 0, (1,))
+    codec.setup()
+    codec.identify()
+    assert position.reader().feed(b"h,1,2\r\n") == Reply((1, 2), "1,2")
+
+
 def test_what_a_signal_raises_is_no_fault_of_the_class(config: Callable[..., Config]) -> None:
     """Else a test that is broken off would go on."""
     calls = "        from swarm_driver.user_codec import InterruptionError\n        raise InterruptionError\n"
@@ -287,3 +349,4 @@ def test_stop_motors_ends_in_time_with_a_class_that_hangs(tmp_path: Path) -> Non
         wiring.config.write_text(yaml.safe_dump(params))
         ran = wiring.stop_motors()
         assert ran.returncode == -signal.SIGALRM
+        assert f'{tmp_path / "koala.py"}", line 22 in ask' in ran.stderr

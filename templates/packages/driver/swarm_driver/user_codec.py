@@ -1,19 +1,18 @@
-"""Runs the protocol class of a user's robot type: a time limit for each call, a clear error for each fault.
+"""Runs the protocol class of a user's robot type: each fault is a failed exchange that names file and line.
 
-Whatever the class raises or returns wrongly is a failed exchange, reported with file and line. A call beyond
-the time limit ends the process by SIGALRM, which no Python code can hold up: systemd then stops the motors
-and starts the driver again.
+A call beyond the time limit ends the process by SIGALRM, which no Python code can hold up; stderr then has
+the line that hung. systemd stops the motors and starts the driver again.
 """
 
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import importlib.util
 import signal
 import sys
 import traceback
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Callable, Sequence, TypeVar
 
 from swarm_driver.codec import BadReplyError, Reply, Request
@@ -37,18 +36,24 @@ class UserCodec:
 
     def __init__(self, protocol: PythonProtocol) -> None:
         self._protocol = protocol
-        self._codec: Any = self.call(lambda: _loaded(protocol))
-        self._stop = replace(self._request("speed", 0, 0), urgent=True)
+        if signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
+            faulthandler.register(signal.SIGALRM, file=2, all_threads=False, chain=True)
+        self._codec: Any = self.call(self._loaded)
+        self._stop = self._request("speed", 0, 0)
 
     def speed(self, left: int, right: int) -> Request:
         """A stop is always sent: if the class fails now, with the bytes that it made at first."""
         try:
-            return replace(self._request("speed", left, right), urgent=True)
+            return self._request("speed", left, right)
         except BadReplyError as error:
             if (left, right) != (0, 0):
                 raise
-            failed = FailedReader(error)
-            return replace(self._stop, reader=lambda: failed, answered=True)
+            failed = error  # raised once its reply is read
+
+        def make() -> Any:
+            raise failed
+
+        return replace(self._stop, reader=lambda: UserReader(self, make, None), answered=True)
 
     def query(self, name: str) -> Request:
         return self._request("query", name, values=self._protocol.values[name])
@@ -58,10 +63,15 @@ class UserCodec:
 
     def setup(self) -> list[Request]:
         """The requests of the optional method ``setup``."""
-        made: Any = self.call(lambda: getattr(self._codec, "setup", list)())  # noqa: PLW0108  (getattr may raise)
-        if not isinstance(made, (list, tuple)):
-            raise self.fault("setup", f"returns {_kind(made)} instead of a list of Requests")
-        return [self._checked("setup", one, None) for one in made]
+
+        def made() -> list[Request]:
+            method = getattr(self._codec, "setup", list)
+            requests: Any = method()
+            if not isinstance(requests, (list, tuple)):
+                raise self.wrong(method, f"returns {_kind(requests)} instead of a list of Requests")
+            return [self._checked(method, one, None) for one in requests]
+
+        return self.call(made)
 
     def identify(self) -> Request | None:
         return self._request("identify") if self._protocol.identify else None
@@ -72,84 +82,90 @@ class UserCodec:
         try:
             with contextlib.redirect_stdout(sys.stderr):
                 return work()
-        except (BadReplyError, InterruptionError):
+        except InterruptionError:
             raise
         except BaseException as error:  # sys.exit() ends no driver either
-            raise BadReplyError(_described(error, self._protocol.module)) from error
+            raise BadReplyError(self._described(error)) from error
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
 
-    def fault(self, method: str, problem: str) -> BadReplyError:
-        return BadReplyError(f"{self._protocol.module.name}: `{method}` {problem}")
+    def wrong(self, function: Any, problem: str) -> BadReplyError:
+        """The error about what ``function`` returned, with the line where that begins."""
+        code = getattr(function, "__code__", None)
+        place = f"{self._protocol.module.name}:{code.co_firstlineno}" if code else self._protocol.module.name
+        return BadReplyError(f"{place}: `{getattr(function, '__name__', function)}` {problem}")
 
-    def _request(self, method: str, *arguments: Any, values: int | None = None) -> Request:
-        made = self.call(lambda: getattr(self._codec, method)(*arguments))
-        return self._checked(method, made, values)
+    def _loaded(self) -> Any:
+        """An object of the class; loaded anew for each connection, so that it keeps nothing of a lost one."""
+        spec = importlib.util.spec_from_file_location(_MODULE, str(self._protocol.module))
+        if spec is None or spec.loader is None:
+            raise ImportError(f"{self._protocol.module} is no Python file")
+        module = sys.modules[_MODULE] = importlib.util.module_from_spec(spec)  # dataclasses look there
+        spec.loader.exec_module(module)
+        return getattr(module, self._protocol.codec)(dict(self._protocol.options))
 
-    def _checked(self, method: str, made: Any, values: int | None) -> Request:
+    def _request(self, name: str, *arguments: Any, values: int | None = None) -> Request:
+        made = self.call(
+            lambda: self._checked(method := getattr(self._codec, name), method(*arguments), values)
+        )
+        return replace(made, urgent=made.urgent or name == "speed")
+
+    def _checked(self, method: Any, made: Any, values: int | None) -> Request:
         if not isinstance(made, Request) or not isinstance(made.data, bytes) or not callable(made.reader):
-            raise self.fault(method, f"returns {_kind(made)} instead of a Request of bytes")
+            raise self.wrong(method, f"returns {_kind(made)} instead of a Request of bytes")
         if not 0 < len(made.data) <= _LONGEST_REQUEST:
-            raise self.fault(method, f"makes a request of {len(made.data)} bytes")
-        name = made.name if isinstance(made.name, str) else method
-        return replace(made, name=name, reader=lambda: UserReader(self, made.reader, values))
+            raise self.wrong(method, f"makes a request of {len(made.data)} bytes")
+        name, make = str(made.name or "request"), made.reader
+        return Request(
+            made.data, name, lambda: UserReader(self, make, values), made.answered, made.framed, made.urgent
+        )
+
+    def _described(self, error: BaseException) -> str:
+        """The error with the last line of the user's file that it passed."""
+        file, text = self._protocol.module, ""
+        with contextlib.suppress(Exception):  # its own __str__ may fail
+            text = str(error)
+        if isinstance(error, BadReplyError) and text:
+            return text[:200]  # about a reply, in the words of the class
+        steps = traceback.walk_tb(error.__traceback__)
+        lines = [line for frame, line in steps if frame.f_code.co_filename == str(file)]
+        if isinstance(error, SyntaxError) and error.filename == str(file):
+            lines.append(error.lineno or 1)
+        place = ":".join([file.name, *map(str, lines[-1:])])
+        return f"{place}: {type(error).__name__}: {text}"[:200].rstrip(": ")
 
 
 class UserReader:
     """Calls the class's reader, and checks its replies: ``values`` numbers, if that is known."""
 
     def __init__(self, codec: UserCodec, make: Callable[[], Any], values: int | None) -> None:
-        self._codec = codec
-        self._make = make
-        self._values = values
+        self._codec, self._make, self._values = codec, make, values
         self._reader: Any = None
         self.noise = 0
         self.stray = ""
 
     def feed(self, data: bytes) -> Reply | None:
-        reply = self._codec.call(lambda: self._fed(data))
-        if reply is None:
-            return None
-        if not isinstance(reply, Reply) or not isinstance(reply.text, str):
-            raise self._codec.fault("feed", f"returns {_kind(reply)} instead of a Reply or None")
-        numbers = reply.values if isinstance(reply.values, (tuple, list)) else (None,)
-        if not all(_is_number(one) for one in numbers):
-            raise self._codec.fault("feed", f"returns {_kind(reply.values)}, which are no numbers")
-        if self._values is not None and len(numbers) != self._values:
-            raise self._codec.fault("feed", f"returns {len(numbers)} values instead of {self._values}")
-        return Reply(tuple(numbers), reply.text)
+        return self._codec.call(lambda: self._fed(data))
 
-    def _fed(self, data: bytes) -> Any:
-        if self._reader is None:
-            self._reader = self._make()
+    def _fed(self, data: bytes) -> Reply | None:
+        self._reader = self._make() if self._reader is None else self._reader
+        if not callable(feed := getattr(self._reader, "feed", None)):
+            raise self._codec.wrong(self._make, f"makes {_kind(self._reader)}, which has no `feed`")
         try:
-            return self._reader.feed(data)
+            reply = feed(data)
         finally:
             self.noise = int(getattr(self._reader, "noise", 0))
             self.stray = str(getattr(self._reader, "stray", ""))
-
-
-class FailedReader:
-    """The reply to a stop that the class could not make: the stop is sent, the exchange has failed."""
-
-    def __init__(self, error: BadReplyError) -> None:
-        self._error = error
-        self.noise = 0
-        self.stray = ""
-
-    def feed(self, _: bytes) -> Reply | None:
-        raise self._error
-
-
-def _loaded(protocol: PythonProtocol) -> Any:
-    """An object of the class; loaded anew for each connection, so that it keeps nothing of a lost one."""
-    spec = importlib.util.spec_from_file_location(_MODULE, str(protocol.module))
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{protocol.module} is no Python file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[_MODULE] = module  # dataclasses look themselves up there
-    spec.loader.exec_module(module)
-    return getattr(module, protocol.codec)(dict(protocol.options))
+        if reply is None:
+            return None
+        if not isinstance(reply, Reply) or not isinstance(reply.text, str):
+            raise self._codec.wrong(feed, f"returns {_kind(reply)} instead of a Reply or None")
+        numbers = reply.values if isinstance(reply.values, (tuple, list)) else (None,)
+        if not all(_is_number(one) for one in numbers):
+            raise self._codec.wrong(feed, f"returns {_kind(reply.values)}, which are no numbers")
+        if self._values is not None and len(numbers) != self._values:
+            raise self._codec.wrong(feed, f"returns {len(numbers)} values instead of {self._values}")
+        return Reply(tuple(numbers), reply.text)
 
 
 def _is_number(value: Any) -> bool:
@@ -158,17 +174,3 @@ def _is_number(value: Any) -> bool:
 
 def _kind(value: Any) -> str:
     return f"a {type(value).__name__}"
-
-
-def _described(error: BaseException, module: Path) -> str:
-    """The error with the last line of the user's file that it passed."""
-    if isinstance(error, SyntaxError) and error.filename == str(module):
-        line = error.lineno
-    else:
-        frames = reversed(traceback.extract_tb(error.__traceback__))
-        line = next((frame.lineno for frame in frames if frame.filename == str(module)), None)
-    text = ""
-    with contextlib.suppress(Exception):  # its own __str__ may fail
-        text = str(error)
-    place = module.name if line is None else f"{module.name}:{line}"
-    return f"{place}: {type(error).__name__}: {text}"[:200].rstrip(": ")
