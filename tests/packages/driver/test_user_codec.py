@@ -314,7 +314,7 @@ def test_the_parameters_name_the_file_from_their_own_folder(config: Callable[...
 
 
 def test_a_class_that_hangs_ends_the_driver_and_the_motors_stop(
-    tmp_path: Path,
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """As systemd does it: what runs after the driver stops the robot."""
     hangs = "        while self.left and text == 'H' and self.left != '0': pass\n"
@@ -332,6 +332,7 @@ def test_a_class_that_hangs_ends_the_driver_and_the_motors_stop(
             node.wait_until_ready()
             node.order(0.2)
             assert node.process.wait(PATIENCE) == -signal.SIGALRM
+        assert f'{tmp_path / "koala.py"}", line 23 in ask' in capfd.readouterr().err
         assert wiring.moving()
         assert wiring.stop_motors().returncode == 0
         assert not wiring.moving()

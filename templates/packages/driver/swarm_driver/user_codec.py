@@ -36,8 +36,8 @@ class UserCodec:
 
     def __init__(self, protocol: PythonProtocol) -> None:
         self._protocol = protocol
-        if signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:
-            faulthandler.register(signal.SIGALRM, file=2, all_threads=False, chain=True)
+        if signal.getsignal(signal.SIGALRM) is signal.SIG_DFL:  # it may reach another thread than this one
+            faulthandler.register(signal.SIGALRM, file=2, chain=True)
         self._codec: Any = self.call(self._loaded)
         self._stop = self._request("speed", 0, 0)
 
