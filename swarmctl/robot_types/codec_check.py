@@ -1,4 +1,4 @@
-"""The protocol class beside a robot type: checked as text of limited size, never run by the operator."""
+"""The protocol class beside a robot type: checked as text of limited size, which is not run here."""
 
 from __future__ import annotations
 
