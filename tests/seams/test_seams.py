@@ -25,13 +25,15 @@ from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
 from swarmctl.remote.agent_archive import agent
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
+from swarmctl.render.middleware import Middleware
+from swarmctl.render.multimaster.base import MultimasterProvider
 from swarmctl.resources import HostModule
 from swarmctl.rules.context import RuleContext
 from swarmctl.rules.runner import load_swarm
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.load import load
 from tests import ROOT
-from tests.seams.toy import MESH
+from tests.seams.toy import MESH, Mesh, Pebble
 from tests.seams.toy_spec import HUB, SILENT, swarm_of, written
 
 MULTIMASTER = ExpectedMultimaster("swarm-newswarm.multimaster.service", (f"/mesh_{HUB}",), f"/mesh_{HUB}")
@@ -47,6 +49,14 @@ def paths(bundle: Bundle) -> set[str]:
 
 def releases(made: Mapping[str, Bundle]) -> dict[str, Release]:
     return {name: Release(one.digest, tuple(unit.name for unit in one.units)) for name, one in made.items()}
+
+
+@pytest.mark.parametrize(("protocol", "toy"), [(Middleware, Pebble), (MultimasterProvider, Mesh)])
+def test_the_toys_have_what_the_protocols_ask_and_nothing_else(protocol: type, toy: type) -> None:
+    def members(of: type) -> set[str]:
+        return {name for name in vars(of) if not name.startswith("_")}
+
+    assert members(toy) == members(protocol)
 
 
 @pytest.mark.usefixtures("registered")

@@ -17,10 +17,11 @@ from swarmctl.health.collect import ask
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.health_findings import Diagnosis, Finding
 from swarmctl.health.root_cause import diagnose
-from swarmctl.health.swarm_health import status
+from swarmctl.health.swarm_health import Status, status
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles
+from swarmctl.views import status as view
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
 from tests.seams.toy_spec import HUB, SILENT, swarm_of, written
@@ -44,12 +45,14 @@ class Hosts:
     def connect(self, target: Target) -> Iterator[Session]:
         yield LocalSession(self.by_name[target.host].environment())
 
+    def status(self) -> Status:
+        """What ``swarmctl status`` shows."""
+        outcomes = ask(self.graph, _targets(self.by_name), self, window=0.5)
+        return status(self.graph, outcomes, diagnose(self.graph, outcomes))
+
     def diagnosis(self) -> Diagnosis:
         """What ``swarmctl status`` finds."""
-        outcomes = ask(self.graph, _targets(self.by_name), self, window=0.5)
-        diagnosis = diagnose(self.graph, outcomes)
-        assert status(self.graph, outcomes, diagnosis).to_json()["swarm"] == "new"
-        return diagnosis
+        return self.status().diagnosis
 
     def run(self, host: str, name: str, *, seen_at: str = "", **changes: Any) -> None:
         """Let pebbled of ``host``, or of ``seen_at``, list a node of ``host``."""
@@ -116,8 +119,10 @@ def wrong(diagnosis: Diagnosis) -> dict[str, str]:
 
 
 def test_a_healthy_swarm_has_no_other_finding(hosts: Hosts) -> None:
-    diagnosis = hosts.diagnosis()
+    seen = hosts.status()
+    diagnosis = seen.diagnosis
     assert wrong(diagnosis) == {}
+    assert "master" not in view.status(seen).plain
     assert {name: one.message for name, one in of(diagnosis, "driver").items()} == {
         "koala": "/pebbled_koala-laptop runs",
         "k3": "/pebbled_k3-pi runs",

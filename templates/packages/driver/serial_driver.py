@@ -26,11 +26,11 @@ from swarm_driver.command_gate import CommandGate
 from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config, ConfigError, Sensor, load
 from swarm_driver.driver import Driver, run
-from swarm_driver.forward import RosRelay
 from swarm_driver.kinematics import Pose
 from swarm_driver.port import Port
 from swarm_driver.relay import Mailbox
 from swarm_driver.report import Level, Report
+from swarm_driver.ros_relay import RosRelay
 
 if TYPE_CHECKING:
     from swarm_driver.ros import RosSink

@@ -9,7 +9,7 @@ from swarm_agent.clip import clipped
 from . import daemon
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import GraphAnswer, NodeAnswer, NodeRequest, ProbeRequest
+    from swarm_agent.messages import GraphAnswer, NodeAnswer, NodeRequest, ProbeRequest, StatusAnswer
 
 
 def observe(request: ProbeRequest, answer: GraphAnswer) -> None:
@@ -38,7 +38,9 @@ def _node(node: dict[str, Any] | None, asked: NodeRequest) -> NodeAnswer:
     if node is None:
         return {"registered": False, "alive": False}
     status = node["status"]
-    reports = [{"level": 0, "name": "", "message": status, "hardware": "", "values": {}}] if status else []
+    reports: list[StatusAnswer] = (
+        [{"level": 0, "name": "", "message": status, "hardware": "", "values": {}}] if status else []
+    )
     return {
         "registered": True,
         "alive": True,
