@@ -152,12 +152,12 @@ def tasks(targets: list[Target], wanted: Bundles) -> list[Task]:
     ]
 
 
-def measured(asked: list[Task], rounds: int) -> list[dict[str, float]]:
+def measured(chosen: list[Task], rounds: int) -> list[dict[str, float]]:
     """Seconds of every task, round by round; a first round to warm up is not counted."""
     found = []
     for _ in range(rounds + 1):
         seconds = {}
-        for task in asked:
+        for task in chosen:
             began = time.perf_counter()
             task.run()
             seconds[task.name] = time.perf_counter() - began
@@ -165,11 +165,11 @@ def measured(asked: list[Task], rounds: int) -> list[dict[str, float]]:
     return found[1:]
 
 
-def shown(asked: list[Task], rounds: list[dict[str, float]]) -> bool:
+def shown(chosen: list[Task], rounds: list[dict[str, float]]) -> bool:
     """Print the table; whether every bar is kept."""
     kept = True
     print(f"{'':34}{'median s':>10}{'x bare':>8}{'lowest':>8}{'highest':>8}  bar")
-    for task in asked:
+    for task in chosen:
         if not task.name:
             continue
         seconds = statistics.median(one[task.name] for one in rounds)
@@ -193,10 +193,10 @@ def main() -> int:
         spec = folder / "bench.yaml"
         spec.write_text(spec_of(given.hosts))
         with booted(spec) as (namespace, targets, wanted):
-            asked = tasks(targets, wanted)
-            network.within(namespace, asked[-1].run)  # the first deploy
-            rounds = network.within(namespace, lambda: measured(asked, given.rounds))
-        return int(not shown(asked, rounds) and given.check)
+            chosen = tasks(targets, wanted)
+            network.within(namespace, chosen[-1].run)  # the first deploy
+            rounds = network.within(namespace, lambda: measured(chosen, given.rounds))
+        return int(not shown(chosen, rounds) and given.check)
     finally:
         shutil.rmtree(folder)
 

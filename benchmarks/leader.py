@@ -1,7 +1,7 @@
 """What one leader bears: ``python benchmarks/leader.py [--robots N] [--seconds S] [--check]``, as root.
 
 A single-minded swarm of N robots on one host in the lab, all driven. For every driver: memory, CPU, the rates
-that it reaches, and the time from an order to the wheels; beside it a bare rospy node with the same topics.
+that it reaches, and the time from a command to the wheels; beside it a bare rospy node with the same topics.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ HOME = "/opt/swarm/bench"
 SHARES = {"koala": 0.2, "khepera3": 0.3, "epuck": 0.5}  # of the robots
 SPEEDS = {"koala": 0.2, "khepera3": 0.1, "epuck": 0.05}  # m/s
 MEMORY, CPU, RATE = 60.0, 2.0, 0.9  # bars: MB of a driver, % of one core, of the wanted rate
-CHANGES = 10  # of speed, for the time from an order to the wheels
+CHANGES = 10  # of speed, for the time from a command to the wheels
 SHOWN = 10  # slow topics
 PATIENCE = 60.0  # s
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -115,7 +115,7 @@ def put(swarm: Swarm, target: Target) -> None:
 
 
 class Leader:
-    """The host in its lab, and what can be asked of it."""
+    """The host in its lab, and the measurements on it."""
 
     def __init__(self, swarm: Swarm, name: str) -> None:
         self.swarm = swarm
@@ -211,8 +211,8 @@ class Measured:
 
 def measured(leader: Leader, seconds: float) -> Measured:
     robots = leader.swarm.robots
-    orders = [f"{namespace(name)}={SPEEDS[robot.type_name]}" for name, robot in robots.items()]
-    with leader.running("drive.py", *orders, "/bare=0") as drive:
+    speeds = [f"{namespace(name)}={SPEEDS[robot.type_name]}" for name, robot in robots.items()]
+    with leader.running("drive.py", *speeds, "/bare=0") as drive:
         with leader.running("bare.py", "/bare", 10, 5):
             move(drive, 1.0)
             leader.awaits(lambda seen: all(seen.values()), "not every robot moves")
@@ -237,7 +237,7 @@ def measured(leader: Leader, seconds: float) -> Measured:
 
 
 def move(drive: subprocess.Popen[str], factor: float) -> float:
-    """Have all robots go at ``factor`` of their speeds; the moment of the first such order."""
+    """Have all robots go at ``factor`` of their speeds; the moment of the first such command."""
     assert drive.stdin is not None
     assert drive.stdout is not None
     drive.stdin.write(f"{factor}\n")
@@ -246,7 +246,7 @@ def move(drive: subprocess.Popen[str], factor: float) -> float:
 
 
 def latency(leader: Leader, drive: subprocess.Popen[str], moves: bool) -> tuple[float, float]:
-    """Seconds from an order to all robots until the first and until the last obeys."""
+    """Seconds from a command to all robots until the first and until the last obeys."""
     time.sleep(0.5)
     commanded = move(drive, float(moves))
     first = leader.awaits(lambda seen: moves in seen.values(), "no robot obeys")
@@ -268,8 +268,8 @@ def shown(swarm: Swarm, found: Measured, wanted: Mapping[str, float]) -> bool:
     bare = found.bare
     print(f"{'bare node':12}{bare.cpu:8.2f}{1:8.1f}{'':9}{bare.resident:8.1f}{bare.share:8.1f}")
     print(f"the host in all, while all topics are subscribed: {found.host:.1f} % of one core")
-    print(f"order to the first robot: median {median(found.first):.3f} s, highest {max(found.first):.3f} s")
-    print(f"order to the last robot: median {median(found.last):.3f} s, highest {max(found.last):.3f} s")
+    print(f"command to the first robot: median {median(found.first):.3f} s, highest {max(found.first):.3f} s")
+    print(f"command to the last robot: median {median(found.last):.3f} s, highest {max(found.last):.3f} s")
     for topic, rate in list(slow.items())[:SHOWN]:
         print(f"{topic} comes at {rate:.1f} instead of {wanted[topic]:g} Hz")
     memory = max(one.resident for one in found.drivers.values())

@@ -27,9 +27,9 @@ def commands() -> dict[str, list[str]]:
 
     verbs = [one.name or one.callback.__name__ for one in app.registered_commands if one.callback]
     groups = [one.name for one in app.registered_groups if one.name]
-    asked = [["--version"], ["--help"], *([verb, "--help"] for verb in [*verbs, *groups])]
+    commands = [["--version"], ["--help"], *([verb, "--help"] for verb in [*verbs, *groups])]
     return {BARE: [sys.executable, "-c", "pass"]} | {
-        " ".join(["swarmctl", *words]): [PROGRAM, *words] for words in asked
+        " ".join(["swarmctl", *words]): [PROGRAM, *words] for words in commands
     }
 
 
@@ -39,10 +39,10 @@ def seconds(command: list[str]) -> float:
     return time.perf_counter() - began
 
 
-def measured(asked: dict[str, list[str]], runs: int) -> dict[str, list[float]]:
+def measured(commands: dict[str, list[str]], runs: int) -> dict[str, list[float]]:
     """All commands in turn, so that a busy moment strikes all alike; the first round is not counted."""
-    rounds = [{name: seconds(command) for name, command in asked.items()} for _ in range(runs + 1)]
-    return {name: sorted(one[name] for one in rounds[1:]) for name in asked}
+    rounds = [{name: seconds(command) for name, command in commands.items()} for _ in range(runs + 1)]
+    return {name: sorted(one[name] for one in rounds[1:]) for name in commands}
 
 
 def main() -> int:

@@ -12,6 +12,8 @@ _DIGITS = re.compile("[0-9]+")
 
 
 class Severity(str, Enum):
+    """An error prevents a deploy; a warning does not."""
+
     ERROR = "error"
     WARNING = "warning"
 
@@ -72,12 +74,14 @@ class Diagnostic:
     secret: bool = False
 
     def to_json(self) -> dict[str, Any]:
+        """Returns the finding as JSON data, without its secret."""
         found = asdict(self) | {"severity": self.severity.value}
         del found["secret"]  # it holds no text of the file
         return found
 
 
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    """Returns True if one of the diagnostics is an error."""
     return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
 
 

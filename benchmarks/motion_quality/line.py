@@ -70,9 +70,9 @@ class TimedLine:
         self._live(self._clock.now)
 
     def _live(self, moment: float) -> None:
-        said = self._port.advance(max(0.0, moment - self._port.time))
-        if said:
-            self._answered.append((self._port.time + len(said) * self._byte + ADAPTER, said))
+        answer = self._port.advance(max(0.0, moment - self._port.time))
+        if answer:
+            self._answered.append((self._port.time + len(answer) * self._byte + ADAPTER, answer))
 
     def _moments(self) -> Iterator[float]:
         """When something comes next that can be foreseen."""

@@ -12,48 +12,48 @@ from motion_quality.verdict import BEND, MARGIN, WAIT, Row
 INTRODUCTION = f"""\
 # Motion quality
 
-Where each robot ends that is ordered to drive straight, along an arc, on the spot and around a square: by
-its driver, and by the formula in the papers' own driver, which gets the same orders. `make motion` drives all
-of it in two seconds and writes this page.
+The pose that each robot reaches when it is commanded to drive straight, along an arc, on the spot and around
+a square: with its driver, and with the formula of the papers' own driver for the same commands. `make motion`
+drives all of it in two seconds and writes this page.
 
-The driver's core (orders, dead-man, conversion, odometry: the code that runs on a robot's host) talks to the
-emulated robot over a line on which each byte takes its time; orders come 10 times a second, as from a
-joystick. Emulators are written from the robots' manuals and know nothing of the robot types in
+The driver's core (commands, dead-man, conversion, odometry: the code that runs on a robot's host) controls
+the emulated robot over a line on which each byte takes its real time; commands come 10 times a second, as
+from a joystick. Emulators are written from the robots' manuals, independently of the robot types in
 `templates/robots/`. Time is virtual: the figures are the same on every machine. They are those of the
-software alone: on a floor wheels slip, and a robot wants to be calibrated
+software alone: on a floor wheels slip, and a robot needs calibration
 (`settings.calibration`, see [the spec](spec.md)).
 
-- **ordered**: the exact integral of the orders. One that is beyond the robot's limits is slowed down along
+- **commanded**: the exact integral of the commands. A command beyond the robot's limits is scaled down along
   its curve: both wheels by the same factor.
-- **off**: from there to the emulated robot's true place and heading, and of what is one curve the curvature;
-  then the bar. The bar is what rounding both wheels to whole units explains, and a change of order that waits
-  up to {1000 * WAIT:g} ms for the exchange that is under way,
-  and {100 * MARGIN:g} % of the way and of the turning ({100 * BEND:g} % of the curvature).
-  Coarse units make a wide bar: a Koala's wheel has steps of 4.5 mm/s. A Khepera III holds no speed below
+- **off**: the difference to the emulated robot's true position and heading, and for a single curve the
+  curvature; then the bound. The bound allows for rounding both wheels to whole units, for a new command
+  that waits up to {1000 * WAIT:g} ms for the exchange in progress,
+  and for {100 * MARGIN:g} % of the path and of the turn ({100 * BEND:g} % of the curvature).
+  Coarse units make a wide bound: a Koala's wheel has steps of 4.5 mm/s. A Khepera III holds no speed below
   13.9 mm/s: a slower wheel turns at that speed or stands, whichever is nearer.
-- **odometry off**: from the true place to the one that the driver publishes on `odom`; its bar is a count of
-  each wheel, and {100 * MARGIN:g} % again.
+- **odometry off**: the difference between the true pose and the one that the driver publishes on `odom`; its
+  bound is one count of each wheel, and {100 * MARGIN:g} % again.
 - **paper**: how far the papers' formula drives and turns the same robot, how far its end is off, and its
-  curvature. (Who stands still ends well in a square: see the way.)
+  curvature. (A robot that does not move ends a square at the right place: compare the path.)
 
-The command ends with 1 when a robot is beyond a bar.
+The command exits with 1 if a robot is beyond a bound.
 """
 
 FORMULAS_SAID = """\
 ## The papers' formulas
 
-The order for a wheel in the robot's units, v in m/s and ω in rad/s, cut to a whole number; the upper sign is
-the left wheel's. Gansari and Buiu, *Software System Integration of Heterogeneous Swarms of Robots*, print the
-Koala's (Fig. 7) and point to https://github.com/pktehgm/newswarm for the others. They suit a gamepad that
-gives up to 4 on both axes, as turtlesim wants it. The paper's loop sends 1000 lines a second, more than
-115200 baud carry; here each order is sent once, at once. The rover's formula is worked out on its board
-([firmware](firmware.md)).
+The command for a wheel in the robot's units, v in m/s and ω in rad/s, truncated to a whole number; the upper
+sign is the left wheel's. Gansari and Buiu, *Software System Integration of Heterogeneous Swarms of Robots*,
+print the Koala's (Fig. 7) and point to https://github.com/pktehgm/newswarm for the others. They suit a
+gamepad that gives up to 4 on both axes, as turtlesim expects. The paper's loop sends 1000 lines a second,
+more than 115200 baud carry; here each command is sent once, immediately. The rover's formula is computed on
+its board ([firmware](firmware.md)).
 
 """
 
 HEAD = (
     "manoeuvre",
-    "ordered",
+    "commanded",
     "end off, mm",
     "heading off",
     "curvature off",

@@ -1,4 +1,4 @@
-"""How the papers' own code makes wheel orders of a Twist: each with its source, and with its mistakes. Pure.
+"""How the papers' own code computes wheel speeds from a Twist: each with its source and its mistakes. Pure.
 
 The rover's is of "Mobile Robot Control Using Robot Operating System". All others are of Gansari and Buiu,
 "Software System Integration of Heterogeneous Swarms of Robots": Fig. 7, and the drivers that it points to,
@@ -31,7 +31,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class OnBoard:
-    """A formula that the robot's own sketch works out: ``driven`` is the twist that comes of an order."""
+    """A formula that the robot's own sketch computes: ``driven`` returns the resulting twist of a command."""
 
     source: str
     mistakes: str
@@ -97,7 +97,7 @@ FORMULAS: Mapping[str, Formula | OnBoard] = {
     ),
     "arduino-rover": OnBoard(
         "v/r ∓ (ω/r)(d/2) with r = 65 mm (equation 2 of the second paper)",
-        f"{DIAMETER}, so that everything is half of what was ordered",
+        f"{DIAMETER}, so that everything is half of the command",
         rover,
     ),
 }

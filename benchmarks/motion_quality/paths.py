@@ -1,4 +1,4 @@
-"""What is ordered: manoeuvres as pieces of constant speed, and where they lead exactly. Pure."""
+"""What is commanded: manoeuvres as pieces of constant speed, and where they lead exactly. Pure."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Wheels:
-    """What a differential drive can do: m between the wheels, m/s at most, m/s of one step of its orders.
+    """What a differential drive can do: m between the wheels, m/s at most, m/s of one step of its commands.
 
     A wheel slower than ``slowest`` stands, or goes at ``slowest``.
     """
@@ -122,14 +122,14 @@ def commanded(manoeuvre: Manoeuvre, wheels: Wheels) -> Place:
 
 
 def reachable(manoeuvre: Manoeuvre, wheels: Wheels, wait: float) -> Iterator[Place]:
-    """Where rounding to whole units can lead, and a change of order that waits up to ``wait`` seconds.
+    """Yields where rounding to whole units can lead, and a new command that waits up to ``wait`` seconds.
 
-    The same order is rounded alike each time.
+    The same command is rounded alike each time.
     """
-    orders = list(dict.fromkeys(leg.twist for leg in manoeuvre.legs))
+    commands = list(dict.fromkeys(leg.twist for leg in manoeuvre.legs))
     waits = list(itertools.product((0.0, wait), repeat=len(manoeuvre.legs) + 1))
-    for choice in itertools.product(*(wheels.rounded(wheels.limited(one)) for one in orders)):
-        rounded = dict(zip(orders, choice, strict=True))
+    for choice in itertools.product(*(wheels.rounded(wheels.limited(one)) for one in commands)):
+        rounded = dict(zip(commands, choice, strict=True))
         for late in waits:
             place = Place()
             for leg, before, behind in zip(manoeuvre.legs, late, late[1:], strict=False):

@@ -21,7 +21,7 @@ from swarmctl.spec.catalog import load_catalog
 EMULATED_BY = {"epuck-binary": "epuck"}
 #: Settings of an emulator that make another row of the same type.
 VARIANTS: Mapping[str, Sequence[Mapping[str, Any]]] = {"khepera3": ({"firmware": 2}, {"firmware": 3})}
-BOARD_STEP = 1e-6  # m/s: an order to a board is a fraction, not a whole number of units
+BOARD_STEP = 1e-6  # m/s: a command to a board is a fraction, not a whole number of units
 UNKNOWN = "it has no emulator"
 
 
@@ -75,7 +75,7 @@ def _wheels(kinematics: Kinematics, unit: float) -> Wheels:
 
 
 def _units(config: Config, firmware: float | None) -> tuple[float, float]:
-    """One step of the speed ordered (m/s), and one count of a wheel (m)."""
+    """One step of the commanded speed (m/s), and one count of a wheel (m)."""
     if isinstance(config.protocol, RosserialProtocol):
         ticks = config.protocol.ticks
         assert ticks is not None  # the catalog's rover counts

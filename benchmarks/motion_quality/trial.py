@@ -18,8 +18,8 @@ from motion_quality.papers import Formula
 from motion_quality.paths import Manoeuvre, Place, Twist
 from swarmctl.lab.emulators import Robot
 
-EVERY = 0.1  # s between two orders, as a joystick's node repeats them
-SETTLED = 0.5  # s after the last order in which the last counters are read
+EVERY = 0.1  # s between two commands, as a joystick's node repeats them
+SETTLED = 0.5  # s after the last command in which the last counters are read
 PATIENCE = 5.0  # s until a robot must be known
 STILL = Twist(0.0, 0.0)
 
@@ -40,7 +40,7 @@ class Track:
     def event(self, *_: object) -> None: ...
 
 
-class Unheard:
+class NoRos:
     """Stands for ROS: knows the types that a rover speaks, and passes nothing on."""
 
     types: ClassVar = {
@@ -63,8 +63,8 @@ class Unheard:
         return []
 
 
-def orders_of(manoeuvre: Manoeuvre) -> Iterator[tuple[float, Twist]]:
-    """Each order with its moment: a new one at once, an old one again and again, at the end a stop."""
+def commands_of(manoeuvre: Manoeuvre) -> Iterator[tuple[float, Twist]]:
+    """Yields each command with its moment: a new one at once, then its repetitions, at the end a stop."""
     begun = 0.0
     for leg in manoeuvre.legs:
         repeats = range(int(leg.seconds / EVERY) + 1)
@@ -80,14 +80,14 @@ class Ride:
         self.robot = robot
         self._clock = Clock()
         self._line = TimedLine(robot, config.serial, self._clock)
-        self._orders = CommandMailbox(self._clock)
+        self._commands = CommandMailbox(self._clock)
         self._track = Track()
         self._driver = Driver(
             config,
-            self._orders,
+            self._commands,
             self._track,
-            ActuatorSettings(config.actuators, self._orders.ring, self._clock),
-            Unheard(),
+            ActuatorSettings(config.actuators, self._commands.ring, self._clock),
+            NoRos(),
             open_port=lambda: self._line,
             clock=self._clock,
             jitter=lambda: 1.0,
@@ -99,19 +99,19 @@ class Ride:
     def drive(self, manoeuvre: Manoeuvre) -> tuple[Place, Pose]:
         """Where the robot is in truth, and where its driver believes it to be."""
         start = self._clock.now
-        for moment, twist in orders_of(manoeuvre):
-            self._order(twist, start + moment)
+        for moment, twist in commands_of(manoeuvre):
+            self._put(twist, start + moment)
         self._pass_until(self._clock.now + SETTLED)
         return place_of(self.robot), self._track.pose
 
     def hold(self, twist: Twist) -> None:
-        """Order it once, and let the robot take it up."""
-        self._order(twist, self._clock.now)
+        """Commands it once, and lets the robot follow."""
+        self._put(twist, self._clock.now)
         self._pass_until(self._clock.now + EVERY)
 
-    def _order(self, twist: Twist, moment: float) -> None:
+    def _put(self, twist: Twist, moment: float) -> None:
         self._pass_until(moment)
-        self._orders.put((twist.linear, 0.0, 0.0), (0.0, 0.0, twist.angular), arrived=moment)
+        self._commands.put((twist.linear, 0.0, 0.0), (0.0, 0.0, twist.angular), arrived=moment)
 
     def _pass_until(self, end: float) -> None:
         """Let time pass, as ``swarm_driver.driver.run`` does."""
@@ -122,9 +122,9 @@ class Ride:
 
 
 def by_paper(formula: Formula, manoeuvre: Manoeuvre, make: Callable[[], Robot]) -> Place:
-    """Where the robot is after the same orders, each sent at once as the paper's formula has it."""
+    """Where the robot is after the same commands, each sent at once as the paper's formula has it."""
     robot, passed = make(), 0.0
-    for moment, twist in orders_of(manoeuvre):
+    for moment, twist in commands_of(manoeuvre):
         robot.advance(moment - passed)
         robot.receive(formula.request(twist))
         passed = moment

@@ -1,4 +1,4 @@
-"""How far a robot comes off what was ordered, and how far it may."""
+"""How far a robot deviates from its commands, and how far it may."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from motion_quality.paths import Manoeuvre, Place, Wheels, bend, commanded, reac
 from motion_quality.robots import Entrant
 from motion_quality.trial import Ride, by_paper
 
-WAIT = 0.03  # s that a new order waits at most, for the exchange that is under way
+WAIT = 0.03  # s that a new command waits at most, for the exchange that is under way
 MARGIN = 0.005  # of the way and of the turning, for what type and emulator do not share to the last digit
 BEND = 0.001  # of a curvature, for the same
 NOTHING = 1e-9

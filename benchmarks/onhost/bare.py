@@ -25,7 +25,7 @@ def main() -> None:
     tf = rospy.Publisher("/tf", TFMessage, queue_size=1)
     readings = rospy.Publisher("proximity", UInt16MultiArray, queue_size=1)
     diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
-    rospy.Subscriber("cmd_vel", Twist, lambda _order: None, queue_size=1, tcp_nodelay=True)
+    rospy.Subscriber("cmd_vel", Twist, lambda _command: None, queue_size=1, tcp_nodelay=True)
     status = DiagnosticStatus(values=[KeyValue(str(number), "") for number in range(20)])
 
     def move() -> None:

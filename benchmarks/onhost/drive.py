@@ -1,4 +1,4 @@
-"""Orders to many robots as a joystick gives them, ten times a second: ``drive.py NAMESPACE=M/S ...``.
+"""Commands to many robots as a joystick gives them, ten times a second: ``drive.py NAMESPACE=M/S ...``.
 
 Each line on stdin is a factor by which all go from now on; the moment at which it was first sent is printed.
 """
@@ -37,9 +37,9 @@ def main() -> None:
         if fresh:
             print(time.monotonic(), flush=True)
         for publisher, speed in speeds.items():
-            order = Twist()
-            order.linear.x = factor[0] * speed
-            publisher.publish(order)
+            command = Twist()
+            command.linear.x = factor[0] * speed
+            publisher.publish(command)
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ standing
 run swarmctl status "$spec" --lab-name "$name"
 wait
 
-say "Drive each robot for 3 s, with orders of the leader"
+say "Drive each robot for 3 s, with commands from the leader"
 publish koala-laptop /k3/cmd_vel '{linear: {x: 0.10}, angular: {z: 0.5}}' &
 publish koala-laptop /epuck/cmd_vel '{linear: {x: 0.05}}' &
 publish koala-laptop /koala/cmd_vel '{linear: {x: 0.20}, angular: {z: -0.3}}' &

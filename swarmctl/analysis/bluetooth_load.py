@@ -32,9 +32,11 @@ class BluetoothBudget:
 
     @property
     def share(self) -> float:
+        """The used share of the air time; above 1 it is overloaded."""
         return self.slots / SLOTS
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "host": self.host,
             "adapter": self.adapter,

@@ -24,6 +24,7 @@ class Budgets:
     networks: tuple[NetworkBudget, ...]
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "lines": [one.to_json() for one in self.lines],
             "radios": [one.to_json() for one in self.radios],

@@ -34,6 +34,7 @@ class CommandPath:
     why: str = ""
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "from": self.by,
             "to": self.robot,

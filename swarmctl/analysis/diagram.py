@@ -26,12 +26,13 @@ class Node:
 
     @property
     def id(self) -> str:
+        """The id that edges refer to: kind and name."""
         return f"{self.kind}:{self.name}"
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A connection of two nodes, by their ids. Kinds: network, serial, bluetooth, runs, orders, data."""
+    """A connection of two nodes, by their ids. Kinds: network, serial, bluetooth, runs, commands, data."""
 
     kind: str
     start: str
@@ -49,6 +50,7 @@ class BridgedTopic:
     to: tuple[str, ...]
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {"topic": self.topic, "type": self.type, "from": self.origin, "to": list(self.to)}
 
 
@@ -65,6 +67,7 @@ class Diagram:
     crossings: tuple[BridgedTopic, ...] = ()
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "swarm": self.swarm,
             "mode": self.mode,
@@ -133,7 +136,7 @@ def _edges(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
             yield Edge("runs", f"host:{host}", f"program:{name}")
     for control in index.spec.control:
         for robot in control.of:
-            yield Edge("orders", _commander(index, control.by), f"robot:{robot}", COMMAND)
+            yield Edge("commands", _commander(index, control.by), f"robot:{robot}", COMMAND)
     yield from _data(index, bridged)
 
 

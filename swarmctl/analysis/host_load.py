@@ -31,17 +31,21 @@ class HostBudget:
 
     @property
     def needed_mb(self) -> int:
+        """The memory that all parts need, in MB."""
         return sum(size for _, size in self.parts)
 
     @property
     def share(self) -> float:
+        """The needed share of the memory; above 1 it does not fit."""
         return self.needed_mb / self.memory_mb
 
     @property
     def small(self) -> bool:
+        """True if the host has little memory, like an early Raspberry Pi."""
         return self.memory_mb <= SMALL_MB
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "host": self.host,
             "computer": self.computer,

@@ -46,6 +46,7 @@ class Impact:
 
     @property
     def harmless(self) -> bool:
+        """True if nothing else fails with it."""
         return not any(self.weight)
 
     @property
@@ -54,6 +55,7 @@ class Impact:
         return len(self.robots) > 1 or self.shared or (self.kind == "program" and bool(self.robots))
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "kind": self.kind,
             "name": self.name,

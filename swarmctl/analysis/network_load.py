@@ -43,10 +43,12 @@ class NetworkBudget:
 
     @property
     def needed_mbps(self) -> float:
+        """The load of all flows, in Mbit/s."""
         return sum(flow.bytes_per_second for flow in self.flows) * 8 / 1e6
 
     @property
     def share(self) -> float:
+        """The used share of the capacity; above 1 it is overloaded."""
         return self.needed_mbps / self.capacity_mbps
 
     def largest(self, count: int) -> list[Flow]:
@@ -55,6 +57,7 @@ class NetworkBudget:
         return sorted(worth, key=lambda flow: -flow.bytes_per_second)[:count]
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             "network": self.network,
             "kind": self.kind,

@@ -40,6 +40,7 @@ class Carried:
 
     @property
     def sent(self) -> bool:
+        """True if the board publishes it, False if the board subscribes to it."""
         return self.key == "publishes"
 
     @property
@@ -66,10 +67,12 @@ class RosserialBudget:
 
     @property
     def published(self) -> int:
+        """The number of topics that the board publishes."""
         return sum(one.sent for one in self.topics)
 
     @property
     def subscribed(self) -> int:
+        """The number of topics to which the board subscribes."""
         return len(self.topics) - self.published
 
     def largest_message(self, carried: Carried) -> int:
@@ -96,9 +99,11 @@ class RosserialBudget:
 
     @property
     def share(self) -> float:
+        """The used share of the busier direction; above 1 it is overloaded."""
         return self.needed / self.available
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
             self.kind: self.owner,
             "board": self.name,

@@ -48,6 +48,7 @@ class Exchange:
 
     @property
     def bytes(self) -> int:
+        """The bytes of request and reply."""
         return self.request + self.reply
 
 
@@ -132,6 +133,7 @@ class SerialBudget:
     load: SerialLoad
 
     def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
         load = self.load
         return {
             "robot": self.robot,

@@ -62,8 +62,8 @@ app.add_typer(driver, name="driver")
 app.add_typer(firmware, name="firmware")
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(requested: bool) -> None:
+    if requested:
         typer.echo(f"swarmctl {__version__}")
         raise typer.Exit
 

@@ -20,7 +20,7 @@ from swarmctl.cli import exit_codes
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from swarmctl.cli.spec_args import Layers
+    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.diagnostics import Diagnostic
     from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Swarm
@@ -29,6 +29,8 @@ WIDE = 240
 
 
 class Colour(str, Enum):
+    """The values of ``--color``."""
+
     AUTO = "auto"
     ALWAYS = "always"
     NEVER = "never"
@@ -37,10 +39,10 @@ class Colour(str, Enum):
 _colour = ContextVar("colour", default=Colour.AUTO)
 
 
-def choose_colour(asked: Colour | None) -> None:
+def choose_colour(choice: Colour | None) -> None:
     """Set the colour mode of ``--color``; without it, the environment and the terminal decide."""
-    if asked is not None:
-        _colour.set(asked)
+    if choice is not None:
+        _colour.set(choice)
 
 
 def out() -> Console:
@@ -55,8 +57,8 @@ def err() -> Console:
 
 def _coloured(stream: TextIO) -> bool:
     """https://no-color.org and https://force-color.org: an empty variable counts as unset."""
-    if (asked := _colour.get()) is not Colour.AUTO:
-        return asked is Colour.ALWAYS
+    if (choice := _colour.get()) is not Colour.AUTO:
+        return choice is Colour.ALWAYS
     if os.environ.get("NO_COLOR"):
         return False
     return bool(os.environ.get("FORCE_COLOR")) or (stream.isatty() and os.environ.get("TERM") != "dumb")
@@ -121,7 +123,7 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
     return texts
 
 
-def read_document(spec: Layers) -> Document:
+def read_document(spec: SpecFiles) -> Document:
     """The checked document of a spec; prints its findings and exits if there are errors."""
     from swarmctl.rules.runner import load_checked
     from swarmctl.views.findings import human
@@ -135,7 +137,7 @@ def read_document(spec: Layers) -> Document:
     return document
 
 
-def read_spec(spec: Layers) -> Swarm:
+def read_spec(spec: SpecFiles) -> Swarm:
     """The resolved swarm of a spec; prints its findings and exits if there are errors."""
     from swarmctl.swarm.resolve import resolve
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 
 class Format(str, Enum):
+    """The values of ``validate --format``."""
+
     HUMAN = "human"
     CONCISE = "concise"
     JSON = "json"

@@ -12,11 +12,11 @@ from swarmctl.cli import console, file_writes
 from swarmctl.cli.file_writes import Change
 
 if TYPE_CHECKING:
-    from swarmctl.cli.spec_args import Layers
+    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.diagnostics import Diagnostic
 
 
-def apply_fixes(specs: Iterable[Layers], *, quiet: bool) -> None:
+def apply_fixes(specs: Iterable[SpecFiles], *, quiet: bool) -> None:
     """Write the files of specs with all fixes that can be applied, and print each fix."""
     from swarmctl.views.escape import printable
 
@@ -29,7 +29,7 @@ def apply_fixes(specs: Iterable[Layers], *, quiet: bool) -> None:
             console.err().print(printable(f"fixed {found.code} {found.span}: {title}"))
 
 
-def show_diffs(specs: Iterable[Layers]) -> bool:
+def show_diffs(specs: Iterable[SpecFiles]) -> bool:
     """Print the changes that ``--fix`` would make; True if there are any."""
     changes = [change for spec in specs for change in _fixed(spec)[1]]
     for change in changes:
@@ -37,7 +37,7 @@ def show_diffs(specs: Iterable[Layers]) -> bool:
     return bool(changes)
 
 
-def _fixed(spec: Layers) -> tuple[tuple[Diagnostic, ...], list[Change]]:
+def _fixed(spec: SpecFiles) -> tuple[tuple[Diagnostic, ...], list[Change]]:
     """The applied findings and the changes to the files. Each file is read once."""
     from swarmctl.rules import fixes
     from swarmctl.rules.runner import lint_files

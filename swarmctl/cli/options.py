@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from swarmctl.cli import console, spec_args
-from swarmctl.cli.spec_args import Layers
+from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from swarmctl.remote.transport import Target
@@ -22,12 +22,12 @@ _SPEC: Any = {
     "default_factory": lambda: None,
     "show_default": False,
 }
-Spec = Annotated[Layers, typer.Argument(help="The swarm's YAML file.", callback=spec_args.needed, **_SPEC)]
+Spec = Annotated[SpecFiles, typer.Argument(help="The swarm's YAML file.", callback=spec_args.needed, **_SPEC)]
 Specs = Annotated[
-    list[Layers], typer.Argument(help="YAML files, one swarm each.", callback=spec_args.each, **_SPEC)
+    list[SpecFiles], typer.Argument(help="YAML files, one swarm each.", callback=spec_args.each, **_SPEC)
 ]
 AnySpec = Annotated[
-    Layers | None, typer.Argument(help="The swarm's YAML file.", callback=spec_args.given, **_SPEC)
+    SpecFiles | None, typer.Argument(help="The swarm's YAML file.", callback=spec_args.given, **_SPEC)
 ]
 Overlays = Annotated[
     list[Path] | None,
@@ -80,7 +80,7 @@ def in_lab(lab: bool, lab_name: str) -> bool:
     return lab or bool(lab_name)
 
 
-def targets(spec: Layers, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
+def targets(spec: SpecFiles, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
     """The SSH target of each host. With ``lab``, this process enters the network namespace of the lab."""
     return (
         _lab_targets(lab_name or swarm.name, spec, swarm)
@@ -89,7 +89,7 @@ def targets(spec: Layers, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[
     )
 
 
-def secrets(spec: Layers, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
+def secrets(spec: SpecFiles, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
     """The secrets of the hosts that the operator has; exits with an error for an unusable one."""
     from swarmctl.deploy.secrets import SecretError, found
 
@@ -100,7 +100,7 @@ def secrets(spec: Layers, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
         console.fail(str(error), error.fix)
 
 
-def _lab_targets(name: str, spec: Layers, swarm: Swarm) -> Mapping[str, Target]:
+def _lab_targets(name: str, spec: SpecFiles, swarm: Swarm) -> Mapping[str, Target]:
     from swarmctl.lab import lab as labs
     from swarmctl.lab.errors import LabError
     from swarmctl.lab.hosts import network
@@ -124,7 +124,7 @@ def _lab_targets(name: str, spec: Layers, swarm: Swarm) -> Mapping[str, Target]:
     }
 
 
-def _real_targets(spec: Layers, swarm: Swarm) -> Mapping[str, Target]:
+def _real_targets(spec: SpecFiles, swarm: Swarm) -> Mapping[str, Target]:
     from swarmctl.cli import ssh_targets as real
 
     found, warnings = real.targets(swarm, real.read_known_hosts(spec.first))

@@ -110,6 +110,7 @@ class BoardBench(SerialBench):
 
     @property
     def fixes(self) -> Fixes:
+        """The texts that explain failed motion checks."""
         warning = f"; warning of the sketch: {self.warning}" if self.warning else ""
         return Fixes(
             still="the counters stand: do the wheels turn? is the battery on, "
@@ -125,6 +126,7 @@ class BoardBench(SerialBench):
 
     @property
     def has_counters(self) -> bool:
+        """True if the robot reports how far its wheels have turned."""
         return self.protocol.ticks is not None
 
     @property
@@ -134,6 +136,7 @@ class BoardBench(SerialBench):
 
     @property
     def conversation(self) -> Conversation:
+        """The rosserial conversation. Raises ``PortError`` if the port is closed."""
         return self.opened(self._conversation)
 
     @property
@@ -142,6 +145,7 @@ class BoardBench(SerialBench):
         return self.clock() - self.turned_at < _STANDS
 
     def connect(self) -> None:
+        """Opens the port, unless it is open."""
         if self._conversation is not None:
             return
         self._port = TimedPort(self.open_port(), self.clock)
@@ -153,6 +157,7 @@ class BoardBench(SerialBench):
         self._commanded = None
 
     def disconnect(self) -> None:
+        """Closes the port, if it is open."""
         conversation, self._conversation = self._conversation, None
         if conversation is None:
             return
@@ -162,7 +167,10 @@ class BoardBench(SerialBench):
         self.port.close()
 
     def negotiate(self) -> float:
-        """Waits until the board has announced its topics. Returns the seconds since the port was opened."""
+        """Waits until the board has announced its topics. Returns the seconds since the port was opened.
+
+        Raises ``LinkLostError``.
+        """
         self.connect()
         began = self.clock()
         if not self.run(self.pace.patience, until=lambda: self.conversation.phase is Phase.CONNECTED):
@@ -170,7 +178,7 @@ class BoardBench(SerialBench):
         return self.clock() - began
 
     def finish(self) -> None:
-        """Stops a board that was commanded to drive, and closes the port."""
+        """Stops a board that was commanded to drive, and closes the port. Raises ``NotStoppedError``."""
         try:
             if self.commanded_at > -math.inf:
                 self.stop()
@@ -204,6 +212,7 @@ class BoardBench(SerialBench):
         return True
 
     def command(self, velocity: Velocity) -> None:
+        """Sends a velocity. Raises ``LinkLostError`` if the board does not accept it."""
         try:
             self.conversation.send(COMMAND, twist(*velocity))
         except UnsendableError as error:
@@ -211,7 +220,7 @@ class BoardBench(SerialBench):
         self._commanded, self.commanded_at = velocity, self.clock()
 
     def stop(self) -> int:
-        """Boards do not confirm a stop: their counters show it."""
+        """Stops the board. Boards do not confirm a stop: their counters show it. Raises ``LinkLostError``."""
         if self._conversation is None or self._conversation.phase is not Phase.CONNECTED:
             self.negotiate()
         self.command(STANDSTILL)
@@ -221,6 +230,7 @@ class BoardBench(SerialBench):
 
     @contextmanager
     def driving(self, linear: float, angular: float) -> Iterator[Velocity]:
+        """Drives at a velocity (m/s, rad/s) while entered; stops the robot at the end."""
         velocity = within_limits(linear, angular, self.config.kinematics)
         try:
             self.command(velocity)
@@ -229,9 +239,11 @@ class BoardBench(SerialBench):
             self.stop()
 
     def hold(self, velocity: Velocity, seconds: float) -> None:
+        """Repeats the command for some seconds."""
         self.run(seconds, velocity)
 
     def motion(self, linear: float, angular: float) -> Motion:
+        """Drives at a velocity (m/s, rad/s), measures the motion and stops."""
         with self.driving(linear, angular) as velocity:
             return self.measured(velocity)
 
@@ -246,18 +258,20 @@ class BoardBench(SerialBench):
         return Motion((velocity[0] - half, velocity[0] + half), measured, self.distance / seconds)
 
     def next_pose(self, velocity: Velocity | None = None) -> tuple[float, Pose]:
-        """Returns the next time and pose."""
+        """Returns the next time and pose. Raises ``LinkLostError``."""
         known = len(self.poses)
         if not self.run(_COUNTS, velocity, until=lambda: len(self.poses) > known):
             raise LinkLostError(f"no counts of both wheels for {_COUNTS:g} s")
         return self.poses[-1]
 
     def encoded_speed(self, linear: float) -> tuple[bytes, str]:
+        """Returns the bytes of a speed command (m/s), and the speed in them as text."""
         [topic] = [one for one in self.conversation.topics if one.name == COMMAND and not one.published]
         velocity = within_limits(linear, 0.0, self.config.kinematics)
         return frames.encode(topic.id, twist(*velocity)), f"{velocity[0]:g} m/s"
 
     def is_harmless(self) -> Callable[[bytes], bool]:
+        """Returns a predicate that is true of bytes that move no wheel."""
         head = self.encoded_speed(0.0)[0][:7]
         return lambda data: not data.startswith(head)
 

@@ -96,6 +96,7 @@ def _stood(took: float, timeout: float) -> str:
 
 
 def recovers_from_garbage(bench: BoardBench) -> Iterator[Result]:
+    """The board answers again after meaningless bytes."""
     bench.port.write(_GARBAGE)
     yield from _recovers(bench, "garbage")
 

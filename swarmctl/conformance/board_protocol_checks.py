@@ -107,12 +107,13 @@ def reports_firmware(bench: BoardBench) -> Iterator[Result]:
 
 
 def publishes_at_declared_rates(bench: BoardBench) -> Iterator[Result]:
+    """Each topic arrives at the rate that the type declares."""
     bench.arrivals.clear()
     bench.run(_WATCH)
     for name, declared in bench.protocol.rates.items():
         yield _rated(bench, name, declared)
-    bench.run(_TIME, until=lambda: len(_times_asked(bench)) > 1)
-    yield _times(_times_asked(bench))
+    bench.run(_TIME, until=lambda: len(_time_requests(bench)) > 1)
+    yield _times(_time_requests(bench))
 
 
 def _rated(bench: BoardBench, name: str, declared: float) -> Result:
@@ -136,15 +137,15 @@ def _rated(bench: BoardBench, name: str, declared: float) -> Result:
     return Result(check, verdict, figure, f"fix the `rate` of `{name}`, or the sketch")
 
 
-def _times_asked(bench: BoardBench) -> list[float]:
+def _time_requests(bench: BoardBench) -> list[float]:
     return [at for at, topic in bench.frames if topic == frames.ID_TIME]
 
 
-def _times(asked: list[float]) -> Result:
-    if len(asked) < 2:
-        figure = f"requested {'once' if asked else 'never'} in {_TIME:g} s"
+def _times(requests: list[float]) -> Result:
+    if len(requests) < 2:
+        figure = f"requested {'once' if requests else 'never'} in {_TIME:g} s"
         return Result("time", Verdict.FAIL, figure, "fix the sketch: a driver drops the board after 15 s")
-    every = [after - before for before, after in pairwise(asked)]
+    every = [after - before for before, after in pairwise(requests)]
     return Result("time", Verdict.OK, f"requested every {max(every):.1f} s")
 
 

@@ -36,13 +36,17 @@ class Run:
     poses: list[tuple[float, Pose]] = field(default_factory=list)
 
     def odometry(self, pose: Pose) -> None:
+        """Records a pose and its time."""
         self.poses.append((self.clock(), pose))
 
-    def reading(self, sensor: object, values: object) -> None: ...
+    def reading(self, sensor: object, values: object) -> None:
+        """Ignored."""
 
-    def report(self, report: object) -> None: ...
+    def report(self, report: object) -> None:
+        """Ignored."""
 
-    def event(self, level: object, text: str) -> None: ...
+    def event(self, level: object, text: str) -> None:
+        """Ignored."""
 
     @property
     def sent(self) -> list[tuple[float, bytes]]:
@@ -125,25 +129,25 @@ def _run(bench: Wheeled, linear: float) -> Run:
     return run
 
 
-def _limited(run: Run, asked: float, limit: tuple[bytes, str], idle: Callable[[bytes], bool]) -> Result:
+def _limited(run: Run, commanded: float, limit: tuple[bytes, str], idle: Callable[[bytes], bool]) -> Result:
     """Only queries, stops and the limited speed may be sent."""
     data, shown = limit
     unexpected = [one for _, one in run.sent if one != data and not idle(one)]
     if unexpected or data not in {one for _, one in run.sent}:
         return Result(
-            "limits", Verdict.FAIL, f"{unexpected[:1]} is sent for {asked:g} m/s", "report this as a bug"
+            "limits", Verdict.FAIL, f"{unexpected[:1]} is sent for {commanded:g} m/s", "report this as a bug"
         )
-    return Result("limits", Verdict.OK, f"{asked:g} m/s is sent as {shown}")
+    return Result("limits", Verdict.OK, f"{commanded:g} m/s is sent as {shown}")
 
 
-def _measured_at_the_wheels(bench: Wheeled, run: Run, asked: float, most: float) -> Iterator[Result]:
+def _measured_at_the_wheels(bench: Wheeled, run: Run, commanded: float, most: float) -> Iterator[Result]:
     """A user's codec may encode a speed differently each time: the wheels are measured instead."""
     if run.speed is None:
         figure = "the codec is a class, and there are no counters to measure the wheels"
         yield Result("limits", Verdict.WARN, figure)
         yield Result("dead-man of the driver", Verdict.WARN, figure)
         return
-    figure = f"{asked:g} m/s results in {run.speed:.3f} m/s; the limit is {most:g}"
+    figure = f"{commanded:g} m/s results in {run.speed:.3f} m/s; the limit is {most:g}"
     if _TOO_SLOW * most < run.speed < _TOO_FAST * most:
         yield Result("limits", Verdict.OK, figure)
     else:  # the driver's odometry ignores jumps

@@ -73,14 +73,16 @@ class Wheeled(Protocol):
     reply_timeout: float
 
     @property
-    def fixes(self) -> Fixes: ...
+    def fixes(self) -> Fixes:
+        """The texts that explain failed checks."""
 
     @property
     def has_counters(self) -> bool:
         """Whether it has position counters."""
         ...
 
-    def connect(self) -> None: ...
+    def connect(self) -> None:
+        """Opens the port, unless it is open."""
 
     def disconnect(self) -> None:
         """Closes the port without a stop, like a killed driver."""
@@ -119,15 +121,21 @@ class NoBoard:
     """A relay without topics."""
 
     def type_of(self, name: str) -> MessageType | None:
+        """Returns None: no type is known."""
         return None
 
-    def serve(self, topics: object) -> None: ...
+    def serve(self, topics: object) -> None:
+        """Ignored."""
 
-    def publish(self, topic: object, message: bytes) -> None: ...
+    def publish(self, topic: object, message: bytes) -> None:
+        """Ignored."""
 
-    def log(self, level: int, text: str) -> None: ...
+    def log(self, level: int, text: str) -> None:
+        """Ignored."""
 
-    def ask(self, name: str) -> None: ...
+    def ask(self, name: str) -> None:
+        """Ignored."""
 
     def taken(self) -> list[Outgoing | Parameter]:
+        """Returns nothing: no message comes from ROS."""
         return []

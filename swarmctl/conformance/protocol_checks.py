@@ -33,6 +33,7 @@ def confirms_stop(bench: Bench) -> Iterator[Result]:
 
 
 def reports_firmware(bench: Bench) -> Iterator[Result]:
+    """The robot answers the request for its firmware version."""
     request = bench.link.codec.identify()
     if request is None:
         yield Result("firmware", Verdict.OK, "the type has no query for it")
@@ -47,6 +48,7 @@ def reports_firmware(bench: Bench) -> Iterator[Result]:
 
 
 def accepts_setup(bench: Bench) -> Iterator[Result]:
+    """The robot confirms each request of the setup."""
     for request in bench.link.codec.setup():
         try:
             bench.ask(request)
@@ -172,6 +174,7 @@ def recovers_from_half_a_request(bench: Bench) -> Iterator[Result]:
 
 
 def recovers_from_a_reconnect(bench: Bench) -> Iterator[Result]:
+    """The robot answers after its port was closed and opened again."""
     bench.disconnect()
     bench.connect()
     yield _recovered("reconnect", bench, "if opening the port restarts the robot, raise `settle` of the link")

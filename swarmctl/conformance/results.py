@@ -9,6 +9,8 @@ from typing import Any
 
 
 class Verdict(Enum):
+    """The result of one check."""
+
     OK = "ok"
     WARN = "warn"
     FAIL = "fail"
@@ -24,6 +26,7 @@ class Result:
     fix: str = ""
 
     def to_json(self) -> dict[str, Any]:
+        """Returns the entry of ``driver test --json``."""
         return asdict(self) | {"verdict": self.verdict.value}
 
 

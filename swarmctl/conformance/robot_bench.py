@@ -11,7 +11,7 @@ from swarm_driver.config import Config, Scale, Sensor
 from swarm_driver.kinematics import STANDSTILL, Counters, Units, wheel_units
 from swarm_driver.line_protocol import firmware_version
 from swarm_driver.link import FAILED_EXCHANGE, BytePort, Link, LinkLostError
-from swarm_driver.polled_robot import Asked, linked
+from swarm_driver.polled_robot import PolledProtocol, linked
 from swarm_driver.port import PortError
 from swarm_driver.protocols import PythonProtocol, RosserialProtocol
 from swarm_driver.relay import Relay
@@ -33,7 +33,7 @@ _POLL_PERIOD = 0.03  # s between two readings of the counters
 _STOPS = 5  # attempts
 
 
-def asked(config: Config) -> Asked:
+def polled_protocol(config: Config) -> PolledProtocol:
     """Returns the protocol of a polled robot. Raises ``ValueError`` for a rosserial board."""
     if isinstance(config.protocol, RosserialProtocol):
         raise ValueError(f"robot type {config.robot} is not polled")
@@ -55,7 +55,7 @@ class Bench(SerialBench):
         pace: Pace | None = None,
     ) -> None:
         super().__init__(config, open_port, pace or Pace())
-        self.protocol = asked(config)
+        self.protocol = polled_protocol(config)
         self.firmware_dead_man = firmware_dead_man  # as declared by its type
         self.relay: Relay = NoBoard()
         self.reply_timeout = self.protocol.reply_timeout
@@ -67,6 +67,7 @@ class Bench(SerialBench):
 
     @property
     def fixes(self) -> Fixes:
+        """The texts that explain failed motion checks."""
         return Fixes(
             still="the counters stand: do the wheels turn? fix the query of `odom`",
             swapped="the sides are swapped: swap {left} and {right} in `set_speed`, or the order of the "
@@ -78,10 +79,12 @@ class Bench(SerialBench):
 
     @property
     def has_counters(self) -> bool:
+        """True if the robot reports how far its wheels have turned."""
         return self.odometer is not None
 
     @property
     def link(self) -> Link:
+        """The open link. Raises ``PortError`` if it is closed."""
         return self.opened(self._link)
 
     @property
@@ -96,9 +99,11 @@ class Bench(SerialBench):
 
     @property
     def odometer(self) -> Sensor | None:
+        """The sensor that reads the position counters; None if the type has none."""
         return next((one for one in self.config.sensors if one.kind == "wheels"), None)
 
     def connect(self) -> None:
+        """Opens the port, unless it is open."""
         if self._link is None:
             self._port = TimedPort(self.open_port())
             self._link = linked(self._port, self.protocol, Tally())
@@ -106,12 +111,16 @@ class Bench(SerialBench):
             time.sleep(self.config.serial.settle)
 
     def disconnect(self) -> None:
+        """Closes the port, if it is open."""
         link, self._link = self._link, None
         if link is not None:
             link.close()
 
     def finish(self) -> None:
-        """Stops the robot on a port that is reopened if needed; with stored bytes if the codec hangs."""
+        """Stops the robot on a port that is reopened if needed; with stored bytes if the codec hangs.
+
+        Raises ``NotStoppedError``.
+        """
         try:
             self.connect()
             self.stop()
@@ -128,6 +137,7 @@ class Bench(SerialBench):
         return self.ask(self.link.codec.query(query), self.config.waits.get(query))
 
     def ask(self, request: Request, wait: float | None = None) -> Reply:
+        """Returns the reply to a request and records its latency. Raises what ``Link.ask`` does."""
         began = time.monotonic()
         try:
             reply = self.link.ask(request, wait=wait)
@@ -146,7 +156,7 @@ class Bench(SerialBench):
             return self.ask(request)
 
     def stop(self) -> int:
-        """Stops the robot, which confirms it."""
+        """Stops the robot, which confirms it. Raises ``LinkLostError`` without a confirmation."""
         for attempt in range(1, _STOPS + 1):
             try:
                 self.link.set_speed(*STANDSTILL)
@@ -158,6 +168,7 @@ class Bench(SerialBench):
 
     @contextmanager
     def driving(self, linear: float, angular: float) -> Iterator[Units]:
+        """Drives at a velocity (m/s, rad/s) while entered; stops the robot at the end."""
         units = wheel_units(linear, angular, self.config.kinematics, self.scale)
         try:
             self.ask_twice(self.link.codec.speed(*units))
@@ -166,6 +177,7 @@ class Bench(SerialBench):
             self.stop()
 
     def counters(self) -> Counters:
+        """Returns both position counters. Raises ``LinkLostError`` if the type has none."""
         odometer = self.odometer
         if odometer is None:
             raise LinkLostError("the type has no position counters")
@@ -184,6 +196,7 @@ class Bench(SerialBench):
         return left * self.scale.metres_per_count, right * self.scale.metres_per_count
 
     def motion(self, linear: float, angular: float) -> Motion:
+        """Drives at a velocity (m/s, rad/s), measures the motion and stops."""
         with self.driving(linear, angular) as units:
             self.hold(units, self.pace.settle)
             first = latest = self.counters()
@@ -202,12 +215,14 @@ class Bench(SerialBench):
         return Motion(ordered, (ways[0] / seconds, ways[1] / seconds), self.scale.metres_per_count / seconds)
 
     def hold(self, units: Units, seconds: float) -> None:
+        """Repeats the command for some seconds."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             time.sleep(min(left, _COMMAND_REFRESH_S))
             self.ask_twice(self.link.codec.speed(*units))
 
     def encoded_speed(self, linear: float) -> tuple[bytes, str] | None:
+        """Returns the bytes of a speed command (m/s), and the speed as text; None for a Python codec."""
         if isinstance(self.protocol, PythonProtocol):  # a class may number its requests
             return None
         units = wheel_units(linear, 0.0, self.config.kinematics, self.scale)
@@ -215,6 +230,7 @@ class Bench(SerialBench):
         return request.data, f"`{request.name}`"
 
     def is_harmless(self) -> Callable[[bytes], bool]:
+        """Returns a predicate that is true of bytes that move no wheel."""
         questions = {self.link.codec.query(sensor.read).data for sensor in self.config.sensors}
         return lambda data: data in questions
 

@@ -33,10 +33,11 @@ class SerialBench:
 
     @property
     def port(self) -> TimedPort:
+        """The open port. Raises ``PortError`` if it is closed."""
         return self.opened(self._port)
 
     def opened(self, part: T | None) -> T:
-        """What there is only while the port is open. Raises ``PortError``."""
+        """Returns ``part``, which exists only while the port is open. Raises ``PortError``."""
         if part is None:
             raise PortError(f"{self.config.port} is not open")
         return part

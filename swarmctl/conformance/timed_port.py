@@ -11,16 +11,20 @@ from swarm_driver.link import BytePort
 
 @dataclass
 class TimedPort:
+    """A port that records what is written, with its time."""
+
     port: BytePort
     clock: Callable[[], float] = time.monotonic
     written: list[tuple[float, bytes]] = field(default_factory=list)
     _held: bytes = b""
 
     def write(self, data: bytes) -> None:
+        """Writes and records ``data``."""
         self.port.write(data)
         self.written.append((self.clock(), data))
 
     def read(self, timeout: float) -> bytes:
+        """Returns what has arrived within ``timeout`` seconds; held bytes first."""
         if self._held:
             held, self._held = self._held, b""
             return held
@@ -32,11 +36,14 @@ class TimedPort:
             self._held = self.port.read(timeout)
 
     def drain(self) -> None:
+        """Discards what has arrived."""
         self._held = b""
         self.port.drain()
 
     def fileno(self) -> int:
+        """Returns the file descriptor of the port."""
         return self.port.fileno()
 
     def close(self) -> None:
+        """Closes the port."""
         self.port.close()

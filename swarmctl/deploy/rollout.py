@@ -37,6 +37,7 @@ class Outcome:
 
     @property
     def changed(self) -> bool:
+        """True if the plan had steps on the host."""
         return bool(self.plan.steps)
 
 

@@ -43,6 +43,7 @@ class Verdict:
 
     @property
     def fine(self) -> bool:
+        """True if the check passed."""
         return self.state is State.OK
 
     def bearable(self) -> Verdict:

@@ -26,6 +26,7 @@ class ExpectedBridge:
 
     @property
     def subject(self) -> str:
+        """The name of the bridge in findings."""
         return f"{self.topic} from {self.origin} to {self.to}"
 
 

@@ -77,6 +77,7 @@ class ExpectedHost:
 
     @property
     def is_hub(self) -> bool:
+        """True if the host runs the master of its island."""
         return self.name == self.hub
 
 
@@ -95,6 +96,7 @@ class ExpectedGraph:
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
+        """The robots of all hosts."""
         return tuple(robot for host in self.hosts for robot in host.robots)
 
     @cached_property

@@ -32,6 +32,7 @@ class Finding:
 
     @property
     def key(self) -> str:
+        """The unique key of the finding: check and subject."""
         return f"{self.check} {self.subject}"
 
 
@@ -52,6 +53,7 @@ class Diagnosis:
 
     @property
     def healthy(self) -> bool:
+        """True if there is no trouble."""
         return not self.troubles
 
     @property

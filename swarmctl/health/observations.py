@@ -22,6 +22,7 @@ class UnitSeen:
 
     @property
     def runs(self) -> bool:
+        """True if systemd reports the unit as active or reloading."""
         return self.active in ("active", "reloading")
 
 

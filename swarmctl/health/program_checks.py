@@ -16,8 +16,8 @@ def compare(found: Findings, host: ExpectedHost, answer: Answer | None, gate: st
     """Files one finding per program of ``host``. ``gate``: the finding whether the host answered."""
     for program in host.programs:
         if answer is None:
-            not_asked = checks.unknown("its host could not be probed")
-            found.add(CHECK, program.name, not_asked, program=program, after=[gate])
+            not_probed = checks.unknown("its host could not be probed")
+            found.add(CHECK, program.name, not_probed, program=program, after=[gate])
             continue
         unit, node = answer.units.get(program.unit), answer.nodes.get(program.node)
         after = [f"probe {host.name} units"]

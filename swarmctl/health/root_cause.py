@@ -33,8 +33,8 @@ def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -
                 _command_sources(found, robot, answers.get(host.hub))
                 _robot(found, host, robot, answers[host.name])
             else:
-                not_asked = checks.unknown("its host could not be probed")
-                found.add("robot", robot.name, not_asked, robot=robot, after=[gates[host.name]])
+                not_probed = checks.unknown("its host could not be probed")
+                found.add("robot", robot.name, not_probed, robot=robot, after=[gates[host.name]])
         program_checks.compare(found, host, answers.get(host.name), gates[host.name])
     bridge_checks.compare(found, graph, answers, gates)
     return Diagnosis(tuple(found.by_key.values()))
@@ -44,7 +44,7 @@ def _reached(found: Findings, host: ExpectedHost, outcome: Answer | HostError) -
     """Files whether the host answered; returns the key of that finding."""
     check, verdict = HOST, checks.ok("answers")
     if isinstance(outcome, HostError) and outcome.kind is Kind.STOPPED:
-        check, verdict = "asked", checks.unknown(outcome.message)
+        check, verdict = "probed", checks.unknown(outcome.message)
     elif isinstance(outcome, HostError):
         check = HOST if outcome.kind in _AWAY else outcome.kind.value
         verdict = checks.bad(outcome.message, outcome.hint)
@@ -106,7 +106,7 @@ def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None) 
     """Checks the publishers of a robot's command topic that the master of its island lists."""
     if hub is not None and robot.command in hub.commanders:
         found.add("authority", robot.name, command_sources.unauthorised(robot, hub), robot=robot)
-        found.add("orders", robot.name, command_sources.types(robot, hub), robot=robot)
+        found.add("command type", robot.name, command_sources.types(robot, hub), robot=robot)
 
 
 def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer) -> None:

@@ -93,6 +93,7 @@ class HostRow:
 
     @property
     def units_running(self) -> int:
+        """The number of units that run."""
         return sum(unit.runs for unit in self.units.values())
 
 
@@ -105,6 +106,7 @@ class Status:
     diagnosis: Diagnosis
 
     def to_json(self) -> dict[str, Any]:
+        """Returns what ``status --json`` prints."""
         return {
             "v": 1,
             "swarm": self.swarm,

@@ -192,7 +192,7 @@ def _set_cable(name: str, host: str, link: str | None, *, up: bool) -> tuple[str
 
 
 def kill(name: str, host: str) -> None:
-    """Cuts a host's power and waits until it has stopped. Its disk is kept."""
+    """Cuts a host's power and waits until it has stopped. Its disk is kept. Raises ``LabError``."""
     supervisor_client.command(lab_paths(name), "kill", read_state(lab_paths(name)).plan.host(host).name)
     deadline = time.monotonic() + BOOT_TIMEOUT
     while supervisor_client.running(lab_paths(name))["hosts"][host]["state"] != "stopped":

@@ -93,19 +93,24 @@ class LabPlan:
     workspace: Workspace | None = None
 
     def host(self, name: str) -> LabHost:
+        """Returns the host of that name. Raises ``LabError`` if there is none."""
         return _named(self.hosts, name, f"lab {self.name} has no host")
 
     def robot(self, name: str) -> LabRobot:
+        """Returns the robot of that name. Raises ``LabError`` if there is none."""
         return _named(self.robots, name, f"lab {self.name} has no robot")
 
     def robots_on(self, host: str) -> tuple[LabRobot, ...]:
+        """Returns the robots whose lines are on ``host``."""
         return tuple(robot for robot in self.robots if robot.host == host)
 
     def to_json(self) -> dict[str, Any]:
+        """Returns the plan as JSON data; ``from_json`` reads it."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> LabPlan:
+        """Returns the plan in JSON data that ``to_json`` has made."""
         return cls(
             name=data["name"],
             swarm=data["swarm"],

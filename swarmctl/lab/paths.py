@@ -43,6 +43,7 @@ class LabPaths:
 
     @property
     def name(self) -> str:
+        """The name of the lab."""
         return self.directory.name
 
     @property
@@ -54,6 +55,7 @@ class LabPaths:
 
     @property
     def state(self) -> Path:
+        """The saved state of the lab, in JSON."""
         return self.directory / "state.json"
 
     @property
@@ -63,21 +65,26 @@ class LabPaths:
 
     @property
     def known_hosts(self) -> Path:
+        """The SSH host keys of the lab's hosts."""
         return self.directory / "known_hosts"
 
     @property
     def socket(self) -> Path:
+        """The supervisor's Unix socket."""
         return self.directory / "control"
 
     @property
     def log(self) -> Path:
+        """The supervisor's log."""
         return self.directory / "supervisor.log"
 
     @property
     def hosts(self) -> Path:
+        """The folder with one folder for each host."""
         return self.directory / "hosts"
 
     def host(self, name: str) -> HostPaths:
+        """Returns the paths of one host."""
         return HostPaths(self.hosts / name)
 
     def namespace(self, host: str | None = None) -> str:
@@ -100,22 +107,27 @@ class HostPaths:
 
     @property
     def upper(self) -> Path:
+        """The upper directory of the host's overlay file system: what it has written."""
         return self.directory / "upper"
 
     @property
     def work(self) -> Path:
+        """The work directory of the overlay file system."""
         return self.directory / "work"
 
     @property
     def root(self) -> Path:
+        """The mounted root of the host."""
         return self.directory / "root"
 
     @property
     def pts(self) -> Path:
+        """The host's pseudo terminals."""
         return self.directory / "pts"
 
     @property
     def log(self) -> Path:
+        """The host's console output."""
         return self.directory / "console.log"
 
     @property

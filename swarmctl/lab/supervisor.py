@@ -52,6 +52,7 @@ class RobotLine:
                 device.symlink_to(f"{nspawn.PTS_INSIDE}/{path.name}")
 
     def report(self) -> dict[str, Any]:
+        """Returns the robot's state as JSON data."""
         return asdict(self.port.snapshot())
 
 
@@ -80,6 +81,7 @@ class HostRunner(threading.Thread):
         self._status: int | None = None
 
     def run(self) -> None:
+        """Boots the host whenever it is wanted, and waits until it ends."""
         while True:
             with self._change:
                 while not self._wanted:
@@ -100,6 +102,7 @@ class HostRunner(threading.Thread):
                 self._enter(STOPPED)
 
     def start_host(self) -> None:
+        """Switches the host on; ``run`` boots it."""
         with self._change:
             self._wanted = True
             self._change.notify()
@@ -113,10 +116,12 @@ class HostRunner(threading.Thread):
                     os.kill(self._leader, signal.SIGKILL)
 
     def link_devices(self) -> None:
+        """Links the robots' ports into the running host."""
         for line in self.lines:
             line.link_device(self._leader)
 
     def report(self) -> dict[str, Any]:
+        """Returns the host's state as JSON data."""
         with self._change:
             return {
                 "state": self._state,
@@ -215,6 +220,7 @@ class Supervisor:
         }
 
     def start(self) -> None:
+        """Starts the threads of all hosts."""
         for runner in self.runners.values():
             runner.start()
 

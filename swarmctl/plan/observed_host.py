@@ -32,6 +32,7 @@ class UnitState:
 
     @property
     def runs(self) -> bool:
+        """True if systemd reports the unit as active, starting or reloading."""
         return self.active in ("active", "activating", "reloading")
 
 
@@ -57,10 +58,12 @@ class Observed:
 
     @property
     def files(self) -> Mapping[str, FileData]:
+        """The files of the deployed release, by path; empty without a release."""
         return self.manifest["files"] if self.manifest else {}
 
     @property
     def unit_digests(self) -> Mapping[str, str]:
+        """The digests of the deployed units, by name; empty without a release."""
         units = self.manifest["units"] if self.manifest else ()
         return {unit["name"]: unit["digest"] for unit in units}
 

@@ -59,9 +59,11 @@ class HostPlan:
     problem: Problem | None = None
 
     def targets(self, *kinds: Kind) -> tuple[str, ...]:
+        """Returns the targets of the steps of these kinds."""
         return tuple(step.target for step in self.steps if step.kind in kinds)
 
     def to_json(self) -> dict[str, Any]:
+        """Returns the host's entry in ``plan --json``."""
         return {
             "host": self.host,
             "base": self.base,
@@ -83,17 +85,21 @@ class Plan:
 
     @property
     def changes(self) -> bool:
+        """True if a host without a problem has steps."""
         return any(host.steps and not host.problem for host in self.hosts)
 
     @property
     def problems(self) -> tuple[HostPlan, ...]:
+        """The hosts that cannot be planned."""
         return tuple(host for host in self.hosts if host.problem)
 
     @property
     def counts(self) -> Mapping[Kind, int]:
+        """The number of steps of each kind, on hosts without a problem."""
         return Counter(step.kind for host in self.hosts if not host.problem for step in host.steps)
 
     def to_json(self) -> dict[str, Any]:
+        """Returns what ``plan --json`` prints."""
         return {
             "v": 1,
             "swarm": self.swarm,

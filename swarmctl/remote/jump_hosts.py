@@ -34,6 +34,7 @@ class Hops:
 
     @contextmanager
     def through(self, target: Target) -> Iterator[paramiko.Transport]:
+        """Yields a connection to a jump host; several targets share it. Raises ``HostError``."""
         with self._lock:
             hop = self._hops.setdefault(target, _Hop())
             hop.users += 1

@@ -24,6 +24,8 @@ Work = Callable[[Session, Target, Callable[[str], None]], R]
 
 @dataclass(frozen=True)
 class Started:
+    """Work on a host has begun."""
+
     host: str
 
 

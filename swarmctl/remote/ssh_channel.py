@@ -27,10 +27,12 @@ class SshSession:
         self._host = host
 
     def close(self) -> None:
+        """Closes the connection."""
         self._client.close()
 
     @contextmanager
     def channel(self, command: str, *, limit: int = 1 << 20) -> Iterator[SshChannel]:
+        """Yields a channel that runs ``command``; ``limit`` is its maximum output in bytes."""
         channel = SshChannel(self._client, self._host, command, limit)
         try:
             yield channel
@@ -52,6 +54,10 @@ class SshChannel:
     def exchange(
         self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 60.0
     ) -> Output:
+        """Sends ``stdin`` and returns the output once ``enough`` accepts it.
+
+        Raises ``HostError`` if the command ends early or ``timeout`` seconds pass.
+        """
         if self._failure is not None:
             raise self._failure
         try:
@@ -69,6 +75,7 @@ class SshChannel:
         return self._channel
 
     def close(self) -> None:
+        """Closes the channel; errors of a lost connection are ignored."""
         if self._channel is not None:
             with suppress(paramiko.SSHException, EOFError, OSError):  # the connection is gone already
                 self._channel.close()

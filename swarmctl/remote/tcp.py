@@ -24,13 +24,17 @@ class PromptSocket(socket.socket):
     """
 
     def recv(self, bufsize: int, flags: int = 0, /) -> bytes:
+        """Receives as ``socket.recv`` does, and acknowledges at once."""
         if _QUICKACK is not None:
             self.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
         return super().recv(bufsize, flags)
 
 
 def dial(host: str, address: str, port: int, timeout: float) -> PromptSocket:
-    """A connection to ``address``, or a ``HostError`` with the reason why ``host`` cannot be reached."""
+    """Returns a connection to ``address``.
+
+    Raises ``HostError`` with the reason why ``host`` is unreachable.
+    """
     where = f"{host} ({address}, port {port})"
     try:
         plain = socket.create_connection((address, port), timeout)

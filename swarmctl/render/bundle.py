@@ -44,6 +44,7 @@ class File:
 
     @cached_property
     def digest(self) -> str:
+        """The digest of the file's content."""
         return digest_of(self.content)
 
 
@@ -119,6 +120,7 @@ class Bundle:
 
     @cached_property
     def manifest_bytes(self) -> bytes:
+        """The manifest as it is written on the host; its digest names the release."""
         return manifest_bytes(self.manifest)
 
     @cached_property

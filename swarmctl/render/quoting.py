@@ -62,7 +62,10 @@ def systemd(value: Any) -> str:
 
 
 def sentence(value: Any) -> str:
-    """Free text to the end of a unit file's line: only ``%`` means something there, and a last backslash."""
+    """Returns free text for the end of a unit file's line, with ``%`` escaped.
+
+    Raises ``UnsafeValueError`` for control characters and a trailing backslash.
+    """
     text = _plain(value).replace("%", "%%")
     if text.endswith("\\"):
         raise UnsafeValueError(f"{text!r} would join the next line")
@@ -83,7 +86,10 @@ def environment_file(value: Any) -> str:
 
 
 def xml(value: Any) -> str:
-    """An attribute of a roslaunch file, quotes included. Substitutions cannot be escaped there: refused."""
+    """Returns an attribute of a roslaunch file with its quotes.
+
+    Raises ``UnsafeValueError`` for substitutions, which cannot be escaped.
+    """
     text = _plain(value)
     if "$(" in text:
         raise UnsafeValueError(f"{text!r} would be substituted by roslaunch")
@@ -116,7 +122,10 @@ def section(value: Any) -> str:
 
 
 def scalar(value: Any) -> str:
-    """A scalar that YAML 1.1 and 1.2 read alike: names, addresses and numbers bare, others in quotes."""
+    """Returns a scalar that YAML 1.1 and 1.2 read alike: names, addresses and numbers bare, others in quotes.
+
+    Raises ``UnsafeValueError``.
+    """
     if isinstance(value, float):
         if not math.isfinite(value):
             raise UnsafeValueError(f"{value} is no number that a file may hold")
@@ -127,7 +136,7 @@ def scalar(value: Any) -> str:
 
 
 def c(value: Any) -> str:
-    """A literal of C and C++; beyond ASCII byte by byte, so that no compiler has to know an encoding."""
+    """Returns a literal of C and C++, with escaped bytes beyond ASCII. Raises ``UnsafeValueError``."""
     if isinstance(value, (bool, int)):
         return _plain(value)
     if isinstance(value, float):

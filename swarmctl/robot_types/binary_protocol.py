@@ -21,6 +21,7 @@ _DATA = re.compile(r"\{[a-z]+\}")
 
 
 def binary_request(value: str, place: re.Pattern[str] = _PLACE, hint: str = "a place like {left:h}") -> str:
+    """Returns ``value`` if it is a request of hexadecimal bytes and places. Raises ``ValueError``."""
     for token in value.split():
         if not (_BYTE.fullmatch(token) or place.fullmatch(token)):
             raise ValueError(f"`{token}` is neither a byte in two hexadecimal digits nor {hint}")
@@ -28,6 +29,7 @@ def binary_request(value: str, place: re.Pattern[str] = _PLACE, hint: str = "a p
 
 
 def layout(value: str) -> str:
+    """Returns ``value`` if it is the layout of a reply. Raises ``ValueError``."""
     for token in value.split():
         if not _LAYOUT.fullmatch(token):
             raise ValueError(no_layout(token))

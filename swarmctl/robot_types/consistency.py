@@ -20,19 +20,32 @@ class Parts(Protocol):
     """The parts of a robot type that have to agree; ``RobotType`` is one."""
 
     @property
-    def kinematics(self) -> Kinematics: ...
+    def kinematics(self) -> Kinematics:
+        """Wheels, gear and limits."""
+
     @property
-    def driver_protocol(self) -> DriverProtocol | None: ...
+    def driver_protocol(self) -> DriverProtocol | None:
+        """The protocol of swarmctl's driver; None if it has none."""
+
     @property
-    def sketch(self) -> RosserialProtocol | None: ...
+    def sketch(self) -> RosserialProtocol | None:
+        """The rosserial protocol; None for other robots."""
+
     @property
-    def sensors(self) -> Mapping[str, Sensor]: ...
+    def sensors(self) -> Mapping[str, Sensor]:
+        """The sensors by name."""
+
     @property
-    def actuators(self) -> Mapping[str, Actuator]: ...
+    def actuators(self) -> Mapping[str, Actuator]:
+        """The actuators by name."""
+
     @property
-    def settings(self) -> RobotSettings: ...
+    def settings(self) -> RobotSettings:
+        """The default settings."""
+
     @property
-    def firmware_dead_man(self) -> bool: ...
+    def firmware_dead_man(self) -> bool:
+        """True if the firmware stops the robot by itself."""
 
 
 def inconsistencies(robot_type: Parts) -> Iterator[ConsistencyError]:

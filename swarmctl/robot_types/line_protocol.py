@@ -129,10 +129,12 @@ class CodedQuery(CodedExchange):
 
 
 def is_text(send: str) -> bool:
+    """Returns True if ``send`` is a request that a line protocol can send."""
     return re.fullmatch(_REQUEST, send) is not None
 
 
 def is_head(reply: str) -> bool:
+    """Returns True if ``reply`` is a reply that a line protocol can match."""
     return re.fullmatch(_HEAD, reply) is not None
 
 

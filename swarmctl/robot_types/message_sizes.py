@@ -45,6 +45,7 @@ def size_of(type_name: str) -> MessageSize | None:
 
 
 def known_types() -> tuple[str, ...]:
+    """Returns the message types whose fields are known."""
     return tuple(_types())
 
 

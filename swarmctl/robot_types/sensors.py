@@ -23,6 +23,7 @@ FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actu
 
 
 def distinct(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Returns ``names`` if no name occurs twice. Raises ``ValueError``."""
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"two of them are called `{name}`; give each its own name")
@@ -55,6 +56,7 @@ class Wheels(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return 2
 
 
@@ -96,6 +98,7 @@ class Range(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return (len(self.elements) - 1) * self.stride + 1
 
     @field_validator("distances", mode="before")
@@ -128,6 +131,7 @@ class Raw(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return len(self.names)
 
 
@@ -144,6 +148,7 @@ class Quantity(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return len(self.names)
 
 
@@ -182,6 +187,7 @@ class Inertial(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return max((one.first + 3 for one in (self.acceleration, self.rotation) if one), default=0)
 
     @model_validator(mode="after")
@@ -199,6 +205,7 @@ class Magnetic(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return self.axes.first + 3
 
 
@@ -216,6 +223,7 @@ class Battery(Reading):
 
     @property
     def count(self) -> int:
+        """How many numbers of the reply it needs."""
         return len(self.volts)
 
     @model_validator(mode="after")

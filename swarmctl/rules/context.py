@@ -25,6 +25,7 @@ class RuleContext(SwarmIndex):
 
     @property
     def source(self) -> Source:
+        """The text positions of the spec."""
         return self.document.source
 
     def span(self, *loc: str | int, key: bool = False) -> Span:
@@ -80,6 +81,7 @@ class Rule:
     ros1: bool  # is about ROS 1, and holds for no other middleware
 
     def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:
+        """Yields the findings of the rule."""
         return iter(()) if self.ros1 and not context.middleware.ros1 else self.find(context)
 
 

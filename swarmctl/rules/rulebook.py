@@ -57,6 +57,7 @@ class RuleText:
         return tuple(_THREAD.sub(r"https://github.com/\1/issues/\2", thread) for thread in self.threads)
 
     def to_json(self) -> dict[str, Any]:
+        """Returns the entry of ``rules --format json``."""
         return {
             "id": self.id,
             "family": self.family,

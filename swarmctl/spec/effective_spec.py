@@ -1,6 +1,6 @@
 """The effective spec: every value at the entry that it applies to, with the layer that set it.
 
-Layers go from general to special: what swarmctl takes for granted, ``defaults``, the robot's type, the entry.
+Layers go from general to special: swarmctl's own defaults, ``defaults``, the robot's type, the entry.
 """
 
 from __future__ import annotations

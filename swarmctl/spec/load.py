@@ -34,6 +34,7 @@ class Document:
     private_keys: tuple[str, ...] = ()  # files beside the spec that are some
 
     def span(self, *loc: str | int, key: bool = False) -> Span:
+        """Returns the position of a value, or with ``key`` of its key."""
         return self.source.span(loc, key=key)
 
     @property
@@ -43,6 +44,7 @@ class Document:
 
     @property
     def computers(self) -> Mapping[str, Computer]:
+        """The computers of the catalog and of the spec, by name."""
         return {**self.catalog.computers, **self.spec.computers}
 
     def settings_layers(self, robot: str) -> tuple[RobotSettings, RobotSettings, RobotSettings]:

@@ -297,7 +297,7 @@ class Time(Model):
     )
 
 
-class Silence(Model):
+class AcceptedFinding(Model):
     """A finding that is known and accepted."""
 
     rule: Annotated[str, Field(pattern=r"^[A-Z]{2,8}[0-9]{3}$", examples=["SET001"])] = Field(
@@ -314,6 +314,8 @@ class Silence(Model):
 
 
 class HostDefaults(Model):
+    """Defaults for all hosts."""
+
     user: Account | None = Field(None, description="Account to log in as.")
     port: Port | None = Field(None, description="TCP port of the SSH server.", examples=[2222])
     computer: ComputerName | None = Field(None, description="What kind of computer it is.")
@@ -377,7 +379,7 @@ class Spec(Model):
     multimaster: Multimaster | None = Field(
         None, description="How islands discover each other (modes standalone and combined)."
     )
-    silence: tuple[Silence, ...] = Field(
+    silence: tuple[AcceptedFinding, ...] = Field(
         (),
         examples=[[{"rule": "SET001", "reason": "measured, and fine"}]],
         description="Findings that are known and accepted.",

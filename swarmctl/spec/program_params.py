@@ -27,6 +27,7 @@ class Setting:
     example: str = ""
 
     def takes(self, value: Value) -> bool:
+        """Returns True if ``value`` has the setting's type and is within its bounds."""
         if isinstance(value, bool):
             return False
         if isinstance(self.default, str) or isinstance(value, str):

@@ -74,6 +74,7 @@ class RfcommLine:
 
     @property
     def path(self) -> str:
+        """The device, such as /dev/rfcomm0."""
         return names.rfcomm_device(self.index)
 
 
@@ -136,6 +137,7 @@ class Robot:
 
     @property
     def namespace(self) -> str:
+        """The ROS namespace, such as /k3."""
         return names.namespace(self.name)
 
     @property
@@ -145,6 +147,7 @@ class Robot:
 
     @property
     def driver_node(self) -> str:
+        """The name of the driver's node."""
         return names.driver_node(self.name)
 
 
@@ -209,9 +212,11 @@ class Swarm:
         return self._islands_by_host[host]
 
     def robots_on(self, host: str) -> tuple[Robot, ...]:
+        """Returns the robots whose drivers run on ``host``."""
         return tuple(robot for robot in self.robots.values() if robot.host == host)
 
     def programs_on(self, host: str) -> tuple[Program, ...]:
+        """Returns the programs that run on ``host``."""
         return tuple(program for program in self.programs.values() if program.host == host)
 
     def uri_hosts_of(self, island: Island) -> tuple[str, ...]:

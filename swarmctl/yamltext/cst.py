@@ -55,6 +55,7 @@ class Entry:
 
     @property
     def end(self) -> int:
+        """The offset behind the entry."""
         return max(self.value.end, self.value.slot, self.key.end if self.key else 0)
 
 
@@ -74,6 +75,7 @@ class Layout:
         return bisect_right(self.lines, offset) - 1
 
     def line_start(self, offset: int) -> int:
+        """Returns the offset of the line that contains ``offset``."""
         return self.lines[self.line(offset)]
 
     def line_end(self, offset: int) -> int:
@@ -82,6 +84,7 @@ class Layout:
         return found.start() if found else len(self.text)
 
     def next_line(self, offset: int) -> int:
+        """Returns the offset of the next line; the end of the text on the last line."""
         found = _BREAK.search(self.text, offset)
         return found.end() if found else len(self.text)
 

@@ -28,6 +28,7 @@ class Range:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The names that the range expands to."""
         return tuple(f"{self.head}{number}{self.tail}" for number in self.numbers)
 
     def without(self, names: Collection[str]) -> str:

@@ -100,6 +100,7 @@ def _base_60(text: str) -> int | float:
 
 
 def warning(text: str, found: Trap, span: Span) -> Diagnostic:
+    """Returns the warning about a scalar that YAML 1.1 reads differently."""
     write = f"write {found.better}"
     return Diagnostic(
         found.code,

@@ -22,9 +22,9 @@ from swarm_driver.config import Kinematics, Scale
 from swarmctl.spec.catalog import load_catalog
 
 ENTRANTS = {one.name: one for one in robots.entrants()}
-ROVER = "arduino-rover"  # its sketch makes wheel speeds of orders, and its wheels count coarsely
+ROVER = "arduino-rover"  # its sketch computes wheel speeds from commands, and its wheels count coarsely
 every_robot = pytest.mark.parametrize("name", ENTRANTS)
-every_asked_robot = pytest.mark.parametrize("name", [name for name in ENTRANTS if name != ROVER])
+every_polled_robot = pytest.mark.parametrize("name", [name for name in ENTRANTS if name != ROVER])
 
 
 def rows_of(entrant: Entrant) -> dict[str, Row]:
@@ -52,10 +52,10 @@ def test_each_type_drives_or_is_left_out_by_name() -> None:
 
 def test_the_readme_states_what_is_measured(root: Path) -> None:
     koala = rows_of(ENTRANTS["koala"])["straight, 1 m"]
-    said = (
+    sentence = (
         "A Koala that is commanded to drive a metre drives one; with the paper's own formula it drives 10 cm."
     )
-    assert said in (root / "README.md").read_text("utf-8")
+    assert sentence in (root / "README.md").read_text("utf-8")
     assert koala.driven.end < 0.01
     assert koala.paper is not None
     assert koala.paper.driven == pytest.approx(0.10, abs=0.005)
@@ -84,12 +84,12 @@ def test_a_wheel_separation_two_percent_wrong_is_beyond_the_bar(name: str) -> No
     assert "the heading" in missed(wrong)
 
 
-@every_asked_robot
+@every_polled_robot
 def test_speeds_three_percent_wrong_are_beyond_the_bar(name: str) -> None:
     assert "the end" in missed(scales_with(ENTRANTS[name], speed_units_per_mps=1.03))
 
 
-@every_asked_robot
+@every_polled_robot
 def test_counters_two_percent_wrong_are_beyond_the_bar(name: str) -> None:
     assert {"the end in odometry", "the heading in odometry"} <= missed(
         scales_with(ENTRANTS[name], metres_per_count=1.02)
@@ -134,14 +134,14 @@ def test_a_robot_beyond_a_bar_fails_the_command(
     assert "BEYOND ITS BAR: koala, straight, 1 m: the end" in capsys.readouterr().out
 
 
-# What holds for any order.
+# What holds for any command.
 
 share = st.floats(-4, 4)
 
 
 @every_robot
-def test_the_curve_driven_is_the_curve_ordered(name: str) -> None:
-    """Through the driver and the line, whatever the order: no farther off than rounding explains."""
+def test_the_curve_driven_is_the_curve_commanded(name: str) -> None:
+    """Through the driver and the line, whatever the command: no farther off than rounding explains."""
     entrant = ENTRANTS[name]
     wheels, robot = entrant.wheels, entrant.make()
     ride = Ride(entrant.config, robot)
@@ -149,15 +149,15 @@ def test_the_curve_driven_is_the_curve_ordered(name: str) -> None:
     @settings(max_examples=150)
     @given(share, share)
     def drives(linear: float, angular: float) -> None:
-        order = Twist(linear * wheels.fastest, angular * 2 * wheels.fastest / wheels.separation)
-        rounding = paths.bend(order, wheels) if order.linear else math.inf
+        command = Twist(linear * wheels.fastest, angular * 2 * wheels.fastest / wheels.separation)
+        rounding = paths.bend(command, wheels) if command.linear else math.inf
         assume(rounding < math.inf)
         before = place_of(robot)
-        ride.drive(Manoeuvre("", (Leg(order, 0.3),)))
+        ride.drive(Manoeuvre("", (Leg(command, 0.3),)))
         after = place_of(robot)
-        way = math.copysign(after.driven - before.driven, order.linear)
+        way = math.copysign(after.driven - before.driven, command.linear)
         assert (after.heading - before.heading) / way == pytest.approx(
-            order.curvature, abs=rounding + verdict.BEND * abs(order.curvature) + 1e-6
+            command.curvature, abs=rounding + verdict.BEND * abs(command.curvature) + 1e-6
         )
 
     drives()
@@ -173,9 +173,9 @@ def test_each_wheel_turns_as_ordered_within_its_units(name: str) -> None:
     @settings(max_examples=100)
     @given(share, share)
     def turn(linear: float, angular: float) -> None:
-        order = Twist(linear * wheels.fastest, angular * 2 * wheels.fastest / wheels.separation)
-        wanted = wheels.speeds(wheels.limited(order))
-        ride.hold(order)
+        command = Twist(linear * wheels.fastest, angular * 2 * wheels.fastest / wheels.separation)
+        wanted = wheels.speeds(wheels.limited(command))
+        ride.hold(command)
         slack = [
             max(wheels.unit, wheels.slowest if abs(speed) < wheels.slowest else 0.0) / 2 for speed in wanted
         ]

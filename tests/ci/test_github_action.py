@@ -76,7 +76,7 @@ def test_it_installs_what_it_came_with(runner: dict[str, str], project: Path) ->
     assert (done.returncode, done.stderr) == (0, "no findings in 2 specs\n")
 
 
-def test_a_version_is_asked_of_the_index(runner: dict[str, str], project: Path, tmp_path: Path) -> None:
+def test_a_version_is_taken_from_the_index(runner: dict[str, str], project: Path, tmp_path: Path) -> None:
     """The arguments of pip, printed by a stand-in."""
     program(tmp_path / "temp/swarmctl/bin/pip", 'echo "$@"')
     path = f"{program(tmp_path / 'bin/python3', ':').parent}:{runner['PATH']}"

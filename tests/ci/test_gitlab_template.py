@@ -18,8 +18,8 @@ SCRIPT = "\n".join(JOB["script"])
 
 @pytest.fixture
 def job(project: Path, tmp_path: Path, environment: dict[str, str]) -> dict[str, str]:
-    """The job's variables; its pip notes what it is asked for, as this checkout is installed already."""
-    program(tmp_path / "bin/pip", f'echo "$@" > {tmp_path}/asked')
+    """The job's variables; its pip records its arguments, as this checkout is installed already."""
+    program(tmp_path / "bin/pip", f'echo "$@" > {tmp_path}/arguments')
     path = f"{program(tmp_path / 'bin/swarmctl', THIS_CHECKOUT).parent}:{environment['PATH']}"
     return environment | {"PATH": path, "CI_PROJECT_DIR": str(project)} | JOB["variables"]
 
@@ -36,7 +36,7 @@ def test_a_right_spec_passes_and_its_reports_are_there(
     done = ran(SCRIPT, project, job)
     assert (done.returncode, done.stderr) == (0, "")
     assert "is valid" in done.stdout
-    assert (tmp_path / "asked").read_text().split()[-1] == "swarmctl"
+    assert (tmp_path / "arguments").read_text().split()[-1] == "swarmctl"
     for report in JOB["artifacts"]["reports"].values():
         assert (project / report).is_file()
 

@@ -29,8 +29,8 @@ def swarmctl(*arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_version() -> None:
-    for asked in ("--version", "-V"):
-        ran = swarmctl(asked)
+    for option in ("--version", "-V"):
+        ran = swarmctl(option)
         assert (ran.returncode, ran.stdout, ran.stderr) == (exit_codes.OK, f"swarmctl {__version__}\n", "")
 
 

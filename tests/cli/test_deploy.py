@@ -1,4 +1,4 @@
-"""``swarmctl deploy`` with hosts that are away: whose absence counts, and what is said of it."""
+"""``swarmctl deploy`` with hosts that are away: whose absence counts, and its message."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def host(name: str, *, optional: bool) -> Host:
 
 
 @pytest.mark.parametrize(
-    ("error", "optional", "code", "said"),
+    ("error", "optional", "code", "message"),
     [
         (AWAY, True, exit_codes.OK, "0 of 2 hosts changed; optional and unreachable: pi"),
         (AWAY, False, exit_codes.HOSTS_UNREACHABLE, "0 of 2 hosts changed; failed: pi; run the same"),
@@ -28,11 +28,11 @@ def host(name: str, *, optional: bool) -> Host:
     ],
 )
 def test_an_optional_host_may_be_away_but_not_refuse(
-    error: HostError, optional: bool, code: int, said: str, capsys: pytest.CaptureFixture[str]
+    error: HostError, optional: bool, code: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = {"laptop": DONE, "pi": error}
     hosts = {"laptop": host("laptop", optional=False), "pi": host("pi", optional=optional)}
     absent = rollout_output.absent(found, hosts)
     assert rollout_output.exit_code(found, interrupted=False, absent=absent) == code
     rollout_output.report(found, absent)
-    assert capsys.readouterr().out.splitlines()[-1].startswith(said)
+    assert capsys.readouterr().out.splitlines()[-1].startswith(message)

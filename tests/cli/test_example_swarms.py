@@ -53,7 +53,7 @@ def test_word_for_word(
 ) -> None:
     parts = {
         "": printed(capsys, "graph", str(spec)),
-        "\nhow orders travel\n": printed(capsys, "graph", str(spec), "--paths"),
+        "\ncommand paths\n": printed(capsys, "graph", str(spec), "--paths"),
     }
     text = "".join(title + part for title, part in parts.items() if part.strip())
     golden(GOLDEN / f"{name_of(spec)}.txt", text)

@@ -1,4 +1,4 @@
-"""``validate --fix`` and ``--diff`` on files: what is written, what is said, and what stays as it is."""
+"""``validate --fix`` and ``--diff`` on files: what is written, what is printed, and what stays as it is."""
 
 from __future__ import annotations
 

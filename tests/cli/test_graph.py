@@ -112,8 +112,8 @@ def test_the_commands_of_the_page_run(command: str, capsys: pytest.CaptureFixtur
 
 def test_the_page_shows_what_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     shown = re.findall("```text\n(.+?)```", PAGE, re.DOTALL)
-    asked = (["--impact"], ["--path", "koala-laptop", "k3"], ["--budgets"])
-    for block, arguments in zip(shown, asked, strict=True):
+    options = (["--impact"], ["--path", "koala-laptop", "k3"], ["--budgets"])
+    for block, arguments in zip(shown, options, strict=True):
         lines = printed(capsys, *arguments).splitlines()
         assert block.splitlines() == [line.rstrip() for line in lines]
 

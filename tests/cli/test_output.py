@@ -75,8 +75,8 @@ def test_github_is_the_format_in_actions(validate: Callable[..., Ran], tmp_path:
     assert ran.returncode == exit_codes.ERROR
     assert ran.stdout.startswith("::error title=")
     assert page.read_text().startswith("before\n### swarmctl validate: 1 error in 1 spec\n")
-    asked = validate(WRONG, "--format", "human", GITHUB_ACTIONS="true")
-    assert (asked.stdout, asked.stderr.startswith("error[")) == ("", True)
+    explicit = validate(WRONG, "--format", "human", GITHUB_ACTIONS="true")
+    assert (explicit.stdout, explicit.stderr.startswith("error[")) == ("", True)
 
 
 def test_a_summary_that_cannot_be_written_spoils_nothing(validate: Callable[..., Ran]) -> None:

@@ -131,10 +131,10 @@ class Rover(ArduinoRover):
         return [] if self.wedged else super().replies(data)
 
     def unsolicited(self) -> list[bytes]:
-        said = super().unsolicited()
+        sent = super().unsolicited()
         if self.fault == "one wheel silent":
-            return [one for one in said if one[5:7] != b"\x69\x00"]
-        return said
+            return [one for one in sent if one[5:7] != b"\x69\x00"]
+        return sent
 
     def _take(self, message: Message) -> None:
         if self.fault == "no goodbye" and message.topic == TX_STOP:

@@ -163,8 +163,8 @@ def test_a_driver_without_limits_is_detected(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_driver_without_dead_man_is_detected(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, factor: float, own: bool
 ) -> None:
-    def late(orders: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
-        return DeadMan(orders, factor * timeout, clock)
+    def late(commands: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
+        return DeadMan(commands, factor * timeout, clock)
 
     monkeypatch.setattr(swarm_driver.session, "DeadMan", late)
     results = of_a_class(tmp_path) if own else tried("", driver_checks.driver_dead_man_stops)

@@ -135,8 +135,8 @@ def test_a_driver_without_limits_is_detected(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_driver_without_dead_man_is_detected(
     monkeypatch: pytest.MonkeyPatch, factor: float, text: str
 ) -> None:
-    def late(orders: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
-        return DeadMan(orders, factor * timeout, clock)
+    def late(commands: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
+        return DeadMan(commands, factor * timeout, clock)
 
     monkeypatch.setattr(swarm_driver.rosserial_robot, "DeadMan", late)
     found, _ = checked("dead-man of the driver", Rover())

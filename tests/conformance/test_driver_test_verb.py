@@ -1,4 +1,4 @@
-"""``swarmctl driver test`` as people meet it: asked first, one line for a port, never left driving."""
+"""``swarmctl driver test`` as people meet it: confirmed first, one line for a port, never left driving."""
 
 from __future__ import annotations
 
@@ -165,7 +165,8 @@ def test_a_codec_that_hangs_in_motion_ends_with_a_stop(
     (folder / "robots/beetle.yaml").write_text(OWN)
     begin = '        """Sets both wheel speeds, in the robot\'s units; zeros stop it."""\n'
     hangs = (
-        f"        self.said = getattr(self, 'said', 0) + 1\n        if self.said > 6:\n            {hang}\n"
+        "        self.calls = getattr(self, 'calls', 0) + 1\n"
+        f"        if self.calls > 6:\n            {hang}\n"
     )
     (folder / "robots/beetle.py").write_text(codec_text("beetle").replace(begin, begin + hangs))
     began = time.monotonic()

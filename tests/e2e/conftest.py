@@ -26,7 +26,7 @@ NOT_LAB = ("test_dead_man_page.py",)
 
 @dataclass(frozen=True)
 class FirstTime:
-    """What the very first plan and deploy of the lab said, and the plan after them."""
+    """The output of the first plan and deploy of the lab, and the plan after them."""
 
     plan: Run
     deploy: Run

@@ -104,7 +104,7 @@ class Watch:
 
 
 class Commander:
-    """A node that orders all robots about, ten times a second. ``end`` it, or use ``commanding``."""
+    """A node that publishes commands to all robots, ten times a second. ``end`` it, or use ``commanding``."""
 
     def __init__(self, swarm: LabSwarm, host: str, speeds: Mapping[str, float], name: str) -> None:
         self._swarm = swarm
@@ -118,14 +118,14 @@ class Commander:
         pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
         self._process = subprocess.Popen(argv, stdin=pipe, stdout=pipe, stderr=nothing, text=True)
 
-    def order(self, factor: float) -> float:
-        """Order this from now on; the moment at which it is first said."""
+    def command(self, factor: float) -> float:
+        """Commands this from now on; returns the moment of its first publication."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(f"{factor}\n")
         self._process.stdin.flush()
-        said, _, _ = select.select([self._process.stdout], [], [], ANSWERS)
-        assert said, f"the commander on {self._host} says nothing"
+        readable, _, _ = select.select([self._process.stdout], [], [], ANSWERS)
+        assert readable, f"the commander on {self._host} prints nothing"
         return float(self._process.stdout.readline())
 
     def send(self, number: int) -> float:
@@ -205,9 +205,9 @@ class Page:
         return {robot: Stop(*figure) for robot, figure in zip(self._robots, figures, strict=True)}
 
     def write(self, fault: str, stops: Mapping[str, Stop]) -> None:
-        said, *_, bound, why = _cells(self._lines[self._rows[fault]])
+        name, *_, bound, why = _cells(self._lines[self._rows[fault]])
         figures = [f"{stops[robot].seconds:.2f} s, {stops[robot].metres:.3f} m" for robot in self._robots]
-        self._lines[self._rows[fault]] = "| " + " | ".join([said, *figures, bound, why]) + " |"
+        self._lines[self._rows[fault]] = "| " + " | ".join([name, *figures, bound, why]) + " |"
         self.PATH.write_text("\n".join(self._lines) + "\n", "utf-8")
 
 

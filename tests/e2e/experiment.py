@@ -70,14 +70,14 @@ class Experiment:
         with subprocess.Popen(argv, stdin=pipe, stdout=subprocess.DEVNULL, text=True) as process:
             try:
                 island = self.spec.islands[0].name
-                within(PATIENCE, lambda: self.orders("/joy", island), "no gamepad is announced")
+                within(PATIENCE, lambda: self.publishers("/joy", island), "no gamepad is announced")
                 yield Gamepad(process)
             finally:
                 assert process.stdin is not None
                 process.stdin.close()
                 process.wait(10)
 
-    def orders(self, topic: str, island: str) -> list[str]:
+    def publishers(self, topic: str, island: str) -> list[str]:
         """The nodes other than the joystick that an island's master lists as publishers of ``topic``."""
         ends = whole_graph.real(self.lab, self.spec)[island]
         found = (end.node for end in ends if (end.topic, end.way) == (topic, "publishes"))
@@ -130,12 +130,12 @@ class Experiment:
         within(PATIENCE, lambda: refusal in self.lab.diagnosis(received_on, robot), "nothing is refused")
         assert self.ways()[robot] == before, f"{robot} has moved"
 
-    def receives_nothing(self, robot: str, *, ordered_on: str, home: str) -> None:
-        """An order that one island's master knows of never comes to the robot's own."""
+    def receives_nothing(self, robot: str, *, published_on: str, home: str) -> None:
+        """A command published on another island never reaches the master of the robot's island."""
         topic = f"{names.namespace(robot)}/{COMMAND}"
-        within(PATIENCE, lambda: self.orders(topic, ordered_on), "the order is not announced")
+        within(PATIENCE, lambda: self.publishers(topic, published_on), "the command is not announced")
         self.stands(robot)
-        assert self.orders(topic, home) == []
+        assert self.publishers(topic, home) == []
 
     def seconds_to_rest(self) -> float:
         """How long it takes, from now on, until all robots stand."""

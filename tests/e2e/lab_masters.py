@@ -1,4 +1,4 @@
-"""What the ROS masters of a lab truly know, asked through the Master API (wiki.ros.org/ROS/Master_API)."""
+"""What the ROS masters of a lab list, read through the Master API (wiki.ros.org/ROS/Master_API)."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def due(seen: Registrations, swarm: Swarm) -> Registrations:
 
 
 def _at(lab: LabSwarm, swarm: Swarm, island: Island, homes: Mapping[str, str]) -> frozenset[Registration]:
-    rows = network.within(namespace_of(lab), lambda: _asked(swarm.master_uri(island)))
+    rows = network.within(namespace_of(lab), lambda: _registrations(swarm.master_uri(island)))
     return frozenset(Registration(kind, name, homes.get(address, address)) for kind, name, address in rows)
 
 
-def _asked(uri: str) -> list[tuple[str, str, str]]:
+def _registrations(uri: str) -> list[tuple[str, str, str]]:
     master = xmlrpc.client.ServerProxy(uri)
     try:
         state = master.getSystemState("/test")[2]  # type: ignore[index]

@@ -26,7 +26,7 @@ from tests.timing import at_most
 
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
 SWARM = "newswarm"
-LEADER = "koala-laptop"  # of the paper's example: the one host whose orders count
+LEADER = "koala-laptop"  # of the paper's example: the one host whose commands are accepted
 HOME = f"/opt/swarm/{SWARM}"
 SOURCE = f"source {HOME}/current/setup.bash"
 IMAGE = 600.0  # s within which the image must have been built and the lab be up
@@ -38,7 +38,7 @@ Note = Callable[[str, str, str], None]  # keeps a figure for the table at the en
 
 
 class SshError(AssertionError):
-    """A command on a host failed; the message is what it said."""
+    """A command on a host failed; the message is its output."""
 
 
 @dataclass(frozen=True)
@@ -243,13 +243,13 @@ class LabSwarm:
 
     def units(self, host: str) -> dict[str, Unit]:
         """The swarm's services on a host, by their names without prefix and suffix."""
-        said = self.shell(
+        output = self.shell(
             host,
             f"systemctl show -p Id,ActiveState,MainPID,NRestarts "
             f"$(systemctl list-units --all --plain --no-legend 'swarm-{SWARM}.*.service' | cut -d' ' -f1)",
         )
         found = {}
-        for paragraph in said.strip().split("\n\n"):
+        for paragraph in output.strip().split("\n\n"):
             values = dict(line.split("=", 1) for line in paragraph.splitlines())
             if "Id" in values:
                 name = values["Id"].removeprefix(f"swarm-{SWARM}.").removesuffix(".service")
@@ -304,8 +304,8 @@ class LabSwarm:
 
     def odometry(self, host: str, robot: str) -> Pose:
         """The pose that the driver of ``robot`` publishes, received on ``host``."""
-        said = self.shell(host, f"{SOURCE}; timeout 10 rostopic echo -n 1 -p /{robot}/odom/pose/pose")
-        keys, values = said.strip().splitlines()
+        output = self.shell(host, f"{SOURCE}; timeout 10 rostopic echo -n 1 -p /{robot}/odom/pose/pose")
+        keys, values = output.strip().splitlines()
         found = dict(zip(keys.split(","), map(float, values.split(",")), strict=True))
         turn = 2 * math.atan2(found["field.orientation.z"], found["field.orientation.w"])
         return Pose(found["field.position.x"], found["field.position.y"], wrapped(turn))
@@ -317,7 +317,7 @@ class LabSwarm:
 
     @contextmanager
     def driving(self, host: str, robot: str, linear: float, angular: float = 0.0) -> Iterator[Publisher]:
-        """Orders at 10 Hz to ``robot``, published on ``host``. Entered once the robot moves."""
+        """Commands at 10 Hz to ``robot``, published on ``host``. Entered once the robot moves."""
         with self.publishing(host, robot, linear, angular) as publisher:
             within(10, lambda: moves(self.robot(robot)), f"{robot} does not move")
             yield publisher

@@ -21,8 +21,8 @@ LOW, HIGH = 0.05, 0.1  # m/s
 def test_commands_of_another_host_move_nothing_and_are_reported(swarm: LabSwarm, note: Note) -> None:
     place = swarm.robot("k3")["distance"]
     with swarm.publishing(STRANGER, "k3", 0.1):
-        said = within(10, lambda: "refuses /rostopic" in swarm.diagnosis(LEADER, "k3"), "nobody is refused")
-        note("k3 names a stranger in /diagnostics after", f"{said:.1f} s", "")
+        took = within(10, lambda: "refuses /rostopic" in swarm.diagnosis(LEADER, "k3"), "no refusal")
+        note("k3 names a stranger in /diagnostics after", f"{took:.1f} s", "")
         status = swarm.swarmctl("status")
         assert status.status == 0, status.out
         address = swarm.hosts[STRANGER]

@@ -94,7 +94,7 @@ def watch(swarm: LabSwarm) -> Iterator[Watch]:
 @pytest.fixture
 def commander(swarm: LabSwarm) -> Iterator[Commander]:
     with commanding(swarm, HOST, {ROBOT: SPEED}) as commander:
-        commander.order(1.0)
+        commander.command(1.0)
         within(15, lambda: moves(swarm.robot(ROBOT)), "it does not move")
         yield commander
 

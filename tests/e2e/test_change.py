@@ -51,10 +51,10 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
 ) -> None:
     before = swarm.pids()
     with ExitStack() as stack:
-        orders = {"k3": 0.1, "epuck": 0.05, "koala": 0.2}
+        speeds = {"k3": 0.1, "epuck": 0.05, "koala": 0.2}
         publishers = {
             robot: stack.enter_context(swarm.publishing(LEADER, robot, speed))
-            for robot, speed in orders.items()
+            for robot, speed in speeds.items()
         }
         within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
         deploy = stack.enter_context(swarm.begin("deploy", spec=faster_k3))

@@ -62,7 +62,7 @@ def watch(swarm: LabSwarm) -> Iterator[Watch]:
 
 
 class Scene:
-    """All robots drive, as a node on the laptop orders."""
+    """All robots drive, commanded by a node on the laptop."""
 
     def __init__(self, swarm: LabSwarm, watch: Watch, commander: Commander) -> None:
         self.swarm = swarm
@@ -89,7 +89,7 @@ class Scene:
 def scene(swarm: LabSwarm, watch: Watch) -> Iterator[Scene]:
     with commanding(swarm, LAPTOP, SPEEDS) as commander:
         scene = Scene(swarm, watch, commander)
-        commander.order(1.0)
+        commander.command(1.0)
         scene.obeyed_again()
         time.sleep(0.3)
         yield scene
@@ -123,7 +123,7 @@ def signal_to_drivers(number: int) -> Fault:
 @contextmanager
 def a_stranger_goes_on(scene: Scene) -> Iterator[float]:
     with commanding(scene.swarm, PI, SPEEDS, "stranger") as stranger:
-        stranger.order(1.0)
+        stranger.command(1.0)
         time.sleep(0.5)
         yield scene.commander.send(signal.SIGKILL)
         time.sleep(1.0)
@@ -132,7 +132,7 @@ def a_stranger_goes_on(scene: Scene) -> Iterator[float]:
 
 @contextmanager
 def no_numbers(scene: Scene) -> Iterator[float]:
-    yield scene.commander.order(float("nan"))
+    yield scene.commander.command(float("nan"))
 
 
 @contextmanager
@@ -212,7 +212,7 @@ FAULTS: Mapping[str, Fault] = {
     "publisher killed": signal_to_publisher(signal.SIGKILL),
     "publisher hung": signal_to_publisher(signal.SIGSTOP),
     "publisher killed, a stranger goes on": a_stranger_goes_on,
-    "publisher says no numbers (NaN)": no_numbers,
+    "publisher sends NaN": no_numbers,
     "publisher's host cut off the network": publisher_cut_off,
     "publisher's and master's host without power": leader_without_power,
     "master killed": master_killed,

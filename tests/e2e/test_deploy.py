@@ -1,4 +1,4 @@
-"""Deploying: what is said before, done during and true after it."""
+"""Deploying: what is printed before, done during and true after it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_second_deploy_changes_nothing_over_one_connection_per_host(swarm: Lab
 
 
 def counted_deploy(swarm: LabSwarm) -> Mapping[str, Talk]:
-    """Deploy once more, which does nothing; what was said to each address."""
+    """Deploy once more, which does nothing; returns what was sent to each address."""
     with listening(namespace_of(swarm)) as talks:
         run = swarm.deploy()
     assert run.status == 0

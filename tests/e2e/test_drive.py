@@ -1,4 +1,4 @@
-"""Driving: robots go as the leader orders, and stand still as soon as nobody orders any more."""
+"""Driving: robots follow the commands of the leader, and stop as soon as none comes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STRETCH = 10.0  # s of driving that speeds and loads are measured over
 
 @dataclass(frozen=True)
 class Trip:
-    """Which robot the leader orders to drive, how fast (m/s, rad/s), and who listens to its odometry."""
+    """Which robot the leader commands, how fast (m/s, rad/s), and who listens to its odometry."""
 
     robot: str
     host: str
@@ -121,10 +121,10 @@ def memory(swarm: LabSwarm, trip: Trip) -> float:
 
 @pytest.mark.parametrize("trip", TRIPS, ids=ROBOTS)
 class TestATripOrderedByTheLeader:
-    def test_goes_at_the_speed_asked_for(self, trip: Trip, driven: dict[str, Driven], note: Note) -> None:
+    def test_goes_at_the_commanded_speed(self, trip: Trip, driven: dict[str, Driven], note: Note) -> None:
         got = driven[trip.robot]
         note(
-            f"speed of {trip.robot}, ordered {trip.linear} m/s {trip.angular:+} rad/s",
+            f"speed of {trip.robot}, commanded {trip.linear} m/s {trip.angular:+} rad/s",
             f"{got.linear:.4f} m/s {got.angular:+.4f} rad/s",
             "within 5 %",
         )
@@ -152,7 +152,7 @@ class TestATripOrderedByTheLeader:
     def test_takes_little_of_its_host(self, trip: Trip, driven: dict[str, Driven], note: Note) -> None:
         load = driven[trip.robot].load
         note(
-            f"driver of {trip.robot} at 10 orders/s",
+            f"driver of {trip.robot} at 10 commands/s",
             f"{load.megabytes:.1f} MB, {load.percent:.1f} % of a core",
             "<= 60 MB, <= 2 %",
         )

@@ -12,12 +12,12 @@ def test_a_pulled_cable_restarts_nothing_and_stops_the_robot(swarm: LabSwarm, no
     before = swarm.units("k3-pi")["k3"]
     with swarm.driving(LEADER, "k3", 0.1) as publisher:
         lab.unplug(swarm.name, "k3")
-        said = swarm.diagnosis("epuck-pi", "k3")
-        assert "level: 2" in said
-        assert 'message: "/dev/swarm/k3 is missing: is the cable plugged in' in said
+        diagnosis = swarm.diagnosis("epuck-pi", "k3")
+        assert "level: 2" in diagnosis
+        assert 'message: "/dev/swarm/k3 is missing: is the cable plugged in' in diagnosis
         lab.plug(swarm.name, "k3")
         stood = swarm.seconds_to_standstill("k3", within=6)["k3"]
-        obeyed = within(6, lambda: moves(swarm.robot("k3")), "k3 does not obey fresh orders")
+        obeyed = within(6, lambda: moves(swarm.robot("k3")), "k3 does not obey new commands")
         note(
             "k3 after its cable was put back", f"stands {stood:.2f} s, obeys {stood + obeyed:.2f} s", "<= 6 s"
         )

@@ -85,8 +85,8 @@ def test_two_deploys_at_the_same_moment_leave_every_host_whole(swarm: LabSwarm) 
     specs = swarm.variant("faster", *ALL_FASTER), swarm.variant("slower", *ALL_SLOWER)
     wanted = releases(swarm, *specs)
     both = [swarm.begin("deploy", spec=spec) for spec in specs]
-    said = [run.communicate(timeout=60) for run in both]
-    for run, (out, err) in zip(both, said, strict=True):
+    outputs = [run.communicate(timeout=60) for run in both]
+    for run, (out, err) in zip(both, outputs, strict=True):
         assert run.returncode in (0, 3), out + err
         if run.returncode == 3:
             assert "locked by root@" in out or "stale plan" in out, out

@@ -101,7 +101,7 @@ def test_orders_cross_to_the_robot_that_they_are_for(joined: Joined) -> None:
 
 
 def test_topics_reach_no_undeclared_island(joined: Joined) -> None:
-    """A subscriber on an island that a topic does not go to; orders from islands that may give none."""
+    """A subscriber on an island that a topic does not go to; commands from islands that may not command."""
     assert not joined.received("lone-pi", "/k3/odom", 5)
     with (
         joined.lab.publishing("lone-pi", "epuck", 0.05),
@@ -164,5 +164,5 @@ def test_a_second_deploy_has_nothing_to_do(joined: Joined) -> None:
 
 def test_the_unit_is_hardened(joined: Joined) -> None:
     command = "systemd-analyze security --no-pager swarm-newswarm.multimaster.service | tail -1"
-    said = joined.lab.shell("epuck-pi", command)
-    assert float(said.split(":")[1].split()[0]) <= 2.0, said
+    output = joined.lab.shell("epuck-pi", command)
+    assert float(output.split(":")[1].split()[0]) <= 2.0, output

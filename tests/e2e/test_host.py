@@ -48,10 +48,10 @@ def test_a_rebooted_hub_brings_its_master_and_every_robot_back(swarm: LabSwarm, 
 def test_units_expose_little(swarm: LabSwarm, note: Note) -> None:
     for host in swarm.hosts:
         for unit in swarm.units(host):
-            said = swarm.shell(
+            output = swarm.shell(
                 host, f"systemd-analyze security --no-pager swarm-newswarm.{unit}.service | tail -n 1"
             )
-            exposure = float(re.findall(r": ([0-9.]+) ", said)[0])
+            exposure = float(re.findall(r": ([0-9.]+) ", output)[0])
             note(f"exposure of {host} {unit}", f"{exposure}", f"<= {EXPOSED_AT_MOST}")
             assert exposure <= EXPOSED_AT_MOST
 

@@ -154,8 +154,8 @@ def test_a_host_without_chrony_is_deployed_to_with_a_note(deployed: LabSwarm) ->
 
 def test_a_pin_reaches_the_unit_that_pairs_and_nobody_else(deployed: LabSwarm, note: Note) -> None:
     """No adapter is at hand: bluetoothctl and busctl are stand-ins, all around them is as on a robot."""
-    said = deployed.plan().out
-    assert "the secret epuck-pin is missing on the host and beside the spec" in said
+    output = deployed.plan().out
+    assert "the secret epuck-pin is missing on the host and beside the spec" in output
     for name, text in (("busctl", BUSCTL), ("bluetoothctl", BLUETOOTHCTL)):
         deployed.shell(
             "pi",

@@ -11,7 +11,7 @@ from tests.e2e.lab_swarm import Note
 
 BENCHMARK = ROOT / "benchmarks/leader.py"
 MARGIN = 1.5  # for the CPU of a machine that does much at once: what shares its caches slows it down
-LATE = 0.2  # s from an order to the last wheel
+LATE = 0.2  # s from a command to the last wheel
 
 
 def test_drivers_keep_to_their_bars(note: Note) -> None:
@@ -25,6 +25,6 @@ def test_drivers_keep_to_their_bars(note: Note) -> None:
         note(f"six drivers on one host: {what}", f"{value} {unit}", f"<= {most:g} {unit}")
         assert float(value) <= most, ran.stdout
     assert "PASS: rates" in ran.stdout, ran.stdout
-    late = re.search(r"order to the last robot: median ([\d.]+) s", ran.stdout)
+    late = re.search(r"command to the last robot: median ([\d.]+) s", ran.stdout)
     assert late is not None
     assert float(late[1]) <= LATE, ran.stdout

@@ -58,8 +58,8 @@ def test_nodes_go_by_names_that_mean_another_address_at_home(named: LabSwarm, no
     for host, robot in ((LEADER, "koala"), ("k3-pi", "k3")):
         assert named.shell(host, f"getent hosts {host}").startswith("127.0.1.1 ")
         for asking in named.hosts:
-            said = named.shell(asking, f"{SOURCE}; rosnode info /{robot}/driver")
-            assert f"contacting node http://{host}:" in said
+            output = named.shell(asking, f"{SOURCE}; rosnode info /{robot}/driver")
+            assert f"contacting node http://{host}:" in output
 
 
 def test_the_leader_drives_all_robots_and_a_stranger_none(named: LabSwarm) -> None:

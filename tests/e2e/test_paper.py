@@ -123,7 +123,7 @@ class TestStandalone(Conducted):
 
     def test_a_command_under_a_foreign_master_does_not_arrive(self, experiment: Experiment) -> None:
         with experiment.lab.publishing("k3-pi", "epuck", 0.05):
-            experiment.receives_nothing("epuck", ordered_on="k3-pi", home="epuck-pi")
+            experiment.receives_nothing("epuck", published_on="k3-pi", home="epuck-pi")
 
 
 class TestCombined(Conducted):
@@ -134,7 +134,7 @@ class TestCombined(Conducted):
 
     def test_a_simple_robot_is_deaf_to_another_island(self, experiment: Experiment) -> None:
         with experiment.lab.publishing("epuck-pi", "khepera_2", 0.05):
-            experiment.receives_nothing("khepera-2", ordered_on="lone-epuck", home="khepera-group")
+            experiment.receives_nothing("khepera-2", published_on="lone-epuck", home="khepera-group")
 
     def test_a_simple_robot_refuses_what_is_not_the_joysticks(self, experiment: Experiment) -> None:
         """The topic crosses from the Koala's laptop: whatever is published there arrives, and is refused."""

@@ -25,7 +25,7 @@ programs:
     package: shouting
     executable: shout.py
     params: {text: "it's 100 % \\"so\\" $(so)", rate: 5.0}
-    publishes: [{topic: said, type: std_msgs/String}]
+    publishes: [{topic: words, type: std_msgs/String}]
   gmapping: {host: koala-laptop, package: gmapping, executable: slam_gmapping, optional: true}
 """
 PACKAGE = """<package format="2"><name>shouting</name><version>1.0.0</version>
@@ -35,10 +35,10 @@ import rospy
 from std_msgs.msg import String
 
 rospy.init_node("any")
-said = rospy.Publisher("said", String, queue_size=1)
+publisher = rospy.Publisher("words", String, queue_size=1)
 pace = rospy.Rate(rospy.get_param("~rate"))
 while not rospy.is_shutdown():
-    said.publish(rospy.get_param("~text"))
+    publisher.publish(rospy.get_param("~text"))
     pace.sleep()
 """
 FOLDER = "/usr/share/shouting"
@@ -60,17 +60,17 @@ def spec(swarm: LabSwarm) -> Iterator[Path]:
     swarm.shell("k3-pi", f"sudo rm -r {FOLDER}")
 
 
-def said(swarm: LabSwarm) -> str:
+def received(swarm: LabSwarm) -> str:
     """What is received on the leader, or nothing."""
     return swarm.shell(
-        LEADER, f"{SOURCE}; timeout 5 rostopic echo -n 1 -p /k3/said | tail -n 1 || true"
+        LEADER, f"{SOURCE}; timeout 5 rostopic echo -n 1 -p /k3/words | tail -n 1 || true"
     ).strip()
 
 
 def test_programs_survive_their_master_and_optional_ones_are_left_out(
     swarm: LabSwarm, spec: Path, note: Note
 ) -> None:
-    within(20, lambda: TEXT in said(swarm), "the program is not received")
+    within(20, lambda: TEXT in received(swarm), "the program is not received")
     assert "gmapping" not in swarm.shell(LEADER, f"{SOURCE}; rosnode list")
     assert "program `gmapping` is skipped: the host lacks the ROS package gmapping" in swarm.plan(spec).out
 
@@ -85,7 +85,7 @@ def test_programs_survive_their_master_and_optional_ones_are_left_out(
     within(30, lambda: "/k3/shout" in nodes(swarm), "the program does not join the new master")
     note("a program is back after its master was killed", f"{time.monotonic() - began:.1f} s", "<= 15 s")
     assert time.monotonic() - began <= 15
-    within(10, lambda: TEXT in said(swarm), "the program is not received again")
+    within(10, lambda: TEXT in received(swarm), "the program is not received again")
     within(20, lambda: swarm.swarmctl("status", spec=spec).status == 0, "the swarm does not get well")
 
 
@@ -97,16 +97,16 @@ def test_a_program_can_be_launched_by_hand(swarm: LabSwarm, spec: Path) -> None:
     swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.shout")
     launch = f"{SOURCE}; timeout -s INT 6 roslaunch /opt/swarm/newswarm/current/launch/shout.launch"
     swarm.shell("k3-pi", f"({launch}) >/dev/null 2>&1 & sleep 3")
-    assert TEXT in said(swarm)
+    assert TEXT in received(swarm)
 
 
 def test_a_node_that_dies_is_started_again(swarm: LabSwarm, spec: Path, note: Note) -> None:
-    within(20, lambda: TEXT in said(swarm), "the program is not received")
+    within(20, lambda: TEXT in received(swarm), "the program is not received")
     before = node_process(swarm)
     swarm.shell("k3-pi", f"sudo kill -KILL {before}")
     seconds = within(20, lambda: node_process(swarm) not in ("", before), "the node does not come back")
     note("a program's node is back after it died", f"{seconds:.1f} s", "<= 20 s")
-    within(10, lambda: TEXT in said(swarm), "the node that came back is not received")
+    within(10, lambda: TEXT in received(swarm), "the node that came back is not received")
 
 
 def node_process(swarm: LabSwarm) -> str:

@@ -1,7 +1,7 @@
 """Recovery: whatever ends, is cut off or comes late, the swarm is whole again without a person.
 
 Seconds count from when the cause is over: a master is killed, a host answers SSH again, a link is joined. A
-swarm is whole when `status` calls it healthy and new orders move a robot of another host;
+swarm is whole when `status` calls it healthy and new commands move a robot of another host;
 until then nobody moves.
 """
 
@@ -108,11 +108,11 @@ def standing(swarm: LabSwarm) -> Iterator[None]:
     finally:
         done.set()
         thread.join()
-    assert not moved, f"moved without orders: {', '.join(moved)}"
+    assert not moved, f"moved without commands: {', '.join(moved)}"
 
 
 def obeyed(swarm: LabSwarm, host: str) -> None:
-    """Orders from ``host`` move k3, and no other robot."""
+    """Commands from ``host`` move k3, and no other robot."""
     with swarm.driving(host, "k3", 0.1):
         states = swarm.robots()
         assert not moves(states["koala"])
@@ -181,15 +181,15 @@ def recovers(
             healthy = whole(swarm, spec)
         began = time.monotonic()
         obeyed(swarm, COMMANDING[mode])
-        orders = healthy + time.monotonic() - began
-        note(f"{mode}: {what}", f"healthy {healthy:.1f} s, orders {orders:.1f} s", f"<= {LONGEST:g} s")
+        moving = healthy + time.monotonic() - began
+        note(f"{mode}: {what}", f"healthy {healthy:.1f} s, robot moves {moving:.1f} s", f"<= {LONGEST:g} s")
 
 
 def processes(swarm: LabSwarm, host: str) -> dict[str, int]:
     """How many masters, drivers and multimasters run on a host, whoever started them."""
-    said = swarm.shell(host, "ps -eo args")
+    output = swarm.shell(host, "ps -eo args")
     return {
-        what: sum(program in line for line in said.splitlines())
+        what: sum(program in line for line in output.splitlines())
         for what, program in {
             "master": "rosmaster --core", "driver": "serial_driver.py",
             "multimaster": "static_multimaster.py",

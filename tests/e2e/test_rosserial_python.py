@@ -88,8 +88,8 @@ def test_a_board_that_is_plugged_in_again_is_driven_again(rover: LabSwarm, note:
         pass
 
 
-def test_a_board_that_forgot_its_host_is_asked_anew(rover: LabSwarm, note: Note) -> None:
-    """As a board does that its watchdog has started anew: it is silent until it is asked for its topics."""
+def test_a_board_that_forgot_its_host_negotiates_again(rover: LabSwarm, note: Note) -> None:
+    """A board restarted by its watchdog sends nothing until its topics are requested."""
     rover.shell(HOST, f"sudo sh -c \"printf '{TX_STOP}' > /dev/swarm/{ROBOT}\"")
     began = time.monotonic()
     assert silent(rover)

@@ -1,4 +1,4 @@
-"""The rover's own firmware on a simulated UNO in the lab: orders at the ROS end become PWM and metres."""
+"""The rover's own firmware on a simulated UNO in the lab: commands at the ROS end become PWM and metres."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def rover(workplace: Path) -> Iterator[LabSwarm]:
 
 
 def driven(swarm: LabSwarm, linear: float, angular: float, arrived: Callable[[Pose, Pose], bool]) -> None:
-    """Order until ``arrived`` finds that the way from the first pose is done; then wait until it stands."""
+    """Commands until ``arrived`` is true of the first and the present pose; then waits until it stands."""
     start = swarm.truth(ROBOT)
     with swarm.publishing(HOST, ROBOT, linear, angular):
         within(30, lambda: arrived(start, swarm.truth(ROBOT)), "the rover does not get there")
@@ -141,8 +141,8 @@ def test_a_cable_pulled_during_a_flash_leaves_the_robot_standing(rover: LabSwarm
 
 
 def halfway(swarm: LabSwarm) -> bool:
-    said = swarm.robot(ROBOT)["last_command"]
-    return said.startswith(PAGE) and not said.startswith(FIRST)
+    command = swarm.robot(ROBOT)["last_command"]
+    return command.startswith(PAGE) and not command.startswith(FIRST)
 
 
 def test_the_next_flash_writes_the_sketch_and_the_robot_drives(

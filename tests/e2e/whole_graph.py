@@ -48,9 +48,9 @@ def of_ros_itself(*nodes: str) -> Iterator[End]:
 
 
 def real(swarm: LabSwarm, spec: Swarm) -> dict[str, set[End]]:
-    """By island, what its master lists, asked from inside the lab."""
+    """By island, what its master lists, read from inside the lab."""
     uris = {spec.master_uri(island): island.name for island in spec.islands}
-    said = json.loads(swarm.shell(spec.islands[0].hub, f"python3 -c '{LOOK}' {' '.join(uris)}"))
+    states = json.loads(swarm.shell(spec.islands[0].hub, f"python3 -c '{LOOK}' {' '.join(uris)}"))
     return {
         uris[uri]: {
             End(topic, way, node)
@@ -58,7 +58,7 @@ def real(swarm: LabSwarm, spec: Swarm) -> dict[str, set[End]]:
             for topic, nodes in topics
             for node in nodes
         }
-        for uri, state in said.items()
+        for uri, state in states.items()
     }
 
 

@@ -1,4 +1,4 @@
-"""What a person sees in an editor, asked of the YAML language server that VS Code and Neovim run."""
+"""What a person sees in an editor, read from the YAML language server that VS Code and Neovim run."""
 
 from __future__ import annotations
 

@@ -113,8 +113,8 @@ def test_a_wheel_that_gives_no_pulses_stops_both(bench: Benches, fault: Fault) -
     assert min(rover.speeds) > 0.1
 
 
-def test_after_its_reset_it_is_asked_at_once(bench: Benches, note: Callable[[str, str, str], None]) -> None:
-    """It prints its version at the start, and nothing more until it is asked."""
+def test_after_its_reset_it_negotiates_at_once(bench: Benches, note: Callable[[str, str, str], None]) -> None:
+    """It prints its version at the start, and nothing more until its topics are requested."""
     rover = bench(boot=BOOT)
     rover.run(1.0, (0.4, 0.0))
     rover.board.power_cycle()

@@ -78,7 +78,7 @@ def test_it_reports_its_version_when_it_starts(boards: Boards) -> None:
     assert b"swarmctl firmware " in receive(boards(), 0.1)
 
 
-def test_it_sends_nothing_before_it_is_asked(board: SimulatedBoard) -> None:
+def test_it_sends_nothing_before_the_first_request(board: SimulatedBoard) -> None:
     assert receive(board, 3.0, TIME_REPLY + FORWARD) == b""
     assert board.truth.angles == (0.0, 0.0)
 

@@ -103,7 +103,7 @@ def node(robot: ExpectedRobot, host: ExpectedHost) -> NodeSeen:
         publishes={topic.name: topic.type for topic in robot.topics},
         subscribes={robot.command: "geometry_msgs/Twist"},
         topics={one.name: TopicSeen(20, one.rate, 2.0, one.type, "") for one in robot.topics},
-        report=Report(0, "standing still: no order yet"),
+        report=Report(0, "standing still: no command yet"),
     )
 
 

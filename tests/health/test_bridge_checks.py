@@ -219,16 +219,16 @@ def test_a_machine_of_no_island_is_no_leak() -> None:
 
 
 def test_a_part_of_the_swarm_is_judged_by_itself() -> None:
-    """What crosses to or from islands that were not asked is left alone."""
+    """Bridges to or from islands without an answer are not judged."""
     found = diagnose(graph("laptop"), {"laptop": all_well()["laptop"]})
     assert found.healthy
 
 
 def test_hubs_are_probed_for_bridged_topics_and_own_addresses() -> None:
     laptop = graph().hosts[0]
-    asked = request(graph(), laptop, 2.0)
-    assert asked["graph"] == {"topics": [COMMANDS, ODOM], "own": ["192.168.77.10", "laptop"]}
-    assert asked["nodes"][-1] == {"name": "/multimaster_laptop", "topics": {"/diagnostics": 2.5}}
+    probe = request(graph(), laptop, 2.0)
+    assert probe["graph"] == {"topics": [COMMANDS, ODOM], "own": ["192.168.77.10", "laptop"]}
+    assert probe["nodes"][-1] == {"name": "/multimaster_laptop", "topics": {"/diagnostics": 2.5}}
 
 
 def test_the_table_shows_what_each_hub_receives() -> None:

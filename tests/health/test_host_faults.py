@@ -99,7 +99,7 @@ def test_a_dead_host_costs_only_its_row() -> None:
         for kind in (Kind.AUTH, Kind.PRIVILEGE, Kind.PROTOCOL, Kind.FAILED)
     ],
 )
-def test_a_host_that_cannot_be_asked_says_why(error: HostError, key: str, only_unreachable: bool) -> None:
+def test_an_unreachable_host_has_its_reason(error: HostError, key: str, only_unreachable: bool) -> None:
     found = diagnose(graph(), {**all_well(), K3_PI: error})
     assert shape(found) == {f"{key} {K3_PI}": ("bad", ["robot k3"])}
     assert not found.healthy
@@ -117,9 +117,9 @@ def test_an_optional_host_may_be_absent() -> None:
     assert shape(found) == {f"host {K3_PI}": ("warning", ["robot k3"])}
 
 
-def test_a_host_that_was_not_asked_is_unknown() -> None:
+def test_a_host_that_was_not_probed_is_unknown() -> None:
     found = diagnose(graph(), {name: one for name, one in all_well().items() if name != K3_PI})
-    assert shape(found) == {f"asked {K3_PI}": ("unknown", ["robot k3"])}
+    assert shape(found) == {f"probed {K3_PI}": ("unknown", ["robot k3"])}
     assert not found.healthy
     assert not found.only_unreachable
 

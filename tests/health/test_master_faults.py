@@ -57,13 +57,13 @@ FAULTS = {
         {},
         healthy=True,
     ),
-    "orders of another type": Fault(
+    "commands of another type": Fault(
         LAPTOP,
         both(
             with_senders("k3", teleop="192.168.77.10"),
             changed(senders={"/teleop": SenderSeen("192.168.77.10", {"/k3/cmd_vel": "a_msgs/TwistStamped"})}),
         ),
-        {"orders k3": ("bad", [])},
+        {"command type k3": ("bad", [])},
         message="/teleop on 192.168.77.10 publishes /k3/cmd_vel as a_msgs/TwistStamped instead of",
     ),
 }

@@ -70,9 +70,9 @@ def test_the_worst_status_is_the_drivers_word() -> None:
     assert (report.level, report.message, report.commander) == (2, "bad", "laptop (/teleop)")
 
 
-def test_a_host_is_asked_about_its_own_part() -> None:
-    asked = request(graph(), graph().hosts[1], window=2.0)
-    assert asked == {
+def test_a_host_is_probed_for_its_own_part() -> None:
+    sent = request(graph(), graph().hosts[1], window=2.0)
+    assert sent == {
         "verb": "probe",
         "swarm": "newswarm",
         "module": "swarm_ros1_probe.observe",
@@ -96,7 +96,7 @@ def test_a_host_is_asked_about_its_own_part() -> None:
     }
 
 
-def test_the_hub_is_asked_who_commands_every_robot() -> None:
+def test_the_hub_is_probed_for_the_commanders_of_every_robot() -> None:
     hub = next(host for host in graph().hosts if host.name == LAPTOP)
     assert request(graph(), hub, 2.0)["commands"] == ["/koala/cmd_vel", "/k3/cmd_vel", "/epuck/cmd_vel"]
 

@@ -26,14 +26,14 @@ def spoilt() -> dict[str, Any]:
 
 
 class Hosts:
-    """Stands for the hosts: what they answer round by round, then Ctrl-C; and who was asked."""
+    """Stands for the hosts: what they answer round by round, then Ctrl-C; and which were probed."""
 
     def __init__(self) -> None:
         self.rounds: list[dict[str, Any]] = []
-        self.asked: list[tuple[str, ...]] = []
+        self.probed: list[tuple[str, ...]] = []
 
     def ask(self, shown: ExpectedGraph, *_: Any, **__: Any) -> dict[str, Any]:
-        self.asked.append(tuple(host.name for host in shown.hosts))
+        self.probed.append(tuple(host.name for host in shown.hosts))
         if not self.rounds:
             raise KeyboardInterrupt
         answers = self.rounds.pop(0)
@@ -79,7 +79,7 @@ def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.Ca
 def test_a_limit_asks_no_other_host(hosts: Hosts, leader_spec: Path) -> None:
     hosts.rounds = [all_well()]
     assert run(["status", str(leader_spec), "--limit", K3_PI]) == exit_codes.OK
-    assert hosts.asked == [(K3_PI,)]
+    assert hosts.probed == [(K3_PI,)]
 
 
 def test_watching_prints_a_line_of_json_a_round(
@@ -100,4 +100,4 @@ def test_watching_prints_a_block_a_round(
 
 def test_rounds_come_no_closer_than_a_second(hosts: Hosts, leader_spec: Path) -> None:
     assert run(["status", str(leader_spec), "--watch", "--every", "0.1"]) == exit_codes.USAGE
-    assert hosts.asked == []
+    assert hosts.probed == []

@@ -1,4 +1,4 @@
-"""Programs in ``status``: their unit, node and topics; what is rightly skipped is said, and no trouble."""
+"""Programs in ``status``: their unit, node and topics; one skipped on purpose is reported as no problem."""
 
 from __future__ import annotations
 
@@ -80,11 +80,11 @@ def test_nobody_expects_a_program_that_a_person_starts(graph: ExpectedGraph) -> 
     assert "keys" not in {one.name for host in graph.hosts for one in host.programs}
 
 
-def test_the_hosts_are_asked_for_the_nodes(graph: ExpectedGraph) -> None:
-    asked = {host.name: [one["name"] for one in request(graph, host, 2.0)["nodes"]] for host in graph.hosts}
-    assert "/joystick" in asked["laptop"]
-    assert "/k_3/wander" in asked["pi"]
-    assert "" not in asked["laptop"]
+def test_the_nodes_of_programs_are_probed(graph: ExpectedGraph) -> None:
+    probed = {host.name: [one["name"] for one in request(graph, host, 2.0)["nodes"]] for host in graph.hosts}
+    assert "/joystick" in probed["laptop"]
+    assert "/k_3/wander" in probed["pi"]
+    assert "" not in probed["laptop"]
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_the_hosts_are_asked_for_the_nodes(graph: ExpectedGraph) -> None:
         ("wander", replace(WANDER, subscribes={}), State.WARNING, "does not subscribe to /k_3/odom"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_with_a_node_is_said(
+def test_a_problem_of_a_node_is_reported(
     program: str, node: NodeSeen, state: State, words: str, graph: ExpectedGraph
 ) -> None:
     finding = about(program, graph, **{program: node})

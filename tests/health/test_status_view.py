@@ -59,9 +59,8 @@ def intruded() -> dict[str, Any]:
     answers = all_well()
     answers[LAPTOP] = with_senders("k3", rostopic_77="192.168.77.12")(answers[LAPTOP])
     refuses = "refuses /rostopic_77 on 192.168.77.12: not among its commanders koala-laptop"
-    answers[K3_PI] = with_node("k3", report=Report(1, f"standing still: no order yet; {refuses}", "nobody"))(
-        answers[K3_PI]
-    )
+    report = Report(1, f"standing still: no command yet; {refuses}", "nobody")
+    answers[K3_PI] = with_node("k3", report=report)(answers[K3_PI])
     return answers
 
 

@@ -39,14 +39,14 @@ class Radios:
     def states(self) -> dict[str, str]:
         return {one.parent.name: one.read_text().strip() for one in sorted(self.folder.glob("*/state"))}
 
-    def run(self, order: str) -> subprocess.CompletedProcess[str]:
+    def run(self, verb: str) -> subprocess.CompletedProcess[str]:
         environment = {
             "PATH": f"{self.tools}:{os.environ['PATH']}",
             "SWARM_RADIOS": str(self.folder),
             "RUNTIME_DIRECTORY": str(self.runtime),
         }
         return subprocess.run(
-            ["sh", SCRIPT, order], env=environment, capture_output=True, text=True, check=False
+            ["sh", SCRIPT, verb], env=environment, capture_output=True, text=True, check=False
         )
 
 

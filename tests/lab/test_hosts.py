@@ -185,9 +185,9 @@ def test_a_host_can_be_cut_off_all_networks_or_one(tiny: str) -> None:
     assert lab.cut(tiny, "beta") == ("air", "wire")
     assert not succeeds(tiny, "alpha", "ping -c1 -W1 10.91.1.2")
     assert [one["hosts"] for one in lab.status(tiny)["networks"]] == [{"alpha": True, "beta": False}] * 2
-    said: list[str] = []
-    lab.start(tiny, "beta", said.append)
-    assert said == ["host beta: running, but its network is cut"]
+    notes: list[str] = []
+    lab.start(tiny, "beta", notes.append)
+    assert notes == ["host beta: running, but its network is cut"]
     lab.join(tiny, "beta")
     reach(tiny, "alpha", "10.91.1.2")
     reach(tiny, "alpha", "10.91.2.252")
@@ -196,9 +196,9 @@ def test_a_host_can_be_cut_off_all_networks_or_one(tiny: str) -> None:
 @in_a_lab
 def test_a_second_up_changes_nothing(tiny: str, plan: LabPlan) -> None:
     supervisor, every = supervisor_start.pids(paths.lab_paths(tiny)), lab.status(tiny)
-    said: list[str] = []
-    lab.up(plan, said.append)
-    assert said[0] == "lab tiny is up already"
+    notes: list[str] = []
+    lab.up(plan, notes.append)
+    assert notes[0] == "lab tiny is up already"
     assert supervisor_start.pids(paths.lab_paths(tiny)) == supervisor
     assert lab.status(tiny) == every
 

@@ -54,16 +54,16 @@ def test_an_image_is_built_once(tmp_path: Path) -> None:
         say("at work")
         (folder / "bin").mkdir()
 
-    said: list[str] = []
+    notes: list[str] = []
     both = [
-        threading.Thread(target=lambda: image.build_once(tmp_path / "image", make, said.append))
+        threading.Thread(target=lambda: image.build_once(tmp_path / "image", make, notes.append))
         for _ in range(2)
     ]
     for one in both:
         one.start()
     for one in both:
         one.join()
-    assert (len(made), said) == (1, ["at work"])
+    assert (len(made), notes) == (1, ["at work"])
     assert (tmp_path / "image/bin").is_dir()
     assert not list(tmp_path.glob(".image.new-*"))
 
@@ -144,9 +144,9 @@ def test_a_host_has_its_user_with_sudo_and_serial_ports() -> None:
         "home/robot/.ssh/authorized_keys", "public", 0o600, 1000
     )
     assert found["etc/ssh/ssh_host_ed25519_key"].mode == 0o600
-    said = found["etc/ssh/sshd_config.d/lab.conf"].content
-    assert "Port 2222\n" in said
-    assert "PermitRootLogin no\n" in said
+    settings = found["etc/ssh/sshd_config.d/lab.conf"].content
+    assert "Port 2222\n" in settings
+    assert "PermitRootLogin no\n" in settings
 
 
 def test_a_root_host_has_no_extra_account() -> None:

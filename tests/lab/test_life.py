@@ -82,9 +82,9 @@ def test_an_interrupted_up(plan: LabPlan, tmp_path: Path, moment: str, number: s
             if line.startswith(moment):
                 up.send_signal(number)
                 break
-        said = up.stderr.read()
+        output = up.stderr.read()
     assert up.returncode == (130 if number == signal.SIGINT else -signal.SIGKILL)
-    assert "Traceback" not in said
+    assert "Traceback" not in output
     lab.down("tiny")
     assert left_of(paths.lab_paths("tiny")) == []
 

@@ -98,18 +98,18 @@ def left_of(place: LabPaths) -> list[str]:
 
 def machine() -> dict[str, str]:
     """What no lab may change of the machine itself: its interfaces, addresses, routes and mounts."""
-    asked = {
+    commands = {
         "addresses": "ip -br address",
         "routes": "ip route",
         "rules": "ip rule",
         "firewall": "iptables-save",
     }
-    found = {what: _said(command) for what, command in asked.items()}
+    found = {what: _output(command) for what, command in commands.items()}
     mounts = Path("/proc/self/mountinfo").read_text().splitlines()
     return {**found, "mounts": "\n".join(one for one in mounts if str(paths.NAMESPACES) not in one)}
 
 
-def _said(command: str) -> str:
+def _output(command: str) -> str:
     try:
         return subprocess.run(command.split(), capture_output=True, text=True, check=False).stdout
     except FileNotFoundError:

@@ -134,7 +134,7 @@ def test_a_launch_file_gets_arguments(rendered: Mapping[str, Bundle]) -> None:
     }  # fmt: skip
 
 
-def test_what_is_optional_is_asked_for_and_not_required(rendered: Mapping[str, Bundle]) -> None:
+def test_optional_packages_are_looked_up_but_not_required(rendered: Mapping[str, Bundle]) -> None:
     laptop, pi = rendered["laptop"], rendered["pi"]
     assert unit_of(laptop, "map").packages == ("gmapping", "tf")
     assert not {"package:gmapping", "package:tf"} & set(laptop.requires)

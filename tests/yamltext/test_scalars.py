@@ -94,7 +94,7 @@ def test_numbers_end_where_no_quantity_reaches() -> None:
 
 
 @pytest.mark.parametrize("written", ['"012"', "'012'", "!!str 012", "|-\n  012"])
-def test_what_is_said_to_be_text_is_text(written: str) -> None:
+def test_what_is_quoted_as_text_is_text(written: str) -> None:
     source, found = parse(f"a: {written}\n", "x")
     assert (source.data, found) == ({"a": "012"}, [])
 

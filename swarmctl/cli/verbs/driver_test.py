@@ -94,13 +94,13 @@ def _robot_of_swarm(spec: Path, name: str, port: Path, baud: int | None) -> Exam
     """The checks of a robot with the settings, the calibration and the sketch of its spec."""
     import yaml
 
-    from swarmctl.cli.spec_args import Layers
+    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.conformance.driver_core import config_of
     from swarmctl.render.driver_config import parameters
     from swarmctl.robot_types.codec_check import codec_beside
     from swarmctl.suggest import did_you_mean
 
-    swarm = console.read_spec(Layers((spec,)))
+    swarm = console.read_spec(SpecFiles((spec,)))
     robot = swarm.robots.get(name)
     if robot is None:
         console.fail(

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 
 class GraphFormat(str, Enum):
+    """The values of ``graph --format``."""
+
     TEXT = "text"
     DOT = "dot"
     MERMAID = "mermaid"
@@ -111,8 +113,8 @@ def _paths(index: SwarmIndex, path: tuple[str, str] | None) -> tuple[CommandPath
     if path is None:
         return command_paths(index)
     commanders = (*spec.programs, *spec.hosts, *spec.robots)
-    asked = ((path[0], commanders, "program, host or robot"), (path[1], tuple(spec.robots), "robot"))
-    for name, known, what in asked:
+    ends = ((path[0], commanders, "program, host or robot"), (path[1], tuple(spec.robots), "robot"))
+    for name, known, what in ends:
         if name not in known:
             found = did_you_mean(name, known, "known names")
             console.fail(f"--path: there is no {what} called `{name}`", *found)

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes, options
-from swarmctl.cli.spec_args import Layers
+from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.verbs import firmware
 
 lab = typer.Typer(
@@ -44,7 +44,7 @@ def _lab_errors() -> Iterator[None]:
         console.fail(str(error), *error.help_lines)
 
 
-def _name(spec: Layers | None, name: str) -> str:
+def _name(spec: SpecFiles | None, name: str) -> str:
     """The name of the lab; the spec is read only without a given name."""
     return name if name or spec is None else console.read_spec(spec).name
 

@@ -11,6 +11,8 @@ from swarmctl.cli import console
 
 
 class RulesFormat(str, Enum):
+    """The values of ``rules --format``."""
+
     TEXT = "text"
     JSON = "json"
     MARKDOWN = "markdown"

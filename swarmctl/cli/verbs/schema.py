@@ -13,6 +13,8 @@ from swarmctl.cli import console
 
 
 class Subject(str, Enum):
+    """What the schema describes."""
+
     SWARM = "swarm"
     ROBOT_TYPE = "robot-type"
 

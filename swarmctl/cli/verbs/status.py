@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from swarmctl.cli import console, exit_codes, options
-from swarmctl.cli.spec_args import Layers
+from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from swarmctl.health.swarm_health import Status
@@ -52,7 +52,7 @@ def status(
 
 
 def _look(
-    spec: Layers, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
+    spec: SpecFiles, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
 ) -> Look:
     """A function that observes all hosts and diagnoses the swarm."""
     from swarmctl.health import swarm_health as health

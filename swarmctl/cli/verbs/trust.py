@@ -24,6 +24,8 @@ ADVICE = (
 
 
 class State(str, Enum):
+    """A shown key against the pinned ones."""
+
     KNOWN = "known"
     NEW = "new"
     CHANGED = "changed"
@@ -41,6 +43,7 @@ class Scanned:
 
     @property
     def state(self) -> State:
+        """The state of the key: known, new, changed or revoked."""
         if self.key in self.revoked:
             return State.REVOKED
         if self.key in self.target.keys:

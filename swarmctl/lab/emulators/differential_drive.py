@@ -44,6 +44,7 @@ class Wheel:
 
     @property
     def arrived(self) -> bool:
+        """True if the wheel has no target position to reach."""
         return self.target is None
 
     def drive(self, speed: float) -> None:
@@ -65,6 +66,7 @@ class Wheel:
         return max(0.0, (self.target - self.travelled) / self.speed)
 
     def roll(self, dt: float) -> None:
+        """Turns the wheel for ``dt`` seconds."""
         if self.target is not None and dt >= self.due():
             self.travelled = self.target
             self.drive(0.0)
@@ -102,6 +104,7 @@ class Chassis:
 
     @property
     def wheels(self) -> tuple[Wheel, Wheel]:
+        """The left and the right wheel."""
         return self.left, self.right
 
     @property
@@ -115,7 +118,10 @@ class Chassis:
         return self.distance_scale * (self.right.speed - self.left.speed) / self.wheel_separation
 
     def advance(self, dt: float) -> None:
-        """Moves for ``dt`` s. Speeds are constant between commands and targets, so each piece is an arc."""
+        """Moves for ``dt`` s. Speeds are constant between commands and targets, so each piece is an arc.
+
+        Raises ``ValueError`` for a negative ``dt``.
+        """
         if not (math.isfinite(dt) and dt >= 0.0):
             raise ValueError(f"a duration cannot be {dt!r} s")
         while dt > 0.0:

@@ -31,13 +31,16 @@ class EPuck(EPuckBody):
         self.lights = dict.fromkeys([*(f"led{number}" for number in range(RING)), "body", "front"], 0)
 
     def banner(self) -> bytes:
+        """Returns the text that the robot sends when it starts."""
         return b"Selector pos %d\r\n" % self._runs + (WELCOME if self.runs_protocol else b"")
 
     def set_ring(self, number: int, action: int) -> None:
+        """Switches a LED of the ring."""
         self.set_light(f"led{number}", action)
 
     @property
     def battery_raw(self) -> int:
+        """The raw reading of the battery."""
         return EMPTY + round((FULL - EMPTY) * self.battery)
 
     def seen(self) -> list[int]:
@@ -45,6 +48,7 @@ class EPuck(EPuckBody):
         return self.proximity() + (self.background(4, 2) if self._runs == OVER_SECOND_LINE else [])
 
     def reset(self) -> bytes:
+        """Restarts the robot; returns the reply."""
         return reply("r") + self.power_cycle()
 
     texts: ClassVar[Mapping[str, Callable[..., bytes]]] = {
@@ -56,6 +60,7 @@ class EPuck(EPuckBody):
     }
 
     def set_speeds(self, payload: bytes) -> bytes:
+        """Sets both speeds from a binary payload."""
         self.speeds[:] = struct.unpack("<2h", payload)
         self.take_up_speeds()
         return b""

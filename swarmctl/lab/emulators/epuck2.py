@@ -49,6 +49,7 @@ class EPuck2(EPuckBody):
         self.lights = dict.fromkeys([*plain, *coloured, "body", "front"], 0)
 
     def banner(self) -> bytes:
+        """Returns the text that the robot sends when it starts."""
         return WELCOME if self.runs_protocol else b""
 
     def set_ring(self, number: int, action: int) -> None:
@@ -61,16 +62,19 @@ class EPuck2(EPuckBody):
             self.lights[f"led{number}_red"] = 0 if self.lights[f"led{number}_red"] else INTENSITY
 
     def set_colour(self, number: int, levels: tuple[int, ...]) -> None:
+        """Sets the three colours of a LED."""
         for colour, level in zip(COLOURS, levels, strict=True):
             self.lights[f"led{number}_{colour}"] = level
 
     def set_colours(self, levels: bytes) -> bytes:
+        """Sets all coloured LEDs from a binary payload."""
         for index, number in enumerate(COLOURED):
             self.set_colour(number, tuple(levels[3 * index : 3 * index + 3]))
         return b""
 
     @property
     def battery_raw(self) -> int:
+        """The raw reading of the battery."""
         return EMPTY + round((FULL - EMPTY) * self.battery)
 
     def range_ahead(self) -> int:

@@ -70,7 +70,7 @@ class EPuckBody(Robot):
 
     @property
     def selector(self) -> int:
-        """The position of the rotary switch."""
+        """The position of the selector, 0 to 15. Setting it raises ``ValueError`` out of range."""
         return self._selector
 
     @selector.setter
@@ -127,10 +127,12 @@ class EPuckBody(Robot):
         self.chassis.drive(left, right)
 
     def set_steps(self, steps: Sequence[int]) -> None:
+        """Sets both step counters."""
         self.positions = list(steps)
         self.chassis.left.count, self.chassis.right.count = steps
 
     def steps(self) -> list[int]:
+        """Returns both step counters."""
         return [wheel.count for wheel in self.chassis.wheels]
 
     # Lights and sound
@@ -145,11 +147,13 @@ class EPuckBody(Robot):
             self.set_ring(each, action)
 
     def play(self, number: int) -> None:
+        """Plays a sound from 1 to 5; another number stops it."""
         self.sound = number if 1 <= number <= 5 else 0
 
     # Sensors
 
     def background(self, level: int, channels: int) -> list[int]:
+        """Returns readings of ``channels`` sensors around ``level``, with noise."""
         return self._background(level, channels)
 
     def proximity(self) -> list[int]:
@@ -159,9 +163,11 @@ class EPuckBody(Robot):
         return [max(pair) for pair in zip(self._background(4, len(SENSORS)), seen, strict=True)]
 
     def ambient(self) -> list[int]:
+        """Returns the ambient light of the proximity sensors."""
         return self._background(3700, len(SENSORS))
 
     def acceleration(self) -> list[int]:
+        """Returns raw x, y and z; z contains gravity."""
         sideways, ahead, up = self._background(-3, 3)
         return [sideways, ahead, 16384 + up]
 
@@ -172,20 +178,24 @@ class EPuckBody(Robot):
         return [math.hypot(sideways, ahead, up), math.degrees(math.atan2(sideways, ahead)), inclination]
 
     def rotation(self) -> list[int]:
+        """Returns raw x, y and z of the gyroscope."""
         x, y, z = self._background(-3, 3)
         return [x, y, z + round(math.degrees(self.chassis.omega) / self.turn_unit)]
 
     def floor(self, sensors: int) -> list[int]:
+        """Returns the readings of the ground sensors."""
         return self._background(900, sensors)
 
     # Camera
 
     @property
     def image_size(self) -> int:
+        """The bytes of an image with the present settings."""
         mode, width, height, _ = self.image_settings
         return wrap(width * height * (1 if mode == 0 else 2), 16)
 
     def set_images(self, parameters: str) -> None:
+        """Sets the camera; settings that exceed its memory become the smallest image."""
         scan(parameters, self.image_settings, self.int_bits)
         if not 0 < self.image_size <= MEMORY_FOR_IMAGES:
             self.image_settings[:3] = [1, 40, 40]

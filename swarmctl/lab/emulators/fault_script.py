@@ -41,10 +41,17 @@ class Target(Protocol):
 
     faults: Faults
 
-    def plug(self) -> Any: ...
-    def unplug(self) -> None: ...
-    def power_cycle(self) -> None: ...
-    def now(self) -> AbstractContextManager[Robot]: ...
+    def plug(self) -> Any:
+        """Connects the cable."""
+
+    def unplug(self) -> None:
+        """Disconnects the cable."""
+
+    def power_cycle(self) -> None:
+        """Switches the robot off and on."""
+
+    def now(self) -> AbstractContextManager[Robot]:
+        """Yields the robot at the present moment, locked."""
 
 
 class Step(Model):
@@ -73,6 +80,7 @@ class Step(Model):
 
     @property
     def actions(self) -> list[str]:
+        """The names of the actions of this step."""
         return [name for name in ACTIONS if getattr(self, name) is not None]
 
     def apply(self, target: Target) -> None:

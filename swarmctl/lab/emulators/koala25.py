@@ -81,7 +81,7 @@ class Koala25(LineRobot):
             "O": (0, self._currents),
             "P": (0, lambda: self._reply("p", *(wheel.count for wheel in self.chassis.wheels))),
             "Q": (0, lambda: self._reply("q", NO_FIX)),
-            "R": (3, lambda *asked: self._reply("r", *[255] * clamp(asked[2], 128))),
+            "R": (3, lambda *request: self._reply("r", *[255] * clamp(request[2], 128))),
             "S": (5, self._set_outputs),
             "T": (0, lambda: self._reply("t", sum(on << bit for bit, on in enumerate(self._io)), 0)),
             "U": (0, lambda: self._reply("u", *self._background(512, 2))),

@@ -23,6 +23,7 @@ class Line:
 
     @property
     def faults(self) -> Faults:
+        """The faults that the line injects."""
         return self._faults
 
     @faults.setter

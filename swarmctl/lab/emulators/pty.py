@@ -139,5 +139,6 @@ class Cable:
         return RETRY if self._full else max(0.0, self._waiting[0][0] - time.monotonic())
 
     def close(self) -> None:
+        """Closes both ends."""
         os.close(self.master)
         os.close(self.wake)

@@ -102,7 +102,10 @@ class Robot(ABC):
         return []
 
     def run_for(self, dt: float) -> list[bytes]:
-        """Runs the robot for ``dt`` seconds and returns its unsolicited output."""
+        """Runs the robot for ``dt`` seconds and returns its unsolicited output.
+
+        Raises ``RuntimeError`` if it never stops sending.
+        """
         output: list[bytes] = []
         while (due := max(0.0, self.unsolicited_due())) <= dt:
             self.advance(due)
@@ -115,6 +118,7 @@ class Robot(ABC):
 
     @property
     def state(self) -> State:
+        """The true pose and wheel speeds, in metres and radians."""
         chassis = self.chassis
         return State(
             x=chassis.x,
@@ -134,7 +138,7 @@ class Robot(ABC):
 
     @property
     def battery(self) -> float:
-        """The charge, 0 to 1."""
+        """The charge, 0 to 1. Setting it raises ``ValueError`` out of range."""
         return self._charge
 
     @battery.setter

@@ -92,5 +92,6 @@ class Device:
         return topic.name if topic else None
 
     def publish(self, name: str, payload: bytes) -> bytes:
+        """Returns the frame of a message on the topic ``name``."""
         number = next(number for number, topic in self._publishers.items() if topic.name == name)
         return frame(number, payload)

@@ -49,6 +49,7 @@ def topic_info(kind: int, number: int, topic: Topic, buffer: int) -> bytes:
 
 
 def log(text: str, level: int = INFO) -> bytes:
+    """Returns the frame of a log message."""
     return frame(LOG, bytes([level]) + string(text))
 
 

@@ -55,6 +55,7 @@ class Port:
 
     @property
     def faults(self) -> Faults:
+        """The faults that the line injects."""
         return self._line.faults
 
     @faults.setter

@@ -90,7 +90,7 @@ class Uno:
         Returns state and output.
 
         ``load`` is the part of each motor's speed that its load takes, 0..1; ``flash`` is written to the
-        flash first, from address 0.
+        flash first, from address 0. Raises ``LabError``.
         """
         pipe_in, pipe_out = self._process.stdin, self._process.stdout
         assert pipe_in is not None

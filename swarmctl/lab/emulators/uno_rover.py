@@ -45,7 +45,7 @@ class SimulatedBoard(Robot):
         self._uno = Uno(baud=baud, left=left, right=right)
         self._truth, self._output = self._uno.run(0, b"", self.faults, self.load, program)
         self._received = b""
-        self._time = 0.0  # s, as asked for; the board's own follows it to the microsecond
+        self._time = 0.0  # s, as requested; the board's own follows it to the microsecond
         self._since_read = 0.0
 
     @property

@@ -24,6 +24,7 @@ class VirtualPort:
 
     @property
     def faults(self) -> Faults:
+        """The faults that the line injects."""
         return self._line.faults
 
     @faults.setter
@@ -63,6 +64,7 @@ class VirtualPort:
         return self.advance(0.0)
 
     def plug(self) -> None:
+        """Connects the cable."""
         self.plugged = True
 
     def unplug(self) -> None:

@@ -50,6 +50,7 @@ class Accounts:
 
     @classmethod
     def of(cls, image: Path) -> Accounts:
+        """Returns the account files of an image. Raises ``OSError``."""
         return cls(*((image / "etc" / name).read_text() for name in ("passwd", "group", "shadow")))
 
 

@@ -96,7 +96,7 @@ def build_once(image: Path, make: Build, progress_to: Progress) -> Path:
 
 
 def build(directory: Path, progress_to: Progress) -> None:
-    """Bootstraps the image into an empty ``directory``, in about a minute."""
+    """Bootstraps the image into an empty ``directory``, in about a minute. Raises ``LabError``."""
     require("mmdebstrap", "unshare", "setpriv")
     if not KEYRING.exists():
         raise LabError(

@@ -35,6 +35,7 @@ class Batch:
 
     @property
     def argv(self) -> tuple[str, ...]:
+        """The ``ip`` command that reads the batch from stdin."""
         inside = () if self.namespace is None else ("-n", self.namespace)
         return ("ip", *inside, "-batch", "-")
 
@@ -123,7 +124,10 @@ def remove(files: LabPaths) -> None:
 def set_cable(
     plan: LabPlan, files: LabPaths, host: str, *, up: bool, network: str | None = None
 ) -> tuple[str, ...]:
-    """Connects or disconnects all cables of ``host``, or the one to ``network``. Returns these networks."""
+    """Connects or disconnects all cables of ``host``, or the one to ``network``. Returns these networks.
+
+    Raises ``LabError``.
+    """
     attached = tuple(interface.network for interface in plan.host(host).interfaces)
     if network is not None and network not in attached:
         raise LabError(f"host {host} is not on a network `{network}`", f"it is on {', '.join(attached)}")

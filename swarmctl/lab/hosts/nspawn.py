@@ -31,6 +31,7 @@ class Cgroups:
 
     @property
     def all(self) -> tuple[Path, ...]:
+        """The cgroup trees that exist."""
         return tuple(tree for tree in (self.unified, self.named) if tree is not None)
 
 

@@ -23,6 +23,7 @@ class View:
     cut_left: bool = False
 
     def shows(self, cell: int) -> bool:
+        """Returns True if the cell lies in the visible part of the line."""
         return self.start <= cell < self.end
 
     def under(self, first: int, last: int) -> tuple[int, int]:

@@ -16,6 +16,7 @@ _PROPERTY = _DATA | str.maketrans({":": "%3A", ",": "%2C"})
 
 
 def render(report: Report) -> str:
+    """Returns the findings as workflow commands of GitHub Actions."""
     return "".join(f"{_command(one, found)}\n" for one, found in report.findings)
 
 

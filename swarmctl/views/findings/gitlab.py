@@ -14,6 +14,7 @@ _SEVERITY = {Severity.ERROR: "critical", Severity.WARNING: "minor"}
 
 
 def render(report: Report) -> str:
+    """Returns the findings as a Code Quality report of GitLab."""
     issues = [
         {
             "check_name": found.code,

@@ -8,6 +8,7 @@ from swarmctl.views.findings.report import Report
 
 
 def render(report: Report) -> str:
+    """Returns the findings as one JSON document."""
     document = {
         "v": 1,
         "valid": report.passed,

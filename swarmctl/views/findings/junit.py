@@ -16,6 +16,7 @@ _NAME = "swarmctl validate"
 
 
 def render(report: Report) -> str:
+    """Returns the findings as JUnit XML."""
     root = Element("testsuites", {"name": _NAME})
     for one in report.checked:
         _suite(root, report, one)

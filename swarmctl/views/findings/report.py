@@ -31,13 +31,16 @@ class Report:
     rules: Mapping[str, RuleText] = field(default_factory=dict)
 
     def passes(self, one: Checked) -> bool:
+        """Returns True if the spec was read and none of its findings fails it."""
         return one.document is not None and not any(map(self.fails, one.diagnostics))
 
     def fails(self, found: Diagnostic) -> bool:
+        """Returns True if the finding fails its spec: an error, or with ``strict`` any finding."""
         return self.strict or found.severity is Severity.ERROR
 
     @property
     def passed(self) -> bool:
+        """True if all specs pass."""
         return all(map(self.passes, self.checked))
 
     @property
@@ -47,6 +50,7 @@ class Report:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The findings of all specs."""
         return tuple(found for _, found in self.findings)
 
 
@@ -79,6 +83,7 @@ def place(one: Checked, found: Diagnostic) -> str:
 
 
 def file_of(one: Checked, found: Diagnostic) -> str:
+    """Returns the file of a finding; the spec itself if the finding has no position."""
     return found.span.file if found.span else one.spec
 
 

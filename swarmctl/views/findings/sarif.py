@@ -20,6 +20,7 @@ _LINE_ENDS = ["\r\n", "\n", "\r", "\u0085", "\u2028", "\u2029"]  # YAML's
 
 
 def render(report: Report) -> str:
+    """Returns the findings as SARIF 2.1.0."""
     codes = sorted({found.code for found in report.diagnostics})
     driver = {
         "name": "swarmctl",

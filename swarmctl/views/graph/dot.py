@@ -12,7 +12,7 @@ _STYLE = {
     "serial": "dir=none, penwidth=2",
     "bluetooth": "dir=none, style=dotted, penwidth=2",
     "runs": "dir=none, color=gray",
-    "orders": "style=dashed, color=red, constraint=false",
+    "commands": "style=dashed, color=red, constraint=false",
     "data": "style=dashed, color=blue, constraint=false",
 }
 

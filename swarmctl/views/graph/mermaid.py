@@ -13,7 +13,7 @@ _ARROW = {
     "serial": "===",
     "bluetooth": "-.-",
     "runs": "---",
-    "orders": "-.->",
+    "commands": "-.->",
     "data": "-->",
 }
 _PLAIN = re.compile(r"[^A-Za-z0-9 .,:/()_-]")

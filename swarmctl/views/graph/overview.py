@@ -21,7 +21,7 @@ def overview(diagram: Diagram) -> Text:
     commands_to: defaultdict[str, list[Edge]] = defaultdict(list)
     for edge in diagram.edges:
         from_each[edge.start].append(edge)
-        if edge.kind == "orders":
+        if edge.kind == "commands":
             commands_to[edge.end].append(edge)
     groups = [
         (f"island {island}", f", master on {hub}" if hub else "", island) for island, hub in diagram.islands

@@ -1,4 +1,4 @@
-# Runs on the host, as `python3 -c`: start the agent that the host keeps, if it is the one asked for.
+# Runs on the host, as `python3 -c`: start the agent that the host keeps, if it is the requested one.
 # Arguments: nonce, digest of the agent, number of bytes of it that come first on standard input (0: none).
 # No single quote, backslash or exclamation mark may stand here: login shells differ about them.
 import hashlib, os, sys

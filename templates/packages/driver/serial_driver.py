@@ -45,7 +45,7 @@ class TerminatedError(BaseException):
 
 
 class UnregisteredError(Exception):
-    """The ROS master was restarted and does not know this node any more."""
+    """The ROS master was restarted and no longer knows this node."""
 
 
 class Reporter:
@@ -78,6 +78,7 @@ class Reporter:
 
 
 def main(arguments: list[str]) -> int:
+    """Runs the program. Returns its exit status."""
     faulthandler.enable()  # systemd's watchdog sends SIGABRT: the journal then says where the driver hung
     parser = argparse.ArgumentParser(description="Drive a robot on a serial line.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")

@@ -87,6 +87,7 @@ def _stop_board(port: Port, config: Config, protocol: RosserialProtocol, deadlin
 
 
 def main(arguments: list[str]) -> int:
+    """Runs the program. Returns its exit status."""
     parser = argparse.ArgumentParser(description="Stop a robot whose driver is gone.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")
     try:

@@ -24,6 +24,7 @@ _TICK = 1.0  # s between two diagnostics messages
 
 
 def main(arguments: list[str]) -> int:
+    """Runs the program. Returns its exit status."""
     parser = argparse.ArgumentParser(
         description="Register declared topics of other ROS masters at this island's master."
     )

@@ -22,7 +22,8 @@ class Stick(Protocol):
 
     trouble: str
 
-    def poll(self) -> Pad | None: ...
+    def poll(self) -> Pad | None:
+        """Returns the present state of the gamepad; None without one."""
 
 
 class Pilot:
@@ -36,6 +37,7 @@ class Pilot:
         self._state = ""
 
     def look(self) -> Wanted:
+        """Returns the wanted twist and the chosen robots."""
         pad = self._stick.poll()
         self._hand, twist, state = look(self._settings, self._robots, self._hand, pad, time.monotonic())
         if state == WAITING:
@@ -47,6 +49,7 @@ class Pilot:
 
 
 def main(arguments: list[str]) -> int:
+    """Runs the program. Returns its exit status."""
     parser = argparse.ArgumentParser(description="Drive robots with a joystick.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the program")
     options = parser.parse_args([argument for argument in arguments if ":=" not in argument])

@@ -31,24 +31,27 @@ class Pilot:
         self._rest = b""
 
     def look(self) -> Wanted:
+        """Shows the state; returns the wanted twist and the chosen robots."""
         now = time.monotonic()
         self._terminal.show(line(self._robots, self._keys, now, self._terminal.width))
         return self._keys.twist(now), self._keys.chosen
 
     def wait(self, seconds: float) -> None:
+        """Reads keys for some seconds."""
         data = self._terminal.read(seconds)
         if data is None:  # the terminal is gone: ssh lost, window closed
-            self._ending.asked = True
+            self._ending.requested = True
             return
         new, self._rest = decoded(self._rest + data)
         if self._rest and not data:  # a lone Escape: nothing followed it
             new, self._rest = [*new, "escape"], b""
         if END in new:
-            self._ending.asked = True
+            self._ending.requested = True
         self._keys = pressed(self._settings, len(self._robots), self._keys, new, time.monotonic())
 
 
 def main(arguments: list[str]) -> int:
+    """Runs the program. Returns its exit status."""
     parser = argparse.ArgumentParser(description="Drive robots with the keyboard of this terminal.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the program")
     options = parser.parse_args([argument for argument in arguments if ":=" not in argument])

@@ -108,9 +108,9 @@ def test_an_error_in_a_script_has_its_line(
     script = tmp_path / "day.yaml"
     script.write_text("- at: 1\n  unplugged: true\n")
     process = start("koala", "--script", str(script))
-    _, said = process.communicate(timeout=PATIENCE)
-    assert "day.yaml:2:3" in said
-    assert "did you mean `unplug`?" in said
+    _, error = process.communicate(timeout=PATIENCE)
+    assert "day.yaml:2:3" in error
+    assert "did you mean `unplug`?" in error
     assert process.returncode == 1
 
 
@@ -132,8 +132,8 @@ def test_a_user_robot_runs_and_its_error_is_one_line(
         driver.write(b"4\r")
         assert driver.read(4) == b"0.25"
         driver.write(b"0\r")
-        said = process.communicate(timeout=PATIENCE)[1]
-    assert said == f"error: {own}:6: ZeroDivisionError: division by zero\n"
+        error = process.communicate(timeout=PATIENCE)[1]
+    assert error == f"error: {own}:6: ZeroDivisionError: division by zero\n"
     assert process.returncode == 1
 
 
@@ -146,7 +146,7 @@ class Beetle(LineRobot):
         super().__init__(Chassis(wheel_separation=0.1, metres_per_count=1.0, counter_bits=16))
         print("made")
     def answer(self, line):
-        print("asked")
+        print("polled")
         return b"1"
     def advance(self, dt):
         super().advance(dt)
@@ -165,8 +165,8 @@ def test_a_user_robot_that_exits_is_reported(
     indent = place[: len(place) - len(place.lstrip())]
     own.write_text(OWN.replace(place, f"{place}{indent}sys.exit(0)\n"))
     process = start(str(own), "--seconds", "5")
-    said = process.communicate(timeout=PATIENCE)[1]
-    assert f"error: {own}:{line}: SystemExit: it would end the whole program" in said
+    error = process.communicate(timeout=PATIENCE)[1]
+    assert f"error: {own}:{line}: SystemExit: it would end the whole program" in error
     assert process.returncode == 1
 
 
@@ -180,7 +180,7 @@ def test_output_of_a_user_robot_goes_to_stderr(
     with serial.Serial(json.loads(process.stdout.readline())["port"], timeout=PATIENCE) as driver:
         driver.write(b"?\r")
         assert driver.read(1) == b"1"
-        assert process.communicate(timeout=PATIENCE) == ("", "loaded\nmade\nasked\n")
+        assert process.communicate(timeout=PATIENCE) == ("", "loaded\nmade\npolled\n")
 
 
 def test_a_forked_process_of_a_user_robot_ends(
@@ -188,9 +188,9 @@ def test_a_forked_process_of_a_user_robot_ends(
 ) -> None:
     own = tmp_path / "beetle.py"
     own.write_text(OWN.replace('print("loaded")', "os.fork()"))
-    out, said = start(str(own), "--seconds", "0.5").communicate(timeout=PATIENCE)
+    out, error = start(str(own), "--seconds", "0.5").communicate(timeout=PATIENCE)
     assert out.count("/dev/pts/") == 1
-    assert f"error: {own}: it called fork; the forked process ends" in said
+    assert f"error: {own}: it called fork; the forked process ends" in error
 
 
 def test_the_types_are_listed(start: Callable[..., subprocess.Popen[str]]) -> None:
@@ -227,8 +227,8 @@ def test_a_wrong_call_explains_the_right_one(
     start: Callable[..., subprocess.Popen[str]], arguments: list[str], message: str
 ) -> None:
     process = start(*arguments)
-    _, said = process.communicate(timeout=PATIENCE)
-    assert message in said
+    _, error = process.communicate(timeout=PATIENCE)
+    assert message in error
     assert process.returncode == 64
 
 

@@ -85,8 +85,8 @@ def test_it_may_report_its_firmware_in_a_log_message() -> None:
 def test_both_wheels_are_published_twenty_times_a_second() -> None:
     rover = connected()
     rover.receive(TWIST)
-    said = rover.run_for(0.31)
-    assert [number(one) for one in said] == [104, 105] * 6
+    sent = rover.run_for(0.31)
+    assert [number(one) for one in sent] == [104, 105] * 6
     rover.receive(TIME_REPLY)
     assert len(rover.run_for(1.0)) == 40
 

@@ -1,4 +1,4 @@
-"""Scripts: what happens to a robot and when, in virtual and in real time, and what is said of a wrong one."""
+"""Scripts: what happens to a robot and when, in virtual and in real time, and the message for a wrong one."""
 
 from __future__ import annotations
 

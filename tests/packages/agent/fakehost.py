@@ -178,7 +178,7 @@ def payload_of(bundle: Bundle) -> bytes:
 
 
 def request_for(bundle: Bundle, **changes: Any) -> dict[str, Any]:
-    """An order to go from nothing to ``bundle``; ``changes`` say otherwise."""
+    """A request to go from nothing to ``bundle``, with ``changes``."""
     request = {
         "verb": "apply",
         "swarm": "new",

@@ -34,7 +34,7 @@ def test_the_manifest_is_left_out_for_who_knows_it(host: FakeHost) -> None:
     assert "manifest" not in host.observe(know=RELEASE.digest)
 
 
-def test_contents_come_when_asked_for(host: FakeHost) -> None:
+def test_contents_come_on_request(host: FakeHost) -> None:
     host.apply(RELEASE)
 
     seen = host.observe(contents=True)

@@ -87,7 +87,7 @@ def graph() -> Iterator[tuple[FakeRos, str]]:
         yield fake, stack.enter_context(served(fake.functions()))
 
 
-def asked(master: str, **other: Any) -> dict[str, Any]:
+def probed(master: str, **other: Any) -> dict[str, Any]:
     request = {
         "swarm": "test", "module": "swarm_ros1_probe.observe",
         "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
@@ -97,7 +97,7 @@ def asked(master: str, **other: Any) -> dict[str, Any]:
 
 
 def test_a_healthy_host_reports_everything(prefix: Path, graph: tuple[FakeRos, str]) -> None:
-    answer = answer_of(json.loads(json.dumps(asked(graph[1]))), received=time.time())
+    answer = answer_of(json.loads(json.dumps(probed(graph[1]))), received=time.time())
     assert answer.troubles == {}
     assert answer.release == "0123456789abcdef"
     assert answer.units["swarm-test.k3.service"].runs
@@ -119,18 +119,18 @@ def test_a_healthy_host_reports_everything(prefix: Path, graph: tuple[FakeRos, s
 
 
 def test_the_probe_registers_nothing(prefix: Path, graph: tuple[FakeRos, str]) -> None:
-    asked(graph[1])
+    probed(graph[1])
     assert set(graph[0].calls) == {"getPid", "getParam", "lookupNode", "getSystemState"}
 
 
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:
-    state = asked(graph[1])["units"]["swarm-test.k3.service"]
+    state = probed(graph[1])["units"]["swarm-test.k3.service"]
     assert (state["restarts"], state["restarted"]) == (2, 1)
 
 
 def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
     began = time.monotonic()
-    answer = asked("http://127.0.0.1:9")
+    answer = probed("http://127.0.0.1:9")
     assert time.monotonic() - began < at_most(3)
     assert answer["master"] == {"reachable": False, "error": "connection refused"}
     assert answer["nodes"] == {}
@@ -141,13 +141,13 @@ def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
 def test_a_node_that_is_gone_keeps_its_registration(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     fake, uri = graph
     fake.nodes["/k3/driver"] = "http://127.0.0.1:9/"
-    node = asked(uri)["nodes"]["/k3/driver"]
+    node = probed(uri)["nodes"]["/k3/driver"]
     assert (node["registered"], node["alive"], node["error"]) == (True, False, "connection refused")
 
 
 def test_an_unknown_node_is_not_registered(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     graph[0].nodes.clear()
-    assert asked(graph[1])["nodes"]["/k3/driver"]["registered"] is False
+    assert probed(graph[1])["nodes"]["/k3/driver"]["registered"] is False
 
 
 @pytest.mark.parametrize("uri", ["http://127.0.0.1:9/", "nonsense", None])
@@ -159,7 +159,7 @@ def test_a_sender_that_is_gone_publishes_nothing(
     del fake.nodes["/joystick"]
     if uri is not None:
         fake.nodes["/joystick"] = uri
-    answer = asked(master)
+    answer = probed(master)
     assert answer["commanders"] == {"/k3/cmd_vel": ["/joystick"]}
     assert answer["senders"]["/joystick"]["publishes"] == {}
     assert answer["troubles"] == {}
@@ -171,7 +171,7 @@ def test_a_master_that_talks_nonsense_costs_the_commanders_only(
 ) -> None:
     functions = {**graph[0].functions(), "getSystemState": lambda caller: [1, "", state]}
     with served(functions) as uri:
-        answer = asked(uri)
+        answer = probed(uri)
     assert "commanders" in answer["troubles"]
     assert answer["nodes"]["/k3/driver"]["alive"] is True
 
@@ -182,7 +182,7 @@ def test_a_node_that_talks_nonsense_is_not_alive(
 ) -> None:
     with served({**slave({}, {}), "getPublications": lambda caller: [1, "", topics]}) as uri:
         graph[0].nodes["/k3/driver"] = uri
-        node = asked(graph[1])["nodes"]["/k3/driver"]
+        node = probed(graph[1])["nodes"]["/k3/driver"]
     assert node["alive"] is False
     assert node["error"] == "its list of topics makes no sense"
 
@@ -191,7 +191,7 @@ def test_a_systemd_that_fails_costs_the_units_only(
     prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (prefix / "bin/systemctl").write_text("#!/bin/sh\necho Failed to connect to bus >&2; exit 1\n", "utf-8")
-    answer = asked(graph[1])
+    answer = probed(graph[1])
     assert "Failed to connect to bus" in answer["troubles"]["units"]
     assert answer["units"] is None
     assert answer["nodes"]["/k3/driver"]["alive"] is True
@@ -199,7 +199,7 @@ def test_a_systemd_that_fails_costs_the_units_only(
 
 def test_without_a_release_there_is_none(prefix: Path) -> None:
     (prefix / "opt/swarm/test/current").unlink()
-    assert asked("http://127.0.0.1:9")["release"] is None
+    assert probed("http://127.0.0.1:9")["release"] is None
 
 
 def test_devices_are_looked_at(prefix: Path, tmp_path: Path) -> None:
@@ -225,4 +225,4 @@ def test_dialout_makes_a_device_usable(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_request_cannot_listen_for_ever(prefix: Path, graph: tuple[FakeRos, str], monkeypatch: Any) -> None:
     monkeypatch.setattr(observe, "LONGEST_LISTENING", 0.2)
     nodes: list[Mapping[str, Any]] = [{"name": "/k3/driver", "topics": {"/k3/odom": 1e9}}]
-    assert asked(graph[1], nodes=nodes)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["seconds"] == 0.2
+    assert probed(graph[1], nodes=nodes)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["seconds"] == 0.2

@@ -10,7 +10,7 @@ import pytest
 
 from tests.packages.agent.fakehost import FakeHost, bundle
 
-PIN = "4971"
+PIN = "49714971"  # longer than any process id, which the lock file has
 PLAIN = bundle("1")
 PAIRED = replace(PLAIN, secrets=("epuck-pin",))
 VAULT = "etc/swarm/new/secrets"

@@ -79,7 +79,7 @@ class Node:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def order(self, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
+    def command(self, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
         self.process.stdin.write(f"{sender} {linear} {angular}\n")
         self.process.stdin.flush()
 
@@ -96,7 +96,7 @@ class Node:
         """Command again and again, at 20 Hz."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
-            self.order(linear, angular, sender)
+            self.command(linear, angular, sender)
             time.sleep(0.05)
 
     def latest(self, topic: str) -> dict[str, Any] | None:

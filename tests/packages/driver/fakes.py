@@ -71,7 +71,7 @@ class FakeKoala:
         self.takes = 0.0  # seconds for a reply
         self.counters = (0, 0)
         self.waiting = b""  # sent, and not read yet
-        self.said: list[tuple[float, str]] = []
+        self.requests: list[tuple[float, str]] = []
         self.opened = 0
         self.tried: list[float] = []
         self.speed = (0, 0)
@@ -87,7 +87,7 @@ class FakeKoala:
     def write(self, data: bytes) -> None:
         self._check()
         request = data.decode().strip()
-        self.said.append((self.clock.now, request))
+        self.requests.append((self.clock.now, request))
         if request.startswith("D,"):
             _, left, right = request.split(",")
             self.speed = (int(left), int(right))
@@ -113,8 +113,8 @@ class FakeKoala:
     def close(self) -> None:
         """Nothing to let go of."""
 
-    def speeds_said(self) -> list[str]:
-        return [request for _, request in self.said if request.startswith("D,")]
+    def speed_requests(self) -> list[str]:
+        return [request for _, request in self.requests if request.startswith("D,")]
 
     def _reply(self, request: str) -> bytes:
         if request[0] in self.refuses:
@@ -165,7 +165,7 @@ class FakeRelay:
         self.served: list[Topic] = []
         self.published: list[tuple[str, bytes]] = []
         self.logged: list[tuple[int, str]] = []
-        self.asked: list[str] = []
+        self.requested: list[str] = []
         self.mail: list[Outgoing | Parameter] = []
 
     def type_of(self, name: str) -> MessageType | None:
@@ -181,7 +181,7 @@ class FakeRelay:
         self.logged.append((level, text))
 
     def ask(self, name: str) -> None:
-        self.asked.append(name)
+        self.requested.append(name)
 
     def taken(self) -> list[Outgoing | Parameter]:
         mail, self.mail = self.mail, []
@@ -210,7 +210,7 @@ class Bench:
             jitter=lambda: 1.0,
         )
 
-    def order(self, linear: float, angular: float = 0.0) -> None:
+    def command(self, linear: float, angular: float = 0.0) -> None:
         self.commands.put((linear, 0.0, 0.0), (0.0, 0.0, angular))
 
     def run(self, seconds: float, *, at_most: int = 20_000) -> None:

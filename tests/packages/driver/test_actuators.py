@@ -1,4 +1,4 @@
-"""Lights and sounds: said once, said again after a lost line, and never in the way of what matters more."""
+"""Lights and sounds: sent once, sent again after a lost line, and never delaying more important requests."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def outputs_of(*actuators: Actuator) -> tuple[ActuatorSettings, Clock]:
 
 
 def shown_by(shown: SentSettings) -> list[tuple[str, int, tuple[int, ...]]]:
-    """Everything that is said until nothing is left to say."""
-    said = []
+    """Returns every change that is sent until none is left."""
+    sent = []
     while (change := shown.next()) is not None:
-        said.append((change.actuator.name, change.index, change.values))
-        shown.said(change)
-    return said
+        sent.append((change.actuator.name, change.index, change.values))
+        shown.mark_sent(change)
+    return sent
 
 
-def test_only_channels_that_change_are_said():
+def test_only_channels_that_change_are_sent():
     outputs, clock = outputs_of(LEDS)
     shown = SentSettings(outputs, clock.now)
     assert shown_by(shown) == []
@@ -74,7 +74,7 @@ def bench() -> Bench:
 
 
 def lights(bench: Bench) -> list[str]:
-    return [request for _, request in bench.robot.said if request.startswith("L")]
+    return [request for _, request in bench.robot.requests if request.startswith("L")]
 
 
 def test_a_robot_shows_what_is_wanted_at_once(bench: Bench):
@@ -82,7 +82,7 @@ def test_a_robot_shows_what_is_wanted_at_once(bench: Bench):
     bench.outputs.put(bench.config.actuators[0], [1, 0])
     bench.run(0.1)
     assert lights(bench) == ["L,0,1", "L,1,0"]
-    assert next(at for at, request in bench.robot.said if request == "L,1,0") - before < 0.05
+    assert next(at for at, request in bench.robot.requests if request == "L,1,0") - before < 0.05
 
 
 def test_it_is_shown_again_after_the_line_was_lost(bench: Bench):
@@ -91,7 +91,7 @@ def test_it_is_shown_again_after_the_line_was_lost(bench: Bench):
     bench.robot.plugged = False
     bench.run(1.0)
     bench.robot.plugged = True
-    bench.robot.said.clear()
+    bench.robot.requests.clear()
     bench.run(6.0)
     assert lights(bench) == ["L,0,1", "L,1,0"]
 
@@ -118,14 +118,14 @@ def test_changing_lights_alternate_with_sensors_and_delay_no_speed():
     bench = Bench(config_for("koala", rates={"odom": 10.0}))
     bench.robot.takes = 0.02
     bench.run(1.0)
-    given, said = len(bench.sink.poses), len(bench.robot.said)
+    given, sent = len(bench.sink.poses), len(bench.robot.requests)
     for step in range(100):
         bench.outputs.put(bench.config.actuators[0], [step % 2, (step + 1) % 2])
-        bench.order(0.1 + step / 1000)
+        bench.command(0.1 + step / 1000)
         bench.run(0.05)
     assert len(bench.sink.poses) - given >= 45, "of 50 poses in 5 s"
     assert len(lights(bench)) >= 25
-    speeds = [request for _, request in bench.robot.said[said:] if request.startswith("D,")]
+    speeds = [request for _, request in bench.robot.requests[sent:] if request.startswith("D,")]
     assert len(set(speeds)) >= 20
 
 
@@ -133,13 +133,13 @@ def test_a_light_that_keeps_silent_does_not_hold_up_the_dead_man():
     bench = Bench(replace(config_for("koala"), command_timeout=0.5))
     bench.run(1.0)
     bench.robot.silent_to = "L"
-    bench.order(0.1)
+    bench.command(0.1)
     bench.run(0.45)
     bench.outputs.put(bench.config.actuators[0], [1, 1])
     bench.run(0.2)
-    stopped = [at for at, request in bench.robot.said if request == "D,0,0"][-1]
-    ordered = next(at for at, request in bench.robot.said if request == "D,22,22")
-    assert stopped - ordered == pytest.approx(0.5, abs=0.03)
+    stopped = [at for at, request in bench.robot.requests if request == "D,0,0"][-1]
+    commanded = next(at for at, request in bench.robot.requests if request == "D,22,22")
+    assert stopped - commanded == pytest.approx(0.5, abs=0.03)
 
 
 def test_a_flood_of_unanswered_sounds_does_not_delay_the_stop():
@@ -152,6 +152,6 @@ def test_a_flood_of_unanswered_sounds_does_not_delay_the_stop():
         bench.outputs.put(beep, [number % 256])
         bench.clock.now += 0.001
         bench.run(0.001)
-    beeps = [request + "\r" for _, request in bench.robot.said if request.startswith("T,")]
+    beeps = [request + "\r" for _, request in bench.robot.requests if request.startswith("T,")]
     assert len(beeps) > 20
     assert len("".join(beeps)) < 0.5 * 2.0 * 960

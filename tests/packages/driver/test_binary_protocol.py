@@ -23,7 +23,7 @@ SENSES = struct.pack("<3h8h8h2h3h", *range(24))
 
 
 class Script:
-    """A port that gives what was written down for each request, piece by piece; ``late`` comes unasked."""
+    """A port that gives the prepared answer to each request, piece by piece; ``late`` comes unrequested."""
 
     def __init__(self, clock: Clock, *answers: list[bytes]) -> None:
         self.clock = clock
@@ -92,10 +92,10 @@ def test_a_stop_waits_for_no_late_bytes_and_must_be_repeated():
     port, link = wired([SENSES[:40]], [SENSES[40:44], struct.pack("<2h", 0, 0)], [struct.pack("<2h", 0, 0)])
     with pytest.raises(NoReplyError):
         link.ask(link.codec.query("senses"))
-    asked = link._clock()
+    sent_at = link._clock()
     with pytest.raises(BadReplyError):
         link.set_speed(0, 0)
-    assert link._clock() == asked, "it was said at once"
+    assert link._clock() == sent_at, "it was reported at once"
     link.set_speed(0, 0)
     assert port.written[-1] == port.written[-2] == bytes.fromhex("bc 00 00 00 00 bb 00")
 
@@ -137,8 +137,8 @@ def test_an_exchange_ends_in_time_whatever_a_robot_sends(type_name, noise):
     clock = Clock()
     protocol = config_for(type_name).protocol
     link = linked(Script(clock, *[list(noise) for _ in range(40)]), protocol, Tally(), clock)
-    asked = [link.codec.speed(1, -1), *(link.codec.query(name) for name in protocol.queries)]
-    for request in asked[:10]:
+    requests = [link.codec.speed(1, -1), *(link.codec.query(name) for name in protocol.queries)]
+    for request in requests[:10]:
         before = clock.now
         with contextlib.suppress(*FAILED_EXCHANGE):
             link.ask(request)
@@ -175,17 +175,17 @@ class Overtaken:
 
 
 @pytest.mark.parametrize("takes", [0.11, 0.13, 0.18])
-def test_the_answer_to_a_speed_that_was_said_anew_is_no_position(takes):
+def test_the_answer_to_a_repeated_speed_is_no_position(takes):
     """A stop waits for no late answer, and may take it for its own: then its own is still to come."""
-    said = BinaryQuery("bc {left:h} {right:h}", "2h")
-    protocol = BinaryProtocol(0.1, "little", (), said, {"position": BinaryQuery("af", "2h")})
+    set_speed = BinaryQuery("bc {left:h} {right:h}", "2h")
+    protocol = BinaryProtocol(0.1, "little", (), set_speed, {"position": BinaryQuery("af", "2h")})
     koala = config_for("koala")
     config = replace(koala, protocol=protocol, actuators=(), sensors=(koala.sensor("odom"),))
     bench = Bench(config, Overtaken)
     bench.run(1.0)
     for number in range(100):
         bench.robot.takes = takes if number % 20 == 10 else 0.01
-        bench.order(0.01 * (number % 5))
+        bench.command(0.01 * (number % 5))
         bench.run(0.1)
     assert int(bench.sink.reports[-1].values["failed exchanges"]) > 2
     assert bench.sink.poses[-1].driven == 0.0

@@ -25,7 +25,7 @@ from tests.packages.driver.fakes import Bench, Clock, config_for
 BAUD = 115200
 SENSES = struct.calcsize("<3h3f3h3fb8h8hH4H2hHB3BB3h3hB")
 PIECE = 64  # bytes that arrive at once
-STEP = 0.0004  # m/s from one order to the next
+STEP = 0.0004  # m/s from one command to the next
 LATE = 0.05  # s for the exchanges that are on the line already
 
 
@@ -42,13 +42,13 @@ class SlowEpuck:
         self.free_at = 0.0
         self.coming: list[tuple[float, bytes]] = []
         self.taken_up: list[tuple[float, tuple[int, int]]] = []  # speeds, and when the wheels had them
-        self.asked: list[tuple[float, int]] = []
+        self.requests: list[tuple[float, int]] = []
 
     def open(self) -> SlowEpuck:
         return self
 
     def write(self, data: bytes) -> None:
-        self.asked.append((self.clock.now, data[0]))
+        self.requests.append((self.clock.now, data[0]))
         begins = max(self.clock.now, self.free_at) + 0.004
         if data[0] in self.silent_to:
             return
@@ -102,7 +102,7 @@ def drive(bench: Bench, seconds: float, every: float = 0.1) -> list[float]:
     given_at = []
     for number in range(round(seconds / every)):
         given_at.append(bench.clock.now)
-        bench.order(0.01 + STEP * number)
+        bench.command(0.01 + STEP * number)
         bench.run(max(0.0, given_at[0] + (number + 1) * every - bench.clock.now))
     return given_at
 
@@ -112,7 +112,7 @@ def drive(bench: Bench, seconds: float, every: float = 0.1) -> list[float]:
 def test_the_dead_man_stops_a_robot_in_time_during_images(seconds, every):
     bench = ready(epuck(rate=5.0))
     drive(bench, seconds, every)
-    bench.order(0.02)
+    bench.command(0.02)
     last = bench.clock.now
     bench.run(1.5)
     stopped = next(at for at, speeds in bench.robot.taken_up if at > last + 0.3 and speeds == (0, 0))
@@ -137,12 +137,12 @@ def test_no_image_is_begun_before_an_order_that_waits_for_its_turn():
     bench = ready(epuck(rate=5.0))
     for _ in range(20):
         bench.run(1.0)
-        while bench.robot.asked[-1][1] != 0xBC:
+        while bench.robot.requests[-1][1] != 0xBC:
             bench.clock.now += min(0.05, bench.driver.step())
-        asked = len(bench.robot.asked)
-        bench.order(0.02)
+        before = len(bench.robot.requests)
+        bench.command(0.02)
         bench.run(0.1)
-        letters = [letter for _, letter in bench.robot.asked[asked:]]
+        letters = [letter for _, letter in bench.robot.requests[before:]]
         assert 0xB7 not in letters[: letters.index(0xBC)]
 
 
@@ -156,17 +156,17 @@ def test_slow_sensors_are_read_while_the_robot_stands():
     driving = images(bench)
     drive(bench, 10.0)
     assert images(bench) == driving
-    for _ in range(20):  # ordered to stand
-        bench.order(0.0)
+    for _ in range(20):  # commanded to stand
+        bench.command(0.0)
         bench.run(0.1)
     assert images(bench) > driving
 
 
-def test_a_camera_that_is_not_set_is_asked_for_nothing():
+def test_a_camera_that_is_not_set_gets_no_request():
     """It sends images of another size, and nobody knows for how long."""
     bench = ready(confirms=b"z,Command not found\r\n")
     bench.run(5.0)
-    assert 0xB7 not in {letter for _, letter in bench.robot.asked}
+    assert 0xB7 not in {letter for _, letter in bench.robot.requests}
     assert "the setup `setup 4a 2c" in bench.sink.reports[-1].message
     assert "camera comes at 0.0 instead of 2 Hz" in bench.sink.reports[-1].message
     drive(bench, 1.0)
@@ -206,7 +206,7 @@ def test_whatever_is_not_answered_the_driver_shows_that_it_is_alive(silent_to):
         assert bench.clock.now - before <= watchdog / 2 + 1e-9
         bench.clock.now += min(wait, 0.3)
         if number % 10 == 0:
-            bench.order(0.02)
+            bench.command(0.02)
 
 
 def test_a_camera_that_is_silent_is_left_alone_and_the_rest_comes():
@@ -214,8 +214,8 @@ def test_a_camera_that_is_silent_is_left_alone_and_the_rest_comes():
     bench.robot.silent_to = (0xB7,)
     silent_from = bench.clock.now
     drive(bench, 10.0)
-    asked = [at for at, letter in bench.robot.asked if letter == 0xB7 and at > silent_from]
-    assert min(later - before for before, later in pairwise(asked)) >= 1.0
+    times = [at for at, letter in bench.robot.requests if letter == 0xB7 and at > silent_from]
+    assert min(later - before for before, later in pairwise(times)) >= 1.0
     assert float(bench.sink.reports[-1].values["odom rate"].split()[0]) >= 5
 
 

@@ -57,8 +57,8 @@ def test_d3_the_longest_command_fits(type_name):
     codec = linked(None, config.protocol, Tally()).codec
     for scale in config.kinematics.scales:
         fastest = -round(config.kinematics.wheel_speed_max * scale.speed_units_per_mps)
-        said = codec.speed(fastest, fastest).data
-        assert said.count(str(fastest).encode()) == 2 or struct.unpack("<2h", said[1:5]) == (fastest, fastest)
+        sent = codec.speed(fastest, fastest).data
+        assert sent.count(str(fastest).encode()) == 2 or struct.unpack("<2h", sent[1:5]) == (fastest, fastest)
 
 
 @pytest.mark.parametrize("type_name", TYPES)
@@ -82,7 +82,7 @@ def test_d5_diagnostics_is_the_only_topic_at_the_top(type_name):
 
 
 def test_d6_a_driver_has_one_line():
-    """One process wrote the same order to rfcomm1 to rfcomm5."""
+    """One process wrote the same command to rfcomm1 to rfcomm5."""
     assert isinstance(params_for("epuck", "/dev/rfcomm3")["port"], str)
 
 
@@ -102,7 +102,7 @@ def test_d8_the_last_order_is_not_repeated_for_ever():
     """It was, ten times a second, until somebody pulled the battery."""
     bench = Bench()
     bench.run(1.0)
-    bench.order(0.1)
+    bench.command(0.1)
     bench.run(2.5)
     assert bench.robot.speed == (0, 0)
     assert bench.sink.reports[-1].values["dead-man trips"] == "1"
@@ -123,7 +123,7 @@ def test_d10_every_reply_is_read_and_every_sensor_published():
     assert {name for name, _ in bench.sink.readings} == {"proximity", "battery"}
 
 
-def test_d11_no_publisher_keeps_old_orders():
+def test_d11_no_publisher_keeps_old_commands():
     """A publisher without a queue size blocks or piles up; commands here are one mailbox of one."""
     for file in DRIVERS.rglob("*.py"):
         text = file.read_text("utf-8")
@@ -132,6 +132,6 @@ def test_d11_no_publisher_keeps_old_orders():
     bench = Bench()
     bench.run(1.0)
     for step in range(50):
-        bench.order(step / 1000)
+        bench.command(step / 1000)
     bench.run(0.1)
-    assert [one for one in bench.robot.speeds_said() if one != "D,0,0"] == ["D,11,11"]
+    assert [one for one in bench.robot.speed_requests() if one != "D,0,0"] == ["D,11,11"]

@@ -36,14 +36,14 @@ def codec_of(config: Config) -> Codec:
     return linked(NoPort(), config.protocol, Tally()).codec
 
 
-def order(type_name: str, linear: float, angular: float, firmware: float | None = None) -> bytes:
+def command(type_name: str, linear: float, angular: float, firmware: float | None = None) -> bytes:
     config = CONFIGS[type_name]
     scale = config.kinematics.scale_for(firmware)
     return codec_of(config).speed(*wheel_units(linear, angular, config.kinematics, scale)).data
 
 
 @pytest.mark.parametrize(
-    ("linear", "angular", "said"),
+    ("linear", "angular", "sent"),
     [
         (0.2, 0.0, b"D,44,44\n"),
         (0.1, 0.5, b"D,6,38\n"),
@@ -51,12 +51,12 @@ def order(type_name: str, linear: float, angular: float, firmware: float | None 
         (0.45, 0.0, b"D,100,100\n"),
     ],
 )
-def test_the_koala(linear: float, angular: float, said: bytes) -> None:
-    assert order("koala", linear, angular) == said
+def test_the_koala(linear: float, angular: float, sent: bytes) -> None:
+    assert command("koala", linear, angular) == sent
 
 
 @pytest.mark.parametrize(
-    ("firmware", "linear", "angular", "said"),
+    ("firmware", "linear", "angular", "sent"),
     [
         (2.1, 0.1, 0.0, b"D,l14401,l14401\r"),
         (2.1, 0.1, 0.5, b"D,l11218,l17584\r"),
@@ -66,17 +66,17 @@ def test_the_koala(linear: float, angular: float, said: bytes) -> None:
         (3.0, 0.0, 1.0, b"D,l-9669,l9669\r"),
     ],
 )
-def test_the_khepera_in_both_its_scales(firmware: float, linear: float, angular: float, said: bytes) -> None:
-    assert order("khepera3", linear, angular, firmware) == said
+def test_the_khepera_in_both_its_scales(firmware: float, linear: float, angular: float, sent: bytes) -> None:
+    assert command("khepera3", linear, angular, firmware) == sent
 
 
 def test_a_khepera_of_unknown_firmware_has_no_scale() -> None:
     assert CONFIGS["khepera3"].kinematics.scale_for(None) is None
 
 
-@pytest.mark.parametrize(("type_name", "said"), [("epuck", b"D,776,776\r"), ("koala-2.5", b"D,90,90\r")])
-def test_a_tenth_of_a_metre_a_second(type_name: str, said: bytes) -> None:
-    assert order(type_name, 0.1, 0.0) == said
+@pytest.mark.parametrize(("type_name", "sent"), [("epuck", b"D,776,776\r"), ("koala-2.5", b"D,90,90\r")])
+def test_a_tenth_of_a_metre_a_second(type_name: str, sent: bytes) -> None:
+    assert command(type_name, 0.1, 0.0) == sent
 
 
 @pytest.mark.parametrize("type_name", ["epuck-binary", "epuck2"])
@@ -110,12 +110,12 @@ def test_any_twist_is_a_legal_command_within_the_limits(type_name, linear, angul
     left, right = wheel_units(linear, angular, config.kinematics, scale)
     largest = LARGEST.get(type_name, round(0.298 * scale.speed_units_per_mps) + 1)
     assert max(abs(left), abs(right)) <= largest
-    said = codec_of(config).speed(left, right).data
+    sent = codec_of(config).speed(left, right).data
     if type_name.startswith("epuck") and type_name != "epuck":
-        assert len(said) == 7
-        assert struct.unpack("<2h", said[1:5]) == (left, right)
+        assert len(sent) == 7
+        assert struct.unpack("<2h", sent[1:5]) == (left, right)
     else:
-        assert re.fullmatch(rb"D,l?-?[0-9]{1,6},l?-?[0-9]{1,6}[\r\n]", said)
+        assert re.fullmatch(rb"D,l?-?[0-9]{1,6},l?-?[0-9]{1,6}[\r\n]", sent)
 
 
 @pytest.mark.parametrize("type_name", TYPES)
@@ -125,12 +125,12 @@ def test_an_order_too_fast_keeps_its_curve(type_name, linear, angular):
     kinematics = replace(config.kinematics, wheel_speed_min=0.0)
     scale = kinematics.scales[-1]
     half = angular * kinematics.wheel_separation / 2
-    ordered = (linear - half, linear + half)
+    commanded = (linear - half, linear + half)
     left, right = wheel_units(linear, angular, kinematics, scale)
-    # Cross product of what was commanded and what is said: only rounding to whole units may tilt it.
-    length = math.hypot(*ordered)
+    # Cross product of what was commanded and what is sent: only rounding to whole units may tilt it.
+    length = math.hypot(*commanded)
     if length > 0:
-        assert abs(ordered[0] * right - ordered[1] * left) / length <= 0.75
+        assert abs(commanded[0] * right - commanded[1] * left) / length <= 0.75
 
 
 @pytest.mark.parametrize("type_name", TYPES)

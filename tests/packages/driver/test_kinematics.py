@@ -17,7 +17,7 @@ sensible = st.floats(-5, 5)
 
 
 @pytest.mark.parametrize(
-    ("type_name", "firmware", "order", "units"),
+    ("type_name", "firmware", "command", "units"),
     [
         ("koala", None, (0.2, 0.0), (44, 44)),
         ("koala", None, (0.1, 0.5), (6, 38)),
@@ -33,9 +33,9 @@ sensible = st.floats(-5, 5)
         ("epuck", None, (0.0, 1.0), (-206, 206)),
     ],
 )
-def test_an_order_becomes_the_units_of_the_manual(type_name, firmware, order, units):
+def test_a_command_becomes_the_units_of_the_manual(type_name, firmware, command, units):
     kinematics = config_for(type_name).kinematics
-    assert wheel_units(*order, kinematics, kinematics.scale_for(firmware)) == units
+    assert wheel_units(*command, kinematics, kinematics.scale_for(firmware)) == units
 
 
 def test_units_that_depend_on_an_unknown_firmware_are_not_guessed():

@@ -20,7 +20,7 @@ SPEED = Query("D,{left},{right}", "d")
     ("type_name", "request_line"),
     [("koala", b"D,-100,100\n"), ("khepera3", b"D,l-100,l100\r"), ("epuck", b"D,-100,100\r")],
 )
-def test_a_speed_is_said_as_the_robot_wants_it(type_name, request_line):
+def test_a_speed_is_sent_in_the_format_of_the_robot(type_name, request_line):
     assert LineCodec(config_for(type_name).protocol).speed(-100, 100).data == request_line
 
 

@@ -48,7 +48,7 @@ def test_a_robot_stops_when_its_orders_stop(type_name, tmp_path):
         node.wait_until_ready()
         node.drive(0.5, 0.1)
         queue = RunQueue(node.process.pid)
-        node.order(0.1)
+        node.command(0.1)
         last = time.monotonic()
         wait_for(lambda: not wiring.moving())
         assert 0.45 <= time.monotonic() - last <= 0.6 + 0.25 + queue.lost()
@@ -81,7 +81,7 @@ def test_a_node_that_the_master_forgot_stops_its_robot_and_ends(tmp_path):
         running(wiring.config, ROS_MASTER_URI=uri) as node,
     ):
         node.wait_until_ready()
-        node.order(0.1)
+        node.command(0.1)
         wait_for(wiring.moving)
         assert node.process.wait(PATIENCE) != 0
         assert not wiring.moving()
@@ -119,7 +119,7 @@ def test_a_cable_pulled_and_put_back_leaves_the_robot_standing(tmp_path):
         node.drive(0.3, 0.1)
         wiring.unplug()
         wait_for(lambda: node.status()["level"] == 2 and "device is missing" in node.status()["message"])
-        node.order(0.1)
+        node.command(0.1)
         wiring.plug()
         wait_for(lambda: not wiring.moving())
         wait_for(lambda: node.status()["level"] == 0)
@@ -248,8 +248,8 @@ def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
         wait_for(lambda: complaint in node.status()["message"])
         assert node.status()["level"] == 1
         for _ in range(10):
-            node.order(0.1, sender="/rostopic_1")
-            node.order(0.4, sender="/rostopic_77")
+            node.command(0.1, sender="/rostopic_1")
+            node.command(0.4, sender="/rostopic_77")
             time.sleep(0.05)
         assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
 
@@ -263,14 +263,14 @@ def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
 
 
 def test_the_first_order_of_a_commander_counts(tmp_path):
-    """People try `rostopic pub -1`: the one order waits for the master's answer, and is not lost."""
+    """People try `rostopic pub -1`: the one command waits for the master's answer, and is not lost."""
     with (
         wired("koala", tmp_path, commanders=[LAPTOP]) as wiring,
         master({**WHERE, "/driver": "http://here:1/"}, takes=0.05) as uri,
         running(wiring.config, ROS_MASTER_URI=uri) as node,
     ):
         node.wait_until_ready()
-        node.order(0.1, sender="/rostopic_1")
+        node.command(0.1, sender="/rostopic_1")
         wait_for(wiring.moving)
         wait_for(lambda: not wiring.moving())
 
@@ -282,7 +282,7 @@ def test_a_hanging_master_delays_no_known_commander_or_dead_man(tmp_path):
         running(wiring.config, ROS_MASTER_URI=uri) as node,
     ):
         node.wait_until_ready()
-        node.order(0.4, sender="/rostopic_1")
+        node.command(0.4, sender="/rostopic_1")
         node.drive(1.0, 0.1)
         assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
         queue, last = RunQueue(node.process.pid), time.monotonic()
@@ -310,7 +310,7 @@ def overtaking(node, wiring, linear, sender):
     began = time.monotonic()
     while wiring.pty.snapshot().v != pytest.approx(linear, rel=0.02):
         assert time.monotonic() - began < PATIENCE
-        node.order(linear, sender=sender)
+        node.command(linear, sender=sender)
         time.sleep(0.02)
     return time.monotonic() - began
 
@@ -324,12 +324,12 @@ def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path):
         node.wait_until_ready()
         node.drive(0.3, 0.1)
         queue = RunQueue(node.process.pid)
-        node.order(0.1)
+        node.command(0.1)
         last = time.monotonic()
         while wiring.moving():
             assert time.monotonic() - last < PATIENCE
             for _ in range(50):
-                node.order(0.4, sender="/rostopic_77")
+                node.command(0.4, sender="/rostopic_77")
         assert time.monotonic() - last <= 0.6 + 0.25 + queue.lost()
 
 

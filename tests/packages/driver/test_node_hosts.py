@@ -1,4 +1,4 @@
-"""Where a sender runs: asked of the master once, and never waited for long."""
+"""The host of a sender: looked up at the master once, without a long wait."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ URI = "http://192.168.77.10:40001/"
 
 
 class Master:
-    """Answers from ``uris``, after ``hangs`` was set if it hangs; counts what it was asked."""
+    """Answers from ``uris``, after ``hangs`` was set if it hangs; counts the lookups."""
 
     def __init__(self, **uris: str) -> None:
         self.uris = uris
-        self.asked: list[str] = []
+        self.lookups: list[str] = []
         self.answers = threading.Event()
         self.answers.set()
         self.away = False
 
     def __call__(self, node: str) -> str:
-        self.asked.append(node)
+        self.lookups.append(node)
         self.answers.wait(PATIENCE)
         if self.away:
             raise OSError("connection refused")
@@ -45,7 +45,7 @@ def test_the_first_question_has_its_answer_and_later_ones_ask_nobody():
     master = Master(a=URI)
     places = NodeHosts(master)
     assert [places.of("a") for _ in range(1000)] == ["192.168.77.10"] * 1000
-    assert master.asked == ["a"]
+    assert master.lookups == ["a"]
 
 
 def test_a_host_is_reported_as_advertised_in_lower_case():
@@ -78,7 +78,7 @@ def test_an_answer_is_renewed_and_holds_until_the_next_one():
     master.away = True
     clock.now += 11
     assert places.of("a") == "192.168.77.10"
-    wait_for(lambda: len(master.asked) == 2)
+    wait_for(lambda: len(master.lookups) == 2)
     clock.now += 11
     assert places.of("a") == "192.168.77.10"
     master.away, master.uris = False, {"a": "http://192.168.77.12:1/"}
@@ -86,7 +86,7 @@ def test_an_answer_is_renewed_and_holds_until_the_next_one():
     wait_for(lambda: places.of("a") == "192.168.77.12")
 
 
-def test_a_node_that_the_master_does_not_know_is_asked_for_again_soon():
+def test_a_node_unknown_to_the_master_is_soon_looked_up_again():
     master, clock = Master(), Clock()
     places = NodeHosts(master, clock)
     assert places.of("a") is None
@@ -94,7 +94,7 @@ def test_a_node_that_the_master_does_not_know_is_asked_for_again_soon():
     assert places.of("a") is None
     clock.now += 1
     assert wait_for(lambda: places.of("a"))
-    assert len(master.asked) == 2
+    assert len(master.lookups) == 2
 
 
 def test_ten_thousand_names_are_not_remembered():
@@ -112,7 +112,7 @@ def test_names_that_come_once_do_not_push_out_who_goes_on_sending():
     for number in range(300):
         assert places.of("a") == "192.168.77.10"
         places.of(f"/rostopic_{number}")
-    assert master.asked.count("a") == 1
+    assert master.lookups.count("a") == 1
 
 
 def test_a_flood_of_refused_orders_costs_microseconds_each():

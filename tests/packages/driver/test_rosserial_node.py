@@ -46,8 +46,8 @@ def test_pulses_and_any_other_topic_of_the_sketch_pass_as_they_are(tmp_path):
         assert (pulses["is"], pulses["bytes"]) == (INT32, "00000000")
         wait_for(lambda: {"topic": "subscribes", "name": "lamp"} in node.published)
         wiring.pty.send(rover.say("words", WORDS))
-        said = wait_for(lambda: node.latest("words"))
-        assert (said["is"], bytes.fromhex(said["bytes"])) == ([STRING, STRING_MD5], WORDS)
+        received = wait_for(lambda: node.latest("words"))
+        assert (received["is"], bytes.fromhex(received["bytes"])) == ([STRING, STRING_MD5], WORDS)
         node.publish("lamp", WORDS)
         wait_for(lambda: ("lamp", WORDS) in rover.received)
         assert {"topic": "subscribes", "name": "lwheel"} not in node.published

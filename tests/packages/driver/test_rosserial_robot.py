@@ -50,13 +50,13 @@ class BoardBench(Bench):
             self.clock.now = max(self.clock.now, due) + 1e-6
         raise AssertionError(f"{at_most} steps in {seconds} s: the driver is spinning")
 
-    def keep_ordering(self, seconds: float, linear: float = 0.2, angular: float = 0.0) -> None:
+    def keep_commanding(self, seconds: float, linear: float = 0.2, angular: float = 0.0) -> None:
         for _ in range(round(seconds / 0.1)):
-            self.order(linear, angular)
+            self.command(linear, angular)
             self.run(0.1)
 
     @property
-    def said(self) -> list[tuple[float, float]]:
+    def sent(self) -> list[tuple[float, float]]:
         return [(linear, angular) for _, linear, angular in self.robot.commands]
 
     @property
@@ -77,7 +77,7 @@ def ready(**settings) -> BoardBench:
 
 def test_the_first_order_to_a_board_is_a_stop():
     bench = ready()
-    assert bench.said[0] == STILL
+    assert bench.sent[0] == STILL
     assert bench.sink.events[-1][1] == (
         "connected to /dev/robot: publishes lwheel, publishes rwheel, subscribes to cmd_vel"
     )
@@ -94,43 +94,43 @@ def test_an_uno_is_given_time_to_start():
 def test_a_board_without_commands_is_sent_only_stops():
     bench = ready()
     bench.run(10.0)
-    assert set(bench.said) == {STILL}
+    assert set(bench.sent) == {STILL}
     assert (bench.report.level, bench.report.message) == (Level.OK, "standing still: no command yet")
 
 
-def test_an_order_is_said_at_once_and_kept_up():
+def test_a_command_is_sent_at_once_and_repeated():
     bench = ready()
     given = bench.clock.now
-    bench.order(0.2, -0.5)
+    bench.command(0.2, -0.5)
     bench.run(0.4)
-    moves = [at for at, *order in bench.robot.commands if order == [0.2, -0.5]]
+    moves = [at for at, *command in bench.robot.commands if command == [0.2, -0.5]]
     assert moves[0] - given < 0.04
     assert max(later - before for before, later in pairwise(moves)) <= 0.21
 
 
 def test_an_order_too_fast_is_slowed_along_its_curve():
     bench = ready()
-    bench.order(2.0, 4.0)
+    bench.command(2.0, 4.0)
     bench.run(0.1)
-    linear, angular = bench.said[-1]
+    linear, angular = bench.sent[-1]
     assert linear / angular == pytest.approx(0.5)
     assert abs(linear) + abs(angular) * 0.13 / 2 == pytest.approx(0.5)
 
 
 def test_the_limits_of_the_robots_settings_hold():
     bench = ready(limits={"linear": 0.1})
-    bench.order(0.4)
+    bench.command(0.4)
     bench.run(0.1)
-    assert bench.said[-1] == (0.1, 0.0)
+    assert bench.sent[-1] == (0.1, 0.0)
 
 
 @pytest.mark.parametrize("timeout", [0.3, 0.5, 2.0])
 def test_silence_stops_the_robot_in_time(timeout):
     bench = ready(command_timeout=timeout)
-    bench.order(0.2)
+    bench.command(0.2)
     given = bench.clock.now
     bench.run(timeout + 1.0)
-    stopped = next(at for at, *order in bench.robot.commands if at > given + 0.05 and order == [0.0, 0.0])
+    stopped = next(at for at, *command in bench.robot.commands if at > given + 0.05 and command == [0.0, 0.0])
     assert 0 <= round(stopped - given - timeout, 4) <= 0.01
     assert bench.report.values["dead-man trips"] == "1"
 
@@ -138,17 +138,17 @@ def test_silence_stops_the_robot_in_time(timeout):
 @pytest.mark.parametrize("senseless", [math.nan, math.inf, 1e308])
 def test_a_senseless_order_stops_the_robot_at_once(senseless):
     bench = ready()
-    bench.keep_ordering(0.5)
-    bench.order(senseless)
+    bench.keep_commanding(0.5)
+    bench.command(senseless)
     bench.run(0.05)
-    assert bench.said[-1] == STILL
+    assert bench.sent[-1] == STILL
 
 
 def test_fast_commands_leave_time_on_the_line():
     bench = ready()
     start = len(bench.robot.commands)
     for number in range(500):
-        bench.order(0.1 + 0.001 * (number % 2))
+        bench.command(0.1 + 0.001 * (number % 2))
         bench.run(0.01)
     per_second = (len(bench.robot.commands) - start) / 5.0
     assert 20 < per_second * 56 * 10 / 57600 * 100 < 40  # percent of the line
@@ -156,9 +156,9 @@ def test_fast_commands_leave_time_on_the_line():
 
 def test_the_end_is_a_stop_and_the_end_of_the_sending():
     bench = ready()
-    bench.keep_ordering(0.5)
+    bench.keep_commanding(0.5)
     bench.driver.close()
-    assert bench.said[-1] == STILL
+    assert bench.sent[-1] == STILL
     assert not bench.robot.configured
 
 
@@ -244,7 +244,7 @@ def test_parameters_and_logs_go_their_way():
     bench.robot.send(framed(6, b"\x03\0\0\0~kp"))
     bench.robot.log(2, "low battery")
     bench.run(0.01)
-    assert bench.relay.asked == ["~kp"]
+    assert bench.relay.requested == ["~kp"]
     assert (2, "low battery") in bench.relay.logged
     bench.relay.mail.append(Parameter("~kp", 7))
     bench.run(0.3)
@@ -308,16 +308,16 @@ def test_a_silent_board_is_reported_and_its_line_reopened():
     assert "the board has sent nothing for 15 s (at 57600 baud); check the USB cable" in bench.report.message
 
 
-def test_a_board_that_falls_silent_is_only_asked_for_its_topics():
+def test_a_board_that_falls_silent_is_only_requested_for_topics():
     bench = ready()
-    bench.keep_ordering(1.0)
+    bench.keep_commanding(1.0)
     bench.robot.silent = True
-    bench.keep_ordering(17.0)
+    bench.keep_commanding(17.0)
     assert bench.driver.phase is not Phase.READY
     assert bench.report.level is Level.ERROR
-    assert bench.report.message == "no sync with the board: it has not asked for the time for 15 s"
+    assert bench.report.message == "no sync with the board: it has not requested the time for 15 s"
     since = len(bench.robot.commands)
-    bench.keep_ordering(5.0)
+    bench.keep_commanding(5.0)
     assert len(bench.robot.commands) == since
     bench.robot.silent = False
     bench.run(25.0)
@@ -326,9 +326,9 @@ def test_a_board_that_falls_silent_is_only_asked_for_its_topics():
 
 def test_orders_from_before_a_loss_move_nothing_after_it():
     bench = ready()
-    bench.keep_ordering(1.0)
+    bench.keep_commanding(1.0)
     bench.robot.plugged = False
-    bench.order(0.3)
+    bench.command(0.3)
     bench.run(0.2)
     assert bench.driver.phase is Phase.DISCONNECTED
     bench.robot.plugged = True
@@ -336,7 +336,7 @@ def test_orders_from_before_a_loss_move_nothing_after_it():
     count = len(bench.robot.commands)
     bench.run(10.0)
     assert bench.driver.phase is Phase.READY
-    assert set(bench.said[count:]) == {STILL}
+    assert set(bench.sent[count:]) == {STILL}
 
 
 def test_a_lost_line_is_opened_again_with_growing_pauses():
@@ -369,7 +369,7 @@ def test_what_ros_sends_in_floods_leaves_the_stop_the_line():
     since = len(bench.robot.received)
     for number in range(200):
         bench.relay.mail += [Outgoing("words", bytes(200))] * 10
-        bench.order(0.1 + 0.001 * (number % 2))
+        bench.command(0.1 + 0.001 * (number % 2))
         bench.run(0.01)
     sent = sum(len(message) + 8 for _, _, message in bench.robot.received[since:])
     assert 101 in [topic_id for _, topic_id, _ in bench.robot.received]
@@ -399,7 +399,7 @@ def test_commands_are_sent_only_as_the_type_the_sketch_uses(subscribed, expected
     bench.run(4.0)
     assert bench.driver.phase is not Phase.READY
     assert expected in bench.report.message
-    assert bench.said == []
+    assert bench.sent == []
 
 
 def test_a_sketch_cannot_go_round_the_gate():

@@ -25,33 +25,33 @@ def ready(**settings) -> Bench:
 
 def driving(seconds: float = 1.0, **settings) -> Bench:
     bench = ready(**settings)
-    keep_ordering(bench, seconds)
+    keep_commanding(bench, seconds)
     assert bench.robot.speed == (44, 44)
     return bench
 
 
-def keep_ordering(bench: Bench, seconds: float) -> None:
+def keep_commanding(bench: Bench, seconds: float) -> None:
     for _ in range(round(seconds / 0.1)):
-        bench.order(0.2)
+        bench.command(0.2)
         bench.run(0.1)
 
 
 def test_the_first_word_to_a_robot_is_stop():
-    assert ready().robot.said[0][1] == STOP
+    assert ready().robot.requests[0][1] == STOP
 
 
 def test_a_robot_without_commands_is_sent_only_stops():
     bench = ready()
     bench.run(10.0)
-    assert set(bench.robot.speeds_said()) == {STOP}
+    assert set(bench.robot.speed_requests()) == {STOP}
     assert bench.sink.reports[-1].message == "standing still: no command yet"
 
 
-def test_an_order_is_said_at_once_and_kept_up():
+def test_a_command_is_sent_at_once_and_repeated():
     bench = ready()
     start = bench.clock.now
-    keep_ordering(bench, 2.0)
-    moves = [at for at, request in bench.robot.said if request == AHEAD]
+    keep_commanding(bench, 2.0)
+    moves = [at for at, request in bench.robot.requests if request == AHEAD]
     assert moves[0] - start <= 0.02
     assert max(later - before for before, later in pairwise(moves)) <= 0.25
 
@@ -59,10 +59,10 @@ def test_an_order_is_said_at_once_and_kept_up():
 @pytest.mark.parametrize("timeout", [0.05, 0.5, 2.0])
 def test_silence_stops_the_robot_in_time(timeout):
     bench = driving(command_timeout=timeout) if timeout >= 0.5 else ready(command_timeout=timeout)
-    bench.order(0.2)
+    bench.command(0.2)
     given = bench.clock.now
     bench.run(timeout + 1.0)
-    stopped = next(at for at, request in bench.robot.said if at > given and request == STOP)
+    stopped = next(at for at, request in bench.robot.requests if at > given and request == STOP)
     assert 0 <= round(stopped - given - timeout, 6) <= 0.1
     assert bench.robot.speed == (0, 0)
     assert bench.sink.reports[-1].values["dead-man trips"] == "1"
@@ -72,17 +72,17 @@ def test_a_silent_sensor_does_not_hold_up_the_dead_man():
     bench = ready()
     bench.robot.silent_to = "HN"
     for number in range(40):
-        bench.order(0.2)
+        bench.command(0.2)
         given = bench.clock.now
         bench.run(0.7 + 0.037 * number)
-        stopped = next(at for at, request in bench.robot.said if at > given and request == STOP)
+        stopped = next(at for at, request in bench.robot.requests if at > given and request == STOP)
         assert stopped - given <= 0.5 + 0.01
 
 
 @pytest.mark.parametrize("senseless", [math.nan, math.inf, 1e308])
 def test_a_senseless_order_stops_the_robot_at_once(senseless):
     bench = driving()
-    bench.order(senseless)
+    bench.command(senseless)
     bench.run(0.05)
     assert bench.robot.speed == (0, 0)
     bench.commands.put((0.2, 0.0, 0.0), (senseless, 0.0, 0.0))
@@ -92,18 +92,18 @@ def test_a_senseless_order_stops_the_robot_at_once(senseless):
 
 def test_an_order_to_stop_does_not_wait_for_its_turn():
     bench = driving()
-    bench.order(0.1)
+    bench.command(0.1)
     bench.driver.step()
-    bench.order(0.0)
+    bench.command(0.0)
     bench.driver.step()
-    assert bench.robot.said[-1][1] == STOP
+    assert bench.robot.requests[-1][1] == STOP
 
 
 def test_fast_orders_leave_the_sensors_their_rate():
     bench = ready()
     bench.robot.takes = 0.015
     for number in range(600):
-        bench.order(0.1 + 0.1 * (number % 2))
+        bench.command(0.1 + 0.1 * (number % 2))
         bench.run(0.01)
     assert bench.sink.reports[-1].level is Level.OK
     assert float(bench.sink.reports[-1].values["odom rate"].split()[0]) >= 9.5
@@ -145,10 +145,10 @@ def test_a_robot_switched_off_and_on_does_not_jump():
 def test_one_lost_reply_is_forgiven():
     bench = driving()
     bench.robot.silent_to = "D"
-    bench.order(0.1)
+    bench.command(0.1)
     bench.driver.step()
     bench.robot.silent_to = ""
-    bench.order(0.1)
+    bench.command(0.1)
     bench.run(0.1)
     assert (bench.robot.opened, bench.driver.phase) == (1, Phase.READY)
     assert bench.robot.speed == (22, 22)
@@ -170,32 +170,32 @@ def test_every_fault_in_every_state_ends_standing_still_and_recovers(state, befa
         bench.driver.step()
         assert bench.driver.phase is Phase.IDENTIFYING
     if state == "driving":
-        bench.order(0.2)
+        bench.command(0.2)
     healthy = dict(vars(bench.robot))
     befall(bench.robot)
-    keep_ordering(bench, 3.0)
+    keep_commanding(bench, 3.0)
     assert bench.driver.phase is not Phase.READY
     assert bench.sink.reports[-1].level is not Level.OK
     for name in ("silent_to", "refuses", "garble", "plugged"):
         setattr(bench.robot, name, healthy[name])
-    said_before = len(bench.robot.said)
+    before = len(bench.robot.requests)
     bench.run(8.0)
     assert bench.driver.phase is Phase.READY
-    assert {request for _, request in bench.robot.said[said_before:] if request.startswith("D")} == {STOP}
-    keep_ordering(bench, 0.3)
+    assert {request for _, request in bench.robot.requests[before:] if request.startswith("D")} == {STOP}
+    keep_commanding(bench, 0.3)
     assert bench.robot.speed == (44, 44)
 
 
-def test_an_order_from_before_the_line_came_back_is_not_executed():
+def test_a_command_from_before_the_line_came_back_is_not_executed():
     bench = ready()
     bench.robot.plugged = False
     bench.run(0.5)
-    bench.order(0.2)
+    bench.command(0.2)
     bench.robot.plugged = True
     bench.run(0.45)
     assert bench.driver.phase is Phase.READY
     bench.run(3.0)
-    assert set(bench.robot.speeds_said()) == {STOP}
+    assert set(bench.robot.speed_requests()) == {STOP}
 
 
 def test_a_missing_port_is_retried_and_reported_once():
@@ -226,7 +226,7 @@ def test_the_driver_shows_that_it_is_alive_without_answers(silent_to):
         bench.clock.now += min(wait, 0.3)
 
 
-def test_a_robot_that_does_not_answer_is_asked_ever_more_rarely():
+def test_a_robot_that_does_not_answer_is_polled_ever_more_rarely():
     bench = Bench()
     bench.robot.silent_to = "D"
     bench.run(90.0)
@@ -243,8 +243,8 @@ def test_a_robot_moves_only_when_the_unit_of_its_speed_is_known(fault, moves):
     old, new = replace(scale, firmware_below=5.0, speed_units_per_mps=1.0), scale
     bench = Bench(replace(config, kinematics=replace(config.kinematics, scales=(old, new))))
     bench.robot.silent_to = fault
-    keep_ordering(bench, 5.0)
-    assert (AHEAD in bench.robot.speeds_said()) is moves
+    keep_commanding(bench, 5.0)
+    assert (AHEAD in bench.robot.speed_requests()) is moves
     assert moves or "speeds have no unit" in bench.sink.reports[-1].message
 
 
@@ -264,21 +264,21 @@ def test_a_silent_sensor_is_reported_and_left_alone_for_a_while():
     assert "proximity comes at 0.0 instead of 5 Hz" in report.message
     assert bench.driver.phase is Phase.READY
     assert float(report.values["odom rate"].split()[0]) >= 9.5
-    asked = [at for at, request in bench.robot.said if request == "N" and at > bench.clock.now - 5.0]
-    assert len(asked) <= 5
+    sent = [at for at, request in bench.robot.requests if request == "N" and at > bench.clock.now - 5.0]
+    assert len(sent) <= 5
 
 
 def test_rates_of_zero_leave_the_sensors_alone():
     bench = ready(rates={"odom": 0.0, "proximity": 0.0, "battery": 0.0})
     bench.run(5.0)
-    assert {request[0] for _, request in bench.robot.said} == {"D", "B"}
+    assert {request[0] for _, request in bench.robot.requests} == {"D", "B"}
     assert bench.sink.reports[-1].level is Level.OK
 
 
 @pytest.mark.parametrize("ending", ["stopped", "exception"])
 def test_every_end_of_the_loop_is_a_stop(ending, monkeypatch):
     bench = driving()
-    bench.order(0.2)
+    bench.command(0.2)
 
     def last_step():
         if ending == "exception":
@@ -292,11 +292,11 @@ def test_every_end_of_the_loop_is_a_stop(ending, monkeypatch):
             run(bench.driver, bench.commands, lambda: None, 1.0)
     else:
         run(bench.driver, bench.commands, lambda: None, 1.0)
-    assert bench.robot.said[-1][1] == STOP
+    assert bench.robot.requests[-1][1] == STOP
     assert bench.driver.phase is Phase.DISCONNECTED
 
 
-def test_a_stop_that_is_not_confirmed_at_the_end_is_said_aloud():
+def test_an_unconfirmed_stop_at_the_end_is_reported():
     bench = driving()
     bench.robot.silent_to = "D"
     bench.driver.close()

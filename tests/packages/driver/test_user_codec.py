@@ -97,7 +97,7 @@ def driving(config: Config) -> Bench:
     bench = Bench(config)
     bench.run(1.0)
     for _ in range(10):
-        bench.order(0.2)
+        bench.command(0.2)
         bench.run(0.1)
     return bench
 
@@ -190,7 +190,7 @@ def test_a_class_that_cannot_be_made_is_reported_and_retried(
 ) -> None:
     bench = Bench(config(change))
     bench.run(10.0)
-    assert bench.robot.said == []
+    assert bench.robot.requests == []
     report = bench.sink.reports[-1]
     assert report.level is Level.ERROR
     assert expected in report.message
@@ -330,7 +330,7 @@ def test_a_class_that_hangs_ends_the_driver_and_the_motors_stop(
         wiring.config.write_text(yaml.safe_dump(params))
         with running(wiring.config) as node:
             node.wait_until_ready()
-            node.order(0.2)
+            node.command(0.2)
             assert node.process.wait(PATIENCE) == -signal.SIGALRM
         assert f'{tmp_path / "koala.py"}", line 23 in ask' in capfd.readouterr().err
         assert wiring.moving()

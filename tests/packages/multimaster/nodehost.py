@@ -82,7 +82,7 @@ class NodeHost:
         self._master("close")()
 
     def shut_down(self) -> list[str]:
-        """Name and URI of the nodes that a master has asked to shut down since the last call."""
+        """Name and URI of the nodes that a master has shut down since the last call."""
         ended, self._ended[:] = list(self._ended), []
         return ended
 

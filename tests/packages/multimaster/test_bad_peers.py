@@ -251,11 +251,11 @@ def test_a_registration_still_under_way_at_the_end_is_removed(
 
 def test_a_name_has_one_pending_lookup_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Queued lookups at a dead name server would use up the node's threads."""
-    asked: list[str] = []
+    looked_up: list[str] = []
     found = threading.Event()
 
     def look(host: str, *_: Any, **__: Any) -> list[Any]:
-        asked.append(host)
+        looked_up.append(host)
         found.wait(PATIENCE)
         return [(0, 0, 0, "", ("127.0.0.2", 0))]
 
@@ -266,7 +266,7 @@ def test_a_name_has_one_pending_lookup_at_a_time(monkeypatch: pytest.MonkeyPatch
         for _ in range(5):
             with pytest.raises(PeerError, match="no answer within"):
                 await rpc.exchange(uri, calls, 0.02, names)
-        assert asked == ["k3-pi"]
+        assert looked_up == ["k3-pi"]
         found.set()
         return await rpc.exchange(uri, calls, PATIENCE, names)
 

@@ -46,7 +46,7 @@ class Sketch:
         self.started = clock()
         self.configured = False
         self._frame = b""
-        self._answered = self._asked = self._published = 0.0
+        self._answered = self._requested = self._published = 0.0
 
     def open(self) -> Sketch:
         self.opened.append(self.clock())
@@ -65,7 +65,9 @@ class Sketch:
     def due(self) -> float:
         """When it sends next if it receives nothing."""
         return (
-            min(self._published + TICKS_EVERY, self._asked + TIME_EVERY) if self.configured else float("inf")
+            min(self._published + TICKS_EVERY, self._requested + TIME_EVERY)
+            if self.configured
+            else float("inf")
         )
 
     def live(self) -> None:
@@ -77,8 +79,8 @@ class Sketch:
             self._published = now
             for topic_id, ticks in zip((125, 126), self.ticks, strict=True):
                 self.send(framed(topic_id, struct.pack("<i", ticks)))
-        if self.configured and now >= self._asked + TIME_EVERY:
-            self._asked = now
+        if self.configured and now >= self._requested + TIME_EVERY:
+            self._requested = now
             self.send(TIME_REQUEST)
 
     def send(self, data: bytes) -> None:
@@ -124,7 +126,7 @@ class Sketch:
         now = self.clock()
         self.received.append((now, topic_id, message))
         if topic_id == 0:
-            self._answered = self._asked = self._published = now
+            self._answered = self._requested = self._published = now
             self.send(TIME_REQUEST)
             self.send(b"".join(self.announces))
             self.configured = True

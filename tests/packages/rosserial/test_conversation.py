@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from swarm_rosserial.conversation import (
     Lost,
     Negotiated,
-    ParameterAsked,
+    ParameterRequest,
     Phase,
     Received,
     UnsendableError,
@@ -82,7 +82,7 @@ def test_what_follows_the_announcements_ends_them_and_is_not_lost():
     assert (second.topic.name, second.message) == ("lwheel", struct.pack("<i", 1234))
 
 
-def test_a_board_that_does_not_answer_is_asked_again_and_reported():
+def test_a_silent_board_is_requested_again_and_reported():
     table = Table().settled()
     table.run(15.0)
     assert table.sent()[:3] == [REQUEST, OLD_REQUEST, REQUEST]
@@ -109,7 +109,7 @@ def test_a_sketch_of_an_old_rosserial_is_named():
     assert "rosserial 0.4 (of ROS groovy or older)" in lost.reason
 
 
-def test_the_time_is_answered_as_often_as_it_is_asked():
+def test_every_request_for_the_time_is_answered():
     table = Table().connected()
     for _ in range(40):
         table.run(2.5)
@@ -122,13 +122,13 @@ def test_the_time_is_answered_as_often_as_it_is_asked():
 def test_without_time_requests_a_board_is_lost_after_15_s():
     table = Table().connected()
     table.receive(TIME_REQUEST)
-    asked = table.now
+    start = table.now
     table.sent()
     table.run(20.0)
-    sent = [(round(at - asked, 3), data) for at, data in table.written]
+    sent = [(round(at - start, 3), data) for at, data in table.written]
     assert sent[:2] == [(6.0, REQUEST), (12.0, REQUEST)]
     assert [type(event) for event in table.events] == [Lost]
-    assert table.events[0].reason == "no sync with the board: it has not asked for the time for 15 s"
+    assert table.events[0].reason == "no sync with the board: it has not requested the time for 15 s"
     assert table.host.phase is Phase.ASKING
     assert [at for at, data in sent if data == REQUEST][-3:] == [15.0, 17.0, 19.0]
 
@@ -141,7 +141,7 @@ def test_a_lost_board_that_comes_back_is_negotiated_anew():
 
 
 def test_a_silent_reset_of_the_board_is_detected():
-    """A restarted board sends nothing until it is asked."""
+    """A restarted board sends nothing until its topics are requested."""
     table = Table().connected()
     table.run(5.7)
     assert table.sent() == []
@@ -152,7 +152,7 @@ def test_a_silent_reset_of_the_board_is_detected():
     assert table.host.phase is Phase.CONNECTED
 
 
-def test_a_board_that_reports_its_start_is_asked_at_once():
+def test_a_board_that_reports_its_start_negotiates_at_once():
     table = Table().connected()
     table.receive(TIME_REQUEST)
     table.run(1.0)
@@ -184,7 +184,7 @@ def test_a_board_with_another_sketch_replaces_all_it_announced():
     assert table.host.strange == 1
 
 
-def test_a_lost_announcement_is_asked_for():
+def test_a_lost_announcement_is_requested():
     table = Table().settled()
     table.sent()
     table.receive(TIME_REQUEST, LWHEEL, RWHEEL[:-1] + b"\x00", CMD_VEL)
@@ -283,7 +283,7 @@ def test_logs_and_parameter_requests_are_events():
     table = Table().connected()
     assert table.receive(framed(7, b"\x02" + text("low battery")), framed(6, text("~kp"))) == [
         Log(2, "low battery"),
-        ParameterAsked("~kp"),
+        ParameterRequest("~kp"),
     ]
     table.host.parameter("~kp", 7)
     assert table.sent() == [bytes.fromhex("fffe1000ef060001000000070000000000000000000000f1")]

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from swarm_rosserial.conversation import Conversation, Event, Negotiated, ParameterAsked, Phase, Received
+from swarm_rosserial.conversation import Conversation, Event, Negotiated, ParameterRequest, Phase, Received
 from swarm_rosserial.messages import Log, twist
 
 from tests.packages.rosserial.fakes import TYPES
@@ -103,8 +103,8 @@ def test_the_real_client_is_driven(board: RealBoard) -> None:
         ("rwheel", "std_msgs/Int32", 120),
         ("cmd_vel", "geometry_msgs/Twist", 128),
     }
-    board.until(lambda: board.of(ParameterAsked))
-    assert board.of(ParameterAsked) == [ParameterAsked("~gain")]
+    board.until(lambda: board.of(ParameterRequest))
+    assert board.of(ParameterRequest) == [ParameterRequest("~gain")]
     board.host.parameter("~gain", -42)
     board.until(lambda: "gain -42" in board.log)
     assert board.of(Log)[0] == Log(1, "swarmctl firmware 0123456789ab")
@@ -116,8 +116,8 @@ def test_the_real_client_is_driven(board: RealBoard) -> None:
     ticks = {one.topic.name: struct.unpack("<i", one.message)[0] for one in board.of(Received)}
     assert ticks["lwheel"] > 0 > ticks["rwheel"]
 
-    asked = board.host.synced_at
-    board.until(lambda: board.host.synced_at > asked)  # it asks for the time every 2.5 s
+    before = board.host.synced_at
+    board.until(lambda: board.host.synced_at > before)  # it requests the time every 2.5 s
     assert board.host.phase is Phase.CONNECTED
     assert (board.host.reader.losses.bytes, board.host.strange) == (0, 0)
     board.host.stop()
@@ -129,7 +129,7 @@ def test_the_real_client_is_driven(board: RealBoard) -> None:
 
 
 def test_the_real_client_is_found_through_noise(board: RealBoard) -> None:
-    """Noise towards the board costs it frames at most; it is asked again until it answers."""
+    """Noise towards the board costs it frames at most; topics are requested again until it answers."""
     board.process.stdin.write(b"\xff\xfe\x00\xff noise \xff")
     board.until(lambda: board.host.phase is Phase.CONNECTED)
     board.host.send("cmd_vel", twist(0.1, 0.0))

@@ -40,7 +40,7 @@ class World:
         targets = [{"robot": name, "topic": f"/{name}/cmd_vel"} for name in ROBOTS]
         self.config.write_text(yaml.safe_dump({"node": node, "targets": targets, "params": params}))
         os.mkfifo(folder / "joy")
-        (folder / "said").touch()
+        (folder / "published").touch()
         self._joy = os.open(folder / "joy", os.O_RDWR)
 
     @property
@@ -53,14 +53,14 @@ class World:
     def flag(self, name: str) -> None:
         (self.folder / name).touch()
 
-    def said(self) -> list[dict[str, Any]]:
-        lines = (self.folder / "said").read_text().splitlines(keepends=True)
+    def records(self) -> list[dict[str, Any]]:
+        lines = (self.folder / "published").read_text().splitlines(keepends=True)
         return [json.loads(line) for line in lines if line.endswith("\n")]
 
     def commands(self, robot: str = "koala") -> list[tuple[float, float]]:
         """Every twist that a robot was sent, in order."""
         topic = f"/{robot}/cmd_vel"
-        return [(one["linear"], one["angular"]) for one in self.said() if one.get("topic") == topic]
+        return [(one["linear"], one["angular"]) for one in self.records() if one.get("topic") == topic]
 
     def joy(self, *axes: float, held: bool, buttons: int = 8) -> None:
         message = {"axes": axes, "buttons": [int(held and number == DEADMAN) for number in range(buttons)]}

@@ -52,18 +52,18 @@ def test_nothing_drives_without_the_dead_mans_button(axes, buttons, changes, age
 
 @given(looks=st.lists(st.tuples(st.none() | st.tuples(AXES, BUTTONS), st.floats(0, 1)), max_size=40))
 def test_after_every_release_come_zeros_and_then_silence(looks):
-    """However looks follow each other: nobody is left driving, and what is said to the end is zeros."""
+    """Whatever the sequence of readings: no robot is left driving, and the last commands are zeros."""
     settings, fanout = settings_of(select_button=5), Fanout(len(ROBOTS))
     hand, state, now = Hand(), None, 0.0
     for seen, passed in looks:
         now += passed
         state = noticed(state, *seen, now) if seen else state
         hand, twist, _ = look(settings, ROBOTS, hand, state, now)
-        orders = fanout.step(twist, hand.chosen)
+        commands = fanout.step(twist, hand.chosen)
         if twist is None:
-            assert all(order == STOP for _, order in orders)
+            assert all(command == STOP for _, command in commands)
     last = [fanout.step(None) for _ in range(ZEROS)]
-    assert all(order == STOP for orders in last for _, order in orders)
+    assert all(command == STOP for commands in last for _, command in commands)
     assert fanout.silent
     assert fanout.step(None) == ()
 

@@ -33,7 +33,7 @@ def driving(world, count=3):
 
 
 def stopped(world):
-    """Both robots were stopped, often enough, and then nothing was said."""
+    """Both robots were stopped, often enough, and then nothing was published."""
     wait_for(lambda: all(world.commands(robot)[-ZEROS:] == STOPPED for robot in ROBOTS))
     counts = [len(world.commands(robot)) for robot in ROBOTS]
     time.sleep(0.2)
@@ -44,7 +44,7 @@ def stopped(world):
 
 
 def drive_by_topic(world):
-    wait_for(lambda: any("subscribes" in one for one in world.said()))
+    wait_for(lambda: any("subscribes" in one for one in world.records()))
     world.joy(0.0, 1.0, held=False)
     time.sleep(0.15)
     for _ in range(5):
@@ -53,8 +53,8 @@ def drive_by_topic(world):
     driving(world)
 
 
-def said(world, word):
-    """How often the program has said so."""
+def logged(world, word):
+    """Returns how often the program has logged ``word``."""
     return sum(line.startswith(word) for line in world.log.read_text().splitlines())
 
 
@@ -63,8 +63,8 @@ def test_a_joystick_drives_all_robots_until_the_button_is_let_go(tmp_path):
         drive_by_topic(world)
         world.joy(0.0, 1.0, held=False)
         stopped(world)
-        assert {"node": "/joystick"}.items() <= world.said()[0].items()
-        assert {"subscribes": "joy"}.items() <= world.said()[1].items()
+        assert {"node": "/joystick"}.items() <= world.records()[0].items()
+        assert {"subscribes": "joy"}.items() <= world.records()[1].items()
 
 
 def test_a_joy_node_that_repeats_nothing_is_noticed(tmp_path):
@@ -81,7 +81,7 @@ def test_a_signal_stops_the_robots_before_ros_is_left(number, tmp_path):
         program.send_signal(number)
         assert program.wait(PATIENCE) == 0
         stopped(world)
-        assert "shutdown" in world.said()[-1]
+        assert "shutdown" in world.records()[-1]
 
 
 def test_a_shutdown_by_the_master_stops_the_robots_first(tmp_path):
@@ -110,9 +110,9 @@ def stick():
 
 def test_a_device_that_returns_must_be_released_before_it_drives(stick, tmp_path):
     with a_world(tmp_path, device=str(stick.path)) as world, joystick_program(world):
-        wait_for(lambda: said(world, "waits"))
+        wait_for(lambda: logged(world, "waits"))
         stick.plug()
-        wait_for(lambda: said(world, "ready"))
+        wait_for(lambda: logged(world, "ready"))
         stick.push(1, -32767)
         stick.press(DEADMAN)
         driving(world)
@@ -123,10 +123,10 @@ def test_a_device_that_returns_must_be_released_before_it_drives(stick, tmp_path
         before = len(world.commands())
         stick.plug(held=(DEADMAN,))
         stick.push(1, -32767)
-        wait_for(lambda: said(world, "let go"))
+        wait_for(lambda: logged(world, "let go"))
         assert len(world.commands()) == before
         stick.press(DEADMAN, down=False)
-        wait_for(lambda: said(world, "ready") == 2)
+        wait_for(lambda: logged(world, "ready") == 2)
         stick.press(DEADMAN)
         wait_for(lambda: AHEAD in world.commands()[before:])
         assert f"waits for the joystick: {stick.path}: it is not plugged in\n" in world.log.read_text()
@@ -139,7 +139,7 @@ def test_a_program_whose_master_is_away_can_be_ended(tmp_path):
             wait_for((world.folder / "joining").exists)
             program.terminate()
             assert program.wait(PATIENCE) == 0
-            assert world.said() == []
+            assert world.records() == []
 
 
 def test_a_held_key_drives_all_robots_until_it_is_let_go(tmp_path):
@@ -224,7 +224,7 @@ def test_ctrl_z_and_ctrl_s_are_keys_that_stop(tmp_path):
 def test_a_restarted_master_is_joined_again(tmp_path):
     with a_world(tmp_path, "/keys", first_hold=2.0) as world, keyboard_program(world) as keyboard:
         world.flag("restarted")
-        wait_for(lambda: sum("node" in one for one in world.said()) == 2)
+        wait_for(lambda: sum("node" in one for one in world.records()) == 2)
         assert b"the ROS master was restarted: joining it again" in keyboard.screen
         wait_for(lambda: keyboard.screen.count(b"m/s") > keyboard.screen.count(b"restarted"))
         time.sleep(0.3)

@@ -34,7 +34,7 @@ def _publishers(nodes: dict[str, dict[str, Any]], topic: str) -> dict[str, str]:
     return {name: f"pebble://{node['host']}" for name, node in nodes.items() if topic in node["publishes"]}
 
 
-def _node(node: dict[str, Any] | None, asked: NodeRequest) -> NodeAnswer:
+def _node(node: dict[str, Any] | None, request: NodeRequest) -> NodeAnswer:
     if node is None:
         return {"registered": False, "alive": False}
     status = node["status"]
@@ -54,7 +54,7 @@ def _node(node: dict[str, Any] | None, asked: NodeRequest) -> NodeAnswer:
                 "type": node["publishes"][topic],
                 "error": "",
             }
-            for topic, seconds in asked["topics"].items()
+            for topic, seconds in request["topics"].items()
             if topic in node["rates"]
         },
         "reports": reports,

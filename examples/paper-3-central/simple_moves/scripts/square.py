@@ -10,7 +10,7 @@ import math
 import rospy
 from geometry_msgs.msg import Twist
 
-RATE = 10.0  # Hz; a driver waits 0.5 s for the next order
+RATE = 10.0  # Hz; a driver waits 0.5 s for the next command
 
 
 def main() -> None:
@@ -18,15 +18,15 @@ def main() -> None:
     speed = rospy.get_param("~speed", 0.05)  # m/s
     side = rospy.get_param("~side", 0.3)  # m
     turn = rospy.get_param("~turn", 0.5)  # rad/s
-    orders = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+    commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
     rate = rospy.Rate(RATE)
     while not rospy.is_shutdown():
         for linear, angular, seconds in ((speed, 0.0, side / speed), (0.0, turn, math.pi / 2 / turn)):
-            order = Twist()
-            order.linear.x, order.angular.z = linear, angular
+            command = Twist()
+            command.linear.x, command.angular.z = linear, angular
             end = rospy.get_time() + seconds
             while rospy.get_time() < end and not rospy.is_shutdown():
-                orders.publish(order)
+                commands.publish(command)
                 rate.sleep()
 
 

@@ -43,7 +43,7 @@ def link_loads(context: RuleContext) -> Iterator[Diagnostic]:
 def _too_much(context: RuleContext, index: int, budget: SerialBudget) -> Diagnostic:
     load, robot = budget.load, budget.robot
     never = load.least_share > 1
-    asked = ", ".join(f"{one.name} {one.rate:g} Hz" for one in load.exchanges)
+    queries = ", ".join(f"{one.name} {one.rate:g} Hz" for one in load.exchanges)
     figures = (
         f"{load.needed:.0f} of {load.available:.0f} B/s, and {sum(one.rate for one in load.exchanges):g} "
         f"replies per second"
@@ -55,7 +55,7 @@ def _too_much(context: RuleContext, index: int, budget: SerialBudget) -> Diagnos
         f"the link of robot `{robot}` {verdict}: {share:.0%} of its time ({figures})",
         _place(context, index, robot),
         severity=Severity.ERROR if never else Severity.WARNING,
-        label=asked,
+        label=queries,
         notes=(Note(context.span("links", index), f"{load.kind} at {load.baud} baud"),),
         help=tuple(_remedies(load)),
         fix=_fix(context, robot, load),

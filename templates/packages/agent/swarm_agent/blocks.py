@@ -49,7 +49,10 @@ def without(original: bytes, swarm: str) -> bytes:
 
 
 def having(original: bytes, swarm: str, text: bytes) -> bytes:
-    """The file with ``text`` in the block: where it stands already, else at the end."""
+    """Returns the file with ``text`` in the block: in its old place, else at the end.
+
+    Raises ``RefusedError``.
+    """
     begin, end = _markers(swarm)
     if text and not text.endswith(b"\n"):
         text += b"\n"

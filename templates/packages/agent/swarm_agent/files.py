@@ -27,6 +27,7 @@ def read(path: str) -> bytes | None:
 
 
 def digest_of(content: bytes) -> str:
+    """Returns the SHA-256 of ``content`` in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
 
@@ -86,6 +87,7 @@ def read_json(path: str) -> Any:
 
 
 def write_json(path: str, value: Any) -> None:
+    """Writes ``value`` atomically as JSON. Raises ``OSError``."""
     replace(path, (json.dumps(value, sort_keys=True, indent=1) + "\n").encode("utf-8"))
 
 

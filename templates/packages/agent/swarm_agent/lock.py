@@ -26,12 +26,13 @@ def held_for(home: Home, request: Locking) -> ContextManager[None]:
 
 
 def operator_in(request: Locking) -> str:
+    """Returns who sends the request, as text for people."""
     return str(request.get("who", ""))[:200]
 
 
 @contextmanager
 def held(home: Home, who: str, patience: float) -> Iterator[None]:
-    """Hold the lock, after waiting for at most ``patience`` seconds."""
+    """Holds the lock, after waiting for at most ``patience`` seconds. Raises ``RefusedError``."""
     end = time.monotonic() + patience
     while True:
         descriptor = _open(home)

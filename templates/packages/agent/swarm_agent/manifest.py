@@ -47,6 +47,8 @@ class UnitData(TypedDict):
 
 
 class ManifestAlways(TypedDict):
+    """The required keys of a manifest."""
+
     format: int
     swarm: str
     host: str
@@ -81,6 +83,7 @@ class Manifest(NamedTuple):
 
     @property
     def size(self) -> int:
+        """The bytes of all files."""
         return sum(entry.size for entry in self.files.values())
 
 
@@ -93,16 +96,19 @@ def _require(condition: bool, what: str) -> None:
 
 
 def swarm_name(value: Any) -> str:
+    """Returns ``value`` if it is the name of a swarm. Raises ``RefusedError``."""
     _require(isinstance(value, str) and _SWARM.fullmatch(value) is not None, f"swarm {value!r}")
     return str(value)
 
 
 def release_name(value: Any) -> str:
+    """Returns ``value`` if it is a digest. Raises ``RefusedError``."""
     _require(isinstance(value, str) and _DIGEST.fullmatch(value) is not None, f"release {value!r}")
     return str(value)
 
 
 def unit_names(values: Any) -> list[str]:
+    """Returns ``values`` if they are names of the swarm's units. Raises ``RefusedError``."""
     _require(isinstance(values, list), f"units {values!r}")
     for value in values:
         _require(isinstance(value, str) and _UNIT.fullmatch(value) is not None, f"unit {value!r}")
@@ -110,6 +116,7 @@ def unit_names(values: Any) -> list[str]:
 
 
 def secret_names(values: Any) -> list[str]:
+    """Returns ``values`` if they are names of secrets. Raises ``RefusedError``."""
     _require(isinstance(values, list), f"secrets {values!r}")
     for value in values:
         _require(isinstance(value, str) and _SECRET.fullmatch(value) is not None, f"secret {value!r}")

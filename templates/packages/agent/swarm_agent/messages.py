@@ -30,11 +30,15 @@ class UnitState(TypedDict):
 
 
 class Locking(TypedDict, total=False):
+    """``who`` holds the lock of the swarm; ``wait``: s to wait for another holder."""
+
     who: str
     wait: float
 
 
 class ObserveNeeds(TypedDict):
+    """The required keys of ``observe``."""
+
     verb: Literal["observe"]
     swarm: str
 
@@ -62,6 +66,8 @@ class Prepared(TypedDict, total=False):
 
 
 class FactsAlways(TypedDict):
+    """The facts that every host reports."""
+
     hostname: str
     machine: str
     python: str
@@ -100,6 +106,8 @@ class Transaction(TypedDict, total=False):
 
 
 class ObserveAnswerAlways(TypedDict):
+    """The required keys of the answer to ``observe``."""
+
     facts: Facts
     release: str | None
     releases: list[str]
@@ -120,6 +128,8 @@ class ObserveAnswer(ObserveAnswerAlways, total=False):
 
 
 class ApplyNeeds(TypedDict):
+    """The required keys of ``apply``."""
+
     verb: Literal["apply"]
     swarm: str
     base: str | None
@@ -141,12 +151,16 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
 
 
 class ApplyAnswer(TypedDict):
+    """The new release, the one before, and the states of its units."""
+
     release: str
     previous: str | None
     units: dict[str, UnitState]
 
 
 class KeepSecretsNeeds(TypedDict):
+    """The required keys of ``keep_secrets``."""
+
     verb: Literal["keep_secrets"]
     swarm: str
 
@@ -156,10 +170,14 @@ class KeepSecretsRequest(KeepSecretsNeeds, Locking, total=False):
 
 
 class KeepSecretsAnswer(TypedDict):
+    """``kept``: the names of the stored secrets."""
+
     kept: list[str]
 
 
 class RemoveNeeds(TypedDict):
+    """The required keys of ``remove``."""
+
     verb: Literal["remove"]
     swarm: str
 
@@ -175,6 +193,8 @@ class RemoveAnswer(TypedDict):
 
 
 class FlashNeeds(TypedDict):
+    """The required keys of ``flash``."""
+
     verb: Literal["flash"]
     swarm: str
     unit: str

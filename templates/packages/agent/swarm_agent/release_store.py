@@ -23,25 +23,31 @@ class Home(NamedTuple):
 
     @property
     def path(self) -> str:
+        """The swarm's folder on the host."""
         return f"{self.prefix}{ROOT}/{self.swarm}"
 
     @property
     def staging(self) -> str:
+        """The folder of releases that are not complete yet."""
         return self.path + "/staging"
 
     @property
     def state(self) -> str:
+        """The folder of the agent's own state."""
         return self.path + "/state"
 
     @property
     def record_file(self) -> str:
+        """The record of the transaction in progress."""
         return self.state + "/transaction.json"
 
     @property
     def current_link(self) -> str:
+        """The link to the deployed release."""
         return self.path + "/current"
 
     def release(self, digest: str) -> str:
+        """Returns the folder of a release."""
         return f"{self.path}/releases/{digest}"
 
     def outside(self, path: str) -> str:
@@ -53,6 +59,7 @@ class Home(NamedTuple):
         return f"{ROOT}/{self.swarm}/current/{relative}"
 
     def prepare(self) -> None:
+        """Makes the folders that are missing. Raises ``OSError``."""
         for folder in (self.path, self.path + "/releases", self.staging, self.state):
             os.makedirs(folder, 0o755, exist_ok=True)
 
@@ -62,13 +69,14 @@ class Home(NamedTuple):
         return None if target is None else os.path.basename(target)
 
     def releases(self) -> list[str]:
+        """Returns the digests of the stored releases."""
         try:
             return sorted(os.listdir(self.path + "/releases"))
         except FileNotFoundError:
             return []
 
     def manifest(self, digest: str | None) -> Manifest:
-        """The manifest of a release that is here; no release has an empty one."""
+        """Returns the manifest of a stored release. Raises ``RefusedError``."""
         if digest is None:
             return EMPTY
         content = files.read(f"{self.release(digest)}/{NAME}")
@@ -102,6 +110,7 @@ class Home(NamedTuple):
         return record if isinstance(record, dict) else {}
 
     def clean_staging(self) -> None:
+        """Removes incomplete releases."""
         for name in os.listdir(self.staging):
             shutil.rmtree(os.path.join(self.staging, name), ignore_errors=True)
 

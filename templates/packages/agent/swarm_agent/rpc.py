@@ -21,9 +21,9 @@ _WORTH_PACKING = 512
 
 
 def requests(source: BinaryIO) -> Iterator[tuple[dict[str, Any], bytes]]:
-    """The request lines, each with the payload that it announces, until ``source`` ends.
+    """Yields the requests with their payloads, until ``source`` ends.
 
-    A silent operator is given up on.
+    A silent operator is given up on. Raises ``RefusedError``.
     """
 
     def give_up(*_: object) -> None:
@@ -84,12 +84,15 @@ class Report:
             signal.signal(number, handler)
 
     def note(self, text: str) -> None:
+        """Sends a line of progress."""
         self._write({"note": text})
 
     def answer(self, value: dict[str, Any]) -> None:
+        """Sends the answer of the verb."""
         self._write({"answer": value})
 
     def error(self, kind: str, message: str, hint: str) -> None:
+        """Sends the error of the verb."""
         self._write({"error": {"kind": kind, "message": message, "hint": hint}})
 
     def _write(self, value: dict[str, Any]) -> None:

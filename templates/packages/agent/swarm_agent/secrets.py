@@ -23,7 +23,7 @@ def _folder(home: Home) -> str:
 
 
 def offered(payload: bytes) -> dict[str, bytes]:
-    """The secrets that came as a payload, by name."""
+    """Returns the secrets in a payload, by name. Raises ``RefusedError``."""
     values = json.loads(payload.decode("utf-8")) if payload else {}
     if not isinstance(values, dict) or not all(isinstance(one, str) for one in values.values()):
         raise RefusedError("not secrets of swarmctl", "are swarmctl and its agent of one version?")

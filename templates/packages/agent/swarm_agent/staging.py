@@ -23,7 +23,10 @@ _DATE = 946684800  # 2000-01-01 00:00 UTC
 
 
 def unpack(payload: bytes, digest: str) -> tuple[Manifest, bytes, dict[str, bytes]]:
-    """The manifest, its bytes, and the files: exactly those it names, as it names them."""
+    """Returns the manifest, its bytes, and the files: exactly those in the manifest.
+
+    Raises ``RefusedError``.
+    """
     try:
         with tarfile.open(fileobj=io.BytesIO(payload), mode="r|gz") as archive:
             return _unpack(archive, digest)
@@ -60,7 +63,10 @@ def _content(archive: tarfile.TarFile, member: tarfile.TarInfo) -> bytes:
 
 
 def check_space(home: Home, manifest: Manifest) -> None:
-    """Refuse before anything is written if the disk is full, or read-only."""
+    """Checks, before anything is written, that the disk is writable and has space.
+
+    Raises ``RefusedError``.
+    """
     space = os.statvfs(home.path)
     wanted = _MARGIN + sum(entry.size + _BLOCK for entry in manifest.files.values())
     free = space.f_bavail * space.f_frsize
@@ -107,7 +113,7 @@ def _sync_disk(folder: str) -> None:
 
 
 def verify(folder: str, manifest: Manifest) -> None:
-    """Read every file back and compare it with the manifest."""
+    """Reads every file back and compares it with the manifest. Raises ``RefusedError``."""
     for path, entry in manifest.files.items():
         if files.digest_of(files.read(os.path.join(folder, path)) or b"") != entry.sha256:
             raise RefusedError(f"{path} did not reach the disk as it was sent", "the disk may be failing")

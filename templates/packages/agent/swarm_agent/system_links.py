@@ -102,7 +102,10 @@ def _wanted_blocks(home: Home, digest: str | None, manifest: Manifest) -> Iterat
 
 
 def check(home: Home, manifest: Manifest) -> None:
-    """Refuse if something of others is where a link of ours must be, or a block is broken."""
+    """Checks that the paths of links are free or ours, and that blocks are intact.
+
+    Raises ``RefusedError``.
+    """
     for path, state in link_deviations(home, manifest.links).items():
         if state == "foreign":
             raise RefusedError(
@@ -113,7 +116,7 @@ def check(home: Home, manifest: Manifest) -> None:
 
 
 def put_links(home: Home, manifest: Manifest) -> list[str]:
-    """Make the links be those of ``manifest``; the paths that changed."""
+    """Makes the links those of ``manifest``. Returns the paths that changed. Raises ``FailedError``."""
     deviations = link_deviations(home, manifest.links)
     for path, state in deviations.items():
         place = home.outside(path)

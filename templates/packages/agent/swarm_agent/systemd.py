@@ -33,6 +33,7 @@ _WORDS, _LONGEST_WORDS = 5, 600  # lines, characters
 
 
 def present(home: Home) -> bool:
+    """Returns True if the host runs systemd."""
     return os.path.isdir(home.outside("/run/systemd/system"))
 
 
@@ -58,23 +59,23 @@ def _call(command: Sequence[str], timeout: float) -> str:
 
 
 def states(units: Sequence[str]) -> dict[str, UnitState]:
-    """What systemd says about each unit: load, active and sub state, main process, restarts, the last result.
+    """Returns the state of each unit: load, active and sub state, main process, restarts, the last result.
 
-    ``skipped``: it does not run because a condition of the unit was looked at and not met.
+    ``skipped``: it does not run because a condition of the unit was checked and not met.
     """
     if not units:
         return {}
     fields = ",".join(["Id", *_FIELDS, *_NUMBERS, *_CONDITION])
     output = _call(["systemctl", "show", "--no-pager", "-p", fields, "--", *units], 20)
     found: dict[str, UnitState] = {}
-    for asked, paragraph in zip(units, output.strip("\n").split("\n\n")):
+    for unit, paragraph in zip(units, output.strip("\n").split("\n\n")):
         values = dict(line.split("=", 1) for line in paragraph.splitlines() if "=" in line)
         state: dict[str, Any] = {short: values.get(name, "") for name, short in _FIELDS.items()}
         state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
         met, looked = (values.get(name, "") for name in _CONDITION)
         unmet = met == "no" and looked not in ("", "0")
         state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
-        found[asked] = cast("UnitState", state)
+        found[unit] = cast("UnitState", state)
     return found
 
 
@@ -93,7 +94,7 @@ def stop(units: Sequence[str]) -> None:
 
 
 def start(units: Sequence[str]) -> None:
-    """Start them in this order and wait until systemd calls each of them started."""
+    """Starts units in this order and waits until systemd reports each as started. Raises ``FailedError``."""
     if not units:
         return
     _call(["systemctl", "reset-failed", "--", *units], 20)

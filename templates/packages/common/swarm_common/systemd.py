@@ -25,6 +25,7 @@ class Notifier:
         self.interval = int(microseconds) / 3e6 if ours and microseconds.isdigit() else None
 
     def ready(self) -> None:
+        """Reports the unit as started."""
         self._send("READY=1")
 
     def beat(self) -> None:
@@ -35,9 +36,11 @@ class Notifier:
             self._send("WATCHDOG=1")
 
     def status(self, text: str) -> None:
+        """Sets the status text of the unit."""
         self._send("STATUS=" + " ".join(text.split()))
 
     def stopping(self) -> None:
+        """Reports the unit as stopping."""
         self._send("STOPPING=1")
 
     def _send(self, message: str) -> None:

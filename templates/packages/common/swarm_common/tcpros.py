@@ -40,9 +40,11 @@ class Cursor:
 
     @property
     def at_end(self) -> bool:
+        """True if all bytes are read."""
         return self._at >= len(self._data)
 
     def take(self, size: int) -> bytes:
+        """Returns the next ``size`` bytes. Raises ``PeerError`` if there are fewer."""
         piece = self._data[self._at : self._at + size]
         if len(piece) < size:
             raise PeerError("a message is cut short")
@@ -50,11 +52,14 @@ class Cursor:
         return piece
 
     def number(self) -> int:
+        """Returns the next unsigned 32-bit number. Raises ``PeerError``."""
         return number(self.take(4))
 
     def text(self) -> str:
+        """Returns the next string. Raises ``PeerError``."""
         return self.take(self.number()).decode("utf-8", "replace")
 
 
 def number(four: bytes) -> int:
+    """Returns four bytes as an unsigned number, lowest byte first."""
     return int.from_bytes(four, "little")

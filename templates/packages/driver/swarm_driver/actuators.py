@@ -1,4 +1,4 @@
-"""What people want a robot to show and sound: lights and the like. From any thread; said one at a time."""
+"""Wanted states of lights, sounds and other actuators. Set from any thread, sent one request at a time."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ActuatorSettings:
         self._clock = clock
 
     def put(self, actuator: Actuator, values: Sequence[int]) -> None:
-        """Take a value for each channel, as far as it goes; another number of values is refused."""
+        """Stores one value per channel, clamped to the range. Another number of values is refused."""
         if len(values) != len(actuator.channels):
             self.refused += 1
             return
@@ -46,7 +46,7 @@ class ActuatorSettings:
 
 @dataclass(frozen=True)
 class Change:
-    """What is to be said next: all ``values`` of an actuator, or that of the channel ``index``."""
+    """The next request to send: all ``values`` of an actuator, or that of the channel ``index``."""
 
     actuator: Actuator
     index: int
@@ -55,15 +55,15 @@ class Change:
 
 
 class SentSettings:
-    """What one connection has said of the settings. A new one says all again, but what was over by itself."""
+    """The settings that one connection has sent. A new connection sends all again, except momentary ones."""
 
     def __init__(self, outputs: ActuatorSettings, since: float) -> None:
         self._outputs = outputs
         self._since = since
-        self._said: dict[Key, tuple[float, ...]] = {}
+        self._sent: dict[Key, tuple[float, ...]] = {}
 
     def next(self) -> Change | None:
-        """The first thing that the robot does not show as wanted."""
+        """Returns the first setting that the robot does not show yet, or None."""
         for actuator in self._outputs.actuators if self._outputs.settings else ():
             setting = self._outputs.settings.get(actuator.name)
             if setting is None or (actuator.momentary and setting.stamp < self._since):
@@ -72,9 +72,10 @@ class SentSettings:
                 meaning: tuple[float, ...] = setting.values if actuator.at_once else (setting.values[index],)
                 if actuator.momentary:
                     meaning = (*meaning, setting.stamp)
-                if self._said.get((actuator.name, index)) != meaning:
+                if self._sent.get((actuator.name, index)) != meaning:
                     return Change(actuator, index, setting.values, meaning)
         return None
 
-    def said(self, change: Change) -> None:
-        self._said[change.actuator.name, change.index] = change.meaning
+    def mark_sent(self, change: Change) -> None:
+        """Records ``change`` as sent."""
+        self._sent[change.actuator.name, change.index] = change.meaning

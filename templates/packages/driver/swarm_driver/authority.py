@@ -15,7 +15,7 @@ from typing import Sequence
 NOBODY = "nobody"
 _MOST_REFUSED = 16  # senders that are remembered
 _REMEMBERED = 60.0  # s after its last command for which a refused sender is named
-_RECENT = 5.0  # s for which a refusal is complained of: the longest time between two reports
+_RECENT = 5.0  # s for which a refusal is reported: the longest time between two reports
 _MOST_NAMED = 3  # senders in one text
 
 
@@ -30,6 +30,7 @@ class Commander:
     addresses: tuple[str, ...] = ()
 
     def includes(self, sender: Sender) -> bool:
+        """Returns True if ``sender`` is a node of this commander."""
         return (
             sender.node in self.nodes
             or sender.host in self.addresses
@@ -50,7 +51,7 @@ class Sender:
 
 @dataclass(frozen=True)
 class Standing:
-    """Who is obeyed now, who was refused lately, and what is wrong with that (nothing: empty)."""
+    """Who is obeyed now, who was refused lately, and the problem with that (empty if there is none)."""
 
     commander: str = NOBODY
     refused: str = "none"
@@ -84,7 +85,7 @@ class _Refused:
 
 
 class Authority:
-    """Takes or refuses commands. Its memory is bounded by the commanders and ``_MOST_REFUSED``."""
+    """Accepts or refuses commands. Its memory is bounded by the commanders and ``_MOST_REFUSED``."""
 
     def __init__(self, commanders: Sequence[Commander], timeout: float) -> None:
         self._commanders = sorted(commanders, key=lambda one: -one.priority)
@@ -109,6 +110,7 @@ class Authority:
         return True
 
     def standing(self, now: float) -> Standing:
+        """Returns who is obeyed and who was refused at ``now``."""
         while self._refused and next(iter(self._refused.values())).received < now - _REMEMBERED:
             self._refused.popitem(last=False)
         lately = list(reversed(self._refused.values()))

@@ -15,7 +15,7 @@ _ORDERS = {"little": "<", "big": ">"}
 
 
 class BinaryCodec:
-    """The codec of robots that are asked in bytes."""
+    """The codec of robots that are polled in bytes."""
 
     def __init__(self, protocol: BinaryProtocol) -> None:
         self._protocol = protocol
@@ -39,7 +39,7 @@ class BinaryCodec:
         return [self._request(f"setup {one.send}", one, {}, one.begins) for one in self._protocol.setup]
 
     def identify(self) -> Request | None:
-        """Nothing in a stream of bytes names a firmware."""
+        """Returns None: no reply in bytes contains the firmware version."""
         return None
 
     def _request(
@@ -71,7 +71,7 @@ class BinaryCodec:
 
 
 class BinaryReader:
-    """Waits for as many bytes as a reply has; the numbers that it must begin with identify its request."""
+    """Waits for as many bytes as a reply has. Its first numbers identify the request that it answers."""
 
     def __init__(self, layout: struct.Struct, begins: tuple[int, ...]) -> None:
         self._layout = layout

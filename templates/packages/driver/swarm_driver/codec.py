@@ -1,4 +1,4 @@
-"""How requests and replies are written on one kind of line. Pure: values to bytes, bytes to values."""
+"""How requests and replies are encoded on one kind of line. Pure: values to bytes, bytes to values."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Reader(Protocol):
     stray: str  # what an unsolicited line means, as text for people; empty if none arrived
 
     def feed(self, data: bytes) -> Reply | None:
-        """The reply once ``data`` completes it. Raises ``BadReplyError``."""
+        """Returns the reply once ``data`` completes it, else None. Raises ``BadReplyError``."""
         ...
 
 
@@ -55,21 +55,21 @@ class Codec(Protocol):
     """One kind of line. Every request is ready to be sent as it is."""
 
     def speed(self, left: int, right: int) -> Request:
-        """Sets both wheel speeds, in the robot's units."""
+        """Returns the request that sets both wheel speeds, in the robot's units."""
         ...
 
     def query(self, name: str) -> Request:
-        """Asks what the robot type calls ``name``."""
+        """Returns the request that the robot type calls ``name``."""
         ...
 
     def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
-        """Sets the channel ``index`` of an actuator, or all of them, as its requests are written."""
+        """Returns the request that sets the channel ``index`` of an actuator, or all channels."""
         ...
 
     def setup(self) -> list[Request]:
-        """Prepares the robot for what is asked later."""
+        """Returns the requests that prepare the robot, in the order in which they are sent."""
         ...
 
     def identify(self) -> Request | None:
-        """Asks for the firmware; none where a robot cannot be asked."""
+        """Returns the request for the firmware version; None if the robot has none."""
         ...

@@ -1,4 +1,4 @@
-"""Where the threads of all who send commands meet the authority; only what it admits reaches the mailbox."""
+"""Passes the commands of all senders to the authority; those that it admits go to the mailbox."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LONGEST_NAME = 200
 
 
 class CommandGate:
-    """The one way for commands from other nodes, in whichever thread they come."""
+    """The one way for commands from other nodes, in whichever thread they arrive."""
 
     def __init__(
         self, authority: Authority, commands: CommandMailbox, clock: Callable[[], float] = time.monotonic
@@ -26,12 +26,16 @@ class CommandGate:
     def give(
         self, node: str, host: str | None, linear: Sequence[float], angular: Sequence[float], arrived: float
     ) -> None:
-        """Pass a command on or refuse it; judged and put as one, so that none overtakes a higher one's."""
+        """Passes a command on or refuses it.
+
+        The decision and the transfer are atomic, so no command overtakes a higher one.
+        """
         sender = Sender(node[:_LONGEST_NAME], host)
         with self._lock:
             if self._authority.admits(sender, self._clock()):
                 self._commands.put(linear, angular, arrived)
 
     def standing(self) -> Standing:
+        """Returns who is obeyed and who was refused."""
         with self._lock:
             return self._authority.standing(self._clock())

@@ -15,7 +15,7 @@ from swarm_driver.kinematics import plausible
 
 @dataclass(frozen=True)
 class Command:
-    """Drive so: m/s forward, rad/s to the left. ``stamp`` is when it arrived, on the monotonic clock."""
+    """A velocity: m/s forward, rad/s to the left. ``stamp`` is its arrival, on the monotonic clock."""
 
     linear: float
     angular: float
@@ -37,7 +37,7 @@ class CommandMailbox:
         self._bell.setblocking(False)
 
     def put(self, linear: Sequence[float], angular: Sequence[float], arrived: float | None = None) -> None:
-        """Take a Twist: x forward and z to the left count. A senseless component makes it a stop."""
+        """Stores a Twist: x forward and z to the left count. An implausible component makes it a stop."""
         sane = plausible((*linear, *angular))
         self.refused += not sane
         stamp = self._clock() if arrived is None else arrived
@@ -45,18 +45,18 @@ class CommandMailbox:
         self.ring()
 
     def stop(self) -> None:
-        """No more commands: whoever waits comes back to end."""
+        """Ends the mailbox: every waiting thread returns."""
         self.stopped = True
         self.ring()
 
     def wait(self, seconds: float, others: Sequence[Any] = ()) -> None:
-        """Sleep, but no longer than until somebody rings or one of ``others`` can be read."""
+        """Sleeps until the timeout, a ring, or input on one of ``others``."""
         ready, _, _ = select.select([self._listen, *others], [], [], max(0.0, seconds))
         if self._listen in ready:
             self._listen.recv(4096)
 
     def ring(self) -> None:
-        """Wake who waits."""
+        """Wakes the waiting thread."""
         with contextlib.suppress(BlockingIOError):  # the bell is ringing already
             self._bell.send(b"!")
 
@@ -64,7 +64,7 @@ class CommandMailbox:
 class DeadMan:
     """Holds a command in force for ``timeout`` seconds after it arrived, then lets the robot stand.
 
-    A command from before the dead-man's own beginning was meant for another moment.
+    Ignores a command from before the dead-man's own beginning: it was meant for another moment.
     """
 
     def __init__(self, commands: CommandMailbox, timeout: float, clock: Callable[[], float]) -> None:
@@ -74,15 +74,16 @@ class DeadMan:
         self._clock = clock
 
     def in_force(self) -> Command | None:
+        """Returns the latest command; None once it has expired."""
         return self._given() if self._clock() < self.due() else None
 
     def due(self) -> float:
-        """When the latest command is over."""
+        """Returns the moment at which the latest command expires."""
         command = self._given()
         return command.stamp + self._timeout if command is not None else -math.inf
 
     def activity(self, moving: bool) -> str:
-        """What the robot is doing, in words."""
+        """Returns what the robot is doing, as text for people."""
         if self.in_force() is not None:
             return "driving" if moving else "standing still, as commanded"
         silence = "no command yet" if self._given() is None else f"no command for {self._timeout:g} s"

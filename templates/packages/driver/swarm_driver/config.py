@@ -16,7 +16,7 @@ from swarm_driver.ranges import between, positive
 
 
 class ConfigError(Exception):
-    """What is wrong with a parameter file, and where in it."""
+    """An invalid parameter file: what is wrong, and where in it."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Kinematics:
     wheel_radius: float | None = None
 
     def scale_for(self, firmware: float | None) -> Scale | None:
-        """The units of a robot with that firmware; none when they depend on a version that is not known."""
+        """Returns the units of a robot with that firmware; None if they depend on an unknown version."""
         if firmware is None:
             return self.scales[0] if len(self.scales) == 1 else None
         return next((scale for scale in self.scales if firmware < scale.firmware_below), None)
@@ -118,11 +118,12 @@ class Config:
     actuators: tuple[Actuator, ...]
 
     def sensor(self, name: str) -> Sensor | None:
+        """Returns the sensor of that name; None if it is off."""
         return next((one for one in self.sensors if one.name == name), None)
 
 
 def load(path: Path) -> Config:
-    """The parameters in ``path``, or a ``ConfigError`` that says what is wrong with them."""
+    """Returns the parameters in the file ``path``. Raises ``ConfigError``."""
     try:
         data = yaml.safe_load(path.read_text("utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
@@ -136,9 +137,9 @@ def load(path: Path) -> Config:
 
 
 def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
-    """The parameters in ``data``; KeyError, TypeError or ValueError when it is not what swarmctl writes.
+    """Returns the parameters in ``data``; files that they name are relative to ``folder``.
 
-    ``folder`` is where other files are looked for that they name.
+    Raises KeyError, TypeError or ValueError if ``data`` is not what swarmctl writes.
     """
     return Config(
         robot=str(data["robot"]),

@@ -1,4 +1,4 @@
-"""What a driver needs of one open port and the robot behind it, whatever is spoken there."""
+"""What a driver needs of one open port and the robot behind it, independent of the protocol."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ class ConnectionContext:
 
 
 class Readable(Protocol):
-    """What may be waited for, as a port that speaks unasked."""
+    """What a thread may wait for, such as a port that sends unsolicited data."""
 
-    def fileno(self) -> int: ...
+    def fileno(self) -> int:
+        """Returns the file descriptor."""
 
 
 class Connection(Protocol):
@@ -41,39 +42,43 @@ class Connection(Protocol):
     firmware: str
 
     @property
-    def since(self) -> float | None: ...
+    def since(self) -> float | None:
+        """When the robot was known and stood; None until then."""
 
     @property
-    def odometry(self) -> Odometry: ...
+    def odometry(self) -> Odometry:
+        """The pose and the counters it was computed from."""
 
     def step(self) -> float:
-        """Do what is due; the moment at which more is."""
+        """Does what is due. Returns the moment at which more is."""
         ...
 
     def listens_to(self) -> Sequence[Readable]:
-        """What calls for a step before that moment."""
+        """Returns the files whose input calls for a step before that moment."""
         ...
 
     def stop(self) -> None:
-        """Stop the robot, so well as what is spoken there can make sure of it."""
+        """Stops the robot, and confirms it where the protocol can."""
         ...
 
     def send_stop(self) -> None:
         """Sends the stop and waits for no reply: the last bytes on a line that is given up."""
         ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Closes the port."""
 
     def activity(self) -> str:
-        """What the robot is doing, in words."""
+        """Returns what the robot is doing, as text for people."""
         ...
 
     def rates(self) -> list[tuple[str, float, float]]:
-        """Name, measured and wanted rate of everything that comes regularly, in Hz."""
+        """Returns name, measured and wanted rate of everything that arrives regularly, in Hz."""
         ...
 
     def complaints(self) -> list[str]:
-        """Faults of a connected robot; one that was reported is not reported again."""
+        """Returns the faults of a connected robot that were not reported yet."""
         ...
 
-    def figures(self) -> dict[str, str]: ...
+    def figures(self) -> dict[str, str]:
+        """Returns more values for the diagnostics, by name."""

@@ -1,4 +1,4 @@
-"""A robot's driver without ROS: keeps a connection, begins and ends it with a stop, reports how it goes."""
+"""A robot's driver without ROS: keeps a connection, begins and ends it with a stop, reports its state."""
 
 from __future__ import annotations
 
@@ -30,6 +30,8 @@ _SLOW = 0.8  # of the wanted rate, below which a sensor is reported as slow
 
 
 class Phase(Enum):
+    """The state of the driver's connection."""
+
     DISCONNECTED = "disconnected"
     IDENTIFYING = "identifying"
     READY = "ready"
@@ -70,12 +72,16 @@ class Driver:
 
     @property
     def phase(self) -> Phase:
+        """The state of the connection."""
         if self._connection is None:
             return Phase.DISCONNECTED
         return Phase.IDENTIFYING if self._connection.since is None else Phase.READY
 
     def step(self) -> float:
-        """Do what is due, one exchange at most or two attempts at one; the seconds until more is due."""
+        """Does what is due: one exchange at most, or two attempts at one.
+
+        Returns the seconds until more is due.
+        """
         if self._connection is not None or self._due <= self._clock():
             try:
                 self._due = self._advance()
@@ -88,7 +94,7 @@ class Driver:
         return max(0.0, min(self._due, self._report_due) - self._clock())
 
     def listens_to(self) -> Sequence[Readable]:
-        """The files whose input calls for a step before the time that ``step`` returned is over."""
+        """Returns the files whose input calls for a step before the time that ``step`` returned is over."""
         return self._connection.listens_to() if self._connection is not None else ()
 
     def close(self) -> None:
@@ -119,7 +125,7 @@ class Driver:
         return PolledRobot(link, self._odometry.forget(), around)
 
     def _give_up(self, trouble: str, *, missing: bool) -> float:
-        """Close the line, with a stop if it still takes one; the moment of the next attempt."""
+        """Closes the line, with a stop if it still takes one. Returns the moment of the next attempt."""
         connection, self._connection = self._connection, None
         known = connection is not None and connection.since is not None
         if connection is not None:
@@ -182,7 +188,10 @@ class Driver:
 
 
 def run(driver: Driver, commands: CommandMailbox, beat: Callable[[], None], longest_wait: float) -> None:
-    """Step ``driver`` until ``commands`` are stopped; ``beat`` after each step; always end with a stop."""
+    """Steps ``driver`` until ``commands`` are stopped, with ``beat`` after each step.
+
+    Always ends with a stop.
+    """
     try:
         while not commands.stopped:
             wait = driver.step()

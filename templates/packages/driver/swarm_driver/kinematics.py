@@ -1,4 +1,4 @@
-"""From a command (m/s, rad/s) to wheel commands, and from position counters to where the robot is. Pure."""
+"""From a command (m/s, rad/s) to wheel speeds, and from position counters to a pose. Pure."""
 
 from __future__ import annotations
 
@@ -16,19 +16,22 @@ _ABSURD = 1000.0
 
 
 def plausible(components: Sequence[float]) -> bool:
-    """Whether a command is one: every component a finite number of a size that somebody could mean."""
+    """Returns True if every component is finite and no larger than a real robot can drive."""
     return all(math.isfinite(component) and abs(component) < _ABSURD for component in components)
 
 
 def wheel_units(linear: float, angular: float, kinematics: Kinematics, scale: Scale) -> Units:
-    """Left and right wheel speed in the robot's own units. A command too fast is slowed along its curve."""
+    """Returns left and right wheel speed in the robot's units.
+
+    A command too fast is slowed along its curve.
+    """
     linear, angular = within_limits(linear, angular, kinematics)
     half = angular * kinematics.wheel_separation / 2
     return _units(linear - half, kinematics, scale), _units(linear + half, kinematics, scale)
 
 
 def within_limits(linear: float, angular: float, kinematics: Kinematics) -> tuple[float, float]:
-    """A command (m/s, rad/s), slowed along its curve if it is too fast; a senseless one becomes a stop."""
+    """Returns a command (m/s, rad/s), slowed along its curve if too fast; an implausible one is a stop."""
     if not plausible((linear, angular)):
         return 0.0, 0.0
     fastest_wheel = abs(linear) + abs(angular) * kinematics.wheel_separation / 2
@@ -50,9 +53,9 @@ def _units(speed: float, kinematics: Kinematics, scale: Scale) -> int:
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the robot is believed to be, how fast it goes, how far it has driven and turned in all.
+    """The estimated pose and speed of a robot, and how far it has driven and turned in all.
 
-    ``left`` and ``right`` are the ways of the wheels, backwards subtracted.
+    ``left`` and ``right`` are the paths of the wheels, backwards subtracted.
     """
 
     x: float = 0.0
@@ -77,18 +80,18 @@ class Counters:
 
 @dataclass(frozen=True)
 class Odometry:
-    """A pose and the counters it was worked out from. A new line to the robot starts with no counters."""
+    """A pose and the counters it was computed from. A new line to the robot starts with no counters."""
 
     pose: Pose = Pose()
     counters: Counters | None = None
     jumps: int = 0
 
     def forget(self) -> Odometry:
-        """The same pose, to go on from wherever the counters stand at the next reading."""
+        """Returns the same pose without counters, to continue from the next reading."""
         return replace(self, pose=replace(self.pose, linear=0.0, angular=0.0), counters=None)
 
     def update(self, counters: Counters, kinematics: Kinematics, scale: Scale) -> Odometry:
-        """The pose after the way between the last reading and this one, taken as an arc."""
+        """Returns the pose after the path between the last reading and this one, taken as an arc."""
         before = self.counters
         if before is None:
             return replace(self, counters=counters)
@@ -104,7 +107,7 @@ class Odometry:
 
 
 def _difference(before: int, after: int, bits: int) -> int:
-    """The way from one counter reading to the next, over the wrap if that is shorter."""
+    """Returns the path from one counter reading to the next, over the wrap if that is shorter."""
     half = 1 << (bits - 1)
     return (after - before + half) % (2 * half) - half
 

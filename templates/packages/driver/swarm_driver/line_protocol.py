@@ -18,7 +18,7 @@ _VERSION = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?", re.ASCII)
 
 
 class LineCodec:
-    """The codec of robots that are asked in lines of text."""
+    """The codec of robots that are polled in lines of text."""
 
     def __init__(self, protocol: LineProtocol) -> None:
         self._protocol = protocol
@@ -54,7 +54,7 @@ class LineCodec:
 
 
 class LineReader:
-    """Waits for the reply to one query among whatever lines arrive."""
+    """Waits for the reply to one query among the lines that arrive."""
 
     def __init__(self, query: LineQuery, protocol: LineProtocol) -> None:
         self._query = query
@@ -81,7 +81,10 @@ def filled(send: str, **values: int | str) -> str:
 
 
 def understand(line: bytes, query: LineQuery, error_heads: Sequence[str]) -> Reply | None:
-    """The reply in ``line``, or nothing when it is noise: a banner, an old answer. Raises BadReplyError."""
+    """Returns the reply in ``line``, or None if it is noise: a banner, an old answer.
+
+    Raises BadReplyError.
+    """
     text = _text(line)
     head, _, rest = text.partition(",")
     if head != query.reply:
@@ -121,7 +124,7 @@ def _text(line: bytes) -> str:
 
 
 def _fields(rest: str, query: LineQuery) -> list[str] | None:
-    """The numbers as text; nothing if the reply is not of the form that ``query`` describes."""
+    """Returns the numbers as text; None if the reply does not have the form that ``query`` describes."""
     if query.pattern is None:
         return [field.strip() for field in rest.split(",")] if rest else []
     found = query.pattern.match(rest)
@@ -133,7 +136,7 @@ def _number(field: str) -> Number:
 
 
 def firmware_version(text: str) -> float | None:
-    """The first number in the answer to the question for the firmware."""
+    """Returns the first number in the reply to ``identify``."""
     found = _VERSION.search(text)
     return float(found.group()) if found else None
 
@@ -145,7 +148,7 @@ class LineBuffer:
         self._rest = b""
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The lines that ``data`` completes."""
+        """Returns the lines that ``data`` completes."""
         *lines, rest = _LINE_END.split(self._rest + data)
         self._rest = rest[-_LONGEST_LINE:]
         return [line for line in lines if line]

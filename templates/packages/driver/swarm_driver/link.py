@@ -1,4 +1,4 @@
-"""One request, one reply, over one open port. Every reply is read; what nobody asked for is noise."""
+"""One request, one reply, over one open port. Every reply is read; unsolicited bytes count as noise."""
 
 from __future__ import annotations
 
@@ -19,29 +19,34 @@ class NoReplyError(Exception):
 
 
 class LinkLostError(Exception):
-    """The line must be closed, opened again, and begun with a stop."""
+    """The line must be closed and opened again; the next connection begins with a stop."""
 
 
-#: What an exchange can fail of while the port itself is there.
+#: How an exchange can fail while the port itself is there.
 FAILED_EXCHANGE = (NoReplyError, BadReplyError)
 
 
 class BytePort(typing.Protocol):
     """What a link needs of a port; ``port.Port`` is one. All but ``close`` may raise ``PortError``."""
 
-    def write(self, data: bytes) -> None: ...
+    def write(self, data: bytes) -> None:
+        """Writes all of ``data``."""
 
-    def read(self, timeout: float) -> bytes: ...
+    def read(self, timeout: float) -> bytes:
+        """Waits up to ``timeout`` seconds for the first byte. Returns what has arrived."""
 
-    def drain(self) -> None: ...
+    def drain(self) -> None:
+        """Discards what has arrived."""
 
-    def fileno(self) -> int: ...
+    def fileno(self) -> int:
+        """Returns the file descriptor."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Closes the port."""
 
 
 class Link:
-    """The conversation with one robot. Exchanges raise what FAILED_EXCHANGE names, or ``PortError``."""
+    """The exchanges with one robot. They raise what FAILED_EXCHANGE names, or ``PortError``."""
 
     def __init__(
         self,
@@ -63,12 +68,13 @@ class Link:
         self._answer_due = -math.inf  # until when the last one may
 
     def set_speed(self, left: int, right: int) -> None:
+        """Sets both wheel speeds, in the robot's units."""
         self.ask(self.codec.speed(left, right))
 
     def ask(self, request: Request, timeout: float = math.inf, wait: float | None = None) -> Reply:
-        """The reply to ``request``, waited for ``timeout`` seconds; never longer than the protocol says.
+        """Sends ``request`` and returns its reply. Waits up to ``timeout`` s or the reply timeout.
 
-        ``wait`` is said in its place for an answer that takes a time of its own.
+        ``wait`` replaces the latter for an answer that takes longer than usual.
         """
         deadline = self._clock() + timeout
         if not request.urgent:
@@ -86,7 +92,10 @@ class Link:
         return reply
 
     def settle(self, timeout: float) -> bool:
-        """Let a late answer pass: its bytes would be taken for the next one's. Whether one may have come."""
+        """Waits for a late answer to pass, which would be taken for the next one.
+
+        Returns whether one may have come.
+        """
         if not self._unsettled:
             return False
         now = self._clock()
@@ -99,7 +108,10 @@ class Link:
         return True
 
     def twice(self, exchange: Callable[[], T]) -> T:
-        """The outcome of ``exchange``, given a second chance; then the robot counts as lost."""
+        """Returns the outcome of ``exchange``, repeated once if it fails.
+
+        Raises ``LinkLostError`` after that.
+        """
         try:
             return exchange()
         except FAILED_EXCHANGE as error:
@@ -111,10 +123,11 @@ class Link:
             raise LinkLostError(str(error)) from error
 
     def send_stop(self) -> None:
-        """Send the stop and wait for no reply: the last thing said on a line that is given up."""
+        """Sends the stop and waits for no reply: the last request on a line that is given up."""
         self._port.write(self.codec.speed(0, 0).data)
 
     def close(self) -> None:
+        """Closes the port."""
         self._port.close()
 
     def _answer(self, request: Request, deadline: float) -> Reply:

@@ -1,4 +1,7 @@
-"""On which host each node runs, as the master has it; asked in a thread of its own, so nobody waits long."""
+"""The host on which each node runs, as the master lists it.
+
+A thread of its own looks it up, so nobody waits long.
+"""
 
 from __future__ import annotations
 
@@ -11,33 +14,33 @@ from typing import Callable
 from urllib.parse import urlsplit
 
 _PATIENCE = 0.2  # s for which the very first command of a sender waits for the answer
-_KNOWN_FOR = 10.0  # s until an answer is asked for anew; it holds until the next one comes
-_UNKNOWN_FOR = 0.5  # s until a node that the master does not know is asked for again
-_MOST = 64  # nodes that are remembered, and that wait to be asked for
+_KNOWN_FOR = 10.0  # s until an answer is refreshed; it is valid until the next one comes
+_UNKNOWN_FOR = 0.5  # s until a node that the master does not know is looked up again
+_MOST = 64  # most nodes that are remembered, and that wait for a lookup
 
 
 @dataclass
 class _Place:
-    """What is known of a node, and when it is to be asked for again. ``asked``: the answer is under way."""
+    """The known host of a node, and when to look it up again. ``pending``: a lookup is under way."""
 
     host: str | None
     due: float
-    asked: bool = True
+    pending: bool = True
 
 
 class NodeHosts:
-    """``ask`` gives the URI of a node or nothing if there is none; an exception says that nobody answered."""
+    """``ask`` returns the URI of a node, None if there is none, and raises if the master does not answer."""
 
     def __init__(self, ask: Callable[[str], str], clock: Callable[[], float] = time.monotonic) -> None:
         self._ask = ask
         self._clock = clock
-        self._places: OrderedDict[str, _Place] = OrderedDict()  # who was asked for last at the end
+        self._places: OrderedDict[str, _Place] = OrderedDict()  # the latest lookup is last
         self._wanted: queue.Queue[str] = queue.Queue(_MOST)
         self._news = threading.Condition()
         threading.Thread(target=self._answer, name="node_hosts", daemon=True).start()
 
     def of(self, node: str) -> str | None:
-        """The host in the URI of ``node``; none while that is not known."""
+        """Returns the host in the URI of ``node``; None while it is unknown."""
         with self._news:
             place = self._places.get(node)
             if place is not None:
@@ -57,11 +60,11 @@ class NodeHosts:
         try:
             self._wanted.put_nowait(node)
         except queue.Full:  # the master hangs
-            place.due, place.asked = self._clock() + _UNKNOWN_FOR, False
+            place.due, place.pending = self._clock() + _UNKNOWN_FOR, False
 
     def _settled(self, node: str) -> bool:
         place = self._places.get(node)
-        return place is None or not place.asked
+        return place is None or not place.pending
 
     def _answer(self) -> None:
         while True:
@@ -77,14 +80,14 @@ class NodeHosts:
         with self._news:
             place = self._places.get(node)
             if place is not None:
-                place.asked = False
+                place.pending = False
                 place.host = place.host if away else host
                 place.due = self._clock() + (_KNOWN_FOR if place.host else _UNKNOWN_FOR)
             self._news.notify_all()
 
 
 def _host_in(uri: str) -> str | None:
-    """The host as the node advertises it, in lower case; none in what is no URI."""
+    """Returns the host as the node advertises it, in lower case; None if the text is no URI."""
     try:
         return urlsplit(uri).hostname
     except ValueError:

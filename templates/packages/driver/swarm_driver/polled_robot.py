@@ -1,4 +1,7 @@
-"""A robot that answers requests, over one open port: it confirms a stop, says what it is, is then served."""
+"""A robot that answers requests, over one open port.
+
+It confirms a stop and its identity before it is served.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ class PolledRobot:
         return self._session.odometry if self._session else self._odometry
 
     def step(self) -> float:
-        """One exchange at most. Before the robot is known, that has a second chance."""
+        """Makes one exchange at most. Before the robot is known, a failed exchange is repeated once."""
         if self._session is not None:
             return self._session.step()
         if self._around.clock() < self._settled_at:
@@ -51,7 +54,7 @@ class PolledRobot:
         return self._around.clock()
 
     def listens_to(self) -> list[BytePort]:
-        """Nothing: what comes unasked is noise."""
+        """Returns nothing: unsolicited bytes are noise."""
         return []
 
     def stop(self) -> None:
@@ -86,7 +89,7 @@ class PolledRobot:
             advice = "; " + config.serial.hint if config.serial.hint and not around.tally.reported else ""
             raise LinkLostError(f"{error} at {config.serial.baud} baud{advice}") from error
         yield None
-        self.firmware = self._asked_firmware()
+        self.firmware = self._requested_firmware()
         scale = config.kinematics.scale_for(firmware_version(self.firmware))
         if scale is None:
             raise LinkLostError(f"without the firmware's version ({self.firmware}) speeds have no unit")
@@ -110,7 +113,7 @@ class PolledRobot:
             slow=not self._unprepared,  # what is not set may send more than is expected
         )
 
-    def _asked_firmware(self) -> str:
+    def _requested_firmware(self) -> str:
         try:
             request = self._link.codec.identify()
             return (self._link.twice(lambda: self._link.ask(request)).text if request else "") or "unknown"
@@ -140,13 +143,13 @@ class PolledRobot:
             yield trouble
 
 
-Asked = Union[LineProtocol, BinaryProtocol, PythonProtocol]
+PolledProtocol = Union[LineProtocol, BinaryProtocol, PythonProtocol]
 
 
 def linked(
-    port: BytePort, protocol: Asked, tally: Tally, clock: Callable[[], float] = time.monotonic
+    port: BytePort, protocol: PolledProtocol, tally: Tally, clock: Callable[[], float] = time.monotonic
 ) -> Link:
-    """The conversation over an open port, in ``protocol``; LinkLostError if nobody can speak that."""
+    """Returns a link over an open port in ``protocol``. Raises LinkLostError if its codec cannot be made."""
     try:
         codec, overhear = _codec(protocol), _overhear(protocol)
         return Link(port, codec, protocol.reply_timeout, tally, clock, overhear=overhear)
@@ -155,13 +158,13 @@ def linked(
         raise LinkLostError(str(error)) from error
 
 
-def _overhear(protocol: Asked) -> Callable[[bytes], str]:
+def _overhear(protocol: PolledProtocol) -> Callable[[bytes], str]:
     if isinstance(protocol, LineProtocol):
         return partial(overheard, protocol=protocol)
     return lambda _: ""
 
 
-def _codec(protocol: Asked) -> Codec:
+def _codec(protocol: PolledProtocol) -> Codec:
     if isinstance(protocol, BinaryProtocol):
         return BinaryCodec(protocol)
     if isinstance(protocol, PythonProtocol):

@@ -37,7 +37,7 @@ class PortError(Exception):
 
 
 class Port:
-    """An open serial port. A vanished device raises ``PortError`` from whichever call meets it first."""
+    """An open serial port. The first call that meets a vanished device raises ``PortError``."""
 
     def __init__(self, path: str, line: Serial) -> None:
         self._path = path
@@ -57,6 +57,7 @@ class Port:
             raise _open_error(path, error) from error
 
     def write(self, data: bytes) -> None:
+        """Writes all of ``data``. Raises ``PortError``."""
         try:
             self._serial.write(data)
         except serial.SerialTimeoutException as error:
@@ -65,7 +66,7 @@ class Port:
             raise self._gone(error) from error
 
     def read(self, timeout: float) -> bytes:
-        """What has arrived, after waiting for the first byte at most ``timeout`` seconds; maybe nothing."""
+        """Waits up to ``timeout`` seconds for the first byte. Returns what has arrived, possibly nothing."""
         try:
             ready, _, _ = select.select([self._serial.fileno()], [], [], max(0.0, timeout))
             return bytes(self._serial.read(max(1, self._serial.in_waiting))) if ready else b""
@@ -73,16 +74,18 @@ class Port:
             raise self._gone(error) from error
 
     def drain(self) -> None:
-        """Throw away what arrived unasked: a banner, or an answer that came too late."""
+        """Discards unsolicited bytes: a banner, or an answer that came too late."""
         try:
             self._serial.reset_input_buffer()
         except _FAULTS as error:
             raise self._gone(error) from error
 
     def fileno(self) -> int:
+        """Returns the file descriptor."""
         return int(self._serial.fileno())
 
     def close(self) -> None:
+        """Closes the port; errors of a vanished device are ignored."""
         with contextlib.suppress(*_FAULTS):  # what is gone is closed
             self._serial.close()
 
@@ -92,7 +95,7 @@ class Port:
 
 @contextlib.contextmanager
 def _turn(path: str) -> Iterator[None]:
-    """One Bluetooth line is opened at a time on a host: who connects disturbs the others that do."""
+    """Opens one Bluetooth line at a time on a host: connecting disturbs other lines that connect."""
     if not path.startswith(_BLUETOOTH):
         yield
         return
@@ -130,6 +133,6 @@ def _short(error: Exception) -> str:
 
 
 def _number(error: BaseException | None) -> int | None:
-    """The errno of ``error``; termios.error carries it as its first argument only."""
+    """Returns the errno of ``error``; termios.error has it only as its first argument."""
     given = getattr(error, "errno", None) or next(iter(getattr(error, "args", ())), None)
     return given if isinstance(given, int) else None

@@ -1,4 +1,4 @@
-"""What is said on a line, as frozen values: lines, bytes, a class of one's own, or rosserial."""
+"""The protocol of a line as frozen values: text lines, bytes, a user's class, or rosserial."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class BinaryQuery:
 
 @dataclass(frozen=True)
 class BinaryProtocol:
-    """What is said in bytes."""
+    """Requests and replies as bytes."""
 
     reply_timeout: float
     byte_order: str
@@ -89,7 +89,10 @@ class Ticks:
 
 @dataclass(frozen=True)
 class RosserialProtocol:
-    """What a sketch should announce: types by topic, and rates, Hz. ``firmware``: its digest; empty: any."""
+    """The topics a sketch should announce: types by topic, and rates, Hz.
+
+    ``firmware``: its digest; empty: any.
+    """
 
     firmware_timeout: float
     firmware: str
@@ -103,7 +106,10 @@ Protocol = Union[LineProtocol, BinaryProtocol, PythonProtocol, RosserialProtocol
 
 
 def protocol_of(data: Mapping[str, Any], folder: Path, wheel_radius: Any) -> Protocol:
-    """What ``data`` says of the line; a file beside it is looked for in ``folder``."""
+    """Returns the protocol that ``data`` describes; files named there are relative to ``folder``.
+
+    Raises ``ValueError``, ``KeyError`` or ``TypeError`` if ``data`` is not what swarmctl writes.
+    """
     if data["kind"] == "rosserial":
         return _sketch(data, wheel_radius)
     timeout = between("protocol.reply_timeout", data["reply_timeout"], 0.01, 2.0)

@@ -7,6 +7,7 @@ from typing import Any
 
 
 def between(name: str, value: Any, low: float, high: float) -> float:
+    """Returns ``value`` as a number from ``low`` to ``high``. Raises ``ValueError``."""
     number = float(value)
     if not low <= number <= high:
         raise ValueError(f"`{name}` must be from {low} to {high}, not {value}")
@@ -14,6 +15,7 @@ def between(name: str, value: Any, low: float, high: float) -> float:
 
 
 def positive(name: str, value: Any) -> float:
+    """Returns ``value`` as a finite number above 0. Raises ``ValueError``."""
     number = float(value)
     if not 0 < number < math.inf:
         raise ValueError(f"`{name}` must be greater than 0, not {value}")

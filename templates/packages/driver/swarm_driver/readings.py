@@ -1,7 +1,7 @@
-"""What the raw numbers of a robot mean, by the settings of the sensor that they belong to. Pure; SI units.
+"""Converts raw numbers of a robot by the settings of their sensor. Pure; SI units.
 
-Distances as in REP-117: +inf means that nothing is in sight, -inf that something is too near to measure,
-NaN that there is no reading.
+Distances as in REP-117: +inf means that nothing is in sight, -inf that something is too near to measure, NaN
+that there is no reading.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _OF_6 = [round(255 * shade / 63) for shade in range(64)]
 
 @dataclass(frozen=True)
 class Motion:
-    """Acceleration (m/s2) and rotation (rad/s) along x, y and z; none of what is not measured."""
+    """Acceleration (m/s2) and rotation (rad/s) along x, y and z; None for what is not measured."""
 
     acceleration: Vector | None
     rotation: Vector | None
@@ -38,7 +38,7 @@ class Charge:
 
 
 class Distances:
-    """From one raw reading to metres, by interpolation between the pairs of a table."""
+    """Converts one raw reading to metres, by interpolation between the pairs of a table."""
 
     def __init__(self, settings: Settings) -> None:
         pairs = settings["distances"]
@@ -50,6 +50,7 @@ class Distances:
         self.nearest, self.farthest = min(self._metres), max(self._metres)
 
     def metres(self, reading: float) -> float:
+        """Returns the distance of a raw reading, in m; infinite and NaN as in REP-117."""
         if reading >= self._invalid_from:
             return math.nan
         if reading >= self._none_from or reading < self._none_below:
@@ -68,28 +69,30 @@ class Distances:
 
 
 def every(values: Values, stride: int) -> Values:
-    """The numbers of one array that stand ``stride`` apart."""
+    """Returns the numbers of one array, ``stride`` apart."""
     return values[::stride]
 
 
 def whole(values: Iterable[float], largest: int = _LARGEST) -> list[int]:
-    """Raw readings as a message of 16-bit numbers has them: what a robot says below zero is zero."""
+    """Returns raw readings as unsigned 16-bit numbers; negative readings become zero."""
     return [min(max(0, int(value)), largest) for value in values]
 
 
 def scaled(values: Iterable[float], settings: Settings) -> list[float]:
+    """Returns raw values in the unit of the sensor."""
     scale, offset = settings["scale"], settings["offset"]
     return [value * scale + offset for value in values]
 
 
 def vector(values: Sequence[float], axes: Settings) -> Vector:
-    """Three of ``values`` along the robot's axes."""
+    """Returns three of ``values`` along the robot's axes."""
     first, zero, scale = axes["first"], axes["zero"], axes["scale"]
     x, y, z = ((values[first + axes["order"][one]] - zero[one]) * scale[one] for one in range(3))
     return x, y, z
 
 
 def motion(values: Sequence[float], settings: Settings) -> Motion:
+    """Returns acceleration and rotation, as far as the sensor measures them."""
     acceleration, rotation = settings.get("acceleration"), settings.get("rotation")
     return Motion(
         acceleration=vector(values, acceleration) if acceleration else None,
@@ -98,7 +101,7 @@ def motion(values: Sequence[float], settings: Settings) -> Motion:
 
 
 def picture(values: Sequence[float], settings: Settings) -> tuple[str, bytes]:
-    """An image's encoding and its pixels as ROS has them. rgb565 comes with its high byte first."""
+    """Returns an image's encoding and its pixels in ROS's layout. rgb565 comes with its high byte first."""
     data = bytes(int(value) for value in values)
     if settings["encoding"] != "rgb565":
         return settings["encoding"], data
@@ -109,6 +112,7 @@ def picture(values: Sequence[float], settings: Settings) -> tuple[str, bytes]:
 
 
 def charge(values: Sequence[float], settings: Settings) -> Charge:
+    """Returns voltage and charge of a battery."""
     volts = settings["offset"] + sum(value * each for value, each in zip(values, settings["volts"]))
     empty, full = settings["empty"], settings["full"]
     return Charge(volts, min(1.0, max(0.0, (volts - empty) / (full - empty))))

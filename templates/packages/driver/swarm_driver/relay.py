@@ -1,4 +1,4 @@
-"""What passes between a board's topics and ROS beside commands: bytes, as they are. Knows no ROS."""
+"""What passes between a board's topics and ROS beside commands: bytes, unchanged. Knows no ROS."""
 
 from __future__ import annotations
 
@@ -21,42 +21,46 @@ class Outgoing:
 
 @dataclass(frozen=True)
 class Parameter:
-    """What the board asked for."""
+    """The value of a parameter that the board requested."""
 
     name: str
     value: Any
 
 
 class Relay(Protocol):
-    """ROS as a board sees it; ``forward.RosRelay`` is one. No call waits for anything."""
+    """ROS as a board sees it; ``forward.RosRelay`` is one. No call blocks."""
 
     def type_of(self, name: str) -> MessageType | None:
-        """What the host knows of a message type; nothing if it has none of that name."""
+        """Returns the message type of that name as this host has it; None if it has none."""
 
     def serve(self, topics: Sequence[Topic]) -> None:
         """Publishes and subscribes to these topics from now on, and to no others."""
 
-    def publish(self, topic: Topic, message: bytes) -> None: ...
+    def publish(self, topic: Topic, message: bytes) -> None:
+        """Publishes a message of the board."""
 
-    def log(self, level: int, text: str) -> None: ...
+    def log(self, level: int, text: str) -> None:
+        """Logs a text of the board; ``level`` as in rosserial_msgs/Log."""
 
     def ask(self, name: str) -> None:
-        """Find a parameter; it is ``taken`` when it is there."""
+        """Looks up a parameter; ``taken`` returns it once it is there."""
 
     def taken(self) -> list[Outgoing | Parameter]:
-        """What came for the board since the last look."""
+        """Returns and removes what has arrived for the board."""
 
 
 class Mailbox:
-    """Holds what comes for the board, from any thread, until the one that owns the line takes it."""
+    """Holds what arrives for the board, from any thread, until the thread that owns the line takes it."""
 
     def __init__(self, ring: Callable[[], None]) -> None:
         self._ring = ring
         self._waiting: deque[Outgoing | Parameter] = deque(maxlen=MOST_WAITING)
 
     def put(self, one: Outgoing | Parameter) -> None:
+        """Stores a message or a parameter for the board."""
         self._waiting.append(one)
         self._ring()
 
     def taken(self) -> list[Outgoing | Parameter]:
+        """Returns and removes everything stored."""
         return [self._waiting.popleft() for _ in range(len(self._waiting))]

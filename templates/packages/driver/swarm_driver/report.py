@@ -18,6 +18,8 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Report:
+    """One message on /diagnostics."""
+
     level: Level
     message: str
     values: Mapping[str, str]
@@ -25,7 +27,7 @@ class Report:
 
 @dataclass
 class Tally:
-    """What has happened since the driver started."""
+    """Counts what has happened since the driver started."""
 
     connections: int = 0
     failed_exchanges: int = 0
@@ -35,6 +37,7 @@ class Tally:
     reported: str = ""  # by the robot: what is wrong with it
 
     def failed(self, error: Exception) -> None:
+        """Counts a failed exchange."""
         self.failed_exchanges += 1
         self.last_error = str(error)
 
@@ -47,10 +50,11 @@ class Meter:
         self._stamps: deque[float] = deque()
 
     def tick(self, now: float) -> None:
+        """Records that it happened at ``now``."""
         self._stamps.append(now)
 
     def rate(self, now: float) -> float:
-        """Hz, from the intervals seen in the window; falls off when nothing happens any more."""
+        """Returns Hz, from the intervals in the window; it falls off when nothing happens any more."""
         while self._stamps and self._stamps[0] < now - self._window:
             self._stamps.popleft()
         intervals = len(self._stamps) - 1

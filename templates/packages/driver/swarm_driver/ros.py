@@ -1,4 +1,7 @@
-"""The driver as a node of ROS 1: commands come in, news go out. Nothing outside `ros*.py` knows ROS."""
+"""The driver as a node of ROS 1: subscribes to commands, publishes data.
+
+Nothing outside `ros*.py` knows ROS.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ _SUCCESS, _UNKNOWN_NODE = 1, -1  # of the Master API: lookupNode found the node,
 
 
 def join(config: Config, commands: CommandMailbox, gate: CommandGate, outputs: ActuatorSettings) -> RosSink:
-    """Become a node that takes commands. Returns when the master knows it, however long that takes."""
+    """Becomes a node that subscribes to commands.
+
+    Returns when the master knows it, however long that takes.
+    """
     rospy.init_node("driver", disable_signals=True)
     rospy.on_shutdown(commands.stop)
     sink, node_hosts = RosSink(config), NodeHosts(_node_uri)
@@ -71,7 +77,7 @@ def _subscribe(actuator: Actuator, outputs: ActuatorSettings) -> None:
 
 
 def forgotten() -> bool:
-    """Whether the master answers and knows this node not: it was restarted, which rospy never notices."""
+    """Returns True if the master answers but does not know this node: it was restarted."""
     try:
         return not _node_uri(rospy.get_name())
     except Exception:  # noqa: BLE001  a master that is away forgets nothing, and whatever else answers there is none
@@ -79,7 +85,7 @@ def forgotten() -> bool:
 
 
 def _node_uri(node: str) -> str:
-    """Where ``node`` is to be reached, as the master has it; empty if it knows no such node."""
+    """Returns the URI of ``node`` as the master lists it; empty if it knows no such node."""
     with ServerProxy(rosgraph.get_master_uri(), transport=TimeoutTransport()) as master:
         answer: Any = master.lookupNode(rospy.get_name(), node)
     code, message, uri = answer
@@ -89,7 +95,7 @@ def _node_uri(node: str) -> str:
 
 
 class TimeoutTransport(Transport):
-    """HTTP that does not wait for ever."""
+    """An HTTP transport with a timeout."""
 
     def make_connection(self, host: Any) -> HTTPConnection:
         connection = super().make_connection(host)
@@ -98,7 +104,7 @@ class TimeoutTransport(Transport):
 
 
 class RosSink:
-    """Publishes a driver's data. ``left_out`` are the topics that this host has no messages for."""
+    """Publishes a driver's data. ``left_out`` are the topics for which this host has no message package."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -138,7 +144,7 @@ class RosSink:
 
 
 def _left_out(config: Config, sensors: Mapping[str, Any]) -> Iterator[str]:
-    """What this host cannot publish for want of a package of messages, in words."""
+    """Returns the topics that this host cannot publish because a message package is missing, as text."""
     if ros_frames.TFMessage is None:
         yield "no transforms: this host lacks tf2_msgs"
     if ros_sensors.sensor_msgs is not None:

@@ -1,4 +1,4 @@
-"""Where a robot and its sensors are, for tf and the headers of messages: frames that begin with its name."""
+"""Frames of a robot and its sensors, for tf and message headers. Their names begin with the robot's."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ except ImportError:  # a host without tf gets no transforms
 
 
 class Frames:
-    """The names of the frames of one robot. No two robots on one master have one in common."""
+    """The names of the frames of one robot. No two robots on one master share a frame."""
 
     def __init__(self, config: Config) -> None:
         self._prefix = config.frame_prefix
@@ -26,13 +26,16 @@ class Frames:
         self.base = self._prefix + "base_link"
 
     def joint(self, name: str) -> str:
+        """Returns the name of a joint."""
         return self._prefix + name
 
     def element(self, sensor: Sensor, element: Mapping[str, Any]) -> str:
+        """Returns the frame of one element of a sensor."""
         return "{}{}_{}".format(self._prefix, sensor.name, element["name"])
 
 
 def transform(parent: str, child: str, place: tuple[float, float, float], yaw: float) -> Any:
+    """Returns a TransformStamped of now; ``place`` in m, ``yaw`` in rad."""
     message = TransformStamped(child_frame_id=child)
     message.header.stamp = rospy.Time.now()
     message.header.frame_id = parent
@@ -42,6 +45,7 @@ def transform(parent: str, child: str, place: tuple[float, float, float], yaw: f
 
 
 def turned_by(yaw: float) -> Any:
+    """Returns the Quaternion of a rotation around z, in rad."""
     return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 

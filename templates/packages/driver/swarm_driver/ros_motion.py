@@ -1,4 +1,4 @@
-"""Where a robot is, how fast it goes and how its wheels turn, as messages of ROS 1."""
+"""Pose, speed and wheel motion of a robot as messages of ROS 1."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ class MotionTopics:
         self._joints = rospy.Publisher("joint_states", JointState, queue_size=1) if joints else None
 
     def publish(self, pose: Pose) -> None:
+        """Publishes the pose on all topics."""
         message = self._odometry(pose)
         self._odom.publish(message)
         if self._tf is not None:
@@ -74,6 +75,6 @@ class MotionTopics:
 
 
 def _covariance(x: float, y: float, yaw: float) -> list[float]:
-    """The 6 x 6 matrix of a planar pose or twist, from standard deviations."""
+    """Returns the 6 x 6 matrix of a planar pose or twist, from standard deviations."""
     variances = (x * x + _AT_REST, y * y + _AT_REST, _UNKNOWN, _UNKNOWN, _UNKNOWN, yaw * yaw + _AT_REST)
     return [variances[row] if row == column else 0.0 for row in range(6) for column in range(6)]

@@ -1,6 +1,6 @@
-"""A board's topics in ROS 1, whatever their types: bytes pass as they are, nothing is taken apart.
+"""A board's topics in ROS 1, whatever their types: bytes pass unchanged.
 
-Registering with a master may take for ever, so a thread of its own does it, one thing after the other.
+Registering with a master may take for ever, so a thread of its own does it, one topic after the other.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 
 
 class RosRelay:
-    """Knows types at once, and forwards once ``join`` was called."""
+    """Knows types at once, and forwards messages once ``join`` was called."""
 
     def __init__(self, mailbox: Mailbox) -> None:
         self.taken = mailbox.taken
@@ -39,7 +39,7 @@ class RosRelay:
         return MessageType(message._md5sum, len(smallest.getvalue()))
 
     def join(self) -> None:
-        """ROS is there: this process is a node."""
+        """Starts forwarding: this process is now a ROS node."""
         import rospy  # noqa: PLC0415  importing ROS takes longer than stopping the robot
 
         self._rospy = rospy
@@ -108,7 +108,7 @@ class RosRelay:
 
 
 def _message_class(name: str) -> Any:
-    """The class that this host's packages have for a message type; nothing if there is none."""
+    """Returns the class of a message type in the packages of this host; None if there is none."""
     if not _TYPE.fullmatch(name):
         return None
     from roslib.message import get_message_class  # noqa: PLC0415  not every driver needs it
@@ -120,7 +120,7 @@ def _message_class(name: str) -> Any:
 
 
 def _raw(rospy: Any, message: Any) -> Any:
-    """A class for the bytes of ``message``, which other nodes cannot distinguish from it."""
+    """Returns a class for the bytes of ``message``, which other nodes cannot distinguish from it."""
     return type(
         message.__name__,
         (rospy.AnyMsg,),

@@ -1,4 +1,4 @@
-"""What a robot senses, as messages of ROS 1: one class for each kind of sensor, each with its topics."""
+"""Sensor readings as messages of ROS 1: one class for each kind of sensor, each with its topics."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ _NOT_MEASURED = [-1.0] + [0.0] * 8  # a covariance that says so (sensor_msgs/Imu
 class SensorTopics(Protocol):
     """The topics of one sensor."""
 
-    def publish(self, values: Values) -> None: ...
+    def publish(self, values: Values) -> None:
+        """Publishes one reading; ``values`` are the raw numbers."""
 
 
 class RawTopic:
@@ -53,7 +54,7 @@ class QuantityTopic:
 
 
 class RangeTopics:
-    """The raw readings of an array as one message; each element in metres, where somebody listens to it."""
+    """The raw readings of an array as one message; each element in metres if its topic has a subscriber."""
 
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
         settings = sensor.settings
@@ -88,7 +89,7 @@ class RangeTopics:
 
 
 class ImuTopic:
-    """Acceleration, rotation or both; each message says what it has not, which is the orientation, too."""
+    """Acceleration, rotation or both; each message marks what it lacks, such as the orientation."""
 
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
         self._settings, self._frame = sensor.settings, frames.base
@@ -109,6 +110,8 @@ class ImuTopic:
 
 
 class MagneticTopic:
+    """The magnetic field, in T."""
+
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
         self._axes, self._frame = sensor.settings["axes"], frames.base
         self._publisher = rospy.Publisher(sensor.name, sensor_msgs.MagneticField, queue_size=1)
@@ -120,7 +123,7 @@ class MagneticTopic:
 
 
 class BatteryTopic:
-    """Voltage and how full that is; what is not measured is NaN, as the message wants it."""
+    """Voltage and charge; NaN for what is not measured, as in sensor_msgs/BatteryState."""
 
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
         self._settings, self._frame = sensor.settings, frames.base
@@ -136,6 +139,8 @@ class BatteryTopic:
 
 
 class TemperatureTopic:
+    """A temperature, in degrees Celsius."""
+
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
         self._settings, self._frame = sensor.settings, frames.base
         self._publisher = rospy.Publisher(sensor.name, sensor_msgs.Temperature, queue_size=1)
@@ -179,7 +184,7 @@ _WITHOUT_SENSOR_MSGS = ("raw", "quantity", "range")
 
 
 def topics_of(config: Config, frames: Frames) -> dict[str, SensorTopics]:
-    """The topics of every sensor that is on and that this host has messages for, by its name."""
+    """Returns the topics of every enabled sensor for which this host has messages, by its name."""
     return {
         one.name: _KINDS[one.kind](one, frames)
         for one in config.sensors

@@ -15,7 +15,7 @@ from swarm_rosserial.conversation import (
     Event,
     Lost,
     Negotiated,
-    ParameterAsked,
+    ParameterRequest,
     Received,
     UnsendableError,
 )
@@ -34,7 +34,7 @@ from swarm_driver.wheels import Wheels
 
 COMMAND = "cmd_vel"
 _STANDSTILL = (0.0, 0.0)
-COMMAND_REFRESH_S = 0.2  # s after which an unchanged command is said again
+COMMAND_REFRESH_S = 0.2  # s after which an unchanged command is repeated
 COMMAND_GAP_FACTOR = 3  # times what a command takes on the line, between two changes of it
 TX_MARGIN = (
     2  # times what another message takes on the line, before the next one: a stop waits for all before it
@@ -86,11 +86,11 @@ class Board:
         return self._wheels.odometry
 
     def listens_to(self) -> list[BytePort]:
-        """A board speaks when it likes."""
+        """Returns the port: a board sends at any time."""
         return [self._port]
 
     def step(self) -> float:
-        """Take what the board said, say what is due; then the moment at which more is due."""
+        """Handles what the board sent and sends what is due. Returns the moment at which more is due."""
         for event in self._conversation.step(self._port.read(0.0)):
             self._take(event)
         if self.since is None:
@@ -102,7 +102,7 @@ class Board:
         return min(self._conversation.due(), self._speed_due(self._wanted()), self._dead_man_due(), post_due)
 
     def stop(self) -> None:
-        """The last words. No board confirms them."""
+        """Sends a stop. No board confirms it."""
         self.send_stop()
         if self.since is not None:
             self._conversation.stop()
@@ -153,7 +153,7 @@ class Board:
             self._negotiated(event)
         elif isinstance(event, Log):
             self._logged(event)
-        elif isinstance(event, ParameterAsked):
+        elif isinstance(event, ParameterRequest):
             self._relay.ask(event.name)
         else:
             self._lost(event)
@@ -194,7 +194,7 @@ class Board:
         self._relay.log(log.level, log.text)
 
     def _lost(self, lost: Lost) -> None:
-        """A board that was there is asked on the same line for a while, then on a new one."""
+        """Requests the topics of a silent board on the same line for a while, then on a new one."""
         if self.since is None:
             hint = "; " + self._config.serial.hint if self._config.serial.hint else ""
             raise LinkLostError(f"{lost.reason} (at {self._config.serial.baud} baud){hint}")
@@ -209,7 +209,7 @@ class Board:
         return within_limits(command.linear, command.angular, self._config.kinematics)
 
     def _speed_due(self, aim: tuple[float, float]) -> float:
-        """When ``aim`` must be said; a stop at once."""
+        """Returns the moment at which ``aim`` must be sent; a stop at once."""
         if aim == self._aim:
             return self._sent_at + self._refresh
         return self._sent_at + (0.0 if aim == _STANDSTILL else self._command_gap)
@@ -227,7 +227,7 @@ class Board:
         return self._dead_man.due() if self._aim != _STANDSTILL else float("inf")
 
     def _pass_on(self) -> None:
-        """What ROS has for the board, no faster than the line carries it."""
+        """Sends what ROS has for the board, no faster than the line carries it."""
         self._outbox.extend(self._relay.taken())
         while self._outbox and self._clock() >= self._free_at:
             one = self._outbox.popleft()
@@ -241,7 +241,7 @@ class Board:
                 self._failed(str(error))
 
     def _seconds(self, message: bytes) -> float:
-        """How long a message takes on the line."""
+        """Returns how long a message takes on the line, in s."""
         return (len(message) + OVERHEAD) * 10 / self._config.serial.baud
 
     def _failed(self, reason: str) -> None:

@@ -1,6 +1,6 @@
-"""One connection to a robot that has confirmed a stop: commands go out, a dead-man watches, sensors are read.
+"""One connection to a robot that has confirmed a stop: sends commands, applies the dead-man, reads sensors.
 
-All that a session knows dies with it: nothing of the time before a lost line can move the robot after it.
+A session's state ends with it: nothing from before a lost line can move the robot after it.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units,
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.report import Level, Meter, Report, Tally
 
-COMMAND_REFRESH_S = (
-    0.2  # s after which an unchanged speed is said again: a robot that is lost is noticed that soon
-)
+COMMAND_REFRESH_S = 0.2  # s after which an unchanged speed is repeated; a lost robot is noticed that soon
 MIN_COMMAND_GAP_S = 0.02  # s between two changes of speed, so that fast commands leave time for the sensors
 EARLY_POLL_SHARE = 0.5  # of a poll's period by which a slower sensor may have its turn before it is due
 RETRY_AFTER_S = 1.0  # s for which a sensor or a light that failed is left alone
@@ -28,15 +26,19 @@ _PERIODS = 3  # of a slow sensor, over which its rate is measured
 
 
 class Sink(Protocol):
-    """Where a driver's news go; ``ros.RosSink`` publishes them."""
+    """Receives a driver's data; ``ros.RosSink`` publishes it."""
 
-    def odometry(self, pose: Pose) -> None: ...
+    def odometry(self, pose: Pose) -> None:
+        """Takes a new pose."""
 
-    def reading(self, sensor: Sensor, values: Values) -> None: ...
+    def reading(self, sensor: Sensor, values: Values) -> None:
+        """Takes the raw numbers of a sensor."""
 
-    def report(self, report: Report) -> None: ...
+    def report(self, report: Report) -> None:
+        """Takes the state of the driver, as /diagnostics shows it."""
 
-    def event(self, level: Level, text: str) -> None: ...
+    def event(self, level: Level, text: str) -> None:
+        """Takes a line for the log."""
 
 
 @dataclass
@@ -53,7 +55,7 @@ class Feed:
 
 @dataclass
 class Poll:
-    """A query that is asked regularly, as often as the most eager of its sensors wants."""
+    """A query that is sent regularly, as often as the fastest of its sensors needs."""
 
     query: str
     rate: float
@@ -79,7 +81,7 @@ class Session:
         clock: Callable[[], float],
         slow: bool = True,
     ) -> None:
-        """``slow``: whether answers that take longer than usual may be asked for."""
+        """``slow``: whether queries whose answers take longer than usual may be sent."""
         self.since = clock()
         self.odometry = odometry
         self._link = link
@@ -123,7 +125,7 @@ class Session:
         return wheel_units(command.linear, command.angular, self._config.kinematics, self._scale)
 
     def _speed_due(self, aim: Units) -> float:
-        """When ``aim`` must be said. At once, if it is a stop or the robot's speed is not known."""
+        """Returns when ``aim`` must be sent: at once for a stop, or if the robot's speed is unknown."""
         if aim == self._confirmed:
             return self._sent_at + COMMAND_REFRESH_S
         return (
@@ -145,7 +147,7 @@ class Session:
             self._confirmed, self._sent_at = aim, self._clock()
 
     def _serve(self, now: float, aim: Units) -> None:
-        """Read the sensor that is most overdue, or set what is wanted: in turns, where there is both."""
+        """Reads the sensor that is most overdue, or sends an actuator setting; in turns if both are due."""
         due = [one for one in self._polls if one.due <= now and self._fits(one, now, aim)]
         poll = min(due, key=lambda one: one.due, default=None)
         change = self._shown.next() if self._show_at <= now else None
@@ -169,7 +171,7 @@ class Session:
         else:
             if not request.answered:  # what the line has not carried yet would hold up a stop
                 self._show_at = self._clock() + TX_MARGIN * len(request.data) * 10 / self._config.serial.baud
-        self._shown.said(change)  # a robot that refuses it is not pestered
+        self._shown.mark_sent(change)  # not repeated to a robot that refuses it
 
     def _fits(self, poll: Poll, now: float, aim: Units) -> bool:
         """Whether its answer is over before the dead-man is due.

@@ -42,7 +42,10 @@ class UserCodec:
         self._stop = self._request("speed", 0, 0)
 
     def speed(self, left: int, right: int) -> Request:
-        """A stop is always sent: if the class fails now, with the bytes that it made at first."""
+        """Returns a speed request.
+
+        If the class fails, a stop is still sent, with the bytes of its first stop.
+        """
         try:
             return self._request("speed", left, right)
         except BadReplyError as error:
@@ -77,7 +80,10 @@ class UserCodec:
         return self._request("identify") if self._protocol.identify else None
 
     def call(self, work: Callable[[], T]) -> T:
-        """The result of ``work`` within the time limit; what it prints goes to stderr, beside all results."""
+        """Returns the result of ``work`` within the time limit. What it prints goes to stderr.
+
+        Raises ``BadReplyError``.
+        """
         signal.setitimer(signal.ITIMER_REAL, _TIME_LIMIT)
         try:
             with contextlib.redirect_stdout(sys.stderr):

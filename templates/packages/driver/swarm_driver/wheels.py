@@ -17,9 +17,9 @@ _BITS = {"std_msgs/Int16": 16, "std_msgs/Int32": 32}
 
 
 class Wheels:
-    """Takes the counts of both wheels as they come; a pose comes of each pair, if the sketch counts at all.
+    """Pairs the counts of both wheels and computes a pose from each pair, if the sketch counts at all.
 
-    A count whose other half does not come soon has lost it, and is not paired with that of the next turn.
+    A count whose other half does not arrive in time is not paired with that of the next turn.
     """
 
     def __init__(self, protocol: RosserialProtocol, kinematics: Kinematics, odometry: Odometry) -> None:
@@ -37,11 +37,11 @@ class Wheels:
         self._begun = 0.0  # when the first half of a pair came
 
     def forget(self) -> None:
-        """The board starts to count anew."""
+        """Drops the counts: the board starts to count anew."""
         self.odometry, self._counts = self.odometry.forget(), {}
 
     def take(self, topic: Topic, message: bytes, arrived: float) -> Pose | None:
-        """The new pose, if ``message`` completes a pair. Raises BadMessageError."""
+        """Returns the new pose if ``message`` completes a pair, else None. Raises BadMessageError."""
         if topic.name not in self._sides or topic.type not in INTEGERS:
             return None
         if not self._counts or arrived - self._begun > self._apart:

@@ -54,6 +54,7 @@ class Bridge:
                 self._wakes[peer.island].set()
 
     def status(self) -> Status:
+        """Returns the state of all peers and the refused topics."""
         offers = (refusal for one in self._contacts.values() for refusal in one.offer.refusals)
         refusals = (*offers, *self._refusals)
         return status_of(self.config, self._contacts, self._problem, refusals, self._clock())

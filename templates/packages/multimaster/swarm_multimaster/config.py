@@ -61,7 +61,7 @@ class Config:
 
 
 def load(path: Path) -> Config:
-    """The parameters in ``path``, or a ``ConfigError``."""
+    """Returns the parameters in ``path``. Raises ``ConfigError``."""
     try:
         data = yaml.safe_load(path.read_text("utf-8"))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:

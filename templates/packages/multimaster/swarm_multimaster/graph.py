@@ -49,7 +49,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Graph:
-    """The part of a master's graph that was asked for."""
+    """The requested part of a master's graph."""
 
     publishers: frozenset[tuple[str, str]]  # topic and node
     subscribed: frozenset[str]  # topics that the querying node subscribes to
@@ -59,14 +59,15 @@ class Graph:
 
     @property
     def entries(self) -> frozenset[Entry]:
+        """The registrations of publishers whose nodes are known."""
         nodes = self.nodes
         return frozenset(Entry(topic, node, nodes[node]) for topic, node in self.publishers if node in nodes)
 
 
 def questions(me: str, names: Sequence[str]) -> list[Call]:
     """The calls that query a master's graph, and the URIs of ``names``."""
-    asked: list[Call] = [("getSystemState", me), ("getTopicTypes", me), ("getParam", me, RECORD)]
-    return asked + [("lookupNode", me, name) for name in names]
+    calls: list[Call] = [("getSystemState", me), ("getTopicTypes", me), ("getParam", me, RECORD)]
+    return calls + [("lookupNode", me, name) for name in names]
 
 
 def read(answers: Sequence[Answer], me: str, names: Sequence[str], topics: Collection[str] | None) -> Graph:

@@ -68,6 +68,7 @@ def missed(contact: Contact, problem: str) -> Contact:
 
 
 def state_of(contact: Contact, now: float, config: Config) -> State:
+    """Returns the state of a peer at ``now``."""
     gap = now - (contact.since if contact.last_seen is None else contact.last_seen)
     if gap >= config.remove_after:
         return State.AWAY

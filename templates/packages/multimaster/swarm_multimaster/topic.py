@@ -27,6 +27,7 @@ class Topic:
         return int(server.sockets[0].getsockname()[1])
 
     def publish(self, body: bytes) -> None:
+        """Sends a serialised message to all subscribers, except those that do not keep up."""
         message = counted(body)
         for writer in self._subscribers:
             if writer.transport.get_write_buffer_size() > _MOST_WAITING:
@@ -37,8 +38,8 @@ class Topic:
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
             if len(self._subscribers) < _MOST_SUBSCRIBERS:
-                asked = await asyncio.wait_for(read_header(reader, _LARGEST_HEADER), _SECONDS)
-                await self._serve(asked, reader, writer)
+                header = await asyncio.wait_for(read_header(reader, _LARGEST_HEADER), _SECONDS)
+                await self._serve(header, reader, writer)
         except (OSError, EOFError, PeerError, asyncio.TimeoutError):
             pass  # only this connection is lost
         finally:
@@ -46,9 +47,9 @@ class Topic:
             writer.close()
 
     async def _serve(
-        self, asked: dict[str, str], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+        self, header: dict[str, str], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
     ) -> None:
-        if asked.get("topic") != self._name or asked.get("md5sum") not in (self._md5sum, "*"):
+        if header.get("topic") != self._name or header.get("md5sum") not in (self._md5sum, "*"):
             writer.write(packed({"error": f"this is {self._name}, md5sum {self._md5sum}"}))
             return
         writer.write(self._header)

@@ -60,6 +60,7 @@ class Flow:
         self._first = self._last = 0.0
 
     def tick(self, now: float) -> None:
+        """Counts a message at ``now``."""
         self._first = self._first if self.count else now
         self._last = now
         self.count += 1
@@ -74,7 +75,7 @@ class Flow:
 
 
 async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False) -> None:
-    """Count what the node at ``uri`` publishes on ``topic`` for ``flow.seconds``."""
+    """Counts the messages of the node at ``uri`` on ``topic`` for ``flow.seconds``. Raises ``PeerError``."""
     protocol = await call(uri, "requestTopic", topic, [["TCPROS"]])
     try:
         name, host, port = protocol

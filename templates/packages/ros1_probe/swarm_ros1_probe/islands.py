@@ -28,8 +28,8 @@ _AT_ONCE = 16  # calls to the master
 Side = Mapping[str, List[str]]  # nodes by topic
 
 
-async def look(master: str, asked: GraphRequest) -> IslandsAnswer:
-    """The answer; a ``PeerError`` when the master does not answer or its answer is malformed."""
+async def look(master: str, request: GraphRequest) -> IslandsAnswer:
+    """Returns the answer. Raises ``PeerError`` if the master does not answer or its answer is malformed."""
     state = await client.call(master, "getSystemState", seconds=3 * client.CALL_SECONDS)
     kinds = await client.call(master, "getTopicTypes", seconds=3 * client.CALL_SECONDS)
     try:
@@ -39,14 +39,14 @@ async def look(master: str, asked: GraphRequest) -> IslandsAnswer:
         raise PeerError("the master's system state makes no sense") from None
     names = {node for side in (publishes, subscribes) for found in side.values() for node in found}
     nodes = await _places(master, names)
-    topics = [str(topic) for topic in asked["topics"][:_MOST_TOPICS]]
+    topics = [str(topic) for topic in request["topics"][:_MOST_TOPICS]]
     return {
         "publishers": {
             topic: {clipped(node): nodes.get(node, "") for node in publishes.get(topic, [])}
             for topic in topics
         },
         "types": {topic: types[topic] for topic in topics if topic in types},
-        "strangers": _strangers(nodes, publishes, subscribes, {str(one).lower() for one in asked["own"]}),
+        "strangers": _strangers(nodes, publishes, subscribes, {str(one).lower() for one in request["own"]}),
     }
 
 

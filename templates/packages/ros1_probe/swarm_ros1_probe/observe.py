@@ -120,16 +120,16 @@ async def _sender(
     answers[name] = found
 
 
-async def _graph(uri: str, asked: GraphRequest, answer: GraphAnswer) -> None:
+async def _graph(uri: str, request: GraphRequest, answer: GraphAnswer) -> None:
     try:
-        answer["graph"] = await islands.look(uri, asked)
+        answer["graph"] = await islands.look(uri, request)
     except PeerError as error:
         answer["troubles"]["graph"] = str(error)
 
 
-async def _node(master_uri: str, asked: NodeRequest, answers: dict[str, NodeAnswer]) -> None:
+async def _node(master_uri: str, request: NodeRequest, answers: dict[str, NodeAnswer]) -> None:
     """One node: whether it is registered and alive, its topics, and their rates."""
-    name = str(asked["name"])
+    name = str(request["name"])
     found: NodeAnswer = {"registered": None, "alive": None, "error": "", "topics": {}}
     answers[name] = found
     try:
@@ -149,7 +149,7 @@ async def _node(master_uri: str, asked: NodeRequest, answers: dict[str, NodeAnsw
     except PeerError as error:
         found.update({"alive": False, "error": str(error)})
         return
-    topics = list(asked["topics"].items())[:_MOST_TOPICS]
+    topics = list(request["topics"].items())[:_MOST_TOPICS]
     await asyncio.gather(*(_topic(uri, topic, _seconds(seconds), found) for topic, seconds in topics))
 
 

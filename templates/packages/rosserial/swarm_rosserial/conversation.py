@@ -1,6 +1,6 @@
 """The host's side of a rosserial connection to one board. The caller opens the port and passes in the clock.
 
-The board's side is rosserial's node_handle.h: it announces its topics when asked, requests the time every
+The board's side is rosserial's node_handle.h: it announces its topics on request, requests the time every
 2.5 s, and drops the host 11 s after the last answer, or when it is reset. It announces nothing unasked.
 """
 
@@ -18,13 +18,15 @@ from swarm_rosserial.topics import Refusal, Topic, Types, judge, unserved_servic
 GREETING = "swarmctl firmware "  # first log of a swarmctl sketch: sent at start, and after its announcements
 LOST = 15.0  # s without a request for the time, as rosserial_python has it
 _ASK_AGAIN = 2.0  # s between two requests for topics while none is answered
-_DOUBT = 6.0  # s without a request for the time after which topics are asked for again: was the board reset?
+_DOUBT = 6.0  # s without a request for the time after which topics are requested again: was the board reset?
 _QUIET = 0.3  # s after the last announcement until they are complete
 _STALLED = 0.5  # s without a byte in the middle of a frame
 _MOST_ROUNDS = 3  # of announcements, while some are lost on the line
 
 
 class Phase(Enum):
+    """The state of the connection to a board."""
+
     SETTLING = "waiting for the board to start"
     ASKING = "asking for its topics"
     CONNECTED = "connected"
@@ -40,12 +42,14 @@ class Negotiated:
 
 @dataclass(frozen=True)
 class Received:
+    """A message of the board."""
+
     topic: Topic
     message: bytes
 
 
 @dataclass(frozen=True)
-class ParameterAsked:
+class ParameterRequest:
     """To be answered by ``Conversation.parameter``; a board waits 1 s by default."""
 
     name: str
@@ -58,7 +62,7 @@ class Lost:
     reason: str
 
 
-Event = Union[Negotiated, Received, Log, ParameterAsked, Lost]
+Event = Union[Negotiated, Received, Log, ParameterRequest, Lost]
 
 
 class UnsendableError(Exception):
@@ -92,12 +96,13 @@ class Conversation:
         self._refusals: list[Refusal] = []
         self._round: dict[tuple[bool, int], Topic | Refusal] = {}
         self._rounds = 0
-        self._damaged_before = 0  # frames, when the topics were asked for
-        self._asked_at = self._announced_at = self._received_at = self._deadline = clock()
+        self._damaged_before = 0  # frames, when the topics were requested
+        self._requested_at = self._announced_at = self._received_at = self._deadline = clock()
         self._settled_at = clock() + settle
 
     @property
     def topics(self) -> tuple[Topic, ...]:
+        """The topics that the board has announced."""
         return tuple(self._topics.values())
 
     def due(self) -> float:
@@ -149,7 +154,10 @@ class Conversation:
             self._write(frames.encode(topic.id, message))
 
     def parameter(self, name: str, value: Any) -> None:
-        """Answers a request for a parameter. The protocol has no answer for a missing one."""
+        """Answers a request for a parameter. The protocol has no answer for a missing one.
+
+        Raises ``UnsendableError``.
+        """
         try:
             answer = messages.parameter(value)
         except BadMessageError as error:
@@ -169,13 +177,13 @@ class Conversation:
 
     def _ask(self, now: float) -> None:
         self._write(frames.REQUEST_TOPICS)
-        self._asked_at = now
+        self._requested_at = now
         self._damaged_before = self.reader.losses.frames
 
     def _ask_due(self) -> float:
         if self.phase is Phase.ASKING:
-            return self._asked_at + _ASK_AGAIN
-        return max(self._asked_at, self._deadline - LOST) + _DOUBT
+            return self._requested_at + _ASK_AGAIN
+        return max(self._requested_at, self._deadline - LOST) + _DOUBT
 
     def _taken(self, frame: Frame, now: float) -> list[Event]:
         if frame.topic_id in (frames.ID_PUBLISHER, frames.ID_SUBSCRIBER, *frames.ID_SERVICES):
@@ -226,15 +234,15 @@ class Conversation:
             return []
         if frame.topic_id == frames.ID_LOG:
             log = Log.decode(frame.message)
-            if log.text.startswith(GREETING) and now >= max(self._asked_at, self._announced_at) + _QUIET:
+            if log.text.startswith(GREETING) and now >= max(self._requested_at, self._announced_at) + _QUIET:
                 self._ask(now)  # it has just started, and has no host yet
             return [log]
         if frame.topic_id == frames.ID_PARAMETER:
-            return [ParameterAsked(messages.parameter_name(frame.message))]
+            return [ParameterRequest(messages.parameter_name(frame.message))]
         topic = self._topics.get((True, frame.topic_id))
         if topic is None:
             self.strange += 1
-            if now >= self._asked_at + _ASK_AGAIN:  # its announcement was lost
+            if now >= self._requested_at + _ASK_AGAIN:  # its announcement was lost
                 self._ask(now)
             return []
         return [Received(topic, frame.message)] if self.phase is Phase.CONNECTED else []
@@ -246,7 +254,7 @@ class Conversation:
                 "build it with the library of hydro or a later one"
             )
         if self.reader.good:
-            omitted = "announced topics" if self.phase is Phase.ASKING else "asked for the time"
+            omitted = "announced topics" if self.phase is Phase.ASKING else "requested the time"
             return f"no sync with the board: it has not {omitted} for {LOST:g} s"
         if self.reader.losses.bytes:
             return "the bytes from the board are not rosserial: check the baud rate and the sketch"

@@ -26,11 +26,14 @@ _OLD_MEMORY = 600  # bytes in which a frame of the old protocol is looked for; i
 
 @dataclass(frozen=True)
 class Frame:
+    """One frame with its topic and its message."""
+
     topic_id: int
     message: bytes
 
 
 def encode(topic_id: int, message: bytes = b"") -> bytes:
+    """Returns a message as a frame, with both checksums."""
     length, body = struct.pack("<H", len(message)), struct.pack("<H", topic_id) + message
     return SYNC + length + _checksum(length) + body + _checksum(body)
 
@@ -56,6 +59,7 @@ class Losses:
 
     @property
     def frames(self) -> int:
+        """The number of damaged frames."""
         return self.lengths + self.checksums + self.cut_short
 
 

@@ -30,6 +30,7 @@ class TopicInfo:
 
     @classmethod
     def decode(cls, message: bytes) -> TopicInfo:
+        """Returns the decoded message. Raises ``BadMessageError``."""
         fields = _Fields(message)
         info = cls(fields.number("<H"), fields.text(), fields.text(), fields.text(), fields.number("<i"))
         fields.end()
@@ -45,6 +46,7 @@ class Log:
 
     @classmethod
     def decode(cls, message: bytes) -> Log:
+        """Returns the decoded message. Raises ``BadMessageError``."""
         fields = _Fields(message)
         log = cls(fields.number("<B"), fields.text())
         fields.end()
@@ -60,7 +62,10 @@ def parameter_name(message: bytes) -> str:
 
 
 def parameter(value: Any) -> bytes:
-    """The answer to a request for a parameter: bool, whole number, float or text, or a list of one kind."""
+    """Returns the answer to a request for a parameter: bool, integer, float or text, or a list of one kind.
+
+    Raises ``BadMessageError``.
+    """
     values = value if isinstance(value, list) else [value]
     kinds = {int if isinstance(one, bool) else type(one) for one in values}
     if not kinds <= {int, float, str}:

@@ -78,6 +78,7 @@ def _reason_against(info: TopicInfo, capacity: int, types: Types, verb: str) -> 
 
 
 def unserved_service(info: TopicInfo) -> Refusal:
+    """Returns the refusal of a service."""
     reason = (
         f"the sketch has a service, `{info.topic_name}`: this driver forwards topics only "
         "(`driver: rosserial_python` serves it)"

@@ -35,11 +35,12 @@ class Config:
 
     @property
     def robots(self) -> tuple[str, ...]:
+        """The names of the robots that the program may drive."""
         return tuple(target.robot for target in self.targets)
 
 
 def load(path: Path, program: str) -> Config:
-    """The parameters of ``program`` in ``path``, or a ``ConfigError`` that says what is wrong with them."""
+    """Returns the parameters of ``program`` in ``path``. Raises ``ConfigError``."""
     try:
         data = yaml.safe_load(path.read_text("utf-8"))
         known = yaml.safe_load(SETTINGS.read_text("utf-8"))[program]
@@ -54,7 +55,10 @@ def load(path: Path, program: str) -> Config:
 
 
 def parse(data: Mapping[str, Any], known: Mapping[str, Any]) -> Config:
-    """The parameters in ``data``; KeyError, TypeError or ValueError when it is not what swarmctl writes."""
+    """Returns the parameters in ``data``.
+
+    Raises ``KeyError``, ``TypeError`` or ``ValueError`` if it is not what swarmctl writes.
+    """
     targets = tuple(Target(str(one["robot"]), str(one["topic"])) for one in data["targets"])
     if not targets:
         raise ValueError("no robot to command: `control` in the swarm's spec gives it some")
@@ -69,7 +73,7 @@ def parse(data: Mapping[str, Any], known: Mapping[str, Any]) -> Config:
 
 
 def resolved(params: Mapping[str, Any], known: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A value for every known setting: the user's own, or the default."""
+    """Returns a value for every known setting: the user's own, or the default. Raises ``ValueError``."""
     for name, value in params.items():
         if name not in known:
             raise ValueError(f"there is no setting `{name}`")

@@ -25,7 +25,7 @@ _HINTS = {
 
 
 class Device:
-    """Opens what is there, waits for what is not, and forgets all that a joystick said once it is gone."""
+    """Opens a device that is there, waits for one that is not, and drops the state of one that is gone."""
 
     def __init__(self, path: str, clock: Callable[[], float] = time.monotonic) -> None:
         self.path = path
@@ -53,6 +53,7 @@ class Device:
         return self._pad
 
     def close(self) -> None:
+        """Closes the device."""
         if self._file is not None:
             os.close(self._file)
             self._file = None

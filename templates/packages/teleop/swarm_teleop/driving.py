@@ -1,4 +1,4 @@
-"""The beat of a program: asked each period what is wanted, and however it ends, who was driven is stopped."""
+"""The command loop of a teleop program: one command per period; at its end, every driven robot is stopped."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class EndedError(BaseException):
 
 
 class Ending:
-    """Asked to end, by a signal or by ROS. Where robots may be driven the loop stops them first."""
+    """A request to end, from a signal or from ROS. The loop stops driven robots first."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.requested = False
         self._driving = False
         self._stopped = threading.Event()
         self._stopped.set()
@@ -38,17 +38,17 @@ class Ending:
 
     def done(self) -> None:
         """Records that the robots were sent a stop and that nothing moves them again."""
-        self.asked = True
+        self.requested = True
         self._stopped.set()
 
     def end_and_wait(self) -> None:
         """Requests the end and returns once the robots were sent a stop; for another thread."""
-        self.asked = True
+        self.requested = True
         self._stopped.wait(_LAST_WORDS)
 
     def _signalled(self, _number: int, _frame: FrameType | None) -> None:
-        early = not self.asked and not self._driving
-        self.asked = True
+        early = not self.requested and not self._driving
+        self.requested = True
         if early:
             raise EndedError
 
@@ -62,14 +62,14 @@ def drive(
     *,
     period: float,
 ) -> None:
-    """Sends commands until ``ending`` is asked for or a call raises, then stops. ``rest`` takes seconds."""
+    """Sends commands until ``ending`` is requested or a call raises, then stops. ``rest`` takes seconds."""
     ending.begin()
     try:
         due = time.monotonic()
-        while not ending.asked:
+        while not ending.requested:
             send(fanout.step(*look()))
             due = max(due + period, time.monotonic())  # a beat that was missed is not made up for
-            while not ending.asked and time.monotonic() < due:
+            while not ending.requested and time.monotonic() < due:
                 rest(max(0.0, due - time.monotonic()))
     finally:
         while not fanout.silent:

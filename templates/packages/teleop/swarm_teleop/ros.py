@@ -34,6 +34,7 @@ class Commander:
         self._publishers = [rospy.Publisher(topic, Twist, queue_size=1, tcp_nodelay=True) for topic in topics]
 
     def send(self, commands: Commands) -> None:
+        """Publishes each command on its robot's topic."""
         for robot, command in commands:
             message = Twist()
             message.linear.x, message.angular.z = command.linear, command.angular

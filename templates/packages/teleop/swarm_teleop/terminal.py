@@ -41,6 +41,7 @@ class Terminal:
 
     @property
     def width(self) -> int:
+        """The width of the terminal, in characters."""
         return shutil.get_terminal_size().columns or _WIDTH
 
     def read(self, seconds: float) -> bytes | None:

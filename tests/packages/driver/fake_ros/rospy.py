@@ -1,6 +1,6 @@
 """As much of rospy as the driver node touches, without a master.
 
-Orders come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``, and
+Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``, and
 messages of any other kind as ``<topic>:<bytes in hex>``; publications go out on stdout, one JSON object a
 line. With FAKE_MASTER=away in the environment no node ever joins; FAKE_LISTENERS=0 says that nobody listens,
 FAKE_LACKS names a package that is not installed.

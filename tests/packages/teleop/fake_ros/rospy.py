@@ -1,6 +1,6 @@
 """As much of rospy as teleop touches, without a master. What happens stands in the folder $FAKE_ROS.
 
-Publications go to its file ``said``, one JSON object a line; Joy messages come from its pipe ``joy``.
+Publications go to its file ``published``, one JSON object a line; Joy messages come from its pipe ``joy``.
 A file ``restarted`` there is a master that knows no node until one joins, ``kicked`` one that ends the node,
 ``away`` one that does not answer; ``failing`` is a bug in publishing whatever moves a robot.
 """
@@ -27,8 +27,8 @@ class ROSException(Exception):  # noqa: N818  its name in rospy
     """Such as: publish() to a closed topic."""
 
 
-def _said(**news: Any) -> None:
-    with _LOCK, (_FOLDER / "said").open("a") as file:
+def _record(**news: Any) -> None:
+    with _LOCK, (_FOLDER / "published").open("a") as file:
         file.write(json.dumps({"at": time.monotonic(), "pid": os.getpid(), **news}) + "\n")
 
 
@@ -54,7 +54,7 @@ def init_node(name: str, disable_signals: bool) -> None:
         time.sleep(0.05)
     (_FOLDER / "restarted").unlink(missing_ok=True)
     _state.name = f"{os.environ['ROS_NAMESPACE'].rstrip('/')}/{name}"
-    _said(node=_state.name)
+    _record(node=_state.name)
     threading.Thread(target=_until_kicked, daemon=True).start()
 
 
@@ -73,7 +73,7 @@ def signal_shutdown(reason: str) -> None:
         hook()
     _HOOKS.clear()
     _state.closed = True
-    _said(shutdown=reason)
+    _record(shutdown=reason)
 
 
 def get_name() -> str:
@@ -95,13 +95,13 @@ class Publisher:
             raise ROSException("publish() to a closed topic")
         if (_FOLDER / "failing").exists() and message.linear.x:
             raise RuntimeError("a bug")
-        _said(topic=self._topic, linear=message.linear.x, angular=message.angular.z)
+        _record(topic=self._topic, linear=message.linear.x, angular=message.angular.z)
 
 
 class Subscriber:
     def __init__(self, topic: str, _type: Any, take: Any, **_: Any) -> None:
         self._take = take
-        _said(subscribes=topic)
+        _record(subscribes=topic)
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer:
+    """Applies a release as one transaction. Raises ``RefusedError`` and ``FailedError``."""
     home = home_of(request["swarm"])
     base = request.get("base")
     change = transaction.Change(

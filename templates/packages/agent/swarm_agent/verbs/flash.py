@@ -39,6 +39,10 @@ _TROUBLES = (
 
 
 def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer:
+    """Writes a firmware to a board while its driver is stopped.
+
+    Raises ``RefusedError`` and ``FailedError``.
+    """
     home = home_of(request["swarm"])
     port, unit = str(request["port"]), str(request["unit"])
     command = [str(word) for word in request["write"]]

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 
 def handle(request: KeepSecretsRequest, payload: bytes, report: Report) -> KeepSecretsAnswer:
+    """Stores secrets for the units that read them. Raises ``RefusedError`` and ``FailedError``."""
     home = home_of(request["swarm"])
     values = secrets.offered(payload)
     with lock.held_for(home, request):

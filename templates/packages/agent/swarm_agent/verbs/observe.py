@@ -37,6 +37,7 @@ _MODULE_FOLDERS = (
 
 
 def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAnswer:
+    """Returns the host's facts, its release and the states of units."""
     home = home_of(request["swarm"])
     digest = home.current()
     manifest = home.known_manifest(digest)

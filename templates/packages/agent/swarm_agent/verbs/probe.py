@@ -28,6 +28,7 @@ _SERIAL_GROUP = "dialout"
 
 
 def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer:
+    """Returns what runs on the host. A part that fails is missing in the answer."""
     home = home_of(request["swarm"])
     answer: ProbeAnswer = {"troubles": {}}
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 
 def handle(request: RemoveRequest, payload: bytes, report: Report) -> RemoveAnswer:
+    """Takes the swarm off the host. Raises ``RefusedError`` and ``FailedError``."""
     home = home_of(request["swarm"])
     if not os.path.isdir(home.path):
         return {"removed": False}
