@@ -1,4 +1,4 @@
-"""What needs what in a swarm, as a directed graph of parts, drivers, commands and flows of data. Pure.
+"""What needs what in a swarm, as a directed graph of parts, drivers, connections and ways. Pure.
 
 An edge leads from what is needed to what needs it: a node works only while everything before it works. Two
 hosts talk over any network that they share, and no host counts as a router; so a network is needed where it
@@ -8,8 +8,11 @@ can join any more, and so what needs a dead master counts as lost. A middleware 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
+from itertools import chain
+from typing import Generic, TypeVar
 
 import networkx as nx
 
@@ -21,7 +24,34 @@ from swarmctl.swarm.topics import COMMAND
 
 Part = tuple[str, str]  # kind and name of something that can fail
 Node = tuple[str, ...]  # a part, or what works by parts: its kind comes first
+K = TypeVar("K")
 KINDS = ("host", "master", "network", "program", "adapter", "line", "robot")
+#: No nodes of the graph, which keeps it small: only the driver needs them, so its node stands for them.
+_SERVE_ONE_DRIVER = frozenset({"line", "robot"})
+
+
+class Ways(Generic[K]):
+    """What has several ways, by a key. One way is enough; a way is a node of the graph."""
+
+    def __init__(self, ways: Mapping[K, Iterable[Node]]) -> None:
+        self.keys = tuple(ways)
+        self._rank = {key: rank for rank, key in enumerate(ways)}
+        self._number: dict[K, int] = {}
+        self._using: dict[Node, list[K]] = {}
+        for key, nodes in ways.items():
+            distinct = set(nodes)
+            self._number[key] = len(distinct)
+            for node in distinct:
+                self._using.setdefault(node, []).append(key)
+
+    def cut_off(self, lost: Iterable[Node]) -> list[K]:
+        """The keys all of whose ways are among the lost nodes."""
+        using = [self._using[node] for node in lost if node in self._using]
+        if not using:
+            return []
+        found = Counter(chain.from_iterable(using))
+        gone = [key for key, number in found.items() if number == self._number[key]]
+        return sorted(gone, key=self._rank.__getitem__)
 
 
 class Dependencies:
@@ -31,15 +61,18 @@ class Dependencies:
         self.index = index
         self.graph: nx.DiGraph[Node] = nx.DiGraph()
         self.masters = bool(middleware_of(index.spec.ros.distro).master_mb)
-        self.graph.add_nodes_from(self.parts)
+        robots = index.spec.robots
+        nodes = (part for part in self.parts if part[0] not in _SERVE_ONE_DRIVER)
+        self.graph.add_nodes_from((*nodes, *(("driver", robot) for robot in robots)))
         for island in index.islands if self.masters else ():
             self.graph.add_edge(("host", island.hub), ("master", island.name))
         for program, host in index.program_hosts.items():
             self._add(("program", program), *([("host", host)] if host else []))
-        for robot in index.spec.robots:
-            self._add(("driver", robot), *self._driver_parts(robot))
-        self.commands = self._commands()
-        self.flows = self._flows()
+        self.graph.add_edges_from(
+            (part, ("driver", robot)) for robot in robots for part in self._driver_parts(robot)
+        )
+        self.commands = Ways(self._commands())
+        self.flows = Ways(self._flows())
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
@@ -60,9 +93,15 @@ class Dependencies:
     def _rank(self) -> Mapping[Node, int]:
         return {node: rank for rank, node in enumerate(self.graph)}
 
-    def lost_with(self, part: Part) -> list[Node]:
-        """The part and everything that needs it, in the order of the spec."""
-        return sorted((part, *nx.descendants(self.graph, part)), key=self._rank.__getitem__)
+    def node_of(self, part: Part) -> Node:
+        """The node that stands for a part: that of the driver for its robot and its line."""
+        return ("driver", part[1]) if part[0] in _SERVE_ONE_DRIVER else part
+
+    def lost_with(self, node: Node) -> list[Node]:
+        """The node and everything that needs it, in the order of the spec."""
+        if next(self.graph.successors(node), None) is None:
+            return [node]
+        return sorted((node, *nx.descendants(self.graph, node)), key=self._rank.__getitem__)
 
     def _add(self, node: Node, *needed: Node) -> Node:
         self.graph.add_node(node)
@@ -74,28 +113,27 @@ class Dependencies:
         return [] if name is None else [("adapter", f"{link.host}/{name}")]
 
     def _driver_parts(self, robot: str) -> Iterator[Part]:
-        yield ("robot", robot)
         host, link = self.index.driving[robot], self.index.line_of(robot)
         if host is not None:
             yield ("host", host)
-        if link is not None:
-            yield ("line", robot)
         if isinstance(link, Bluetooth):
             yield from self._adapter(link)
 
     def _commands(self) -> dict[str, list[Node]]:
-        """By robot, one node for each commander of `control` that can reach the robot."""
+        """By robot, one node for each way from a commander of `control` to the host of its driver.
+
+        The driver is no part of the way: with it, the robot is lost anyway.
+        """
         found: dict[str, list[Node]] = {}
         for control in self.index.spec.control:
             origin = self.index.commander_host(control.by)
             for robot in control.of:
-                connection = self._connection(origin, self.index.driving[robot])
-                if connection is not None:
-                    needed = [connection, ("driver", robot)]
-                    needed += [("program", control.by)] if control.by in self.index.spec.programs else []
-                    node = self._add(("command", control.by, robot), *needed)
-                    found.setdefault(robot, []).append(node)
-        return {robot: list(dict.fromkeys(nodes)) for robot, nodes in found.items()}
+                way = self._connection(origin, self.index.driving[robot])
+                if way is not None and control.by in self.index.spec.programs:
+                    way = self._way(way, ("program", control.by))
+                if way is not None:
+                    found.setdefault(robot, []).append(way)
+        return found
 
     def _flows(self) -> dict[tuple[str, str], list[Node]]:
         """By topic and subscribing program, one node for each publisher that reaches the program."""
@@ -105,9 +143,13 @@ class Dependencies:
             for host, publisher in () if one.publishes else publishers.get(one.topic, ()):
                 connection = self._connection(host, one.host)
                 if connection is not None:
-                    node = self._add(("flow", one.topic, one.owner, *publisher), connection, publisher)
-                    found.setdefault((one.topic, one.owner), []).append(node)
+                    found.setdefault((one.topic, one.owner), []).append(self._way(connection, publisher))
         return found
+
+    def _way(self, connection: Node, end: Node) -> Node:
+        """The node of what a program or driver at one end of a connection sends over it."""
+        way = ("way", *connection[1:], *end)
+        return way if way in self.graph else self._add(way, connection, end)
 
     def _publishers(self) -> dict[str, list[tuple[str, Node]]]:
         """By subscribed topic, the drivers and programs that publish it, each with its host."""

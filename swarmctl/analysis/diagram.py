@@ -143,7 +143,7 @@ def _edges(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
 def _data(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
     """The topics that programs receive from robots and from each other."""
     publishers = {one.topic: f"program:{one.owner}" for one in index.endpoints if one.publishes}
-    for topic, program in Dependencies(index).flows:
+    for topic, program in Dependencies(index).flows.keys:
         robot = index.robot_by_namespace.get(topic.rpartition("/")[0])
         source = publishers.get(topic) or (f"robot:{robot}" if robot else None)
         if source is not None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Set
+from collections.abc import Iterable, Set
 from dataclasses import dataclass, field
-from typing import TypeVar
 
-from swarmctl.analysis.dependencies import KINDS, Dependencies, Node, Part
+from swarmctl.analysis.dependencies import KINDS, Dependencies, Node
 from swarmctl.swarm.index import SwarmIndex
 
-K = TypeVar("K")
+_Names = tuple[str, ...]
+#: The fields of ``Impact`` that a node decides, in its order.
+_Lost = tuple[_Names, _Names, _Names, _Names, tuple[tuple[str, str], ...], bool]
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Impact:
     masters: tuple[str, ...] = ()  # islands in which nothing can join any more
     programs: tuple[str, ...] = ()
     data: tuple[tuple[str, str], ...] = ()  # topics, each with a running program that no longer receives it
-    optional: frozenset[str] = field(default=frozenset())  # all optional robots
     shared: bool = False  # one of the masters served several hosts
+    optional: frozenset[str] = field(default=frozenset())  # all optional robots
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -40,9 +40,10 @@ class Impact:
     @property
     def weight(self) -> tuple[int, ...]:
         """How much is lost, to sort by: robots first, and of equal ones those that lose drivers."""
-        drivers = sum(robot not in self.optional for robot in self.drivers)
-        lost = (self.robots, self.masters, self.programs, self.data)
-        return (len(self.missed), drivers, *(len(one) for one in lost))
+        drivers = len([robot for robot in self.drivers if robot not in self.optional])
+        missed = drivers + len([robot for robot in self.command if robot not in self.optional])
+        robots = len(self.drivers) + len(self.command)
+        return missed, drivers, robots, len(self.masters), len(self.programs), len(self.data)
 
     @property
     def harmless(self) -> bool:
@@ -73,35 +74,27 @@ def impacts(index: SwarmIndex) -> tuple[Impact, ...]:
     dependencies = Dependencies(index)
     shared = {island.name for island in index.islands if len(island.hosts) > 1}
     optional = frozenset(name for name in index.spec.robots if _is_optional(index, name))
-    found = [_impact(dependencies, part, shared, optional) for part in dependencies.parts]
-    return tuple(sorted(found, key=lambda one: (*(-count for count in one.weight), KINDS.index(one.kind))))
+    nodes = {part: dependencies.node_of(part) for part in dependencies.parts}
+    lost = {node: _lost(dependencies, node, shared) for node in dict.fromkeys(nodes.values())}
+    found = [Impact(kind, name, *lost[node], optional) for (kind, name), node in nodes.items()]
+    by_kind = sorted(found, key=lambda one: KINDS.index(one.kind))
+    return tuple(sorted(by_kind, key=lambda one: one.weight, reverse=True))
 
 
-def _impact(dependencies: Dependencies, part: Part, shared: Set[str], optional: frozenset[str]) -> Impact:
-    """What is lost with ``part``; ``shared`` are the islands of several hosts."""
-    lost: dict[str, list[Node]] = {}
-    for node in dependencies.lost_with(part):
-        lost.setdefault(node[0], []).append(node)
-    drivers, masters, programs = (
-        dict.fromkeys(node[1] for node in lost.get(kind, ())) for kind in ("driver", "master", "program")
+def _lost(dependencies: Dependencies, node: Node, shared: Set[str]) -> _Lost:
+    """What is lost with a node; ``shared`` are the islands of several hosts."""
+    lost = dependencies.lost_with(node)
+    drivers = dict.fromkeys([one[1] for one in lost if one[0] == "driver"])
+    masters = [one[1] for one in lost if one[0] == "master"]
+    programs = dict.fromkeys([one[1] for one in lost if one[0] == "program"])
+    return (
+        tuple(drivers),
+        tuple([robot for robot in dependencies.commands.cut_off(lost) if robot not in drivers]),
+        tuple(masters),
+        tuple([name for name in programs if ("program", name) != node]),
+        tuple([flow for flow in dependencies.flows.cut_off(lost) if flow[1] not in programs]),
+        not shared.isdisjoint(masters),
     )
-    commanded = _cut_off((node[2] for node in lost.get("command", ())), dependencies.commands)
-    flows = _cut_off(((node[1], node[2]) for node in lost.get("flow", ())), dependencies.flows)
-    return Impact(
-        *part,
-        drivers=tuple(drivers),
-        command=tuple(robot for robot in commanded if robot not in drivers),
-        masters=tuple(masters),
-        programs=tuple(name for name in programs if ("program", name) != part),
-        data=tuple(flow for flow in flows if flow[1] not in programs),
-        optional=optional,
-        shared=not shared.isdisjoint(masters),
-    )
-
-
-def _cut_off(lost: Iterable[K], ways: Mapping[K, Collection[Node]]) -> list[K]:
-    """The keys in ``lost`` that occur there as often as they have ``ways``: none is left."""
-    return [key for key, count in Counter(lost).items() if count == len(ways[key])]
 
 
 def single_points(found: Iterable[Impact]) -> tuple[Impact, ...]:
