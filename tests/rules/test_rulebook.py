@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import ast
 import re
+from pathlib import Path
 
 import pytest
+import yaml
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.rulebook import RuleText, pitfalls, rulebook
+from swarmctl.rules.rulebook import FOLDER, RuleText, pitfalls, rulebook
+from swarmctl.rules.runner import RULES
 from swarmctl.views.rules import page
 from tests import ROOT
 
@@ -26,8 +29,21 @@ def ids_in_the_code() -> set[str]:
     return found
 
 
+def ids_in(texts: Path) -> set[str]:
+    return set(yaml.safe_load(texts.read_text("utf-8"))["rules"])
+
+
 def test_every_rule_has_a_text_and_every_text_a_rule() -> None:
     assert set(rulebook()) == ids_in_the_code()
+
+
+def test_a_rule_stands_beside_its_text() -> None:
+    """No check at start-up: the texts take 14 ms to load, and few commands need them."""
+    texts = {(one.parent.name, id_) for one in FOLDER.glob("*/rules.yaml") for id_ in ids_in(one)}
+    functions = {(one.find.__module__.split(".")[-2], id_) for one in RULES for id_ in one.ids}
+    assert functions - texts == set(), "no entry in rules.yaml of the function's family"
+    families = {family for family, _ in functions}
+    assert {one for one in texts - functions if one[0] in families} == set(), "no function beside rules.yaml"
 
 
 @pytest.mark.parametrize("rule", rulebook().values(), ids=lambda rule: rule.id)
