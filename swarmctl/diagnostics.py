@@ -103,4 +103,4 @@ def _for_all(group: list[Diagnostic]) -> Diagnostic:
     first, *others = group
     if not others:
         return first
-    return replace(first, help=(*first.help, f"the same goes for {len(others)} more that stand here"))
+    return replace(first, help=(*first.help, f"{len(others)} more here have the same problem"))

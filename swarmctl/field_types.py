@@ -27,9 +27,9 @@ _ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.1
 
 _BESIDE_ADDRESSES = (  # what people write along with an address
     ("//", "leave out what stands before the name of the host, and behind it"),
-    ("@", "the account stands under `user`, the address by itself"),
-    ("/", "how large the network is stands in its link, as `subnet`"),
-    ("^[^:]+:[0-9]+$", "the port of its SSH server stands under `port`, the address by itself"),
+    ("@", "write the account under `user`, and only the address here"),
+    ("/", "write the size of the network in its link, as `subnet`"),
+    ("^[^:]+:[0-9]+$", "write the port of its SSH server under `port`, and only the address here"),
     ("_", "names of hosts have letters, digits, hyphens and dots"),
 )
 
@@ -83,7 +83,7 @@ def _device_path(value: str) -> str:
     if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+-]+", value, re.ASCII) or ".." in value:
         raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
     if _NO_LINE.fullmatch(value):
-        raise ValueError(f"`{value}` is no serial line; one is called /dev/ttyS0, /dev/ttyAMA0 or the like")
+        raise ValueError(f"`{value}` is no serial line; write one such as /dev/ttyS0 or /dev/ttyAMA0")
     if value.startswith("/dev/swarm/"):
         raise ValueError(
             f"`{value}` is a name that swarmctl assigns; identify the adapter instead: usb: {{serial: ...}}"

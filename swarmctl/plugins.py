@@ -43,11 +43,11 @@ class Registry:
         del self._loaded[name]
 
     def names(self) -> tuple[str, ...]:
-        """Every name that a spec can use, built-in names first."""
+        """Returns every name that a spec can use, built-in names first."""
         return tuple(dict.fromkeys((*self._built_in, *self._loaded, *self._entry_points())))
 
     def get(self, name: str) -> Any:
-        """The plugin called ``name``. Raises KeyError if there is none."""
+        """Returns the plugin called ``name``. Raises KeyError if there is none."""
         if name not in self._loaded:
             self._loaded[name] = self._load(name)
         return self._loaded[name]

@@ -13,12 +13,12 @@ def _folder(name: str) -> Path:
 
 
 def templates() -> Path:
-    """The folder of robot types, host templates and the packages that run on hosts."""
+    """Returns the folder of robot types, host templates and the packages that run on hosts."""
     return _folder("templates")
 
 
 def schemas() -> Path:
-    """The folder of the generated JSON Schemas."""
+    """Returns the folder of the generated JSON Schemas."""
     return _folder("schemas")
 
 

@@ -43,7 +43,7 @@ _OTHER_WORDS = {
 
 
 def nearest(word: str, known: tuple[str, ...]) -> str | None:
-    """The one of ``known`` that was most likely meant, or none; of very many, one that is a letter apart."""
+    """Returns the most similar name of ``known``, or None; of very many, one that differs by a letter."""
     if len(known) > _MANY:
         index = _by_shape(known)
         known = tuple(dict.fromkeys(one for shape in _shapes(word) for one in index.get(shape, ())))
@@ -74,7 +74,7 @@ def _shapes(word: str) -> tuple[str, ...]:
 
 
 def did_you_mean(word: str, known: Iterable[str], what: str) -> tuple[str, ...]:
-    """One or two lines of help: the likely word, else the whole short list."""
+    """Returns one or two lines of help: the likely word, else the whole short list."""
     words = tuple(known)
     likely = nearest(word, words)
     if likely:

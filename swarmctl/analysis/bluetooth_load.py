@@ -48,7 +48,10 @@ class BluetoothBudget:
 
 
 def bluetooth_budgets(index: SwarmIndex, loads: Mapping[int, SerialLoad]) -> tuple[BluetoothBudget, ...]:
-    """The budget of every adapter that serves a robot, in the order of the spec. ``loads`` by link index."""
+    """Returns the budget of every adapter that serves a robot, in the order of the spec.
+
+    ``loads`` by link index.
+    """
     served: dict[tuple[str, str], dict[int, str]] = {}
     for number, link in index.lines:
         if isinstance(link, Bluetooth) and (adapter := index.adapter_of(link)) is not None:

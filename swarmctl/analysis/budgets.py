@@ -35,7 +35,7 @@ class Budgets:
 
 
 def budgets_of(index: SwarmIndex) -> Budgets:
-    """The budgets of a document without errors."""
+    """Returns the budgets of a document without errors."""
     lines = dict(serial_budgets(index))
     return Budgets(
         lines=tuple(lines.values()),

@@ -44,13 +44,13 @@ class CommandPath:
 
 
 def command_paths(index: SwarmIndex) -> tuple[CommandPath, ...]:
-    """The path of every command that `control` allows, in the order of the spec."""
+    """Returns the path of every command that `control` allows, in the order of the spec."""
     pairs = dict.fromkeys((control.by, robot) for control in index.spec.control for robot in control.of)
     return tuple(_path(index, by, robot) for by, robot in pairs)
 
 
 def command_path(index: SwarmIndex, by: str, robot: str) -> CommandPath:
-    """The path from a commander (program, host or robot) to a robot; the spec must have both names."""
+    """Returns the path from a commander (program, host or robot) to a robot. The spec must have both."""
     if not any(control.by == by and robot in control.of for control in index.spec.control):
         return CommandPath(by, robot, why=f"`control` does not let `{by}` command `{robot}`")
     return _path(index, by, robot)

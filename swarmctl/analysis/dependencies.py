@@ -45,7 +45,7 @@ class Ways(Generic[K]):
                 self._using.setdefault(node, []).append(key)
 
     def cut_off(self, lost: Iterable[Node]) -> list[K]:
-        """The keys all of whose ways are among the lost nodes."""
+        """Returns the keys all of whose ways are among the lost nodes."""
         using = [self._using[node] for node in lost if node in self._using]
         if not using:
             return []
@@ -94,11 +94,11 @@ class Dependencies:
         return {node: rank for rank, node in enumerate(self.graph)}
 
     def node_of(self, part: Part) -> Node:
-        """The node that stands for a part: that of the driver for its robot and its line."""
+        """Returns the node that stands for a part: that of the driver for its robot and its line."""
         return ("driver", part[1]) if part[0] in _SERVE_ONE_DRIVER else part
 
     def lost_with(self, node: Node) -> list[Node]:
-        """The node and everything that needs it, in the order of the spec."""
+        """Returns the node and everything that needs it, in the order of the spec."""
         if next(self.graph.successors(node), None) is None:
             return [node]
         return sorted((node, *nx.descendants(self.graph, node)), key=self._rank.__getitem__)

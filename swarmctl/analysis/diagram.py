@@ -79,7 +79,7 @@ class Diagram:
 
 
 def diagram(index: SwarmIndex) -> Diagram:
-    """The diagram of a spec without errors, in the order of the spec."""
+    """Returns the diagram of a spec without errors, in the order of the spec."""
     bridged = tuple(_bridged_topics(bridges_of(index)))
     several = len(index.islands) > 1
     masters = bool(middleware_of(index.spec.ros.distro).master_mb)

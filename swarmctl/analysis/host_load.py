@@ -58,7 +58,7 @@ class HostBudget:
 
 
 def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostBudget]:
-    """The budget of every host whose kind of computer is declared, in the order of the spec."""
+    """Yields the budget of every host whose kind of computer is declared, in the order of the spec."""
     drivers: Counter[str | None] = Counter(index.driving.values())
     programs: dict[str, list[tuple[str, int]]] = {}
     nodes = drivers.copy()

@@ -70,7 +70,7 @@ class Impact:
 
 
 def impacts(index: SwarmIndex) -> tuple[Impact, ...]:
-    """One entry for each part, the worst first; equal ones by kind, then in the order of the spec."""
+    """Returns one entry for each part, the worst first; equal ones by kind, then in the order of the spec."""
     dependencies = Dependencies(index)
     shared = {island.name for island in index.islands if len(island.hosts) > 1}
     optional = frozenset(name for name in index.spec.robots if _is_optional(index, name))
@@ -98,7 +98,7 @@ def _lost(dependencies: Dependencies, node: Node, shared: Set[str]) -> _Lost:
 
 
 def single_points(found: Iterable[Impact]) -> tuple[Impact, ...]:
-    """The parts with which more is lost than the one robot they serve."""
+    """Returns the parts with which more is lost than the one robot they serve."""
     return tuple(one for one in found if one.single_point)
 
 

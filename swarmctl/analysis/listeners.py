@@ -12,7 +12,7 @@ from swarmctl.swarm.resolved import Island
 
 
 def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
-    """Every listener of a swarm, host by host in the order of the spec, then island by island."""
+    """Yields every listener of a swarm, host by host in the order of the spec, then island by island."""
     for name in spec.hosts:
         yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
     middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster)
@@ -23,5 +23,5 @@ def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
 
 
 def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
-    """The ports that belong to a master, counted from its own."""
+    """Returns the ports that belong to a master, counted from its own."""
     return (0, *(provider_of(spec.multimaster).offsets if len(islands) > 1 else ()))

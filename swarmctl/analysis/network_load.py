@@ -52,7 +52,7 @@ class NetworkBudget:
         return self.needed_mbps / self.capacity_mbps
 
     def largest(self, count: int) -> list[Flow]:
-        """The ``count`` largest flows, without those below one percent of the whole."""
+        """Returns the ``count`` largest flows, without those below one percent of the whole."""
         worth = [flow for flow in self.flows if flow.bytes_per_second * 8e2 >= self.needed_mbps * 1e6]
         return sorted(worth, key=lambda flow: -flow.bytes_per_second)[:count]
 
@@ -69,7 +69,10 @@ class NetworkBudget:
 
 
 def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
-    """The budget of every network, in the order of the spec. Two hosts use the first network they share."""
+    """Yields the budget of every network, in the order of the spec.
+
+    Two hosts use the first network they share.
+    """
     carried: dict[str, list[Flow]] = {}
     for flow in _flows(index):
         if shared := index.shared_networks(flow.origin, flow.to):

@@ -122,7 +122,7 @@ class RosserialBudget:
 
 
 def rosserial_budgets(index: SwarmIndex) -> Iterator[RosserialBudget]:
-    """The budget of every known board: of programs, then of robots whose type declares a sketch."""
+    """Yields the budget of every known board: of programs, then of robots whose type declares a sketch."""
     spec = index.spec
     for name, program in spec.programs.items():
         if program.board in boards():
@@ -137,7 +137,7 @@ def rosserial_budgets(index: SwarmIndex) -> Iterator[RosserialBudget]:
 
 
 def program_budget(name: str, program: Program) -> RosserialBudget:
-    """The budget of the board that ``program`` talks to."""
+    """Returns the budget of the board that ``program`` talks to."""
     given = program.params.get("baud", BAUD)
     baud = given if isinstance(given, int) and given > 0 else BAUD
     return _budget("program", name, ("programs", name), baud, program)

@@ -78,7 +78,7 @@ class SerialLoad:
         return max((one for one in self.exchanges if one.wait), key=lambda one: one.wait, default=None)
 
     def seconds(self, exchange: Exchange) -> float:
-        """How long one exchange usually takes."""
+        """Returns how long one exchange usually takes."""
         return exchange.bytes / self.available + USUAL_DELAY[self.kind]
 
     def held(self, exchange: Exchange) -> float:
@@ -178,7 +178,7 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
 
 
 def line_kind(link: Serial | Bluetooth) -> str:
-    """The kind of a line, a key of USUAL_DELAY: usb, usb-ftdi, uart or bluetooth."""
+    """Returns the kind of a line, a key of USUAL_DELAY: usb, usb-ftdi, uart or bluetooth."""
     if isinstance(link, Bluetooth):
         return "bluetooth"
     if link.usb is None:
@@ -187,7 +187,7 @@ def line_kind(link: Serial | Bluetooth) -> str:
 
 
 def command_rates(index: SwarmIndex) -> dict[str, float]:
-    """How often a robot receives commands, Hz; only robots for which a program declares a rate."""
+    """Returns how often a robot receives commands, Hz; only robots for which a program declares a rate."""
     rates: dict[str, float] = {}
     for one in index.endpoints:
         if one.publishes and one.rate is not None and one.topic.endswith(f"/{COMMAND}"):
@@ -200,7 +200,7 @@ def command_rates(index: SwarmIndex) -> dict[str, float]:
 def load_of(
     robot_type: RobotType, kind: str, baud: int, commands: float, rates: Mapping[str, float]
 ) -> SerialLoad:
-    """The load of a line by a driver with these ``rates`` of sensors and of ``commands``, Hz."""
+    """Returns the load of a line by a driver with these ``rates`` of sensors and of ``commands``, Hz."""
     link, protocol = robot_type.link, robot_type.driver_protocol
     if protocol is None:  # a sketch is not polled
         return SerialLoad(kind, baud, link.bits, 0.0, ())

@@ -22,7 +22,7 @@ _BITS = 10  # a byte takes on the line: 8N1
 
 
 def made_baud(baud: int) -> float:
-    """The real baud rate of an UNO: its clock divided as in HardwareSerial::begin."""
+    """Returns the real baud rate of an UNO: its clock divided as in HardwareSerial::begin."""
     divider, clock = (_CLOCK // 4 // baud - 1) // 2, _CLOCK / 8
     if baud == 57600 or divider > 4095:
         divider, clock = (_CLOCK // 8 // baud - 1) // 2, _CLOCK / 16
@@ -51,10 +51,10 @@ def wrong_baud(baud: int, dead_man: float) -> str:
 
 
 def good_bauds(known: Iterable[int], dead_man: float) -> list[int]:
-    """The baud rates of ``known`` that work on an UNO. ``dead_man`` in s."""
+    """Returns the baud rates of ``known`` that work on an UNO. ``dead_man`` in s."""
     return [one for one in known if not wrong_baud(one, dead_man)]
 
 
 def most_pulses(wheel_speed_max: float, wheel_radius: float) -> int:
-    """The most pulses per turn of a wheel that the board can count at full speed (m/s, m)."""
+    """Returns the most pulses per turn of a wheel that the board can count at full speed (m/s, m)."""
     return int(PULSES_PER_SECOND * 2 * math.pi * wheel_radius / wheel_speed_max)

@@ -60,7 +60,7 @@ def flash(
 
 
 def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:
-    """The result of a job; an error of its host is its error, too."""
+    """Returns the result of a job; an error of its host is its error, too."""
     return of_host if isinstance(of_host, HostError) else of_host[job.robot]
 
 

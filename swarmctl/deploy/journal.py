@@ -15,7 +15,7 @@ from swarmctl.remote.answer_check import mismatch
 
 
 def folder(swarm: str, environment: Mapping[str, str] = os.environ) -> Path:
-    """Where the journal of a swarm is kept (XDG base directories: state)."""
+    """Returns where the journal of a swarm is kept (XDG base directories: state)."""
     state = environment.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
     return Path(state) / "swarmctl" / swarm
 
@@ -34,12 +34,12 @@ def forget(place: Path, host: str) -> None:
 
 
 def left(place: Path, hosts: Collection[str]) -> list[str]:
-    """The hosts with a stored release that are not in ``hosts``."""
+    """Returns the hosts with a stored release that are not in ``hosts``."""
     return sorted(file.stem for file in place.glob("[!.]*.json") if file.stem not in hosts)
 
 
 def recall(place: Path, host: str) -> Observed:
-    """What ``host`` ran after the last deploy from this machine; nothing if that is not known."""
+    """Returns what ``host`` ran after the last deploy from this machine; nothing if that is not known."""
     try:
         entry = json.loads((place / f"{host}.json").read_text("utf-8"))
         digest, manifest = str(entry["digest"]), entry["manifest"]

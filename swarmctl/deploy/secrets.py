@@ -20,7 +20,7 @@ class SecretError(Exception):
 
 
 def variable(name: str) -> str:
-    """The environment variable of the secret ``name``."""
+    """Returns the environment variable of the secret ``name``."""
     return f"SWARMCTL_SECRET_{name.upper().replace('-', '_')}"
 
 

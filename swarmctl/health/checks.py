@@ -47,22 +47,22 @@ class Verdict:
         return self.state is State.OK
 
     def bearable(self) -> Verdict:
-        """The same for an optional part: a warning instead of bad."""
+        """Returns the same verdict for an optional part: a warning instead of bad."""
         return replace(self, state=State.WARNING) if self.state is State.BAD else self
 
 
 def ok(message: str) -> Verdict:
-    """A verdict without problems."""
+    """Returns a verdict without problems."""
     return Verdict(State.OK, message)
 
 
 def bad(message: str, hint: str = "") -> Verdict:
-    """A verdict that makes the swarm unhealthy."""
+    """Returns a verdict that makes the swarm unhealthy."""
     return Verdict(State.BAD, message, hint)
 
 
 def unknown(message: str) -> Verdict:
-    """The verdict where the host gave no answer."""
+    """Returns the verdict for a host without an answer."""
     return Verdict(State.UNKNOWN, message)
 
 
@@ -138,12 +138,12 @@ def device(robot: ExpectedRobot, seen: DeviceSeen | None) -> Verdict:
 
 
 def absent(host: ExpectedHost) -> str:
-    """The text for a node of ``host`` that the graph does not have."""
+    """Returns the text for a node of ``host`` that the graph does not have."""
     return "is not registered at the master" if host.master_uri else "is not in the graph"
 
 
 def dead(host: ExpectedHost, seen: NodeSeen) -> str:
-    """The text for a node of ``host`` that the graph has, but that is not alive."""
+    """Returns the text for a node of ``host`` that the graph has, but that is not alive."""
     silent = f"does not answer ({seen.error})"
     return f"is registered, but {silent}" if host.master_uri else silent
 
@@ -192,7 +192,7 @@ def driver(
 
 
 def report(seen: Report) -> Verdict:
-    """The state that the driver reports in /diagnostics."""
+    """Returns the state that the driver reports in /diagnostics."""
     state = {0: State.OK, 1: State.WARNING}.get(seen.level, State.BAD)
     return Verdict(state, seen.message or "reports no details")
 
@@ -232,7 +232,7 @@ def _with(text: str, status: str) -> str:
 
 
 def host_of(uri: str) -> str:
-    """The host in a node's URI, or the whole text if it is no URI."""
+    """Returns the host in a node's URI, or the whole text if it is no URI."""
     try:
         return urlsplit(uri).hostname or uri
     except ValueError:

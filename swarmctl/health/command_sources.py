@@ -12,7 +12,7 @@ _MOST_NAMED = 3
 
 
 def senders(robot: ExpectedRobot, hub: Answer) -> Iterator[tuple[str, SenderSeen]]:
-    """The live nodes that publish on the command topic of ``robot``, each with what the probe found."""
+    """Yields the live nodes that publish on the command topic of ``robot``, with what the probe found."""
     for node in hub.commanders.get(robot.command, ()):
         seen = hub.senders.get(node)
         if seen is not None and robot.command in seen.publishes:
@@ -20,7 +20,7 @@ def senders(robot: ExpectedRobot, hub: Answer) -> Iterator[tuple[str, SenderSeen
 
 
 def may_command(robot: ExpectedRobot, node: str, seen: SenderSeen) -> bool:
-    """Whether ``control`` allows ``node`` to command ``robot``."""
+    """Returns True if ``control`` allows ``node`` to command ``robot``."""
     return any(commander.includes(node, seen.host) for commander in robot.commanders)
 
 

@@ -31,7 +31,7 @@ class ExpectedBridge:
 
 
 def bridges_of(swarm: Swarm) -> tuple[ExpectedBridge, ...]:
-    """Every bridged topic, once per pair of islands, in the order of the spec."""
+    """Returns every bridged topic, once per pair of islands, in the order of the spec."""
     islands = {island.name: island for island in swarm.islands}
     robots = {robot.namespace: robot for robot in swarm.robots.values()}
     type_name = middleware_of(swarm.distro).type_name
@@ -72,7 +72,7 @@ class ExpectedMultimaster:
 
 
 def multimaster_of(swarm: Swarm, hub: str, units: tuple[str, ...]) -> ExpectedMultimaster | None:
-    """What ``hub`` runs to join its master to others; None if none of its ``units`` does."""
+    """Returns what ``hub`` runs to join its master to others; None if none of its ``units`` does."""
     unit = names.unit(swarm.name, names.MULTIMASTER)
     if unit not in units:
         return None

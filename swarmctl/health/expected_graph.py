@@ -106,7 +106,7 @@ class ExpectedGraph:
 
 
 def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGraph:
-    """What the hosts in ``releases`` should show. A bridge is part of it if both its hubs are."""
+    """Returns what the hosts in ``releases`` should show. A bridge is part of it if both its hubs are."""
     middleware = middleware_of(swarm.distro)
     hosts = (_host(swarm, middleware, swarm.hosts[name], release) for name, release in releases.items())
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())

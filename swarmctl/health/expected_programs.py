@@ -25,7 +25,7 @@ class ExpectedProgram:
 
 
 def programs_of(swarm: Swarm, host: Host) -> tuple[ExpectedProgram, ...]:
-    """The programs of ``host`` that systemd units start; interactive ones are not checked."""
+    """Returns the programs of ``host`` that systemd units start; interactive ones are not checked."""
     programs = swarm.programs_on(host.name)
     return tuple(_program(swarm, host, one) for one in programs if one.runs_by_itself)
 

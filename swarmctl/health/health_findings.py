@@ -62,7 +62,7 @@ class Diagnosis:
         return not self.healthy and all(one.check == HOST for one in self.troubles)
 
     def explained(self) -> tuple[tuple[Finding, tuple[Finding, ...]], ...]:
-        """Every cause that is not ok, with its symptoms."""
+        """Returns every cause that is not ok, with its symptoms."""
         symptoms: dict[str, list[Finding]] = {}
         for one in self.findings:
             if one.cause is not None:

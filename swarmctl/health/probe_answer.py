@@ -25,7 +25,10 @@ T = TypeVar("T")
 
 
 def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
-    """The agent's answer, sizes and types checked. ``received``: the operator's clock when it came, s."""
+    """Returns the agent's answer, sizes and types checked.
+
+    ``received``: the operator's clock when it came, s.
+    """
     time = _float_or_none(data.get("time"))
     return Answer(
         release=_text(data.get("release")) or None,

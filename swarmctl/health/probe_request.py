@@ -57,5 +57,5 @@ def _graph_request(graph: ExpectedGraph, host: ExpectedHost) -> GraphRequest | N
 
 
 def listening(topic: DriverTopic, window: float) -> float:
-    """How long to listen, s: enough for two messages of a slow topic."""
+    """Returns how long to listen, s: enough for two messages of a slow topic."""
     return round(max(window, min(_PERIODS / topic.rate, LONGEST_LISTENING)), 3)

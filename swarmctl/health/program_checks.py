@@ -31,7 +31,7 @@ def compare(found: Findings, host: ExpectedHost, answer: Answer | None, gate: st
 def verdict(
     program: ExpectedProgram, host: ExpectedHost, unit: UnitSeen | None, node: NodeSeen | None
 ) -> Verdict:
-    """The first problem, from the unit to the topics that the node subscribes."""
+    """Returns the first problem, from the unit to the topics that the node subscribes."""
     by_unit = checks.unit(program.unit, host.name, unit)
     if unit is not None and unit.skipped and program.packages:
         return _skipped(program)

@@ -68,7 +68,7 @@ class Observed:
         return {unit["name"]: unit["digest"] for unit in units}
 
     def takes(self, path: str) -> bool:
-        """Whether the host has the program, if any, to which the place of ``path`` belongs."""
+        """Returns True if the host has the program, if any, to which the place of ``path`` belongs."""
         absent = self.facts["absent"] if self.facts else ()
         return not any(path == place or path.startswith(f"{place}/") for place in absent)
 
@@ -77,7 +77,10 @@ NOTHING = Observed()
 
 
 def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
-    """The agent's answer to ``observe``. It leaves the manifest out when the host runs ``bundle`` already."""
+    """Returns the agent's answer to ``observe``.
+
+    It leaves the manifest out when the host runs ``bundle`` already.
+    """
     digest = answer["release"]
     drift = answer["drift"]
     return Observed(

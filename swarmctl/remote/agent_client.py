@@ -38,7 +38,10 @@ _NEEDS = 'command -v python3 >/dev/null 2>&1 || { echo; echo "@$1 no-python"; ex
 
 
 def pack(manifest: bytes, files: Mapping[str, tuple[bytes, int]]) -> bytes:
-    """The payload of ``apply``: manifest and files (content, mode) as a tar.gz. Same files, same bytes."""
+    """Returns the payload of ``apply``: manifest and files (content, mode) as a tar.gz.
+
+    Same files, same bytes.
+    """
     stream = io.BytesIO()
     with (
         gzip.GzipFile(fileobj=stream, mode="wb", compresslevel=6, mtime=0) as packed,
@@ -53,12 +56,12 @@ def pack(manifest: bytes, files: Mapping[str, tuple[bytes, int]]) -> bytes:
 
 
 def operator() -> str:
-    """Who asks, for those who find the host locked."""
+    """Returns who uses swarmctl, for others who find the host locked."""
     return f"{getpass.getuser()}@{socket.gethostname()} ({os.getpid()})"
 
 
 def new_txid() -> str:
-    """A fresh name for a transaction."""
+    """Returns a fresh name for a transaction."""
     return secrets.token_hex(8)
 
 
@@ -120,7 +123,7 @@ class Conversation:
 
 
 def command(nonce: str, digest: str, size: int, *, become: bool = True) -> str:
-    """The command line that starts the agent under any login shell."""
+    """Returns the command line that starts the agent under any login shell."""
     script = f"{_NEEDS}{_BECOME if become else ''}exec {_RUN}"
     return f"exec /bin/sh -c '{script}' sh {nonce} '{_loader()}' {digest} {size}"
 
@@ -233,7 +236,7 @@ def _no_answer(word: str, done: Output) -> HostError:
 
 
 def printable(text: bytes) -> str:
-    """Text from a host, harmless on a terminal: whatever could steer it is written out as an escape."""
+    """Returns text from a host, harmless on a terminal: control characters are escaped."""
     return "".join(
         char if char.isprintable() else char.encode("unicode_escape").decode()
         for char in text.decode("utf-8", "backslashreplace")

@@ -13,7 +13,7 @@ _NAMES = {str: "text", bool: "true or false", int: "a whole number", float: "a n
 
 
 def bounded(value: Any) -> bool:
-    """Whether ``value`` is at most ``DEEPEST`` levels deep and all its texts can be printed as UTF-8."""
+    """Returns True if ``value`` is at most ``DEEPEST`` levels deep and all its texts are valid UTF-8."""
     level: list[Any] = [value]
     for _ in range(DEEPEST):
         if not all(_encodable(one) for one in level if isinstance(one, str)):

@@ -38,7 +38,7 @@ class Keyring:
         self._lock = Lock()
 
     def identities(self, paths: Sequence[Path]) -> tuple[Identity, ...]:
-        """The keys to offer: the files at ``paths``; if none is given, ssh-agent's; else the defaults."""
+        """Returns the keys to offer: the files at ``paths``, else those of ssh-agent, else the defaults."""
         with self._lock:
             if paths:
                 return tuple(self._file(path.expanduser()) for path in paths)

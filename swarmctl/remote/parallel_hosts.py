@@ -71,7 +71,7 @@ _ABANDONED = HostError(
 
 
 def result_of(event: Finished[R] | Skipped) -> R | HostError:
-    """The result of a host, or its error; a bug and a start that never happened are errors, too."""
+    """Returns the result of a host, or its error; a bug and a start that never happened are errors, too."""
     if isinstance(event, Skipped):
         return HostError(Kind.STOPPED, f"{event.host}: not started, the run was interrupted before")
     if isinstance(event.outcome, Bug):

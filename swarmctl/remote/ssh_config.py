@@ -49,7 +49,7 @@ class SshConfig:
         self.warnings: dict[str, None] = {}
 
     def options(self, names: Sequence[str]) -> Options:
-        """The options that apply to a host with these names. Raises ``OpenSshFileError``."""
+        """Returns the options that apply to a host with these names. Raises ``OpenSshFileError``."""
         found: Options = {}
         for option, words in self._walk(self._path, names) if self._path.exists() else ():
             found.setdefault(option, []).append(words[0] if option in _SINGLE else " ".join(words))
@@ -121,7 +121,10 @@ class Resolver:
     home: Path
 
     def target(self, login: Login, depth: int = 0, before: Target | None = None) -> Target:
-        """How to reach a host; ``before`` is the hop before it in ProxyJump. Raises ``OpenSshFileError``."""
+        """Returns how to reach a host; ``before`` is the hop before it in ProxyJump.
+
+        Raises ``OpenSshFileError``.
+        """
         options = self.config.options((login.host, login.address))
         address = options.get("hostname", [login.address])[0].replace("%h", login.address)
         user = login.user or options.get("user", [login.default_user or self.local_user])[0]

@@ -17,7 +17,7 @@ APART = 3  # s between robots, so that a host's first attempts do not meet
 
 
 def part(swarm: Swarm, host: Host) -> Part:
-    """The pairing script, and the units robot by robot."""
+    """Returns the pairing script, and the units robot by robot."""
     lines = list(_lines(swarm, host))
     secrets = tuple(dict.fromkeys(line.pin for _, line in lines if line.pin is not None))
     script = File(_PAIR, shipped_files.text("host/bluetooth-pair"), 0o755)

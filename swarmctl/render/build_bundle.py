@@ -18,7 +18,7 @@ _SYSTEMD = "/etc/systemd/system"
 
 
 def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
-    """The bundle of every host, in the order of the spec; an empty one where nothing of the swarm runs."""
+    """Returns the bundle of every host, in the order of the spec; empty for a host that runs nothing."""
     members = {name for island in swarm.islands for name in island.hosts}
     preparation = Preparation(swarm)
     return {

@@ -18,17 +18,17 @@ _PACKAGE, _WORKSPACE = "package:", "workspace:"
 
 
 def package(name: str) -> str:
-    """The requirement that a host has this ROS package."""
+    """Returns the requirement that a host has this ROS package."""
     return _PACKAGE + name
 
 
 def workspace(path: str) -> str:
-    """The requirement that a host has a built ROS workspace at this place."""
+    """Returns the requirement that a host has a built ROS workspace at this place."""
     return _WORKSPACE + path
 
 
 def required(requirement: str) -> tuple[str, str]:
-    """What a requirement is (`package`, `workspace`, or nothing for a program), and its name or place."""
+    """Returns the kind of a requirement (`package`, `workspace`, empty for a program) and its name."""
     kind, mark, name = requirement.partition(":")
     return (kind, name) if mark else ("", kind)
 

@@ -11,7 +11,7 @@ from swarmctl.swarm.resolved import Commander, Robot
 
 
 def parameters(robot: Robot) -> bytes:
-    """What the driver of ``robot`` reads, as YAML."""
+    """Returns what the driver of ``robot`` reads, as YAML."""
     data = params_of(
         robot.type, robot=robot.name, namespace=robot.namespace, port=robot.line.path,
         settings=robot.settings, baud=robot.baud, module=f"../{codec_path(robot)}",
@@ -23,12 +23,12 @@ def parameters(robot: Robot) -> bytes:
 
 
 def params_path(robot: Robot) -> str:
-    """Its path in the release."""
+    """Returns its path in the release."""
     return f"params/{robot.name}.yaml"
 
 
 def codec_path(robot: Robot) -> str:
-    """The path in the release of the file with the protocol class of the robot's type."""
+    """Returns the path in the release of the file with the protocol class of the robot's type."""
     return f"codecs/{robot.type_name}.py"
 
 

@@ -39,7 +39,7 @@ class Preparation:
         self._wireless = {host for one in swarm.networks if one.kind == "wlan" for host in one.hosts}
 
     def parts(self, host: Host) -> Iterator[Part]:
-        """What ``host`` gets, kind by kind."""
+        """Yields what ``host`` gets, kind by kind."""
         yield self._names
         if host.name in self._followed:
             yield self._follower(host)

@@ -15,12 +15,12 @@ def digest_of(content: bytes) -> str:
 
 
 def file_data(content: bytes, digest: str, mode: int) -> FileData:
-    """The entry of one file; ``digest`` is that of ``content``."""
+    """Returns the entry of one file; ``digest`` is that of ``content``."""
     return {"sha256": digest, "mode": mode, "size": len(content)}
 
 
 def unit_data(name: str, needs: Sequence[str], robot: str, digests: Mapping[str, str]) -> UnitData:
-    """The entry of one unit. Its digest changes when one of the files that it ``needs`` does."""
+    """Returns the entry of one unit. Its digest changes when one of the files that it ``needs`` does."""
     combined = digest_of("".join(digests[path] for path in needs).encode())
     return {"name": name, "needs": list(needs), "robot": robot, "digest": combined}
 
@@ -31,5 +31,5 @@ def manifest_bytes(manifest: ManifestData) -> bytes:
 
 
 def release_digest(content: bytes) -> str:
-    """The name of the release with this ``manifest.json``: the first 16 digits of its SHA-256."""
+    """Returns the name of the release with this ``manifest.json``: the first 16 digits of its SHA-256."""
     return digest_of(content)[:16]

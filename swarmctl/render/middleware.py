@@ -77,33 +77,33 @@ class Middleware(Protocol):
         """Memory that the master takes on a hub, MB; 0 if nodes find each other without one."""
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        """The environment of ``host``, its master if it is the hub of ``island``, and its robots' drivers."""
+        """Returns environment and drivers of ``host``, and the master on the hub of ``island``."""
 
     def programs(self, swarm: Swarm, host: Host) -> Part:
-        """The programs of ``host`` that systemd units start."""
+        """Returns the programs of ``host`` that systemd units start."""
 
     def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterable[File]:
-        """What people at a terminal of ``host`` start robots and programs with; no unit needs these files."""
+        """Returns the launch files for people at a terminal of ``host``; no unit needs them."""
 
     def master(self, swarm: Swarm, island: Island) -> Master | None:
-        """The master that every node of ``island`` must reach; None if nodes find each other without one."""
+        """Returns the master of ``island``; None if nodes find each other without one."""
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
-        """What the driver of ``robot`` shows in the graph when all is well."""
+        """Returns what the driver of ``robot`` shows in the graph when all is well."""
 
     def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
-        """What ``program`` shows in the graph when all is well."""
+        """Returns what ``program`` shows in the graph when all is well."""
 
     def type_name(self, kind: str) -> str:
-        """What nodes call the message type that a spec calls ``kind``, such as ``nav_msgs/Odometry``."""
+        """Returns how nodes name the message type ``kind`` of a spec, such as ``nav_msgs/Odometry``."""
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
-        """The ports that the middleware itself takes on the hub of ``island``."""
+        """Returns the ports that the middleware itself takes on the hub of ``island``."""
 
     def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
-        """What to do on a host that lacks ``missing``, entries of ``Bundle.requires``."""
+        """Yields what to do on a host that lacks ``missing``, entries of ``Bundle.requires``."""
 
 
 def middleware_of(distro: str) -> Middleware:
-    """The middleware of a ROS distribution. Raises KeyError if none is registered."""
+    """Returns the middleware of a ROS distribution. Raises KeyError if none is registered."""
     return cast(Middleware, MIDDLEWARES.get(distro))

@@ -47,13 +47,16 @@ def _fitting(value: Any, pattern: str, complaint: str) -> str:
 
 
 def shell(value: Any) -> str:
-    """One word of a POSIX shell."""
+    """Returns one word of a POSIX shell."""
     text = _plain(value)
     return text if _WORD.fullmatch(text) and "=" not in text else "'" + text.replace("'", "'\"'\"'") + "'"
 
 
 def systemd(value: Any) -> str:
-    """One word of a unit's command: ``%`` and ``$`` doubled, quoted unless plain (systemd.service(5))."""
+    """Returns one word of a unit's command: ``%`` and ``$`` doubled, quoted unless plain.
+
+    Source: systemd.service(5). Raises ``UnsafeValueError``.
+    """
     text = _plain(value)
     if _BARE_UNIT.fullmatch(text):
         return text
@@ -73,12 +76,12 @@ def sentence(value: Any) -> str:
 
 
 def variable(value: Any) -> str:
-    """The name of an environment variable."""
+    """Returns the name of an environment variable."""
     return _fitting(value, r"[A-Za-z_][A-Za-z0-9_]*", "is no name of an environment variable")
 
 
 def environment_file(value: Any) -> str:
-    """A value of systemd's EnvironmentFile=, which a POSIX shell reads alike."""
+    """Returns a value of systemd's EnvironmentFile=, which a POSIX shell reads alike."""
     text = _plain(value)
     for char in '\\"$`':
         text = text.replace(char, "\\" + char)
@@ -97,27 +100,27 @@ def xml(value: Any) -> str:
 
 
 def word(value: Any) -> str:
-    """A name that needs no quoting in any format: of a package, of a file."""
+    """Returns a name that needs no quoting in any format: of a package, of a file."""
     return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is no plain name")
 
 
 def udev(value: Any) -> str:
-    """A value between quotes in a udev rule; only what needs no escaping passes."""
+    """Returns a value between quotes in a udev rule; only what needs no escaping passes."""
     return _fitting(value, r"[A-Za-z0-9:._/-]*", "cannot stand in a udev rule")
 
 
 def hosts(value: Any) -> str:
-    """An address or a name in /etc/hosts."""
+    """Returns an address or a name in /etc/hosts."""
     return _fitting(value, r"[A-Za-z0-9:.-]+", "cannot stand in /etc/hosts")
 
 
 def chrony(value: Any) -> str:
-    """A name, an address or a subnet in chrony.conf."""
+    """Returns a name, an address or a subnet in chrony.conf."""
     return _fitting(value, r"[A-Za-z0-9:./-]+", "cannot stand in chrony.conf")
 
 
 def section(value: Any) -> str:
-    """The name of a section of a key file, such as NetworkManager reads."""
+    """Returns the name of a section of a key file, such as NetworkManager reads."""
     return _fitting(value, r"[A-Za-z0-9.-]+", "cannot be the name of a section")
 
 

@@ -17,19 +17,19 @@ _FOLDERS = {
 
 @cache
 def text(path: str) -> bytes:
-    """One file, by its path below `templates/`."""
+    """Returns one file, by its path below `templates/`."""
     return (resources.templates() / path).read_bytes()
 
 
 @cache
 def folder(name: str) -> tuple[File, ...]:
-    """The files of one folder of a release, as they stand in `templates/`; scripts stay executable."""
+    """Returns the files of one folder of a release, as in `templates/`; scripts stay executable."""
     return tuple(file for package in _FOLDERS[name] for file in below(f"packages/{package}", name))
 
 
 @cache
 def below(source: str, target: str) -> tuple[File, ...]:
-    """The files below one folder of `templates/`, by their paths below ``target``."""
+    """Returns the files below one folder of `templates/`, by their paths below ``target``."""
     root = resources.templates() / source
     return tuple(
         File(

@@ -37,7 +37,7 @@ class FirmwareSettings:
     dead_man: float = 0.4
 
     def values(self) -> dict[str, Any]:
-        """The template values of `config.h`."""
+        """Returns the template values of `config.h`."""
         data = {**asdict(self), **self.firmware.model_dump()}
         for side in ("left", "right"):
             data[side]["full_speed"] = data[side]["full_speed"] or FASTER * self.wheel_speed_max
@@ -59,7 +59,7 @@ class Sketch:
 
 
 def settings_of(robot: Robot, protocol: RosserialProtocol) -> FirmwareSettings:
-    """The settings of a robot's sketch, with the same numbers as its driver's."""
+    """Returns the settings of a robot's sketch, with the same numbers as its driver's."""
     kinematics, measured = robot.type.kinematics, robot.settings.calibration
     assert kinematics.wheel_radius is not None  # the type was refused otherwise
     left, right = protocol.publishes
@@ -78,7 +78,7 @@ def settings_of(robot: Robot, protocol: RosserialProtocol) -> FirmwareSettings:
 
 
 def sketch_of(robot: Robot) -> Sketch | None:
-    """The sketch for the robot's board, if swarmctl writes it."""
+    """Returns the sketch for the robot's board, if swarmctl writes it."""
     protocol = robot.type.sketch
     if protocol is None or protocol.firmware is None:
         return None
@@ -86,7 +86,7 @@ def sketch_of(robot: Robot) -> Sketch | None:
 
 
 def files(robot: Robot) -> tuple[File, ...]:
-    """The files of the robot's sketch on its host."""
+    """Returns the files of the robot's sketch on its host."""
     made, origin = sketch_of(robot), f"robots.{robot.name}"
     return (
         tuple(replace(file, path=f"firmware/{file.path}", origin=origin) for file in made.files)
@@ -96,13 +96,13 @@ def files(robot: Robot) -> tuple[File, ...]:
 
 
 def wants(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    """The programs that a host needs to write firmware to its boards."""
+    """Returns the programs that a host needs to write firmware to its boards."""
     sketches = (robot.type.sketch for robot in swarm.robots_on(host.name))
     return ("avrdude",) if any(one is not None and one.firmware for one in sketches) else ()
 
 
 def sketch(name: str, settings: FirmwareSettings) -> Sketch:
-    """The sketch called ``name``: a folder as the Arduino IDE wants it too, with ``<name>.ino`` in it."""
+    """Returns the sketch called ``name`` as a folder for the Arduino IDE, with ``<name>.ino`` in it."""
     texts = {
         file.path.removeprefix(f"{TEMPLATE}/"): file.content
         for file in shipped_files.below(f"firmware/{TEMPLATE}", TEMPLATE)
@@ -116,7 +116,7 @@ def sketch(name: str, settings: FirmwareSettings) -> Sketch:
 
 
 def digest_of_sources(texts: dict[str, bytes]) -> str:
-    """A digest that changes with any byte of any file, and with its name."""
+    """Returns a digest that changes with any byte of any file, and with its name."""
     whole = hashlib.sha256()
     for path in sorted(texts):
         whole.update(f"{path}\0{len(texts[path])}\0".encode() + texts[path])

@@ -11,7 +11,7 @@ _ANGLES = ("deg(", "rad(")  # `deg(90)` without quotes is a number to rosparam
 
 
 def params_file(data: Mapping[str, Any]) -> bytes:
-    """The content of a parameter file, short lists on one line."""
+    """Returns the content of a parameter file, short lists on one line."""
     text = yaml.dump(
         data, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
     )

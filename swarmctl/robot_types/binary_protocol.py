@@ -37,7 +37,7 @@ def layout(value: str) -> str:
 
 
 def no_layout(token: str) -> str:
-    """The error about a token of a reply."""
+    """Returns the error about a token of a reply."""
     return f"`{token}` is no layout; write a count and one of b B h H i I f, like 8H"
 
 
@@ -163,7 +163,7 @@ class BinarySpeedCommand(BinaryExchange):
 
 
 def is_binary(send: str) -> bool:
-    """Whether the places of a request have a layout, as those of bytes do."""
+    """Returns True if the places of a request have a layout, as those of bytes do."""
     return _PLACE.search(send) is not None
 
 
@@ -174,7 +174,7 @@ def value_range(send: str, *names: str) -> tuple[float, float]:
 
 
 def within(number: int, code: str) -> int:
-    """What is left of a number in a place: its lowest bytes."""
+    """Returns the lowest bytes of a number, as many as its place has."""
     if code == "f":
         return number
     low, high = _bounds(code)

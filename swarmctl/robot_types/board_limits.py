@@ -24,7 +24,7 @@ class Board:
 
 @cache
 def boards() -> Mapping[str, Board]:
-    """Every known board by name (templates/data/boards.yaml)."""
+    """Returns every known board by name (templates/data/boards.yaml)."""
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     data = yaml.load((resources.templates() / "data/boards.yaml").read_text("utf-8"), loader)
     return {name: Board(**fields) for name, fields in data.items()}

@@ -71,7 +71,7 @@ class Preparation(BinaryExchange):
         return next(small, None)
 
     def filled(self, camera: Mapping[str, int], byte_order: str) -> BinaryExchange:
-        """The request that sets the camera so."""
+        """Returns the request that sets the camera so."""
         pieces = (_piece(token, camera, ">" if byte_order == "big" else "<") for token in self.send.split())
         return BinaryExchange(send=b"".join(pieces).hex(" "), reply=self.reply, begins=self.begins)
 

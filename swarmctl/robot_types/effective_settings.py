@@ -20,7 +20,10 @@ _LONGEST_NUMBER = len("-2147483648")
 
 
 def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
-    """How often a driver reads and publishes each sensor, Hz; 0 is off. ``layers`` as for ``merged``."""
+    """Returns how often a driver reads and publishes each sensor, Hz; 0 is off.
+
+    ``layers`` as for ``merged``.
+    """
     rates = {name: last_rate(one.rate, name, layers) for name, one in robot_type.sensors.items()}
     return {**rates, DIAGNOSTICS: last_rate(DIAGNOSTICS_RATE, DIAGNOSTICS, layers)}
 
@@ -32,7 +35,7 @@ def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
 
 
 def equipped(robot_type: RobotType, *layers: RobotSettings) -> RobotType:
-    """The type with its sensors as they are tuned, and the requests of its protocol that follow from that."""
+    """Returns the type with its tuned sensors and the requests of its protocol that follow from them."""
     tuned = {name: one for name, one in robot_type.sensors.items() if one.settings_key}
     protocol = robot_type.protocol
     if not tuned or not isinstance(protocol, BinaryProtocol):

@@ -139,5 +139,5 @@ def is_head(reply: str) -> bool:
 
 
 def places_of(send: str) -> frozenset[str]:
-    """The names of the places of a request, whichever way it is written."""
+    """Returns the names of the places of a request, whichever way it is written."""
     return frozenset(re.findall(r"\{([a-z]+)(?::[bBhHiIf])?\}", send))

@@ -31,7 +31,7 @@ class MessageSize:
 
 @cache
 def size_of(type_name: str) -> MessageSize | None:
-    """The size of messages of a type; nothing for a type that is not among the common ones."""
+    """Returns the size of messages of a type, in bytes; None for a type that is not a common one."""
     if type_name in _BYTES:
         return MessageSize(_BYTES[type_name], False)
     if type_name == "string":

@@ -137,7 +137,7 @@ class RosserialProtocol(Model):
         ge=0.05,
         le=2,
         examples=[0.4],
-        description="Seconds without a command after which the sketch stops the robot: nothing else does.",
+        description="Seconds without a command after which the sketch stops the robot; nothing else does.",
     )
     publishes: Annotated[tuple[Topic, ...], Field(strict=False)] = Field(
         (),

@@ -108,11 +108,11 @@ class RobotType(Model):
         return self.protocol if isinstance(self.protocol, RosserialProtocol) else None
 
     def foreign(self, driver: DriverName) -> RosserialProtocol | None:
-        """Its sketch, where `rosserial_python` is the robot's driver."""
+        """Returns its sketch, where `rosserial_python` is the robot's driver."""
         return self.sketch if driver == "rosserial_python" else None
 
     def query_of(self, name: str) -> Query | BinaryQuery | CodedQuery | None:
-        """The query that a sensor's numbers come from."""
+        """Returns the query that a sensor's numbers come from."""
         return (
             self.driver_protocol.queries.get(self.sensors[name].read or name)
             if self.driver_protocol

@@ -111,5 +111,5 @@ def _lay(under: dict[str, Any], over: Mapping[str, Any]) -> None:
 
 
 def last_rate(default: float, name: str, layers: Sequence[RobotSettings]) -> float:
-    """The rate of one sensor, Hz: the most special layer that names it."""
+    """Returns the rate of one sensor, Hz: the most special layer that names it."""
     return float(next((one.rates[name] for one in reversed(layers) if name in one.rates), default))

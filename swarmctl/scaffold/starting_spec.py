@@ -39,7 +39,7 @@ class _Island:
 
 
 def starting_spec(name: str, mode: Mode, robots: Mapping[str, str], types: Mapping[str, RobotType]) -> str:
-    """The text of a spec with these ``robots``, name to type. Serial numbers and the like are made up."""
+    """Returns the text of a first spec with ``robots``, name to type. Serial numbers are placeholders."""
     placed = [
         _placed(number, robot, kind, types[kind], mode)
         for number, (robot, kind) in enumerate(robots.items(), 1)

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def with_examples(schema: Mapping[str, Any]) -> dict[str, Any]:
-    """A schema of pydantic's in which every key has examples, as far as its words have one."""
+    """Returns a schema of pydantic's in which every key has examples, as far as its words have one."""
     definitions = {name: _keyed(one, schema["$defs"]) for name, one in schema["$defs"].items()}
     return _keyed(schema, schema["$defs"]) | {"$defs": definitions}
 

@@ -17,13 +17,13 @@ MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotType}
 
 
 def schema_of(name: str) -> dict[str, Any]:
-    """The schema of ``swarm`` or ``robot-type``."""
+    """Returns the schema of ``swarm`` or ``robot-type``."""
     made = without_ranges(name)
     return with_ranges(made) if name == "swarm" else made
 
 
 def without_ranges(name: str) -> dict[str, Any]:
-    """The schema of a file without ranges, for reference pages."""
+    """Returns the schema of a file without ranges, for reference pages."""
     made = MODELS[name].model_json_schema(mode="validation")
     return {"$schema": DRAFT, **_draft7(with_examples(made))}
 

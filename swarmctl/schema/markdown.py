@@ -20,7 +20,10 @@ _ELSEWHERE = {"RobotType": "robot-type-reference.md"}  # a definition that fills
 
 
 def reference(name: str) -> str:
-    """The page of ``swarm`` or ``robot-type`` as Markdown. ``docs/`` holds it; a test keeps it current."""
+    """Returns the page of ``swarm`` or ``robot-type`` as Markdown.
+
+    ``docs/`` holds it; a test keeps it current.
+    """
     schema = without_ranges(name)
     page = _Page(schema["definitions"])
     title = name.replace("-", " ").capitalize()

@@ -41,7 +41,7 @@ Schema = Mapping[str, Any]
 
 
 def with_ranges(schema: Schema) -> dict[str, Any]:
-    """A draft-07 schema of a spec in which ranges may stand where they are written out."""
+    """Returns a draft-07 schema of a spec in which ranges may stand where they are written out."""
     maker = _Maker(schema["definitions"])
     properties = {
         key: node if key in FREE else maker.outside(node) for key, node in schema["properties"].items()

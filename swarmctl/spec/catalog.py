@@ -32,7 +32,10 @@ class Catalog:
 
 
 def load_catalog(beside: Path | None = None, others: Iterable[str] = (), read: Read = content) -> Catalog:
-    """The shipped catalog, with the robot types of the folder ``beside`` on top; ``others`` are no types."""
+    """Returns the shipped catalog with the robot types of the folder ``beside``.
+
+    The files ``others`` are no types.
+    """
     shipped = _shipped()
     if beside is None or not beside.is_dir():
         return shipped

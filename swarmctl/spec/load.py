@@ -48,7 +48,7 @@ class Document:
         return {**self.catalog.computers, **self.spec.computers}
 
     def settings_layers(self, robot: str) -> tuple[RobotSettings, RobotSettings, RobotSettings]:
-        """The settings that apply to a robot, from general to specific: `defaults`, its type's, its own."""
+        """Returns the settings of a robot, from general to specific: `defaults`, its type, its own."""
         given = self.spec.robots[robot]
         robot_type = self.spec.types.get(given.type) or self.catalog.types[given.type]
         return self.spec.defaults.robot, robot_type.settings, given.settings
@@ -75,7 +75,7 @@ def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None,
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    """The text of one spec, and its warnings; with errors there is no document."""
+    """Returns the text of one spec, and its warnings; with errors there is no document."""
     budget = LoadBudget()
     root, found = tree_of(text, Path(path), budget)
     return _document([root] if root is not None else [], found, path, budget, catalog)

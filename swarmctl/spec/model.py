@@ -197,7 +197,7 @@ class Bluetooth(Model):
     robot: RobotName = Field(description="The robot at the other.")
     mac: Mac = Field(description="The robot's Bluetooth address, in quotes.")
     pin: Secret | None = Field(
-        None, description="Pairing PIN as {secret: NAME}; the PIN itself stands in no spec."
+        None, description="Pairing PIN as {secret: NAME}; a spec never contains the PIN itself."
     )
     adapter: Adapter | None = Field(None, description="Which adapter of the host; its first by default.")
     channel: int | None = Field(

@@ -14,7 +14,7 @@ _TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
-    """The keys that may stand at ``loc`` of a ``model`` (union tags in ``loc`` as pydantic reports them)."""
+    """Returns the keys allowed at ``loc`` of a ``model`` (with union tags as pydantic reports them)."""
     places = _places(loc, model)
     return tuple(dict.fromkeys(name for place in places if _is_model(place) for name in place.model_fields))
 
@@ -31,7 +31,7 @@ def _places(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
 
 
 def link_keys(kind: str) -> tuple[str, ...]:
-    """The keys of one kind of link."""
+    """Returns the keys of one kind of link."""
     return tuple(LINKS[kind].model_fields)
 
 

@@ -47,7 +47,7 @@ class Setting:
 
 @cache
 def shipped() -> Mapping[str, Mapping[str, Setting]]:
-    """The settings of every shipped program, by its name (templates/packages/teleop/settings.yaml)."""
+    """Returns the settings of shipped programs by name (templates/packages/teleop/settings.yaml)."""
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     data = yaml.load((resources.templates() / "packages/teleop/settings.yaml").read_text("utf-8"), loader)
     return {

@@ -44,7 +44,7 @@ _KINDS = frozenset(kind for kinds in _PLACES.values() for kind in kinds)
 
 
 def mentions(data: Any, kind: str, name: str) -> Iterator[Loc]:
-    """Every place that mentions this host, robot, ...; not where something else of that name is meant."""
+    """Yields every place that mentions this host, robot, ..., but nothing else of that name."""
     for pattern, kinds in _PLACES.items():
         if next((one for one in kinds if name in _named(data, one)), None) == kind:
             for loc, value in _at(data, pattern.split(".")):
@@ -66,7 +66,7 @@ def _reworded(source: Source, loc: Loc, new: str) -> Edits:
 
 
 def renaming(old: str, new: str, edits: Edits) -> Fix | None:
-    """The fix that gives something another name."""
+    """Returns the fix that gives something another name."""
     places = f" in {len(edits)} places" if len(edits) > 1 else ""
     return make_fix(f"rename `{old}` to `{new}`{places}", edits)
 

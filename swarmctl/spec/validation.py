@@ -258,7 +258,7 @@ def _help_for_type(
     if kind == "string_type" and isinstance(given, (int, float)):
         return ("put it in quotes to make it text",)
     if kind in NUMBERS and is_number(given):
-        return ("take the quotes away to make it a number",)
+        return ("remove the quotes to make it a number",)
     if kind in NUMBERS and is_too_long(given):
         return ("no number here has more than 18 digits",)
     if kind == "bool_type" and str(given).lower() in BOOLEANS:

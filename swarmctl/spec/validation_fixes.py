@@ -40,7 +40,7 @@ _MAC = re.compile("[0-9a-fA-F]{2}([-_. :]?[0-9a-fA-F]{2}){5}", re.ASCII)
 
 
 def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
-    """The fix of one of pydantic's errors, if there is one."""
+    """Returns the fix of one of pydantic's errors, if there is one."""
     kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
     loc = without_tag(tagged)
     if not loc:
@@ -76,7 +76,7 @@ def _choice_fix(source: Source, loc: Loc, given: Any, known: list[str]) -> Fix |
     if str(given) not in known:
         return _word_fix(source, loc, nearest(str(given), tuple(known)))
     if is_number(given) and _DIGITS.fullmatch(given):
-        return make_fix("take the quotes away", replace_value(source, loc, int(given)))
+        return make_fix("remove the quotes", replace_value(source, loc, int(given)))
     return None
 
 
@@ -90,7 +90,7 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
         return make_fix("put it in quotes", as_text(source, loc))
     if kind in NUMBERS and is_number(given) and (kind == "float_type" or _DIGITS.fullmatch(given)):
         meant = int(given) if _DIGITS.fullmatch(given) else float(given)
-        return make_fix("take the quotes away", replace_value(source, loc, meant))
+        return make_fix("remove the quotes", replace_value(source, loc, meant))
     if kind == "bool_type" and (word := BOOLEANS.get(str(given).lower())):
         return make_fix(f"write `{word}`", replace_value(source, loc, word == "true"))
     if (
@@ -106,19 +106,19 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
 
 
 def without_tag(loc: Loc) -> tuple[str | int, ...]:
-    """The place as it stands in the file; pydantic puts the kind of a link, protocol or sensor behind it."""
+    """Returns the place as it is in the file, without pydantic's tag of a link, protocol or sensor."""
     steps, kinds, _ = _union_at(loc)
     tagged = len(loc) > steps > 0 and loc[steps] in kinds
     return (*loc[:steps], *loc[steps + 1 :]) if tagged else tuple(loc)
 
 
 def kinds_at(loc: Loc) -> tuple[str, ...]:
-    """What kinds there are of what stands at ``loc``."""
+    """Returns the kinds that the value at ``loc`` can have."""
     return _union_at(loc)[1]
 
 
 def noun_at(loc: Loc) -> str:
-    """What is called link, protocol or sensor."""
+    """Returns the word for it: link, protocol or sensor."""
     return _union_at(loc)[2]
 
 
@@ -133,7 +133,7 @@ def _union_at(loc: Loc) -> tuple[int, tuple[str, ...], str]:
 
 
 def keys_at(tagged: Loc, model: type[BaseModel]) -> tuple[str, ...]:
-    """The keys that may stand where an unknown one does; none, if other kinds of links have that."""
+    """Returns the keys allowed at the place of an unknown key; none if other kinds of links have it."""
     place = without_tag(tagged)
     if tuple(tagged) == place or tagged[0] != "links" or len(place) != 3:
         return known_keys(tuple(tagged[:-1]), model)
@@ -141,17 +141,17 @@ def keys_at(tagged: Loc, model: type[BaseModel]) -> tuple[str, ...]:
 
 
 def kinds_with(key: str) -> list[str]:
-    """The kinds of links that have a key."""
+    """Returns the kinds of links that have a key."""
     return [kind for kind in KINDS if key in link_keys(kind)]
 
 
 def choices(error: Any) -> list[str]:
-    """The words that a value can be."""
+    """Returns the words that a value can be."""
     return [word.strip("' ") for word in error["ctx"]["expected"].replace(" or ", ", ").split(",")]
 
 
 def is_number(given: Any) -> bool:
-    """Whether ``given`` is text that would be a number without its quotes."""
+    """Returns True if ``given`` is text that would be a number without its quotes."""
     return (
         isinstance(given, str)
         and _NUMBER.fullmatch(given) is not None
@@ -160,12 +160,12 @@ def is_number(given: Any) -> bool:
 
 
 def is_too_long(given: Any) -> bool:
-    """Whether ``given`` has the digits of a whole number, and more than one may have."""
+    """Returns True if ``given`` is a whole number with too many digits."""
     return isinstance(given, str) and _DIGITS.fullmatch(given) is not None and not is_number(given)
 
 
 def legal_name(given: str) -> str | None:
-    """The nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``."""
+    """Returns the nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``."""
     name = "-".join(_LETTERS.findall(given.lower())) if given.isprintable() else ""
     return name if re.fullmatch(NAME, name, re.ASCII) else None
 

@@ -31,7 +31,7 @@ class Scheme(str, Enum):
 
 
 def ip_of(address: str) -> Ip | None:
-    """The IP address, or None for a name."""
+    """Returns the IP address, or None for a name."""
     try:
         return ipaddress.ip_address(address)
     except ValueError:
@@ -39,12 +39,12 @@ def ip_of(address: str) -> Ip | None:
 
 
 def normal(address: str) -> str:
-    """The canonical spelling of an address, to compare addresses by."""
+    """Returns the canonical spelling of an address, to compare addresses by."""
     return str(ip_of(address) or address.lower().rstrip("."))
 
 
 def kind(ip: Ip) -> Kind:
-    """The use of an IP address."""
+    """Returns the use of an IP address."""
     if ip.version == 6:
         return Kind.IPV6
     first = int(ip) >> 24
@@ -68,30 +68,30 @@ def means_self(address: str) -> bool:
 
 
 def scheme(address: str) -> Scheme:
-    """How other hosts resolve ``address``."""
+    """Returns how other hosts resolve ``address``."""
     if ip_of(address) is not None:
         return Scheme.IP
     return Scheme.MDNS if normal(address).endswith(".local") else Scheme.NAME
 
 
 def subnet_of(text: str) -> Subnet:
-    """The subnet of a valid text such as ``10.0.0.0/24``."""
+    """Returns the subnet of a valid text such as ``10.0.0.0/24``."""
     return ipaddress.ip_network(text)
 
 
 def usual_subnet(ip: Ip) -> Subnet:
-    """The /24 (or /64) around an address: what a lab's router uses by default."""
+    """Returns the /24 (or /64) around an address: what a lab's router uses by default."""
     return ipaddress.ip_network((ip, 24 if ip.version == 4 else 64), strict=False)
 
 
 def usual_subnets(ips: Iterable[Ip]) -> tuple[Subnet, ...]:
-    """The /24s (or /64s) of ``ips``, each once, in the order of ``ips``."""
+    """Returns the /24s (or /64s) of ``ips``, each once, in the order of ``ips``."""
     found = {(int(ip) >> (8 if ip.version == 4 else 64), ip.version): ip for ip in ips}
     return tuple(usual_subnet(ip) for ip in found.values())
 
 
 def smallest_subnet(ips: Iterable[Ip]) -> Subnet:
-    """The smallest subnet that has all ``ips`` (of one IP version) as addresses of hosts."""
+    """Returns the smallest subnet that has all ``ips`` (of one IP version) as addresses of hosts."""
     first, *others = ips
     found = ipaddress.ip_network((first, first.max_prefixlen - 2), strict=False)
     for ip in (first, *others):

@@ -27,7 +27,7 @@ class Authority:
                 self._named.setdefault(robot, []).append(commander)
 
     def over(self, robot: str) -> tuple[Commander, ...]:
-        """Who may command ``robot``, the highest priority first."""
+        """Returns who may command ``robot``, the highest priority first."""
         named = self._named.get(robot, [])
         host = self._index.driving[robot] or ""
         leader = self._leader_of(host)
@@ -65,6 +65,6 @@ class Authority:
 
 
 def commanded_by(spec: Spec, program: str) -> tuple[str, ...]:
-    """The robots that ``program`` commands, in the order of `control`."""
+    """Returns the robots that ``program`` commands, in the order of `control`."""
     found = (robot for control in spec.control if control.by == program for robot in control.of)
     return tuple(dict.fromkeys(found))

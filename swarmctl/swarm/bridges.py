@@ -12,7 +12,7 @@ from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE
 
 
 def bridges_of(index: SwarmIndex) -> tuple[Bridge, ...]:
-    """Every bridge, in the order of the spec; empty with fewer than two islands."""
+    """Returns every bridge, in the order of the spec; empty with fewer than two islands."""
     if len(index.islands) < 2:
         return ()
     publishers = Publishers(index)

@@ -9,7 +9,7 @@ from swarmctl.swarm.resolved import Island, Swarm
 
 
 def time_root(spec: Spec, islands: Sequence[Island]) -> str | None:
-    """The host whose clock the others follow: `time.root`, else the hub if there is only one island."""
+    """Returns the host whose clock the others follow: `time.root`, else the hub if there is one island."""
     if spec.time.root is not None:
         return spec.time.root
     return islands[0].hub if len(islands) == 1 else None

@@ -52,7 +52,7 @@ class SwarmIndex:
         return lines
 
     def line_of(self, robot: str) -> Line | None:
-        """The line of a robot; a document without errors has at most one."""
+        """Returns the line of a robot; a document without errors has at most one."""
         lines = self.lines_of[robot]
         return lines[-1][1] if lines else None
 
@@ -62,7 +62,7 @@ class SwarmIndex:
         return {link.robot: link.host for _, link in self.lines}
 
     def adapter_of(self, link: Bluetooth) -> str | None:
-        """The Bluetooth adapter that serves a line: as declared, else the first of its host."""
+        """Returns the Bluetooth adapter that serves a line: as declared, else the first of its host."""
         return link.adapter or next(iter(self.spec.hosts[link.host].bluetooth), None)
 
     # Networks and addresses
@@ -98,7 +98,7 @@ class SwarmIndex:
         return one == other or any(other in self.members[index] for index, _ in self.networks_of[one])
 
     def shared_networks(self, one: str, other: str) -> tuple[str, ...]:
-        """The names of the networks that two hosts share."""
+        """Returns the names of the networks that two hosts share."""
         shared = (link.name for index, link in self.networks_of[one] if other in self.members[index])
         return tuple(dict.fromkeys(shared))
 
@@ -118,7 +118,7 @@ class SwarmIndex:
         return subnets_of(self.network_at, self.addresses, self.subnet_sources)
 
     def computer_of(self, host: str) -> str | None:
-        """The kind of computer a host is, where the spec declares it."""
+        """Returns the kind of computer a host is, where the spec declares it."""
         return self.spec.hosts[host].computer or self.spec.defaults.host.computer
 
     # Islands and what runs where
@@ -144,7 +144,7 @@ class SwarmIndex:
         return {name: modes.driving_host(self.spec, name) for name in self.spec.robots}
 
     def island_of_robot(self, robot: str) -> Island | None:
-        """The island in which a robot's driver runs."""
+        """Returns the island in which a robot's driver runs."""
         return self.home.get(self.driving[robot] or "")
 
     @cached_property
@@ -160,13 +160,13 @@ class SwarmIndex:
         return next(self.able_hosts(program.needs), None) if program.needs else None
 
     def able_hosts(self, needs: Collection[str]) -> Iterator[str]:
-        """The hosts that run ROS and have all of ``needs``."""
+        """Yields the hosts that run ROS and have all of ``needs``."""
         for name, host in self.spec.hosts.items():
             if host.has and set(needs) <= set(host.has) and name in self.home:
                 yield name
 
     def commander_host(self, by: str) -> str | None:
-        """The host of a commander in `control` (a program, a robot or a host); None if it has none."""
+        """Returns the host of a commander in `control` (program, robot or host); None if it has none."""
         if by in self.spec.programs:
             return self.program_hosts[by]
         if by in self.spec.robots:
@@ -188,7 +188,7 @@ class SwarmIndex:
     # Settings
 
     def settings_of(self, robot: str) -> RobotSettings:
-        """The settings of a robot with those of its type and of `defaults` merged in."""
+        """Returns the settings of a robot with those of its type and of `defaults` merged in."""
         return merged(*self.document.settings_layers(robot))
 
     @cached_property
@@ -205,7 +205,7 @@ class SwarmIndex:
         return timeouts
 
     def command_timeout_loc(self, robot: str) -> Loc:
-        """Where the spec sets a robot's command timeout; empty if its type or swarmctl sets it."""
+        """Returns where the spec sets a robot's command timeout; empty if its type or swarmctl sets it."""
         given = self.spec.robots[robot]
         if given.settings.command_timeout is not None:
             return ("robots", robot, "settings", "command_timeout")

@@ -29,20 +29,20 @@ ROLES = {
 
 
 def hub_of(arrangement: Spec | model.Island) -> str | None:
-    """The host that runs the master of an island, or of a swarm with one island; None if not declared."""
+    """Returns the host that runs the master of an island, or of the only one; None if not declared."""
     role = ROLES.get(Mode(arrangement.mode))
     return getattr(arrangement, role.key) if role else None
 
 
 def driving_host(spec: Spec, robot: str) -> str | None:
-    """The host that runs a robot's driver: the robot's own; in mode single-minded the leader."""
+    """Returns the host that runs a robot's driver: the robot's own; in mode single-minded the leader."""
     if spec.mode is Mode.SINGLE_MINDED:
         return spec.leader
     return spec.robots[robot].host
 
 
 def islands_of(spec: Spec) -> tuple[Island, ...]:
-    """The islands of a spec, without those whose hub is not declared."""
+    """Returns the islands of a spec, without those whose hub is not declared."""
     match spec.mode:
         case Mode.STANDALONE:
             return tuple(_island(spec, host, host, (host,)) for host in _ros_hosts(spec))

@@ -8,7 +8,7 @@ DRIVER_NODE = "driver"
 
 
 def namespace(robot: str) -> str:
-    """The namespace of a robot. ROS graph names cannot contain a hyphen (wiki.ros.org/Names)."""
+    """Returns the namespace of a robot. ROS graph names cannot contain a hyphen (wiki.ros.org/Names)."""
     return "/" + robot.replace("-", "_")
 
 
@@ -19,22 +19,22 @@ def split_topic(topic: str) -> tuple[str, str]:
 
 
 def driver_node(robot: str) -> str:
-    """The node of a robot's driver."""
+    """Returns the node of a robot's driver."""
     return f"{namespace(robot)}/{DRIVER_NODE}"
 
 
 def program_node(program: str, robot: str | None) -> str:
-    """The node of a program: in its robot's namespace, or in none."""
+    """Returns the node of a program: in its robot's namespace, or in none."""
     return f"{namespace(robot) if robot else ''}/{program.replace('-', '_')}"
 
 
 def multimaster_node(island: str) -> str:
-    """The node of swarmctl's own multimaster for an island; it has this name at every master."""
+    """Returns the node of swarmctl's own multimaster for an island; it has this name at every master."""
     return f"/multimaster_{island.replace('-', '_')}"
 
 
 def resolved(name: str, node: str, remap: Mapping[str, str]) -> str:
-    """The full name of the relative, global or private ``name`` in ``node`` (wiki.ros.org/Names)."""
+    """Returns the full name of the relative, global or private ``name`` in ``node`` (wiki.ros.org/Names)."""
     full = _full(name, node)
     changed = {_full(old, node): _full(new, node) for old, new in remap.items()}
     return changed.get(full, full)
@@ -49,12 +49,12 @@ def _full(name: str, node: str) -> str:
 
 
 def usb_device(robot: str) -> str:
-    """The stable path that a udev rule gives a robot's USB serial adapter."""
+    """Returns the stable path that a udev rule gives a robot's USB serial adapter."""
     return f"/dev/swarm/{robot}"
 
 
 def rfcomm_device(index: int) -> str:
-    """The path of a host's rfcomm device."""
+    """Returns the path of a host's rfcomm device."""
     return f"/dev/rfcomm{index}"
 
 
@@ -83,15 +83,15 @@ TAKEN = {
 
 
 def unit(swarm: str, *part: str) -> str:
-    """The systemd unit of one part of a swarm (master, robot, line); unique, as names contain no dot."""
+    """Returns the systemd unit of one part of a swarm (master, robot, line). Names contain no dot."""
     return ".".join((f"swarm-{swarm}", *part, "service"))
 
 
 def runtime_folder(swarm: str, part: str) -> str:
-    """The folder below /run of one part of a swarm; the dot keeps `a-b`, `c` different from `a`, `b-c`."""
+    """Returns the folder below /run of a part of a swarm. The dot keeps `a-b`, `c` and `a`, `b-c` apart."""
     return f"swarm-{swarm}.{part}"
 
 
 def target(swarm: str) -> str:
-    """The systemd target of a swarm on a host."""
+    """Returns the systemd target of a swarm on a host."""
     return f"swarm-{swarm}.target"

@@ -33,19 +33,19 @@ class Listener:
 
 
 def ssh_port(spec: Spec, host: str) -> int:
-    """The SSH port of a host: its own, the swarm's default, or 22."""
+    """Returns the SSH port of a host: its own, the swarm's default, or 22."""
     given, default = spec.hosts[host], spec.defaults.host.port
     return given.port if default is None or "port" in given.model_fields_set else default
 
 
 def master_loc(spec: Spec, island: Island) -> Loc:
-    """Where the spec sets the port of the master of ``island``."""
+    """Returns where the spec sets the port of the master of ``island``."""
     own = spec.hosts[island.hub].master_port
     return ("hosts", island.hub, "master_port") if own else ("ros", "master_port")
 
 
 def free_master_port(taken: Collection[int], offsets: Sequence[int]) -> int | None:
-    """The first port from the usual one on that is free together with the ports at ``offsets`` from it."""
+    """Returns the first port from the usual one on that is free, with the ports at ``offsets`` from it."""
     for port in range(USUAL_MASTER, EPHEMERAL[0] - max(offsets)):
         if not any(port + offset in taken for offset in offsets):
             return port

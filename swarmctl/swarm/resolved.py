@@ -162,7 +162,7 @@ class Island:
 
 
 def island_by_host(islands: Iterable[Island]) -> Mapping[str, Island]:
-    """The island of every host that runs ROS."""
+    """Returns the island of every host that runs ROS."""
     return {host: island for island in islands for host in island.hosts}
 
 
@@ -208,7 +208,10 @@ class Swarm:
         return island_by_host(self.islands)
 
     def island_of(self, host: str) -> Island:
-        """The island of ``host``. Raises KeyError for a host that runs no ROS (mode single-minded)."""
+        """Returns the island of ``host``.
+
+        Raises KeyError for a host that runs no ROS (mode single-minded).
+        """
         return self._islands_by_host[host]
 
     def robots_on(self, host: str) -> tuple[Robot, ...]:
@@ -220,10 +223,10 @@ class Swarm:
         return tuple(program for program in self.programs.values() if program.host == host)
 
     def uri_hosts_of(self, island: Island) -> tuple[str, ...]:
-        """What URIs of the island's nodes may contain as host: addresses and names, in lower case."""
+        """Returns what URIs of the island's nodes may contain as host: addresses and names, in lower case."""
         texts = (text.lower() for name in island.hosts for text in (self.hosts[name].address, name))
         return tuple(dict.fromkeys(texts))
 
     def master_uri(self, island: Island) -> str:
-        """The same text for every host of the island, the hub included."""
+        """Returns the same text for every host of the island, the hub included."""
         return f"http://{self.hosts[island.hub].advertised}:{island.master_port}"

@@ -10,7 +10,7 @@ from swarmctl.swarm.addresses import Ip, Subnet, ip_of, subnet_of, usual_subnets
 
 
 def addresses_of(spec: Spec) -> Mapping[str, Ip | None]:
-    """The IP address of every host; None for a host whose `address` is a name."""
+    """Returns the IP address of every host; None for a host whose `address` is a name."""
     return {name: ip_of(host.address) for name, host in spec.hosts.items()}
 
 
@@ -42,7 +42,7 @@ def subnets_of(
     addresses: Mapping[str, Ip | None],
     sources: Mapping[int, tuple[str, ...]],
 ) -> Mapping[int, Subnet | None]:
-    """The subnet of every network, by its index; None where its hosts' addresses do not agree on one."""
+    """Returns the subnet of every network, by its index; None if the addresses of its hosts differ."""
     found: dict[int, Subnet | None] = {}
     for index, link in networks.items():
         if link.subnet is not None:

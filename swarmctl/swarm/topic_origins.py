@@ -20,7 +20,7 @@ class Publishers:
                 self.programs.setdefault(one.topic, {}).setdefault(index.home[one.host].name, one.type)
 
     def of(self, topic: str) -> Mapping[str, str]:
-        """The message type by island, of every island that publishes ``topic``."""
+        """Returns the message type by island, of every island that publishes ``topic``."""
         found = dict(self.programs.get(topic, {}))
         if (sensed := self.sensed(topic)) is not None:
             robot, kind = sensed
@@ -32,7 +32,7 @@ class Publishers:
         return found
 
     def sensed(self, topic: str) -> tuple[str, str] | None:
-        """The robot whose driver publishes ``topic`` from a sensor, and its message type."""
+        """Returns the robot whose driver publishes ``topic`` from a sensor, and its message type."""
         namespace, name = names.split_topic(topic)
         robot = self._index.robot_by_namespace.get(namespace)
         if robot is None:
@@ -42,6 +42,6 @@ class Publishers:
         return (robot, kind) if kind else None
 
     def island(self, robot: str) -> str | None:
-        """The name of the island in which the robot's driver runs."""
+        """Returns the name of the island in which the robot's driver runs."""
         island = self._index.island_of_robot(robot)
         return island.name if island else None

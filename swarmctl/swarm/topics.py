@@ -95,14 +95,14 @@ def driver_topics(
 
 
 def sensors_of(robot_type: RobotType, driver: DriverName) -> Mapping[str, str]:
-    """The message types of all sensor topics of a driver, on or off, by name in its namespace."""
+    """Returns the message types of all sensor topics of a driver, on or off, by name in its namespace."""
     counted = () if robot_type.foreign(driver) else _counted(robot_type)
     sensed = [one for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)]
     return {one.name: one.type for one in (*_of_sketch(robot_type), *counted, *sensed)}
 
 
 def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
-    """The message types of the topics a driver subscribes to beside commands, by name in its namespace."""
+    """Returns the message types of the actuator topics of a driver, by name in its namespace."""
     return {
         name: _ONE_CHANNEL if len(one.channels) == 1 else _CHANNELS
         for name, one in robot_type.actuators.items()
@@ -110,7 +110,7 @@ def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
 
 
 def sensor_behind(topic: str) -> str:
-    """The sensor behind a topic of a driver."""
+    """Returns the sensor behind a topic of a driver."""
     if topic == JOINTS:
         return ODOM
     return topic.partition("/")[0]

@@ -74,7 +74,9 @@ def read(text: str) -> Range | NoRange | None:
             return NoRange("RANGE002", f"the range {part.strip()} runs backwards", f"write `{turned}`")
         size = len(numbers) + last - first + 1
         if size > MAX_ELEMENTS:
-            return NoRange("RANGE003", f"this range has {size} elements", f"{MAX_ELEMENTS} are the most")
+            return NoRange(
+                "RANGE003", f"this range has {size} elements", f"at most {MAX_ELEMENTS} are allowed"
+            )
         width = len(counted[1])
         numbers += [f"{number:0{width}}" for number in range(first, last + 1)]
     return Range(head, tuple(numbers), tail)

@@ -23,7 +23,7 @@ _MESSAGES = (
     (
         "unexpected end of stream",
         "this quote is not closed",
-        "close it, or double it where it belongs to the text",
+        "close it, or double it if it is part of the text",
     ),
     (
         "mapping values are not allowed",
@@ -145,6 +145,6 @@ def turned_text(char: str, span: Span) -> Diagnostic:
         "YAML013",
         f"the character U+{ord(char):04X} changes the direction of displayed text",
         span,
-        label="people read something else than programs here",
+        label="people and programs read different text here",
         help=("remove it; right-to-left text needs none of these characters",),
     )

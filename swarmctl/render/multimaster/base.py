@@ -70,27 +70,30 @@ class MultimasterProvider(Protocol):
         """Settings for software that the distribution cannot run: key to reason, as part of a sentence."""
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
-        """The ports that it takes on the hub of ``island``."""
+        """Returns the ports that it takes on the hub of ``island``."""
 
     def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        """What the hub ``host`` of ``island`` gets; called only for hubs that run the provider."""
+        """Returns what the hub ``host`` of ``island`` gets; called only for hubs that run the provider."""
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
-        """The nodes that a healthy hub of ``island`` shows."""
+        """Returns the nodes that a healthy hub of ``island`` shows."""
 
 
 def provider_of(settings: Multimaster | None) -> MultimasterProvider:
-    """The provider that ``settings`` name, or the default one. Raises KeyError if it is not registered."""
+    """Returns the provider that ``settings`` name, or the default one.
+
+    Raises KeyError if it is not registered.
+    """
     return cast(MultimasterProvider, MULTIMASTERS.get((settings or Multimaster()).provider))
 
 
 def providers_with(setting: str) -> Iterator[str]:
-    """The names of the providers that read ``setting`` of ``multimaster:``."""
+    """Yields the names of the providers that read ``setting`` of ``multimaster:``."""
     for name in MULTIMASTERS.names():
         if setting in cast(MultimasterProvider, MULTIMASTERS.get(name)).settings:
             yield name
 
 
 def runs_on(provider: MultimasterProvider, islands: int, receives: bool) -> bool:
-    """Whether a hub runs ``provider``, given the number of islands and whether its own receives topics."""
+    """Returns True if a hub runs ``provider``, given the number of islands and whether it receives topics."""
     return islands > 1 and (receives or not provider.only_receivers)

@@ -82,7 +82,7 @@ FKIE: MultimasterProvider = Fkie()
 
 
 def discovery_port(island: Island) -> int:
-    """The TCP port on which the discovery node of ``island`` answers what is registered at its master."""
+    """Returns the TCP port on which the discovery node of ``island`` reports the registrations."""
     return island.master_port + DISCOVERY_OFFSET
 
 

@@ -46,13 +46,13 @@ class Static:
         return ()
 
     def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        """The node, its parameters and its unit."""
+        """Returns the node, its parameters and its unit."""
         params = File(PARAMS, params_file(_parameters(swarm, host, island)), origin="multimaster")
         files = (params, *shipped_files.folder("multimaster"))
         return Part(files, units=(_unit(swarm, files),))
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
-        """The node, which reports the state of its bridges."""
+        """Returns the node, which reports the state of its bridges."""
         node = names.multimaster_node(island.name)
         return JoinNodes((node,), reporter=node)
 

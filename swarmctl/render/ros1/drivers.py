@@ -17,7 +17,7 @@ from swarmctl.swarm.resolved import Host, RfcommLine, Robot, Swarm
 
 
 def files(swarm: Swarm, host: Host) -> Iterator[File]:
-    """What the drivers of ``host`` need, their units aside."""
+    """Yields what the drivers of ``host`` need, their units aside."""
     robots = swarm.robots_on(host.name)
     if not all(robot.foreign_sketch for robot in robots):
         yield from shipped_files.folder("drivers")
@@ -28,13 +28,13 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
 
 
 def launch_file(swarm: Swarm, robots: Sequence[Robot]) -> File:
-    """The launch file with which people start all drivers of a host."""
+    """Returns the launch file with which people start all drivers of a host."""
     text = render("swarm.launch", home=home(swarm), robots=[one.name for one in robots])
     return File("launch/swarm.launch", text, origin="robots")
 
 
 def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
-    """The units of the drivers, in the order of the spec."""
+    """Yields the units of the drivers, in the order of the spec."""
     common = service_values(swarm)
     for robot in swarm.robots_on(host.name):
         bound = isinstance(robot.line, RfcommLine)

@@ -29,7 +29,7 @@ TOPICS = {
 
 
 def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
-    """The node of a driver, whichever of the drivers it is."""
+    """Returns the node of a driver, whichever of the drivers it is."""
     return ExpectedDriver(
         unit=names.unit(swarm.name, robot.name),
         node=robot.driver_node,
@@ -50,7 +50,7 @@ def _published(robot: Robot) -> tuple[DriverTopic, ...]:
 
 
 def program(swarm: Swarm, program: Program) -> ExpectedNode:
-    """The node of a program; a launch file names its nodes itself."""
+    """Returns the node of a program; a launch file names its nodes itself."""
     declared = program.declared
     commanded = program.commands if declared.use is not None else ()
     commands = ((f"{names.namespace(robot)}/{COMMAND}", COMMAND_TYPE) for robot in commanded)

@@ -32,7 +32,7 @@ class Noetic:
     probe = HostModule("swarm_ros1_probe.observe", templates() / "packages/ros1_probe")
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        """The environment, the master on a hub, and the drivers."""
+        """Returns the environment, the master on a hub, and the drivers."""
         master = [release.master_unit(swarm, host, island)] if host.name == island.hub else []
         return Part(
             files=(*release.files(swarm, host, island), *drivers.files(swarm, host)),
@@ -42,7 +42,7 @@ class Noetic:
         )
 
     def programs(self, swarm: Swarm, host: Host) -> Part:
-        """The programs with a launch file or a script each."""
+        """Returns the programs with a launch file or a script each."""
         return Part(
             files=tuple(programs.files(swarm, host)),
             units=tuple(programs.units(swarm, host)),
@@ -57,23 +57,23 @@ class Noetic:
         yield from programs.terminal_scripts(swarm, host)
 
     def master(self, swarm: Swarm, island: Island) -> Master:
-        """The rosmaster of ``island``."""
+        """Returns the rosmaster of ``island``."""
         return Master(swarm.master_uri(island), names.unit(swarm.name, names.MASTER))
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
-        """The driver's node, with one topic per reading."""
+        """Returns the driver's node, with one topic per reading."""
         return graph.driver(swarm, robot)
 
     def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
-        """The program's node; one of a launch file has no known name."""
+        """Returns the program's node; one of a launch file has no known name."""
         return graph.program(swarm, program)
 
     def type_name(self, kind: str) -> str:
-        """The same: a spec has the names of ROS 1."""
+        """Returns the same: a spec has the names of ROS 1."""
         return kind
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
-        """The port of the master."""
+        """Yields the port of the master."""
         yield Listener(island.hub, island.master_port, "the ROS master", master_loc(spec, island))
 
     def install_hints(self, missing: Sequence[str]) -> Iterator[str]:

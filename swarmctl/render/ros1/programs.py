@@ -20,7 +20,7 @@ _TELEOP = "teleop"
 
 
 def files(swarm: Swarm, host: Host) -> Iterator[File]:
-    """What the programs of ``host`` need, their units aside."""
+    """Yields what the programs of ``host`` need, their units aside."""
     programs = swarm.programs_on(host.name)
     if programs:
         yield ros_client()
@@ -37,7 +37,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
 
 
 def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
-    """A script for each program of ``host`` that a person starts at a terminal."""
+    """Yields a script for each program of ``host`` that a person starts at a terminal."""
     for program in swarm.programs_on(host.name):
         if program.declared.use in INTERACTIVE:
             text = render("interactive.bash", home=home(swarm), command=_command(swarm, program))
@@ -45,14 +45,14 @@ def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
 
 
 def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
-    """A unit for each program of ``host`` that runs without a person at a terminal."""
+    """Yields a unit for each program of ``host`` that runs without a person at a terminal."""
     for program in swarm.programs_on(host.name):
         if program.runs_by_itself:
             yield _unit(swarm, host, program)
 
 
 def requires(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    """What must be installed for the programs that the swarm is not complete without."""
+    """Returns what must be installed for the programs that the swarm is not complete without."""
     programs = swarm.programs_on(host.name)
     found = [package(name) for one in programs if not one.declared.optional for name in _packages(one)]
     ours = ["rospy"] if any(one.declared.use for one in programs) else []
@@ -60,7 +60,7 @@ def requires(swarm: Swarm, host: Host) -> tuple[str, ...]:
 
 
 def parameters(program: Program) -> bytes:
-    """What a program reads: its private parameters; one of ours also its node's name and its robots."""
+    """Returns a program's private parameters; those of a shipped one have its node and robots, too."""
     data: dict[str, Any] = dict(program.declared.params)
     if program.declared.use is not None:
         robots = program.commands

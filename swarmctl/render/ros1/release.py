@@ -20,7 +20,7 @@ ROS_CLIENT = "bin/ros-client"
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
-    """What every ROS program on this host runs in; on a hub also what its master runs."""
+    """Yields what every ROS program on this host runs in; on a hub also what its master runs."""
     environment = _environment(swarm, host, island)
     yield File(ENVIRONMENT, render("ros.env", **environment), origin=f"hosts.{host.name}")
     yield File("env/python_logging.conf", shipped_files.text("host/python_logging.conf"))
@@ -31,13 +31,13 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
 
 
 def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
-    """What people source at a terminal to use the ROS of the swarm."""
+    """Returns what people source at a terminal to use the ROS of the swarm."""
     text = render("setup.bash", **_environment(swarm, host, island))
     return File("setup.bash", text, origin=f"hosts.{host.name}")
 
 
 def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
-    """The unit of the ROS master."""
+    """Returns the unit of the ROS master."""
     name = names.unit(swarm.name, names.MASTER)
     text = render(
         "master.service",
@@ -53,12 +53,12 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
 
 
 def ros_client() -> File:
-    """The script that restarts a program when its master restarts."""
+    """Returns the script that restarts a program when its master restarts."""
     return File(ROS_CLIENT, shipped_files.text("host/ros-client"), 0o755)
 
 
 def service_values(swarm: Swarm) -> dict[str, Any]:
-    """The template values that all units of this swarm share."""
+    """Returns the template values that all units of this swarm share."""
     return {
         "swarm": swarm.name,
         "home": home(swarm),
@@ -68,7 +68,7 @@ def service_values(swarm: Swarm) -> dict[str, Any]:
 
 
 def home(swarm: Swarm) -> str:
-    """The swarm's folder on every host."""
+    """Returns the swarm's folder on every host."""
     return f"{ROOT}/{swarm.name}"
 
 

@@ -14,7 +14,7 @@ PACKAGE = package("rosserial_python")
 
 
 def launch_file(robot: Robot) -> File:
-    """The launch file with its port, for the unit and for people."""
+    """Returns the launch file with its port, for the unit and for people."""
     text = render(
         "rosserial.launch",
         group=robot.namespace[1:],
@@ -26,6 +26,6 @@ def launch_file(robot: Robot) -> File:
 
 
 def unit_file(swarm: str, robot: Robot, sketch: RosserialProtocol, common: dict[str, Any]) -> File:
-    """The unit. It does not stop the motors when it ends: the sketch does."""
+    """Returns the unit. It does not stop the motors when it ends: the sketch does."""
     text = render("rosserial.service", **common, firmware_timeout=sketch.firmware_timeout)
     return File(f"units/{names.unit(swarm, robot.name)}", text, origin=f"robots.{robot.name}")
