@@ -18,7 +18,7 @@ from swarm_teleop.gamepad import WAITING, Hand, Pad, Settings, look
 
 
 class Stick(Protocol):
-    """A joystick, wherever it is; ``trouble`` is why there is none."""
+    """A joystick from any source; ``trouble`` is why there is none."""
 
     trouble: str
 
@@ -27,7 +27,7 @@ class Stick(Protocol):
 
 
 class Pilot:
-    """Looks at the joystick, and says on stderr when its state changes."""
+    """Reads the joystick, and prints changes of its state to stderr."""
 
     def __init__(self, settings: Settings, robots: tuple[str, ...], stick: Stick) -> None:
         self._settings = settings

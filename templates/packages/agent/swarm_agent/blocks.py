@@ -17,7 +17,7 @@ def _markers(swarm: str) -> tuple[bytes, bytes]:
 
 
 def _find(original: bytes, swarm: str) -> tuple[int, int, int, int] | None:
-    """Where the block begins, where its text begins and ends, and where the block ends."""
+    """Returns the offsets of the block, of the begin and end of its text, and of its end."""
     begin, end = _markers(swarm)
     first = re.search(rb"^" + re.escape(begin) + rb"\r?(?:\n|\Z)", original, re.MULTILINE)
     last = re.search(rb"^" + re.escape(end) + rb"\r?(?:\n|\Z)", original, re.MULTILINE)
@@ -32,13 +32,13 @@ def _find(original: bytes, swarm: str) -> tuple[int, int, int, int] | None:
 
 
 def text_in(original: bytes, swarm: str) -> bytes | None:
-    """The text between the markers, or None if there is no block."""
+    """Returns the text between the markers, or None if there is no block."""
     found = _find(original, swarm)
     return None if found is None else original[found[1] : found[2]]
 
 
 def without(original: bytes, swarm: str) -> bytes:
-    """The file without the block."""
+    """Returns the file without the block."""
     found = _find(original, swarm)
     if found is None:
         return original

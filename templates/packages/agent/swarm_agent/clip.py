@@ -1,4 +1,4 @@
-"""Shortens what comes from others to texts that fit into an answer."""
+"""Shortens text from others so that it fits into an answer."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ from typing import Any
 
 
 def clipped(value: Any, longest: int = 200) -> str:
-    """``value`` as text of at most ``longest`` characters."""
+    """Returns ``value`` as text of at most ``longest`` characters."""
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     return text if len(text) <= longest else text[: longest - 3] + "..."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class RefusedError(Exception):
-    """The request cannot be met; nothing, or nothing that was not undone, has changed."""
+    """The request is rejected; nothing has changed, or every change was undone."""
 
     kind = "refused"
 
@@ -15,7 +15,7 @@ class RefusedError(Exception):
 
 
 class FailedError(RefusedError):
-    """The agent tried and could not."""
+    """The agent failed while it carried out the request."""
 
     kind = "failed"
 

@@ -9,7 +9,7 @@ from typing import Any, Iterator
 
 
 def sync(path: str) -> None:
-    """Bring a file, or the names in a folder, to the disk."""
+    """Writes a file, or the names in a folder, through to the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -18,7 +18,7 @@ def sync(path: str) -> None:
 
 
 def read(path: str) -> bytes | None:
-    """The file's content, or None if there is no such file."""
+    """Returns the file's content, or None if there is no such file."""
     try:
         with open(path, "rb") as file:
             return file.read()
@@ -32,7 +32,7 @@ def digest_of(content: bytes) -> str:
 
 
 def write_new(path: str, content: bytes, mode: int) -> None:
-    """Make a file that must not exist yet."""
+    """Writes a file that must not exist yet."""
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
     with os.fdopen(descriptor, "wb") as file:
         os.fchmod(descriptor, mode)
@@ -40,7 +40,7 @@ def write_new(path: str, content: bytes, mode: int) -> None:
 
 
 def replace(path: str, content: bytes, like: os.stat_result | None = None, mode: int = 0o644) -> None:
-    """Put ``content`` at ``path``, all at once; owner and mode as in ``like``, else root's and ``mode``."""
+    """Writes ``content`` to ``path`` atomically; owner and mode as in ``like``, else root's and ``mode``."""
     draft = "{}/.{}.swarm-new".format(*os.path.split(path))
     remove(draft)
     write_new(draft, content, like.st_mode & 0o7777 if like else mode)
@@ -52,7 +52,7 @@ def replace(path: str, content: bytes, like: os.stat_result | None = None, mode:
 
 
 def point(path: str, target: str) -> None:
-    """Make ``path`` a symbolic link to ``target``, all at once."""
+    """Makes ``path`` a symbolic link to ``target``, atomically."""
     draft = "{}/.{}.swarm-new".format(*os.path.split(path))
     remove(draft)
     os.symlink(target, draft)
@@ -61,7 +61,7 @@ def point(path: str, target: str) -> None:
 
 
 def pointed(path: str) -> str | None:
-    """Where the symbolic link at ``path`` leads, or None if there is none."""
+    """Returns the target of the symbolic link at ``path``, or None if there is none."""
     try:
         return os.readlink(path)
     except OSError:
@@ -69,7 +69,7 @@ def pointed(path: str) -> str | None:
 
 
 def remove(path: str) -> bool:
-    """Remove a file or link; whether there was one."""
+    """Removes a file or link. Returns whether there was one."""
     try:
         os.unlink(path)
     except FileNotFoundError:
@@ -78,7 +78,7 @@ def remove(path: str) -> bool:
 
 
 def read_json(path: str) -> Any:
-    """The JSON value at ``path``, or None if there is no file or it is damaged."""
+    """Returns the JSON value at ``path``, or None if there is no file or it is damaged."""
     content = read(path)
     try:
         return None if content is None else json.loads(content.decode("utf-8"))
@@ -92,7 +92,7 @@ def write_json(path: str, value: Any) -> None:
 
 
 def walk(root: str) -> Iterator[str]:
-    """Every file and link below ``root``, relative to it."""
+    """Yields every file and link below ``root``, relative to it."""
     for folder, folders, names in os.walk(root):
         links = [name for name in folders if os.path.islink(os.path.join(folder, name))]
         for name in sorted(names + links):

@@ -21,7 +21,7 @@ def _path(home: Home) -> str:
 
 
 def held_for(home: Home, request: Locking) -> ContextManager[None]:
-    """Hold the lock for the operator of ``request``, who waits for it as long as they want, at most 60 s."""
+    """Holds the lock for the operator of ``request``, and waits for it as requested, at most 60 s."""
     return held(home, operator_in(request), min(float(request.get("wait", 2)), 60))
 
 
@@ -73,7 +73,7 @@ def _taken(descriptor: int, home: Home) -> bool:
 
 
 def holder(home: Home) -> str | None:
-    """Who holds the lock now, or None."""
+    """Returns who holds the lock now, or None."""
     try:
         descriptor = os.open(_path(home), os.O_RDONLY | os.O_CLOEXEC)
     except FileNotFoundError:

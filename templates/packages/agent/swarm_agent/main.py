@@ -13,7 +13,7 @@ from .rpc import Report, requests
 
 
 def serve(nonce: str) -> None:
-    """Answer the requests on standard input until it ends."""
+    """Answers the requests on standard input until it ends."""
     os.umask(0o022)
     os.chdir("/")
     # An invalid request ends the agent: the start of the next one is unknown.

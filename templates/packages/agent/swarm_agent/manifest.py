@@ -156,7 +156,7 @@ def _places(raw: Any, files: Iterable[str], allowed: re.Pattern[str], what: str)
 
 
 def parse(content: bytes, digest: str) -> Manifest:
-    """The manifest with these bytes, whose name they must be."""
+    """Returns the manifest with these bytes, whose digest must match. Raises ``RefusedError``."""
     _require(digest_of(content)[: len(digest)] == digest, f"the manifest is not that of release {digest}")
     raw = json.loads(content.decode("utf-8"))
     _require(raw.get("format") == FORMAT, "a manifest of format {!r}".format(raw.get("format")))

@@ -22,9 +22,9 @@ _MOST_FOLDERS = 20000
 
 
 def found(requires: Iterable[str], outside: Callable[[str], str]) -> dict[str, str | None]:
-    """Where each ``package:NAME`` and ``workspace:PATH`` lies, or None; other requirements are left alone.
+    """Returns where each ``package:NAME`` and ``workspace:PATH`` is, or None; ignores other requirements.
 
-    ``outside`` gives the place at which a path of the host is to be read.
+    ``outside`` returns the place at which a path of the host is read.
     """
     wanted = list(requires)
     workspaces = [one[len(WORKSPACE) :] for one in wanted if one.startswith(WORKSPACE)]
@@ -37,7 +37,7 @@ def found(requires: Iterable[str], outside: Callable[[str], str]) -> dict[str, s
 
 
 def space(workspace: str, outside: Callable[[str], str]) -> str | None:
-    """The space of a workspace that has been built: its devel, its install, or the folder itself."""
+    """Returns the space of a built workspace: its devel, its install, or the folder itself."""
     for path in (*(f"{workspace}/{name}" for name in SPACES), workspace):
         if os.path.isfile(outside(f"{path}/setup.sh")):
             return path

@@ -1,4 +1,4 @@
-"""What a host's preparation finds here: programs beside ROS, the clock, wireless interfaces."""
+"""The state of a host beside ROS: installed programs, the clock, wireless interfaces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def found(wants: Iterable[str], outside: Outside) -> dict[str, str | None]:
 
 
 def standing(has: dict[str, str | None], outside: Outside) -> Prepared:
-    """How things stand that the programs in ``has`` look after."""
+    """Returns the state of what the programs in ``has`` manage."""
     states: Prepared = {}
     if "chronyd" in has:
         states["clock"] = _clock()
@@ -53,7 +53,7 @@ def _clock() -> Literal["follows", "alone", "borrowed"]:
 
 
 def _wireless(outside: Outside) -> list[str]:
-    """The wireless interfaces: those with a radio behind them."""
+    """Returns the wireless interfaces: those with a radio."""
     folder = outside("/sys/class/net")
     try:
         names = sorted(os.listdir(folder))
@@ -63,7 +63,7 @@ def _wireless(outside: Outside) -> list[str]:
 
 
 def _power_save(iw: str | None, interface: str) -> str:
-    """``on``, ``off``, or empty if it cannot be read."""
+    """Returns ``on``, ``off``, or empty text if it cannot be read."""
     if iw is None:
         return ""
     command = [iw, "dev", interface, "get", "power_save"]

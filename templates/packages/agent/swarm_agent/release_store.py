@@ -51,11 +51,11 @@ class Home(NamedTuple):
         return f"{self.path}/releases/{digest}"
 
     def outside(self, path: str) -> str:
-        """Where an absolute path of a manifest is."""
+        """Returns the real path of an absolute path of a manifest."""
         return self.prefix + path
 
     def through_current(self, relative: str) -> str:
-        """What a link to a file of the current release says."""
+        """Returns the target of a link to a file of the current release."""
         return f"{ROOT}/{self.swarm}/current/{relative}"
 
     def prepare(self) -> None:
@@ -64,7 +64,7 @@ class Home(NamedTuple):
             os.makedirs(folder, 0o755, exist_ok=True)
 
     def current(self) -> str | None:
-        """The digest of the current release, or None."""
+        """Returns the digest of the current release, or None."""
         target = files.pointed(self.current_link)
         return None if target is None else os.path.basename(target)
 
@@ -85,7 +85,7 @@ class Home(NamedTuple):
         return parse(content, digest)
 
     def known_manifest(self, digest: str | None) -> Manifest | None:
-        """The same, or None if it is missing or damaged."""
+        """Returns the manifest of a stored release, or None if it is missing or damaged."""
         try:
             return self.manifest(digest)
         except (RefusedError, ValueError, LookupError, TypeError):
@@ -105,7 +105,7 @@ class Home(NamedTuple):
         return found
 
     def record(self) -> dict[str, Any]:
-        """The last transaction, or an empty dict."""
+        """Returns the last transaction, or an empty dict."""
         record = files.read_json(self.record_file)
         return record if isinstance(record, dict) else {}
 
@@ -116,12 +116,12 @@ class Home(NamedTuple):
 
 
 def home_of(swarm: Any) -> Home:
-    """The folder of the swarm that a request names; the name is checked."""
+    """Returns the folder of the swarm in a request. Raises ``RefusedError`` for an invalid name."""
     return Home(swarm_name(swarm), os.environ.get("SWARM_PREFIX", ""))
 
 
 def unwritable(home: Home, error: OSError) -> RefusedError:
-    """The refusal of a disk that takes nothing."""
+    """Returns the error for a disk that cannot be written."""
     return RefusedError(
         f"{home.path} cannot be written: {error.strerror}", "is the file system read-only, or full?"
     )

@@ -73,13 +73,13 @@ class Report:
         self._before: dict[int, Any] = {}
 
     def detach(self) -> None:
-        """From here on finish what has begun: no hang-up, no closed pipe and no Ctrl-C ends it."""
+        """From here on finishes what has begun: no hang-up, closed pipe or Ctrl-C ends it."""
         self._detached = True
         for number in (signal.SIGHUP, signal.SIGPIPE, signal.SIGINT, signal.SIGTERM):
             self._before[number] = signal.signal(number, signal.SIG_IGN)
 
     def close(self) -> None:
-        """The request is dealt with: signals may end the agent again."""
+        """Ends the request: signals may end the agent again."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
 

@@ -43,7 +43,7 @@ def states(home: Home, names: Iterable[str], values: dict[str, bytes]) -> dict[s
 
 
 def keep(home: Home, values: dict[str, bytes]) -> None:
-    """Put the values where root finds them."""
+    """Stores the values in files for root alone."""
     os.makedirs(os.path.dirname(_folder(home)), 0o755, exist_ok=True)
     os.makedirs(_folder(home), 0o700, exist_ok=True)
     for name, value in values.items():
@@ -51,7 +51,7 @@ def keep(home: Home, values: dict[str, bytes]) -> None:
 
 
 def forget(home: Home, but: Iterable[str] = ()) -> None:
-    """Remove every secret that is not named, and the folders when they are empty."""
+    """Removes every secret that is not named, and empty folders."""
     folder = _folder(home)
     if not os.path.isdir(folder):
         return

@@ -82,7 +82,7 @@ def check_space(home: Home, manifest: Manifest) -> None:
 
 
 def stage(home: Home, txid: str, manifest: Manifest, content: bytes, found: dict[str, bytes]) -> str:
-    """Write the release to a folder of its own, all of it on the disk. Returns that folder."""
+    """Writes the release to a folder of its own and syncs it. Returns that folder."""
     folder = os.path.join(home.staging, txid)
     os.mkdir(folder, 0o755)
     for path, entry in manifest.files.items():
@@ -121,7 +121,7 @@ def verify(folder: str, manifest: Manifest) -> None:
 
 
 def publish(home: Home, folder: str, digest: str, manifest: Manifest) -> None:
-    """Give the staged folder its name. A damaged release of that name is repaired file by file."""
+    """Gives the staged folder its name. A damaged release of that name is repaired file by file."""
     release = home.release(digest)
     if os.path.isdir(release):
         _repair(home, folder, digest, manifest)

@@ -23,12 +23,12 @@ _WITH_LINKS = (".wants", ".requires", ".d")
 
 
 def absent(home: Home) -> list[str]:
-    """The places of programs that this host does not have."""
+    """Returns the folders and files of programs that this host does not have."""
     return [place for place in OF_PROGRAMS if not os.path.exists(home.outside(place))]
 
 
 def _our_links(home: Home) -> Iterator[str]:
-    """Every link on the host that leads into this swarm's current release."""
+    """Yields every link on the host into this swarm's current release."""
     ours = home.through_current("")
     for folder in LINK_FOLDERS:
         for path in _entries(home, folder):
@@ -60,7 +60,7 @@ def _link_state(home: Home, path: str, source: str) -> LinkDrift | None:
 
 
 def link_deviations(home: Home, wanted: dict[str, str]) -> dict[str, LinkDrift]:
-    """``missing``, ``changed``, ``foreign`` (in the way, not ours) or ``extra``, by path."""
+    """Returns ``missing``, ``changed``, ``foreign`` (in the way, not ours) or ``extra``, by path."""
     nowhere = absent(home)
     found: dict[str, LinkDrift] = {}
     for path, source in wanted.items():
@@ -72,13 +72,13 @@ def link_deviations(home: Home, wanted: dict[str, str]) -> dict[str, LinkDrift]:
 
 
 def block_texts(home: Home) -> dict[str, bytes | None]:
-    """The text of our block in each file that may have one."""
+    """Returns the text of our block in each file that may have one."""
     contents = {path: files.read(home.outside(path)) or b"" for path in BLOCK_FILES}
     return {path: blocks.text_in(content, home.swarm) for path, content in contents.items()}
 
 
 def block_deviations(home: Home, digest: str | None, manifest: Manifest) -> dict[str, BlockDrift]:
-    """``missing``, ``changed``, ``broken`` (markers lost) or ``extra``, by path."""
+    """Returns ``missing``, ``changed``, ``broken`` (markers lost) or ``extra``, by path."""
     found: dict[str, BlockDrift] = {}
     for path, wanted in _wanted_blocks(home, digest, manifest):
         try:
@@ -136,7 +136,7 @@ def put_links(home: Home, manifest: Manifest) -> list[str]:
 
 
 def put_blocks(home: Home, digest: str | None, manifest: Manifest) -> list[str]:
-    """Make the blocks be those of the release; the paths that changed."""
+    """Writes the blocks of the release. Returns the paths that changed."""
     changed = []
     for path, text in _wanted_blocks(home, digest, manifest):
         place = os.path.realpath(home.outside(path))

@@ -80,13 +80,13 @@ def states(units: Sequence[str]) -> dict[str, UnitState]:
 
 
 def running(units: Sequence[str]) -> list[str]:
-    """Those of ``units`` that run or are about to."""
+    """Returns those of ``units`` that run or start."""
     known = states(units)
     return [unit for unit in units if known[unit]["active"] not in ("inactive", "failed")]
 
 
 def stop(units: Sequence[str]) -> None:
-    """Stop them together; a unit unknown to systemd counts as stopped."""
+    """Stops units together; a unit unknown to systemd counts as stopped."""
     known = states(units)
     loaded = [u for u in units if known[u]["load"] != "not-found" or known[u]["active"] != "inactive"]
     if loaded:
@@ -113,7 +113,7 @@ def start(units: Sequence[str]) -> None:
 
 
 def _last_words(unit: str) -> str:
-    """The last log messages of a unit, on one line, without those of systemd itself."""
+    """Returns the last log messages of a unit, on one line, without those of systemd itself."""
     command = ["journalctl", "--unit", unit, "--lines=40", "--output=json", "--no-pager", "--boot"]
     try:
         entries = [json.loads(line) for line in _call(command, 10).splitlines()]
@@ -124,20 +124,20 @@ def _last_words(unit: str) -> str:
 
 
 def journal(unit: str, since: float) -> str:
-    """The log of a unit since then (s since 1970)."""
+    """Returns the log of a unit since ``since`` (s since 1970)."""
     span = f"--since=@{since:.6f}"
     return _call(["journalctl", "--unit", unit, span, "--output=cat", "--no-pager", "--boot"], 20)
 
 
 def forget(units: Sequence[str]) -> None:
-    """Let systemd drop what it remembers of units that are gone: a failure keeps them listed."""
+    """Resets failed units that no longer exist: systemd lists them otherwise."""
     failed = [unit for unit, state in states(units).items() if state["active"] == "failed"]
     if failed:
         _call(["systemctl", "reset-failed", "--", *failed], 20)
 
 
 def reload(home: Home, daemons: Sequence[str]) -> None:
-    """Let them read their files again; udev applies its rules to the devices present."""
+    """Makes daemons read their files again; udev applies its rules to the devices present."""
     if "systemd" in daemons:
         _call(["systemctl", "daemon-reload"], 90)
     if "udev" in daemons and os.path.exists(home.outside("/run/udev/control")):

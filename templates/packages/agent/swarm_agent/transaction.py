@@ -41,7 +41,7 @@ class Change(NamedTuple):
 
 
 class _Business(NamedTuple):
-    """What a transaction does to units and daemons, its own and what it took over."""
+    """What a transaction does to units and daemons, and what it took over from an earlier one."""
 
     prev: str | None
     touched: list[str]
@@ -173,7 +173,7 @@ def _forward(
 def _undo(
     home: Home, business: _Business, entry: dict[str, Any], cause: Exception, report: Report
 ) -> FailedError:
-    """Go back to the release before, and start again what ran before. The error to report."""
+    """Goes back to the release before, and starts again what ran before. Returns the error to report."""
     report.note(f"undoing: {cause}")
     try:
         _back(home, business)
@@ -222,7 +222,7 @@ def _entry(change: Change, business: _Business, history: list[str]) -> dict[str,
 
 
 def _stale_daemons(before: Manifest | None, after: Manifest) -> list[str]:
-    """The daemons that read a file through ``current`` whose content changes with the flip."""
+    """Returns the daemons that read a file through ``current`` whose content changes."""
     if before is None:
         return ["systemd", "udev"]
     changed = [
@@ -238,7 +238,7 @@ def _daemons_of(paths: Sequence[str]) -> list[str]:
 
 
 def _collect(home: Home, kept: Sequence[str]) -> None:
-    """Remove old releases, never the current one."""
+    """Removes old releases, never the current one."""
     for digest in home.releases():
         if digest not in kept and digest != home.current():
             shutil.rmtree(home.release(digest), ignore_errors=True)

@@ -10,7 +10,7 @@ from typing import Callable, Mapping
 
 
 class Notifier:
-    """Talks to the socket that systemd names in the environment."""
+    """Writes to the socket that systemd names in the environment."""
 
     def __init__(
         self, environment: Mapping[str, str] = os.environ, clock: Callable[[], float] = time.monotonic
@@ -29,7 +29,10 @@ class Notifier:
         self._send("READY=1")
 
     def beat(self) -> None:
-        """Show systemd that the loop is alive; called at will, sent as often as systemd wants."""
+        """Notifies systemd that the loop is alive, as often as its watchdog requires.
+
+        May be called more often.
+        """
         now = self._clock()
         if self.interval is not None and now - self._last_beat >= self.interval:
             self._last_beat = now

@@ -9,17 +9,17 @@ from swarm_common.xmlrpc import PeerError
 
 
 def counted(data: bytes) -> bytes:
-    """A string: its length comes first."""
+    """Returns a string with its length before it."""
     return struct.pack("<I", len(data)) + data
 
 
 def packed(fields: dict[str, str]) -> bytes:
-    """A connection header."""
+    """Returns a connection header."""
     return counted(b"".join(counted(f"{name}={value}".encode()) for name, value in fields.items()))
 
 
 async def read_header(reader: asyncio.StreamReader, largest: int) -> dict[str, str]:
-    """The fields of the peer's connection header. Raises ``PeerError``."""
+    """Returns the fields of the peer's connection header. Raises ``PeerError``."""
     size = number(await reader.readexactly(4))
     if size > largest:
         raise PeerError("what answers there does not speak TCPROS")

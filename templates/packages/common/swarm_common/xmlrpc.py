@@ -21,15 +21,15 @@ PIECE = 64 << 10  # bytes
 
 
 class PeerError(Exception):
-    """What a peer did wrong, for people."""
+    """A fault of a peer, as text for people."""
 
 
 class NonsenseError(PeerError):
-    """The peer answers, but not as ROS does: no use to ask again at once."""
+    """The peer answers, but not as ROS does; repeating the call is useless."""
 
 
 async def post(uri: str, body: bytes, names: Names, largest: int) -> bytes:
-    """The body of the reply to an XML-RPC document, of at most ``largest`` bytes. Wrap it in ``bounded``."""
+    """Returns the body of the reply to an XML-RPC document, at most ``largest`` bytes. Needs ``bounded``."""
     host, port = place_of(uri)
     head = ("POST /RPC2 HTTP/1.0", f"Host: {host}", "Content-Type: text/xml", f"Content-Length: {len(body)}")
     reader, writer = await asyncio.open_connection(await names.address_of(host), port, limit=PIECE)
@@ -67,7 +67,7 @@ async def within(seconds: float, work: Awaitable[T]) -> T:
 
 
 def place_of(uri: str) -> tuple[str, int]:
-    """Host and port of a URI, ``http://host:port/``. Raises ``NonsenseError``."""
+    """Returns host and port of a URI, ``http://host:port/``. Raises ``NonsenseError``."""
     try:
         parts = urlsplit(uri)
         host, port = parts.hostname, parts.port
@@ -133,7 +133,7 @@ async def _reply(reader: asyncio.StreamReader, largest: int) -> bytes:
 
 
 def length_in(lines: Sequence[bytes]) -> int | None:
-    """The Content-Length in the lines of an HTTP header, or None."""
+    """Returns the Content-Length in the lines of an HTTP header, or None."""
     for line in lines:
         name, _, value = line.partition(b":")
         value = value.strip()
@@ -143,7 +143,7 @@ def length_in(lines: Sequence[bytes]) -> int | None:
 
 
 def loads(document: bytes) -> tuple[tuple[Any, ...], str | None]:
-    """Arguments and method of an XML-RPC document. Raises Fault where it is one, else ``NonsenseError``."""
+    """Returns arguments and method of an XML-RPC document. Raises ``Fault`` or ``NonsenseError``."""
     # A document type can define entities, which grow without bound. UTF-16, which could hide it, has zeros.
     if b"<!" in document or b"\0" in document:
         raise NonsenseError("the answer is XML with a document type")

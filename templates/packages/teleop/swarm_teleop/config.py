@@ -13,7 +13,7 @@ SETTINGS = Path(__file__).parent.parent / "settings.yaml"
 
 
 class ConfigError(Exception):
-    """What is wrong with a parameter file, and where in it."""
+    """An invalid parameter file: what is wrong, and where in it."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def resolved(params: Mapping[str, Any], known: Mapping[str, Any]) -> Mapping[str
 
 
 def takes(setting: Mapping[str, Any], value: Any) -> bool:
-    """Whether a setting takes a value: of its default's type, in its bounds; whole numbers are numbers."""
+    """Returns True if the setting accepts a value: of the type of its default, within its bounds."""
     default = setting["default"]
     if isinstance(default, str):
         return isinstance(value, str) and re.fullmatch(setting["pattern"], value) is not None

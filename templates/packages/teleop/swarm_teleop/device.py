@@ -39,7 +39,7 @@ class Device:
         self._pad: Pad | None = None
 
     def poll(self) -> Pad | None:
-        """The joystick as it is now; nothing while it is away. Does not wait."""
+        """Returns the present state of the joystick; None while it is away. Does not wait."""
         try:
             if self._file is None and self._clock() >= self._next_try:
                 self._file = os.open(self.path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)

@@ -17,7 +17,7 @@ Wanted = Tuple[Optional[Twist], Optional[int]]
 
 
 class EndedError(BaseException):
-    """Somebody wants the program to end before it drives. Not an Exception, so that no library takes it."""
+    """A request to end before the program drives. Not an Exception, so that no library catches it."""
 
 
 class Ending:

@@ -1,4 +1,4 @@
-"""What a joystick's state means: drive so, or stand still, and why. Pure."""
+"""Translates the state of a joystick: drive or stand still, and why. Pure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ READY = "ready: hold the dead-man button to drive"
 
 @dataclass(frozen=True)
 class Settings:
-    """As in settings.yaml, which says what each is for."""
+    """The settings of settings.yaml, which describes each."""
 
     topic: str
     device: str
@@ -36,7 +36,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Pad:
-    """A joystick: ``seen`` is when it last proved to be there, ``changed`` when anything on it moved, s."""
+    """A joystick. ``seen``: when it last proved to be there; ``changed``: when anything on it moved; in s."""
 
     axes: tuple[float, ...]
     buttons: tuple[int, ...]
@@ -44,7 +44,7 @@ class Pad:
     changed: float
 
     def held(self, button: int) -> bool | None:
-        """Whether a button is held; nothing if there is no such button."""
+        """Returns whether a button is held; None if there is no such button."""
         return bool(self.buttons[button]) if 0 <= button < len(self.buttons) else None
 
 
@@ -56,7 +56,7 @@ def noticed(before: Pad | None, axes: Sequence[float], buttons: Sequence[int], n
 
 @dataclass(frozen=True)
 class Hand:
-    """What is remembered from look to look. Not ``armed``: the dead-man button must be let go first."""
+    """The state between two readings. Not ``armed``: the dead-man button must be released first."""
 
     armed: bool = False
     selecting: bool = False
@@ -66,7 +66,7 @@ class Hand:
 def look(
     settings: Settings, robots: Sequence[str], hand: Hand, pad: Pad | None, now: float
 ) -> tuple[Hand, Twist | None, str]:
-    """The hand after a look at the joystick, what it wants (nothing: let go), and the state in words."""
+    """Returns the state after a reading, the wanted twist (None: stop), and the state as text."""
     if pad is None:
         return replace(hand, armed=False), None, WAITING
     if fault := _fault(settings, pad, now):

@@ -36,7 +36,7 @@ _KEY = re.compile(rb"\x1b[\[O](?P<arrow>[A-D])|\x1b\[[ -?]*[^ -?]|\x1bO.|\x1b(?=
 
 @dataclass(frozen=True)
 class Settings:
-    """As in settings.yaml, which says what each is for, and how far speeds can be changed."""
+    """The settings of settings.yaml, which describes each, and the range of speeds."""
 
     speed: float
     turn: float
@@ -51,7 +51,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Keys:
-    """What was pressed, as far as it matters. ``held`` is a key of MOVES, ``until`` when it is let go."""
+    """The state of the keyboard. ``held`` is a key of MOVES, ``until`` when it counts as released."""
 
     speed: float
     turn: float
@@ -60,7 +60,7 @@ class Keys:
     chosen: int | None = None
 
     def twist(self, now: float) -> Twist | None:
-        """What the keys want; nothing when none is held."""
+        """Returns the wanted twist; None if no key is held."""
         if not self.held or now >= self.until:
             return None
         x, th = MOVES[self.held]
@@ -68,7 +68,7 @@ class Keys:
 
 
 def decoded(data: bytes) -> tuple[list[str], bytes]:
-    """The keys in what a terminal sent, and the beginning of a sequence whose end is still to come."""
+    """Returns the keys in what a terminal sent, and the beginning of an incomplete sequence."""
     keys, place = [], 0
     while place < len(data):
         found = _KEY.match(data, place)
@@ -81,7 +81,7 @@ def decoded(data: bytes) -> tuple[list[str], bytes]:
 
 
 def pressed(settings: Settings, robots: int, keys: Keys, new: list[str], now: float) -> Keys:
-    """After ``new`` keys came, all at once."""
+    """Returns the state after ``new`` keys arrived at once."""
     if len(new) > BURST:
         return replace(keys, held="")
     for key in new:
@@ -111,7 +111,7 @@ def _within(bounds: tuple[float, float], value: float) -> float:
 
 
 def line(robots: tuple[str, ...], keys: Keys, now: float, width: int) -> str:
-    """The state on one line of a terminal."""
+    """Returns the state as one line of a terminal."""
     whom = ", ".join(robots) if keys.chosen is None else robots[keys.chosen]
     state = f"drives ({keys.held})" if keys.twist(now) else "stopped"
     text = f"{state:14} speed {keys.speed:.2f} m/s  turn {keys.turn:.2f} rad/s  {whom}"

@@ -1,4 +1,4 @@
-"""The one module that knows ROS 1: commands go out as Twist, a joystick comes in as Joy."""
+"""The one module that knows ROS 1: publishes commands as Twist, subscribes to a joystick as Joy."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class JoyTopic:
         rospy.Subscriber(topic, Joy, self._take, queue_size=1, tcp_nodelay=True)
 
     def poll(self) -> Pad | None:
-        """The joystick as it last was; nothing before its first message."""
+        """Returns the last state of the joystick; None before its first message."""
         return self._pad
 
     def _take(self, message: Any) -> None:

@@ -45,7 +45,7 @@ class Terminal:
         return shutil.get_terminal_size().columns or _WIDTH
 
     def read(self, seconds: float) -> bytes | None:
-        """What was typed within that time; nothing at all once the terminal is gone."""
+        """Returns what was typed within that time; None once the terminal is gone."""
         ready, _, _ = select.select([self._in], [], [], seconds)
         if not ready:
             return b""
@@ -55,7 +55,7 @@ class Terminal:
             return None
 
     def show(self, text: str) -> None:
-        """Replace the line that was shown."""
+        """Replaces the shown line."""
         if text != self._shown:
             self._shown = text
             self._write(f"\r\x1b[K{text}")
