@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from swarm_agent.messages import GraphRequest, NodeRequest, ProbeRequest
+from swarm_agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
 
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.swarm.topics import DIAGNOSTICS, DriverTopic

@@ -60,7 +60,7 @@ class Middleware(Protocol):
     def probe(self) -> HostModule:
         """The module that observes the graph for ``swarmctl status``, as a part of the agent of each host.
 
-        Its function ``observe(request, answer)`` fills in the ``GraphAnswer`` of ``swarm_agent.messages``. It
+        Its function ``observe(request, answer)`` fills in a ``swarm_agent.probe_messages.GraphAnswer``. It
         and what it imports of its package run on Python 3.8 with the standard library and ``swarm_agent``.
         """
 

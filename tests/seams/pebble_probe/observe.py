@@ -9,7 +9,7 @@ from swarm_agent.clip import clipped
 from . import daemon
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import GraphAnswer, NodeAnswer, NodeRequest, ProbeRequest, StatusAnswer
+    from swarm_agent.probe_messages import GraphAnswer, NodeAnswer, NodeRequest, ProbeRequest, StatusAnswer
 
 
 def observe(request: ProbeRequest, answer: GraphAnswer) -> None:

@@ -15,7 +15,7 @@ from swarm_common.tcpros import Cursor, number, packed, read_header
 from swarm_common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import StatusAnswer
+    from swarm_agent.probe_messages import StatusAnswer
 
 CALLER = "/swarmctl_probe"
 CALL_SECONDS = 2.0

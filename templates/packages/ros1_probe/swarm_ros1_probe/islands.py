@@ -17,7 +17,7 @@ from swarm_common.xmlrpc import PeerError, place_of
 from swarm_ros1_probe import client
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import GraphRequest, IslandsAnswer, StrangerAnswer
+    from swarm_agent.probe_messages import GraphRequest, IslandsAnswer, StrangerAnswer
 
 _MOST_TOPICS = 1000
 _MOST_NODES = 1000  # that are looked up

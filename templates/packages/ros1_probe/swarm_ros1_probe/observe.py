@@ -15,7 +15,7 @@ from swarm_common.xmlrpc import PeerError, place_of
 from swarm_ros1_probe import client, islands
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import (
+    from swarm_agent.probe_messages import (
         GraphAnswer,
         GraphRequest,
         MasterAnswer,

@@ -21,7 +21,7 @@ from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
 if TYPE_CHECKING:
-    from swarm_agent.messages import ProbeAnswer, ProbeRequest
+    from swarm_agent.probe_messages import ProbeAnswer, ProbeRequest
 
 _MOST_NAMES = 20  # adapters on one host
 _SERIAL_GROUP = "dialout"
