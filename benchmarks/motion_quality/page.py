@@ -39,7 +39,7 @@ software alone: on a floor wheels slip, and a robot needs calibration
 The command exits with 1 if a robot is beyond a bound.
 """
 
-FORMULAS_SAID = """\
+FORMULAS_TEXT = """\
 ## The papers' formulas
 
 The command for a wheel in the robot's units, v in m/s and ω in rad/s, truncated to a whole number; the upper
@@ -71,7 +71,7 @@ def page(
 ) -> str:
     """The rows by robot, the formulas by type, and why a type is left out."""
     parts = [INTRODUCTION, *(f"## {name}\n\n{table(rows)}" for name, rows in results.items())]
-    parts.append("".join([FORMULAS_SAID, *map(_formula, formulas.items())]))
+    parts.append("".join([FORMULAS_TEXT, *map(_formula, formulas.items())]))
     if left_out:
         parts.append("## Left out\n\n" + "".join(f"- {name}: {why}.\n" for name, why in left_out.items()))
     return "\n".join(parts)

@@ -21,7 +21,7 @@ from tests import ROOT
 from tests.health.swarm_values import RUNNING
 
 SPEC = ROOT / "tests/render/programs.yaml"
-SAID = """\
+DECLARED = """\
     publishes: [{topic: scan, type: sensor_msgs/LaserScan}]
     subscribes: [{topic: odom, type: nav_msgs/Odometry}]
 """
@@ -30,7 +30,7 @@ SAID = """\
 @pytest.fixture(scope="module")
 def graph(tmp_path_factory: pytest.TempPathFactory) -> ExpectedGraph:
     spec = tmp_path_factory.mktemp("spec") / "swarm.yaml"
-    spec.write_text(SPEC.read_text("utf-8").replace("    memory_mb: 100\n", SAID), "utf-8")
+    spec.write_text(SPEC.read_text("utf-8").replace("    memory_mb: 100\n", DECLARED), "utf-8")
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
     releases = {

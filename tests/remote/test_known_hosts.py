@@ -162,7 +162,7 @@ def test_names_that_openssh_hashed_are_found_and_replaced(tmp_path: Path) -> Non
 
 @needs_ssh_keygen
 @pytest.mark.parametrize(
-    ("address", "port", "asked"),
+    ("address", "port", "pattern"),
     [
         ("192.168.77.11", 22, "192.168.77.11"),
         ("192.168.77.11", 2222, "[192.168.77.11]:2222"),
@@ -171,10 +171,10 @@ def test_names_that_openssh_hashed_are_found_and_replaced(tmp_path: Path) -> Non
         ("192.168.77.11", 22, "pi"),
     ],
 )
-def test_ssh_keygen_finds_what_was_pinned(tmp_path: Path, address: str, port: int, asked: str) -> None:
+def test_ssh_keygen_finds_what_was_pinned(tmp_path: Path, address: str, port: int, pattern: str) -> None:
     path = tmp_path / "swarm.known_hosts"
     path.write_text(read(path).pinned("pi", address, port, (KEY,)).dump())
-    assert KEY in keygen("-F", asked, "-f", path)
+    assert KEY in keygen("-F", pattern, "-f", path)
     assert keygen("-F", "other", "-f", path) == ""
 
 

@@ -110,7 +110,7 @@ static int duty(int arduino) {
 static void set_encoder(motor_t *motor, int level) {
   if (motor->level == level) return;
   motor->level = level;
-  /* Said as an outside pull, too: else a write to any pin of the port puts the inner pull-up in the place of the disc. */
+  /* Set as an outside pull, too: else a write to any pin of the port puts the inner pull-up in the place of the disc. */
   avr_ioport_external_t pulled = {.name = 'D'};
   for (int i = 0; i < 2; ++i) {
     pulled.mask |= 1u << board.motor[i].encoder;
@@ -201,7 +201,7 @@ static avr_cycle_count_t feed(avr_t *avr, avr_cycle_count_t when, void *unused) 
 static void asleep(avr_t *avr, avr_cycle_count_t cycles) { (void)avr, (void)cycles; } /* nobody waits for real */
 
 static void start_timers(void) { /* a reset forgets them */
-  /* Else a disc that rests at low level is looked at in every cycle, long after the sketch asked for edges. */
+  /* Else a disc that rests at low level is looked at in every cycle, long after the sketch enabled edges. */
   for (uint8_t i = 0; i < 2; ++i) avr_extint_set_strict_lvl_trig(board.avr, i, 0);
   avr_cycle_timer_register(board.avr, PLANT_US * CYCLES_PER_US, plant, NULL);
   avr_cycle_timer_register(board.avr, 10ull * F_CPU_HZ / board.baud, feed, NULL);

@@ -108,7 +108,7 @@ def test_d8_the_last_order_is_not_repeated_for_ever():
     assert bench.sink.reports[-1].values["dead-man trips"] == "1"
 
 
-def test_d9_what_is_said_is_in_one_place():
+def test_d9_each_setting_is_in_one_place():
     """The paper's listing and the code had different topics and rates: here the type's file says both."""
     written, data = params_for("koala"), data_of("koala")
     assert written["protocol"]["set_speed"]["send"] == data["protocol"]["set_speed"]["send"]

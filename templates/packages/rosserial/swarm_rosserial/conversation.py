@@ -1,7 +1,7 @@
 """The host's side of a rosserial connection to one board. The caller opens the port and passes in the clock.
 
 The board's side is rosserial's node_handle.h: it announces its topics on request, requests the time every
-2.5 s, and drops the host 11 s after the last answer, or when it is reset. It announces nothing unasked.
+2.5 s, and drops the host 11 s after the last answer, or when it is reset. It announces nothing by itself.
 """
 
 from __future__ import annotations
