@@ -12,8 +12,8 @@ from swarmctl.health import checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.health_findings import Findings
 from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen
+from swarmctl.health.root_cause import Findings
 
 CHECK = "bridge"
 _NAMED = 3  # nodes or topics in one sentence

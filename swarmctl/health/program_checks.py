@@ -6,8 +6,8 @@ from swarmctl.health import checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.health_findings import Findings
 from swarmctl.health.observations import Answer, NodeSeen, UnitSeen
+from swarmctl.health.root_cause import Findings
 
 CHECK = "program"
 

@@ -1,146 +1,117 @@
-"""Root cause analysis: compares the expected graph with the answers, causes before symptoms. Pure."""
+"""Root cause analysis: findings, each linked to its cause, and symptoms folded under a cause. Pure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
+from dataclasses import dataclass
 
-from swarmctl.health import bridge_checks, checks, command_sources, program_checks
-from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
-from swarmctl.health.health_findings import HOST, Diagnosis, Findings
-from swarmctl.health.observations import Answer
-from swarmctl.remote.transport import HostError, Kind
+from swarmctl.health.checks import State, Verdict
+from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
+from swarmctl.health.expected_programs import ExpectedProgram
 
-_AWAY = (Kind.UNREACHABLE, Kind.LOST)
-
-
-def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -> Diagnosis:
-    """Compares expected and observed; links symptoms to causes. A host without outcome was not probed."""
-    found = Findings()
-    answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
-    gates = {}
-    for host in graph.hosts:
-        outcome = outcomes.get(host.name, HostError(Kind.STOPPED, "was not probed"))
-        gates[host.name] = _reached(found, host, outcome)
-    present = [(host, answers[host.name]) for host in graph.hosts if host.name in answers]
-    for host, answer in present:
-        _system(found, host, answer, answers.get(host.hub))
-    with_master = [(host, answer) for host, answer in present if host.master_uri]
-    for host, answer in sorted(with_master, key=lambda one: not one[0].is_hub):
-        _master(found, host, answer, answers.get(host.hub), gates.get(host.hub, ""))
-    for host in graph.hosts:
-        for robot in host.robots:
-            if host.name in answers:
-                _command_sources(found, robot, answers.get(host.hub))
-                _robot(found, host, robot, answers[host.name])
-            else:
-                not_probed = checks.unknown("its host could not be probed")
-                found.add("robot", robot.name, not_probed, robot=robot, after=[gates[host.name]])
-        program_checks.compare(found, host, answers.get(host.name), gates[host.name])
-    bridge_checks.compare(found, graph, answers, gates)
-    return Diagnosis(tuple(found.by_key.values()))
+HOST = "host"
 
 
-def _reached(found: Findings, host: ExpectedHost, outcome: Answer | HostError) -> str:
-    """Files whether the host answered; returns the key of that finding."""
-    check, verdict = HOST, checks.ok("answers")
-    if isinstance(outcome, HostError) and outcome.kind is Kind.STOPPED:
-        check, verdict = "probed", checks.unknown(outcome.message)
-    elif isinstance(outcome, HostError):
-        check = HOST if outcome.kind in _AWAY else outcome.kind.value
-        verdict = checks.bad(outcome.message, outcome.hint)
-    return found.add(check, host.name, verdict, host=host)
+@dataclass(frozen=True)
+class Finding:
+    """The result of one check of one subject (a host, a unit, a robot, a topic).
+
+    ``cause`` is the key of the finding that explains this one; ``host``, ``robot`` and ``program`` name its
+    owner.
+    """
+
+    check: str
+    subject: str
+    state: State
+    message: str
+    hint: str = ""
+    host: str = ""
+    robot: str = ""
+    program: str = ""
+    cause: str | None = None
+
+    @property
+    def key(self) -> str:
+        """The unique key of the finding: check and subject."""
+        return f"{self.check} {self.subject}"
 
 
-def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None) -> None:
-    """Checks release, clock, and units of no robot and no program; files the parts that the probe missed."""
-    for part, why in answer.troubles.items():
-        found.add("probe", f"{host.name} {part}", checks.unknown(why), host=host)
-    if answer.release is not None or "release" not in answer.troubles:
-        found.add("release", host.name, checks.release(host, answer.release), host=host)
-    if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
-        found.add("clock", host.name, checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
-    of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit)}
-    of_others |= {program.unit for program in host.programs}
-    for name in host.release.units:
-        if name not in of_others:
-            _unit(found, host, name, answer)
+@dataclass(frozen=True)
+class Diagnosis:
+    """All findings, each after those that may explain it."""
 
+    findings: tuple[Finding, ...]
 
-def _unit(
-    found: Findings,
-    host: ExpectedHost,
-    name: str,
-    answer: Answer,
-    *,
-    robot: ExpectedRobot | None = None,
-    after: Iterable[str] = (),
-) -> str:
-    seen = answer.units.get(name)
-    explaining = [f"probe {host.name} units", *after]
-    if seen is not None and seen.load == "not-found":
-        explaining.append(f"release {host.name}")
-    verdict = checks.unit(name, host.name, seen)
-    return found.add(
-        "unit", _unit_subject(host.name, name), verdict, host=host, robot=robot, after=explaining
-    )
-
-
-def _unit_subject(host: str, unit: str) -> str:
-    """Names the host as well, since units of the same name run on many hosts."""
-    return f"{unit} on {host}"
-
-
-def _master(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None, gate: str) -> None:
-    """Checks the master as this host reaches it. ``gate``: the finding whether the hub answered."""
-    probe = f"probe {host.name} ros"
-    if host.is_hub:
-        own_unit = f"unit {_unit_subject(host.name, host.master_unit or '')}"
-        found.add("master", host.name, checks.master(host, answer.master), host=host, after=[probe, own_unit])
-    else:
-        run_id = hub.master.run_id if hub is not None and hub.master is not None else ""
-        verdict = checks.master(host, answer.master, run_id)
-        found.add("master", host.name, verdict, host=host, after=[gate, f"master {host.hub}", probe])
-
-
-def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None) -> None:
-    """Checks the publishers of a robot's command topic that the master of its island lists."""
-    if hub is not None and robot.command in hub.commanders:
-        found.add("authority", robot.name, command_sources.unauthorised(robot, hub), robot=robot)
-        found.add("command type", robot.name, command_sources.types(robot, hub), robot=robot)
-
-
-def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer) -> None:
-    """Checks a robot, from its line to its topics."""
-    probe_devices, probe_ros = (f"probe {host.name} {part}" for part in ("devices", "ros"))
-    master, release = f"master {host.name}", f"release {host.name}"
-    line = ""
-    if robot.line_unit is not None:
-        line = _unit(found, host, robot.line_unit, answer, robot=robot)
-    undeployed = [release] if answer.release is None else []
-    device = found.add(
-        "device", robot.name, checks.device(robot, answer.devices.get(robot.device)),
-        robot=robot, after=[probe_devices, line, *undeployed],
-    )  # fmt: skip
-    process, node = answer.units.get(robot.unit), answer.nodes.get(robot.node)
-    starting = [master, device] if process is not None and process.active == "activating" else []
-    unit = _unit(found, host, robot.unit, answer, robot=robot, after=starting)
-    driver = found.add(
-        "driver", robot.name, checks.driver(robot, host, process, node),
-        robot=robot, after=[master, probe_ros, unit, release],
-    )  # fmt: skip
-    if node is None or not node.alive:
-        return
-    report = ""
-    if node.report is not None:
-        report = found.add(
-            "report",
-            robot.name,
-            checks.report(node.report),
-            robot=robot,
-            after=[device, unit, f"authority {robot.name}"],
+    @property
+    def troubles(self) -> tuple[Finding, ...]:
+        """What makes a swarm unhealthy: every bad finding, and unknown ones without a cause."""
+        return tuple(
+            one
+            for one in self.findings
+            if one.state is State.BAD or (one.state is State.UNKNOWN and one.cause is None)
         )
-    for topic in robot.topics:
-        found.add(
-            "topic", f"{topic.name} of {robot.name}", checks.topic(topic, node),
-            robot=robot, after=[device, unit, report, driver, probe_ros, release],
-        )  # fmt: skip
+
+    @property
+    def healthy(self) -> bool:
+        """True if there is no trouble."""
+        return not self.troubles
+
+    @property
+    def only_unreachable(self) -> bool:
+        """Whether unreachable hosts are the only problem."""
+        return not self.healthy and all(one.check == HOST for one in self.troubles)
+
+    def explained(self) -> tuple[tuple[Finding, tuple[Finding, ...]], ...]:
+        """Returns every cause that is not ok, with its symptoms."""
+        symptoms: dict[str, list[Finding]] = {}
+        for one in self.findings:
+            if one.cause is not None:
+                symptoms.setdefault(one.cause, []).append(one)
+        return tuple(
+            (one, tuple(symptoms.get(one.key, ())))
+            for one in self.findings
+            if one.cause is None and one.state is not State.OK
+        )
+
+
+class Findings:
+    """Collects findings and links each to its cause."""
+
+    def __init__(self) -> None:
+        self.by_key: dict[str, Finding] = {}
+
+    def add(
+        self,
+        check: str,
+        subject: str,
+        verdict: Verdict,
+        *,
+        host: ExpectedHost | None = None,
+        robot: ExpectedRobot | None = None,
+        program: ExpectedProgram | None = None,
+        after: Iterable[str] = (),
+    ) -> str:
+        """Adds a verdict, returns its key. If not ok, its cause is the first in ``after`` that is not ok."""
+        owner = robot or program or host
+        part = robot or program
+        judged = verdict.bearable() if owner is not None and owner.optional else verdict
+        finding = Finding(
+            check,
+            subject,
+            judged.state,
+            judged.message,
+            judged.hint,
+            host=part.host if part else host.name if host else "",
+            robot=robot.name if robot else "",
+            program=program.name if program else "",
+            cause=None if judged.fine else self._root_of(after),
+        )
+        self.by_key[finding.key] = finding
+        return finding.key
+
+    def _root_of(self, keys: Iterable[str]) -> str | None:
+        for key in keys:
+            one = self.by_key.get(key)
+            if one is not None and one.state is not State.OK:
+                return one.cause or one.key
+        return None

@@ -11,8 +11,8 @@ from swarmctl.health.bridge_checks import CHECK
 from swarmctl.health.checks import State
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.health_findings import Diagnosis, Finding
 from swarmctl.health.observations import Answer, MasterSeen, NodeSeen, UnitSeen
+from swarmctl.health.root_cause import Diagnosis, Finding
 from swarmctl.remote.transport import HostError
 
 _NONE = Answer()

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from rich.text import Text
 
 from swarmctl.health.checks import LOWEST_SHARE, State
-from swarmctl.health.health_findings import Finding
 from swarmctl.health.observations import UnitSeen
+from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import (
     BridgeRow,
     HostRow,

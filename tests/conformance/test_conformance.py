@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 import swarm_driver.session
-from swarm_driver.command_mailbox import CommandMailbox, DeadMan
+from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Kinematics, Scale
+from swarm_driver.dead_man import DeadMan
 from swarm_driver.kinematics import Units
 from swarm_driver.link import BytePort
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from swarmctl.health.health_findings import Diagnosis
-from swarmctl.health.root_cause import diagnose
+from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.root_cause import Diagnosis
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.swarm_values import K3_PI, UNIT, WLAN, Spoil, all_well, graph
 

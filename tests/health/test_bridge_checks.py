@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from swarmctl.health.checks import State
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.health_findings import Diagnosis
 from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen, Report
 from swarmctl.health.probe_request import request
-from swarmctl.health.root_cause import diagnose
+from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.spec.catalog import load_catalog

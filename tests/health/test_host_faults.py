@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.health.checks import State
-from swarmctl.health.root_cause import diagnose
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, spoilt
 from tests.health.swarm_values import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.observations import Report, SenderSeen
-from swarmctl.health.root_cause import diagnose
 from tests.health.faults import AWAY, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
     EPUCK_PI,

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import listening, request
-from swarmctl.health.root_cause import diagnose
 from swarmctl.health.swarm_health import status
 from swarmctl.swarm.topics import DriverTopic
 from swarmctl.views import status as view

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.observations import Report
-from swarmctl.health.root_cause import diagnose
 from tests.health.faults import K3_TOPICS, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
     EPUCK_PI,

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from swarmctl.health.checks import State
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.health_findings import Finding
 from swarmctl.health.observations import Answer, MasterSeen, NodeSeen
 from swarmctl.health.probe_request import request
-from swarmctl.health.root_cause import diagnose
+from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
 from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.runner import load_swarm

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.observations import Answer, Report
-from swarmctl.health.root_cause import diagnose
 from swarmctl.health.swarm_health import Status, status
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views import status as view

@@ -14,10 +14,10 @@ from swarm_agent.messages import Facts
 
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.diagnostics import Diagnostic
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.probe_request import request
-from swarmctl.health.root_cause import diagnose
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import Kind
 from swarmctl.plan.reconcile import reconcile

@@ -14,9 +14,9 @@ import pytest
 from swarmctl.deploy.rollout import Outcome, deploy
 from swarmctl.health.checks import State
 from swarmctl.health.collect import ask
+from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.health_findings import Diagnosis, Finding
-from swarmctl.health.root_cause import diagnose
+from swarmctl.health.root_cause import Diagnosis, Finding
 from swarmctl.health.swarm_health import Status, status
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import Session, Target

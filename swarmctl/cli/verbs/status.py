@@ -57,8 +57,8 @@ def _look(
     """A function that observes all hosts and diagnoses the swarm."""
     from swarmctl.health import swarm_health as health
     from swarmctl.health.collect import ask
+    from swarmctl.health.diagnosis import diagnose
     from swarmctl.health.expected_graph import Release, expected_graph
-    from swarmctl.health.root_cause import diagnose
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
 

@@ -22,8 +22,8 @@ from swarm_rosserial.conversation import (
 from swarm_rosserial.frames import OVERHEAD
 from swarm_rosserial.messages import TWIST_TYPE, BadMessageError, Log, twist
 
-from swarm_driver.command_mailbox import DeadMan
 from swarm_driver.connection import ConnectionContext
+from swarm_driver.dead_man import DeadMan
 from swarm_driver.kinematics import Odometry, within_limits
 from swarm_driver.link import BytePort, LinkLostError
 from swarm_driver.protocols import RosserialProtocol

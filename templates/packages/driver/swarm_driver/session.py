@@ -11,8 +11,9 @@ from typing import Callable, Protocol
 
 from swarm_driver.actuators import ActuatorSettings, Change, SentSettings
 from swarm_driver.codec import BadReplyError, Values
-from swarm_driver.command_mailbox import CommandMailbox, DeadMan
+from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config, Scale, Sensor
+from swarm_driver.dead_man import DeadMan
 from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.report import Level, Meter, Report, Tally
