@@ -254,7 +254,7 @@ def test_only_the_declared_commander_reaches_the_wheels(tmp_path):
         assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
 
         def commander() -> str:
-            node.order(0.1, sender="/rostopic_1")
+            node.command(0.1, sender="/rostopic_1")
             return node.values()["commander"]
 
         wait_for(lambda: commander() == "laptop (/rostopic_1)", interval=0.05)
