@@ -21,7 +21,16 @@ WORDS = re.compile(
 )
 #: Names of before, where CHANGELOG.md lists what is renamed.
 ALLOWED = (
-    *("`mend`", "`hears orders`", "`hears`", "`tells`", "`told`", "`unasked()`", "`unasked_due()`"),
+    *(
+        "`mend`",
+        "`hears orders`",
+        "`asked`",
+        "`hears`",
+        "`tells`",
+        "`told`",
+        "`unasked()`",
+        "`unasked_due()`",
+    ),
     "asked_",  # of the rover's sketch: another byte there means to flash every board again
 )
 FOLDERS = (
