@@ -14,7 +14,10 @@ TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 # Tests wait more than they compute.
-WORKERS := $(shell expr $$(nproc) + 1)
+WORKERS := $(shell expr $$(nproc) \* 2 + 1)
+LABS := $(shell expr $$(nproc) + 1)
+# The tests start some thousand processes: each would compile the package anew.
+unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
 .PHONY: demo test check busy experiments dead-man motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
@@ -26,9 +29,9 @@ help: ## show the targets
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; two labs at a time
+test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; several labs at a time
 	$(BIN)/pytest -n $(WORKERS) -m "not lab" $(PYTEST_ARGS)
-	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
+	$(BIN)/pytest -n $(LABS) --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
 	$(BIN)/pytest -n 2 -m "not lab" -p tests.changed_first --within 90 $(PYTEST_ARGS)

@@ -16,11 +16,22 @@ import pytest
 
 from swarmctl.lab import paths
 from tests.e2e.lab_swarm import LabSwarm, Run, lab_of, missing_for_a_lab
+from tests.e2e.recovery import lab_of_isles
 
 FAILED = pytest.StashKey[bool]()
 HERE = Path(__file__).parent
 #: They start first, the longest first: of two labs side by side, none is to be left over with a long file.
-LONGEST = ("test_recovery.py", "test_paper.py", "test_dead_man.py")
+LONGEST = (
+    "test_recovery.py",
+    "test_dead_man.py",
+    "test_recovery_of_islands.py",
+    "test_paper.py",
+    "test_rover.py",
+    "test_own_robot_page.py",
+    "test_mode_change.py",
+    "test_lab.py",
+    "test_late_hosts.py",
+)
 NOT_LAB = ("test_dead_man_page.py",)
 
 
@@ -71,6 +82,13 @@ def _interrupted(_number: int, _frame: FrameType | None) -> NoReturn:
 def shared_lab(workplace: Path) -> Iterator[LabSwarm]:
     example = HERE.parent.parent / "examples/paper-leader/swarm.yaml"
     with lab_of(f"e2e-{os.getpid()}", example, workplace) as swarm:
+        yield swarm
+
+
+@pytest.fixture(scope="module")
+def isles(workplace: Path) -> Iterator[LabSwarm]:
+    """A lab of three hosts and three robots, in whichever mode a test deploys."""
+    with lab_of_isles(workplace, "leader") as swarm:
         yield swarm
 
 
