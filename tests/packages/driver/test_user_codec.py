@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -186,8 +187,12 @@ def test_a_class_that_fails_on_the_stop_stops_the_robot_all_the_same(config: Cal
     ids=lambda value: value[-40:] if isinstance(value, str) else "",
 )
 def test_a_class_that_cannot_be_made_is_reported_and_retried(
-    config: Callable[..., Config], change: tuple[str, str], expected: str
+    config: Callable[..., Config],
+    change: tuple[str, str],
+    expected: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)  # a file changed within a second is read anew
     bench = Bench(config(change))
     bench.run(10.0)
     assert bench.robot.requests == []

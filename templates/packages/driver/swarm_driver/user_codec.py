@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import importlib.machinery
 import importlib.util
 import signal
 import sys
 import traceback
 from dataclasses import replace
+from types import CodeType
 from typing import Any, Callable, Sequence, TypeVar
 
 from swarm_driver.codec import BadReplyError, Reply, Request
@@ -29,6 +31,13 @@ T = TypeVar("T")
 
 class InterruptionError(BaseException):
     """Raised by a signal handler while the class works: no fault of the class, so it passes."""
+
+
+class _SourceLoader(importlib.machinery.SourceFileLoader):
+    """Compiles the file each time: a cached module of the same second and size would be taken for it."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        return self.source_to_code(self.get_data(self.path), self.path)
 
 
 class UserCodec:
@@ -103,11 +112,10 @@ class UserCodec:
 
     def _loaded(self) -> Any:
         """An object of the class; loaded anew for each connection, so that it keeps nothing of a lost one."""
-        spec = importlib.util.spec_from_file_location(_MODULE, str(self._protocol.module))
-        if spec is None or spec.loader is None:
-            raise ImportError(f"{self._protocol.module} is no Python file")
+        loader = _SourceLoader(_MODULE, str(self._protocol.module))
+        spec: Any = importlib.util.spec_from_loader(_MODULE, loader)
         module = sys.modules[_MODULE] = importlib.util.module_from_spec(spec)  # dataclasses look there
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
         return getattr(module, self._protocol.codec)(dict(self._protocol.options))
 
     def _request(self, name: str, *arguments: Any, values: int | None = None) -> Request:
