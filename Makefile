@@ -30,7 +30,7 @@ demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
 test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; several labs at a time
-	$(BIN)/pytest -n $(WORKERS) -m "not lab" $(PYTEST_ARGS)
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not lab" $(PYTEST_ARGS)
 	$(BIN)/pytest -n $(LABS) --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
@@ -38,7 +38,7 @@ check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what yo
 
 busy: $(VENV)/.dev ## the fast tests beside 8 busy processes: none may fail for want of CPU time
 	@for busy in 1 2 3 4 5 6 7 8; do (while :; do :; done) & pids="$$pids $$!"; done; \
-	  trap "kill $$pids" EXIT; $(BIN)/pytest -n 2 -m "not lab" $(PYTEST_ARGS)
+	  trap "kill $$pids" EXIT; $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not lab" $(PYTEST_ARGS)
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_paper.py $(PYTEST_ARGS)
