@@ -238,7 +238,9 @@ def keeps(note: Note, regenerating: bool, watch: Watch) -> Callable[[str, float,
         bound = page.bound(fault)
         for robot, stop in stops.items():
             note(f"{fault}: {robot}", f"{stop.seconds:.2f} s, {stop.metres:.3f} m", f"<= {bound:g} s")
-        assert watch.rate(since) * bound >= LOOKS
+        assert (
+            watch.rate(since - bound) * bound >= LOOKS
+        )  # a robot may stand at the first look after the fault
         assert {robot: stop for robot, stop in stops.items() if stop.seconds > bound} == {}
         assert {robot: stop for robot, stop in stops.items() if stop.metres > bound * SPEEDS[robot]} == {}
 
