@@ -259,7 +259,7 @@ def test_through_a_jump_host_each_hop_is_checked(
 def test_all_hosts_behind_a_jump_host_share_one_login_to_it(
     spare: Path, sshd: Sshd, transport: SshTransport
 ) -> None:
-    with servers.running(spare, extra="MaxStartups 2:100:2") as gate:
+    with servers.running(spare, extra="MaxStartups 5:100:5") as gate:
         behind = [sshd.target(host=f"pi{n}", jump=gate.target(host="gate")) for n in range(12)]
         errors: list[HostError] = []
 

@@ -94,7 +94,7 @@ def test_a_slow_machine_slows_the_robot_down() -> None:
             assert driver.read_until(b"\n")
         began = time.monotonic()
         port.snapshot()
-        assert time.monotonic() - began < at_most(3.0)
+        assert time.monotonic() - began < at_most(PATIENCE)  # what grows with each look passes any limit
 
 
 def test_output_is_lost_while_the_port_is_closed() -> None:
