@@ -15,7 +15,8 @@ from typing import NoReturn
 import pytest
 
 from swarmctl.lab import paths
-from tests.e2e.lab_swarm import LabSwarm, Run, lab_of, missing_for_a_lab
+from tests.e2e.lab_needs import missing_for_a_lab
+from tests.e2e.lab_swarm import LabSwarm, Run, lab_of
 from tests.e2e.recovery import lab_of_isles
 
 FAILED = pytest.StashKey[bool]()

@@ -16,11 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from swarmctl.lab import lab, paths
-from swarmctl.lab.hosts import network, processes
-from swarmctl.lab.hosts.workspace import workspace_of
+from swarmctl.lab.hosts import network
 from swarmctl.rules.runner import load_swarm
 from tests.timing import at_most
 
@@ -32,7 +29,6 @@ SOURCE = f"source {HOME}/current/setup.bash"
 IMAGE = 600.0  # s within which the image must have been built and the lab be up
 BOOT = 30.0  # s within which a host must have booted
 LOOK_EVERY = 0.005  # s
-GIVEN = "SWARMCTL_WORKSPACE"  # built catkin workspaces with what Debian has not, divided by colons
 
 Note = Callable[[str, str, str], None]  # keeps a figure for the table at the end: what, value, bar
 
@@ -364,29 +360,6 @@ def lab_of(name: str, spec: Path, folder: Path, *options: str) -> Iterator[LabSw
         yield swarm
         for host in swarm.hosts:
             swarm.hang_up(host)
-
-
-def missing_for_a_lab() -> str:
-    """What keeps this machine from running a lab; nothing when it can."""
-    try:
-        processes.require(
-            "ip", "mmdebstrap", "mount", "setpriv", "ssh", "ssh-keygen", "systemd-nspawn", "unshare"
-        )
-    except lab.LabError as error:
-        return f"{error} ({'; '.join(error.help_lines)})"
-    return ""
-
-
-def workspace_with(*packages: str) -> str:
-    """The first of the given workspaces that has the packages; without any the test is skipped."""
-    for folder in filter(None, os.environ.get(GIVEN, "").split(":")):
-        try:
-            space = Path(workspace_of(Path(folder), "").space)
-        except lab.LabError as error:
-            pytest.fail(f"{GIVEN}: {error}")
-        if all((space / "share" / name).is_dir() for name in packages):
-            return folder
-    pytest.skip(f"no {' and no '.join(packages)}: set {GIVEN} to a built catkin workspace that has them")
 
 
 def within(seconds: float, condition: Callable[[], bool], complaint: str) -> float:

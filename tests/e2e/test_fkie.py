@@ -17,6 +17,7 @@ from swarmctl.render.multimaster.fkie_packages import FAMILIES
 from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests.e2e.lab_masters import allowed, crossed, due, registered
+from tests.e2e.lab_needs import workspace_with
 from tests.e2e.lab_swarm import (
     SOURCE,
     LabSwarm,
@@ -24,7 +25,6 @@ from tests.e2e.lab_swarm import (
     SshError,
     lab_of,
     within,
-    workspace_with,
 )
 
 SPEC = Path(__file__).with_name("three-islands.yaml")
@@ -95,7 +95,7 @@ def test_topics_of_an_islands_other_hosts_arrive(joined: Joined) -> None:
     assert joined.both_ways()
 
 
-def test_orders_cross_to_the_robot_that_they_are_for(joined: Joined) -> None:
+def test_commands_cross_to_the_robot_that_they_are_for(joined: Joined) -> None:
     with joined.lab.driving("koala-laptop", "epuck", 0.05):
         pass
 

@@ -60,7 +60,7 @@ class TestSingleMinded(Conducted):
         assert experiment.lab.units("desktop") == {}
         assert experiment.lab.shell("desktop", "pgrep -a python3 || true") == ""
 
-    def test_an_order_from_another_computer_moves_nothing(self, experiment: Experiment) -> None:
+    def test_a_command_from_another_computer_moves_nothing(self, experiment: Experiment) -> None:
         """Whoever names the leader's master joins its graph; the drivers reject its commands."""
         hosts = experiment.spec.hosts
         uri = experiment.spec.master_uri(experiment.spec.islands[0])
@@ -76,7 +76,7 @@ class TestLeader(Conducted):
     FOLLOWERS = ("koala", "k3", "epuck")
 
     @pytest.mark.parametrize("host", ["k3-pi", LEADER])
-    def test_an_order_that_is_not_the_joysticks_moves_nothing(
+    def test_a_command_that_is_not_the_joysticks_moves_nothing(
         self, experiment: Experiment, host: str
     ) -> None:
         with experiment.lab.publishing(host, "epuck", 0.05):
@@ -105,7 +105,7 @@ class TestCentral(Conducted):
         experiment.seconds_to_rest()
         super().test_the_gamepad_drives_its_robots_and_no_others(experiment, note)
 
-    def test_an_order_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
+    def test_a_command_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
         with experiment.lab.publishing(LEADER, "k3", 0.1):
             experiment.refuses("k3", "k3-pi")
 

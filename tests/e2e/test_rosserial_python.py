@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.lab import lab
+from tests.e2e.lab_needs import workspace_with
 from tests.e2e.lab_rover import (
     HOST,
     PULSE,
@@ -27,7 +28,6 @@ from tests.e2e.lab_swarm import (
     Note,
     SshError,
     within,
-    workspace_with,
 )
 
 STANDS = 1.0  # s: the sketch's dead-man of 0.4, a wheel that rolls out, and a look at the robot
@@ -55,7 +55,7 @@ def speed_reached(swarm: LabSwarm) -> None:
     within(15, lambda: abs(swarm.robot(ROBOT)["v"] - SPEED) < 0.1 * SPEED, "the wheels do not reach it")
 
 
-def test_orders_drive_it_and_both_wheels_are_counted(rover: LabSwarm) -> None:
+def test_commands_drive_it_and_both_wheels_are_counted(rover: LabSwarm) -> None:
     before, counted = rover.robot(ROBOT)["distance"], [pulses(rover, wheel) for wheel in WHEELS]
     with rover.publishing(HOST, ROBOT, SPEED):
         speed_reached(rover)

@@ -64,7 +64,7 @@ def turned(start: Pose, now: Pose) -> bool:
     return abs(wrapped(now.theta - start.theta)) >= math.radians(75)
 
 
-def test_orders_at_the_ros_end_drive_a_square_and_odometry_agrees(rover: LabSwarm, note: Note) -> None:
+def test_commands_at_the_ros_end_drive_a_square_and_odometry_agrees(rover: LabSwarm, note: Note) -> None:
     truth, odometry = rover.truth(ROBOT), rover.odometry(HOST, ROBOT)
     before, counted = rover.robot(ROBOT)["distance"], counts(rover)
     off = []

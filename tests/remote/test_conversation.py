@@ -47,7 +47,7 @@ def agents(host: FakeHost) -> list[int]:
     return found
 
 
-def test_two_questions_are_answered_by_one_process_on_one_channel(
+def test_two_requests_are_answered_by_one_process_on_one_channel(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
     with (
@@ -113,7 +113,7 @@ def test_noise_between_two_answers_does_not_matter(
             time.sleep(0.15)
 
 
-def test_a_host_that_dies_between_two_questions_is_lost_for_the_rest(
+def test_a_host_that_dies_between_two_requests_is_lost_for_the_rest(
     spare: Path, host: FakeHost, transport: SshTransport
 ) -> None:
     with (

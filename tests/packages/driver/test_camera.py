@@ -132,7 +132,7 @@ def test_no_command_waits_for_more_than_one_image():
         assert taken_up - at <= bench.config.waits["image"] + LATE
 
 
-def test_no_image_is_begun_before_an_order_that_waits_for_its_turn():
+def test_no_image_is_begun_before_a_command_that_waits_for_its_turn():
     """Two speeds are a moment apart; an image would make that a long one."""
     bench = ready(epuck(rate=5.0))
     for _ in range(20):

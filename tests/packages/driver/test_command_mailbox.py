@@ -12,7 +12,7 @@ from tests.timing import PATIENCE
 
 
 @pytest.mark.parametrize("ring", [lambda commands: commands.put((0.1, 0, 0), (0, 0, 0)), CommandMailbox.stop])
-def test_an_order_or_a_stop_ends_the_waiting(ring):
+def test_a_command_or_a_stop_ends_the_waiting(ring):
     commands = CommandMailbox()
     ringer = threading.Timer(0.05, ring, [commands])
     start = time.monotonic()
@@ -31,7 +31,7 @@ def test_a_bell_rings_once():
     assert time.monotonic() - start >= 0.04
 
 
-def test_orders_that_nobody_fetches_neither_block_nor_pile_up():
+def test_commands_that_nobody_fetches_neither_block_nor_pile_up():
     commands = CommandMailbox()
     for number in range(5000):
         commands.put((number / 10_000, 0, 0), (0, 0, 0))

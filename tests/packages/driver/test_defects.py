@@ -98,7 +98,7 @@ def test_d7_a_missing_port_is_reported_and_retried():
     assert bench.sink.reports[-1].values["state"] == "ready"
 
 
-def test_d8_the_last_order_is_not_repeated_for_ever():
+def test_d8_the_last_command_is_not_repeated_for_ever():
     """It was, ten times a second, until somebody pulled the battery."""
     bench = Bench()
     bench.run(1.0)

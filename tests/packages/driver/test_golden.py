@@ -120,7 +120,7 @@ def test_any_twist_is_a_legal_command_within_the_limits(type_name, linear, angul
 
 @pytest.mark.parametrize("type_name", TYPES)
 @given(linear=st.floats(-20, 20), angular=st.floats(-50, 50))
-def test_an_order_too_fast_keeps_its_curve(type_name, linear, angular):
+def test_a_command_too_fast_keeps_its_curve(type_name, linear, angular):
     config = CONFIGS[type_name]
     kinematics = replace(config.kinematics, wheel_speed_min=0.0)
     scale = kinematics.scales[-1]

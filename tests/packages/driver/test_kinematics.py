@@ -52,14 +52,14 @@ def test_whatever_the_order_the_wheels_stay_within_their_limit(type_name, linear
 
 
 @pytest.mark.parametrize("senseless", [math.nan, math.inf, -math.inf, 1e308, -1e308])
-def test_a_senseless_order_is_a_stop(senseless):
+def test_a_senseless_command_is_a_stop(senseless):
     assert wheel_units(senseless, 0.0, KOALA, KOALA.scales[0]) == (0, 0)
     assert wheel_units(0.1, senseless, KOALA, KOALA.scales[0]) == (0, 0)
     assert not plausible((0.1, 0.0, senseless))
 
 
 @given(linear=sensible, angular=sensible)
-def test_an_order_too_fast_keeps_its_curve(linear, angular):
+def test_a_command_too_fast_keeps_its_curve(linear, angular):
     """Both wheels slow down by the same factor: each lies within half a unit of its share."""
     scale = KOALA.scales[0]
     half = angular * KOALA.wheel_separation / 2

@@ -42,7 +42,7 @@ def test_a_robot_drives_as_ordered_and_knows_where_it_is(type_name, tmp_path):
 
 
 @pytest.mark.parametrize("type_name", TYPES)
-def test_a_robot_stops_when_its_orders_stop(type_name, tmp_path):
+def test_a_robot_stops_when_its_commands_stop(type_name, tmp_path):
     """Half a second, 0.1 for the line, and what the machine took from the processes meanwhile."""
     with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()

@@ -41,7 +41,7 @@ class Clock:
         return self.now
 
 
-def test_the_first_question_has_its_answer_and_later_ones_ask_nobody():
+def test_the_first_request_has_its_answer_and_later_ones_ask_nobody():
     master = Master(a=URI)
     places = NodeHosts(master)
     assert [places.of("a") for _ in range(1000)] == ["192.168.77.10"] * 1000
@@ -115,7 +115,7 @@ def test_names_that_come_once_do_not_push_out_who_goes_on_sending():
     assert master.lookups.count("a") == 1
 
 
-def test_a_flood_of_refused_orders_costs_microseconds_each():
+def test_a_flood_of_refused_commands_costs_microseconds_each():
     gate = CommandGate(
         Authority((Commander("laptop", 0, addresses=("192.168.77.10",)),), 0.5), CommandMailbox()
     )
@@ -124,7 +124,7 @@ def test_a_flood_of_refused_orders_costs_microseconds_each():
             gate.give("/rostopic_1", "192.168.77.12", (0.1, 0, 0), (0, 0, 0), 0.0)
 
 
-def test_an_order_that_waited_is_as_old_as_it_is():
+def test_a_command_that_waited_is_as_old_as_it_is():
     """The dead-man counts from its arrival, not from the answer of the master."""
     commands = CommandMailbox()
     gate = CommandGate(Authority((Commander("laptop", 0, addresses=("192.168.77.10",)),), 0.5), commands)

@@ -53,7 +53,7 @@ def test_pulses_and_any_other_topic_of_the_sketch_pass_as_they_are(tmp_path):
         assert {"topic": "subscribes", "name": "lwheel"} not in node.published
 
 
-def test_orders_drive_it_and_its_pulses_are_odometry(tmp_path):
+def test_commands_drive_it_and_its_pulses_are_odometry(tmp_path):
     with wired(ROVER, tmp_path, robot=Rover()) as wiring, running(wiring.config) as node:
         wait_for(lambda: node.latest("lwheel"))
         node.drive(1.0, 0.3)

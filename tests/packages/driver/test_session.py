@@ -80,7 +80,7 @@ def test_a_silent_sensor_does_not_hold_up_the_dead_man():
 
 
 @pytest.mark.parametrize("senseless", [math.nan, math.inf, 1e308])
-def test_a_senseless_order_stops_the_robot_at_once(senseless):
+def test_a_senseless_command_stops_the_robot_at_once(senseless):
     bench = driving()
     bench.command(senseless)
     bench.run(0.05)
@@ -90,7 +90,7 @@ def test_a_senseless_order_stops_the_robot_at_once(senseless):
     assert bench.robot.speed == (0, 0)
 
 
-def test_an_order_to_stop_does_not_wait_for_its_turn():
+def test_a_command_to_stop_does_not_wait_for_its_turn():
     bench = driving()
     bench.command(0.1)
     bench.driver.step()
@@ -99,7 +99,7 @@ def test_an_order_to_stop_does_not_wait_for_its_turn():
     assert bench.robot.requests[-1][1] == STOP
 
 
-def test_fast_orders_leave_the_sensors_their_rate():
+def test_fast_commands_leave_the_sensors_their_rate():
     bench = ready()
     bench.robot.takes = 0.015
     for number in range(600):

@@ -140,7 +140,7 @@ def test_it_drives_as_a_protocol_of_lines_does(config: Callable[..., Config]) ->
     ],
     ids=lambda value: value[-40:] if isinstance(value, str) else "",
 )
-def test_a_fault_in_a_question_is_a_failed_exchange_with_its_place(
+def test_a_fault_in_a_request_is_a_failed_exchange_with_its_place(
     config: Callable[..., Config], change: tuple[str, str], expected: str
 ) -> None:
     """The fault is there for questions alone: commands go out, and the robot stops in time."""
