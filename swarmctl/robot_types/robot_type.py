@@ -12,10 +12,8 @@ from pydantic import Field, model_validator
 
 from swarmctl.field_types import Model
 from swarmctl.robot_types.actuators import Actuator
-from swarmctl.robot_types.binary_protocol import BinaryQuery
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
-from swarmctl.robot_types.line_protocol import CodedQuery, Query
 from swarmctl.robot_types.protocols import DriverName, DriverProtocol, Protocol, RosserialProtocol
 from swarmctl.robot_types.reading import SensorName
 from swarmctl.robot_types.sensors import Sensor
@@ -110,14 +108,6 @@ class RobotType(Model):
     def foreign(self, driver: DriverName) -> RosserialProtocol | None:
         """Returns its sketch, where `rosserial_python` is the robot's driver."""
         return self.sketch if driver == "rosserial_python" else None
-
-    def query_of(self, name: str) -> Query | BinaryQuery | CodedQuery | None:
-        """Returns the query that a sensor's numbers come from."""
-        return (
-            self.driver_protocol.queries.get(self.sensors[name].read or name)
-            if self.driver_protocol
-            else None
-        )
 
     @model_validator(mode="after")
     def _fits_together(self) -> RobotType:

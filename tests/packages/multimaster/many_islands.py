@@ -121,9 +121,6 @@ class Archipelago:
         _end(self._syncs.pop(island), number)
         return time.monotonic() - start
 
-    def sync_pid(self, island: str) -> int:
-        return self._syncs[island].pid
-
     def log(self, island: str) -> str:
         return (PLACE / f"{island}.log").read_text()
 

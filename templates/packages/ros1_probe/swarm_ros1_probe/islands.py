@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING, Any, Iterable, List, Mapping
+from typing import TYPE_CHECKING, Any, Iterable, Mapping
 
 from swarm_agent.clip import clipped
 from swarm_common.xmlrpc import PeerError, place_of
@@ -24,8 +24,6 @@ _MOST_NODES = 1000  # that are looked up
 _MOST_STRANGERS = 200
 _MOST_NAMES = 50  # topics of one stranger
 _AT_ONCE = 16  # calls to the master
-
-Side = Mapping[str, List[str]]  # nodes by topic
 
 
 async def look(master: str, request: GraphRequest) -> IslandsAnswer:
