@@ -24,9 +24,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C through, which a script's background job ignores; give Hypothesis no limit of real time."""
+    """Let programs under test receive signals ignored around us; give Hypothesis no limit of real time.
+
+    A script's background job ignores Ctrl-C, `nohup` a hangup, and so would every process started here: a
+    handler is not inherited, an ignored signal is.
+    """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, lambda *_: None)
     settings.register_profile("busy", settings(), deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("busy")
 
