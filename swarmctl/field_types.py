@@ -80,7 +80,7 @@ def _subnet(value: str) -> str:
 
 
 def _device_path(value: str) -> str:
-    if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+-]+", value, re.ASCII) or ".." in value:
+    if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+=@,~-]+", value, re.ASCII) or ".." in value.split("/"):
         raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
     if _NO_LINE.fullmatch(value):
         raise ValueError(f"`{value}` is no serial line; write one such as /dev/ttyS0 or /dev/ttyAMA0")
@@ -139,11 +139,20 @@ Folder = Annotated[
 ]
 DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_device_path)]
 Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
-Account = Annotated[str, Field(pattern=r"^[a-z_][a-z0-9_-]{0,31}$", examples=["robot"])]
+# As systemd takes them (User= and usernames in systemd.io): accounts of a directory have dots and upper case.
+# Without `$` and `@`, which are a machine's account, or the host as in `user@host`.
+Account = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]{0,31}$", examples=["robot"])]
 Port = Annotated[int, Field(ge=1, le=65535)]
 Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
 Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200])]
-UsbText = Annotated[str, Field(pattern=r"^[A-Za-z0-9:._-]{1,64}$", examples=["FTDI1234"])]
+# A device writes any text here; what would be a pattern or a quote in a udev rule is left out.
+UsbText = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z0-9:._/+=@,#&()-]([A-Za-z0-9:._/+=@,#&() -]{0,62}[A-Za-z0-9:._/+=@,#&()-])?$",
+        examples=["FTDI1234"],
+    ),
+]
 # The kernel writes these ids in lower case, and udev compares letter by letter.
 HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
 GraphName = Annotated[
@@ -158,11 +167,27 @@ GraphName = Annotated[
 TypeName = Annotated[
     str, Field(pattern=r"^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$", examples=["geometry_msgs/Twist"])
 ]
-PackageName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", examples=["joy"])]
-FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", examples=["joy_node"])]
+# As catkin takes them; NAME008 is about those that it warns of.
+PackageName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", examples=["joy"])]
+FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$", examples=["joy_node"])]
+LaunchFile = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$", max_length=255),
+]
 EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 Printable = Annotated[
     str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=4096)
+]
+
+
+_PARAMETER_LIMITS = (
+    "a parameter has 100000 characters at most, and no control characters but line ends and tabs; "
+    "let the program read the rest from a file"
+)
+# The text of a parameter may be a whole file, such as a robot_description: lines and tabs are kept.
+ParameterText = Annotated[
+    str,
+    Field(pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=100_000),
 ]
 
 
@@ -171,7 +196,9 @@ def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
     try:
         return inner(value)
     except ValidationError:
+        if isinstance(value, str):
+            raise ValueError(_PARAMETER_LIMITS) from None
         raise ValueError("a parameter is text, a number, true or false") from None
 
 
-Value = Annotated[bool | int | float | Printable, WrapValidator(_one_word)]
+Value = Annotated[bool | int | float | ParameterText, WrapValidator(_one_word)]

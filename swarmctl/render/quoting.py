@@ -30,10 +30,10 @@ class UnsafeValueError(ValueError):
     """A value that cannot stand in a file of this format."""
 
 
-def _plain(value: Any) -> str:
-    """The text of a value that may be written at all: one line, no control characters."""
+def _plain(value: Any, spaces: str = "") -> str:
+    """The text of a value that may be written at all: one line, no control characters but ``spaces``."""
     text = ("true" if value else "false") if isinstance(value, bool) else str(value)
-    if _CONTROL.search(text):
+    if _CONTROL.search(text.translate(dict.fromkeys(map(ord, spaces)))):
         raise UnsafeValueError(f"{text!r} holds control characters")
     return text
 
@@ -89,11 +89,11 @@ def environment_file(value: Any) -> str:
 
 
 def xml(value: Any) -> str:
-    """Returns an attribute of a roslaunch file with its quotes.
+    """Returns an attribute of a roslaunch file with its quotes; line ends and tabs are references.
 
     Raises ``UnsafeValueError`` for substitutions, which cannot be escaped.
     """
-    text = _plain(value)
+    text = _plain(value, spaces="\n\t")
     if "$(" in text:
         raise UnsafeValueError(f"{text!r} would be substituted by roslaunch")
     return quoteattr(text)
@@ -104,9 +104,15 @@ def word(value: Any) -> str:
     return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is no plain name")
 
 
+def path(value: Any) -> str:
+    """Returns a relative path that needs no quoting in any format."""
+    part = r"[A-Za-z0-9_][A-Za-z0-9_.+-]*"
+    return _fitting(value, f"{part}(/{part})*", "is no plain path")
+
+
 def udev(value: Any) -> str:
     """Returns a value between quotes in a udev rule; only what needs no escaping passes."""
-    return _fitting(value, r"[A-Za-z0-9:._/-]*", "cannot stand in a udev rule")
+    return _fitting(value, r"[A-Za-z0-9:._/+=@,#&() -]*", "cannot stand in a udev rule")
 
 
 def hosts(value: Any) -> str:
@@ -191,6 +197,7 @@ def _environment(ending: str) -> jinja2.Environment:
     environment.filters["sentence"] = lambda value: _Literal(sentence(value))
     environment.filters["name"] = lambda value: _Literal(variable(value))
     environment.filters["word"] = lambda value: _Literal(word(value))
+    environment.filters["path"] = lambda value: _Literal(path(value))
     return environment
 
 

@@ -21,6 +21,7 @@ from swarmctl.field_types import (
     HexId,
     HostName,
     IslandName,
+    LaunchFile,
     Mac,
     Model,
     Name,
@@ -232,8 +233,10 @@ class Program(Model):
     use: Name | None = Field(None, description="A program that swarmctl ships.", examples=["teleop-joy"])
     package: PackageName | None = Field(None, description="ROS package.")
     executable: FileName | None = Field(None, description="Executable of the package.")
-    launch: FileName | None = Field(
-        None, description="Launch file in the package's folder `launch`.", examples=["joystick.launch"]
+    launch: LaunchFile | None = Field(
+        None,
+        description="Launch file in the package's folder `launch`, or in a folder of it.",
+        examples=["joystick.launch"],
     )
     params: dict[str, Value] = Field(
         default_factory=dict,

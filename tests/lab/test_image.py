@@ -135,11 +135,18 @@ def entries(user: str, port: int = 22) -> dict[str, Entry]:
     return {one.path: one for one in disks.entries(host, ACCOUNTS, "secret", "public", "f00")}
 
 
+@pytest.mark.parametrize("user", ["jane.doe", "ROBOT"])
+def test_sudo_reads_the_rights_of_any_account(user: str) -> None:
+    found = entries(user)
+    assert found["etc/sudoers.d/account"].content.startswith("#1000 ")
+    assert f"home/{user}/.ssh/authorized_keys" in found
+
+
 def test_a_host_has_its_user_with_sudo_and_serial_ports() -> None:
     found = entries("robot", 2222)
     assert found["etc/group"].content == "root:x:0:\ndialout:x:20:robot\nsudo:x:27:ann,robot\nrobot:x:1000:\n"
     assert found["etc/passwd"].content == f"{ACCOUNTS.passwd}robot:x:1000:1000:robot:/home/robot:/bin/bash\n"
-    assert found["etc/sudoers.d/robot"].mode == 0o440
+    assert found["etc/sudoers.d/account"].mode == 0o440
     assert found["home/robot/.ssh/authorized_keys"] == Entry(
         "home/robot/.ssh/authorized_keys", "public", 0o600, 1000
     )

@@ -151,3 +151,33 @@ links: [{kind: serial, host: laptop, robot: koala, device: /dev/ttyS0}]
     document, _ = load_text(text, "swarm.yaml", catalog)
     assert document is not None
     assert lint(document) == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("user: robot", "user: jane.doe"),
+        ("user: robot", "user: LabRobot_2"),
+        ("{serial: FTDI1234}", '{serial: "USB Serial+/=@(1)"}'),
+        ("usb: {serial: FTDI1234}", 'device: "/dev/serial/by-path/pci-0000:00:14.0-usb-0:1..2:1.0-port0"'),
+    ],
+)
+def test_what_linux_allows_is_taken(old: str, new: str, leader_spec: Path, catalog: Catalog) -> None:
+    document, found = load_text(leader_spec.read_text("utf-8").replace(old, new), "swarm.yaml", catalog)
+    assert document is not None, found
+    assert lint(document) == ()
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "{host: koala-laptop, package: nav, launch: includes/kinect.launch.xml}",
+        '{host: koala-laptop, package: nav, executable: pub, params: {urdf: "<robot>\\n\\t<a/>\\n</robot>"}}',
+        '{host: koala-laptop, package: nav, launch: a.launch, params: {text: "a: 1\\nb: 2\\n"}}',
+    ],
+)
+def test_what_ros_allows_is_taken(program: str, leader_spec: Path, catalog: Catalog) -> None:
+    text = leader_spec.read_text("utf-8") + f"\nprograms:\n  one: {program}\n"
+    document, found = load_text(text, "swarm.yaml", catalog)
+    assert document is not None, found
+    assert lint(document) == ()

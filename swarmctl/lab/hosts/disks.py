@@ -74,7 +74,8 @@ def entries(
         yield Entry("root/.ssh/authorized_keys", authorized, 0o600)
         return
     yield from _account(host.user, accounts)
-    yield Entry(f"etc/sudoers.d/{host.user}", f"{host.user} ALL=(ALL:ALL) NOPASSWD: ALL\n", 0o440)
+    # By number: an account in capitals is an alias to sudo, and a file with a dot in its name is ignored.
+    yield Entry("etc/sudoers.d/account", f"#{UID} ALL=(ALL:ALL) NOPASSWD: ALL\n", 0o440)
     yield Entry(f"home/{host.user}/.ssh/authorized_keys", authorized, 0o600, UID)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Severity
@@ -10,6 +11,7 @@ from swarmctl.swarm import names
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
+_CONVENTIONAL = re.compile("[a-z][a-z0-9_]*", re.ASCII)  # REP 144
 # Nodes of the master and of multimasters. Multimasters exclude nodes by these names.
 _ALWAYS_THERE = {
     "rosout": "every ROS master",
@@ -164,3 +166,29 @@ def crossing_names(context: RuleContext) -> Iterator[Diagnostic]:
             help=(f"write `{full}`" if full else "write it with a leading `/`: /node/topic",),
             fix=make_fix(f"write `{full}`", replace_value(context.source, loc, full)) if full else None,
         )
+
+
+@rule("NAME008", ros1=True)
+def package_names(context: RuleContext) -> Iterator[Diagnostic]:
+    """A package with a name that catkin takes with a warning."""
+    for name, program in context.spec.programs.items():
+        named: list[tuple[str, Loc]] = [
+            (one, ("programs", name, "requires", index)) for index, one in enumerate(program.requires)
+        ]
+        if program.package is not None:
+            named.insert(0, (program.package, ("programs", name, "package")))
+        for package, loc in named:
+            if _CONVENTIONAL.fullmatch(package):
+                continue
+            meant = re.sub("[^a-z0-9]+", "_", package.lower()).lstrip("_0123456789")
+            yield Diagnostic(
+                "NAME008",
+                f"the package name `{package}` is against the conventions of ROS",
+                context.span(*loc),
+                severity=Severity.WARNING,
+                label="lower-case letters, digits and _, a letter first",
+                help=(
+                    *((f"write `{meant}`, if that is its name",) if meant else ()),
+                    "compare it with the package's package.xml; `rospack find NAME` looks for it on a host",
+                ),
+            )
