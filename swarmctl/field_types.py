@@ -165,7 +165,7 @@ GraphName = Annotated[
     ),
 ]
 TypeName = Annotated[
-    str, Field(pattern=r"^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$", examples=["geometry_msgs/Twist"])
+    str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$", examples=["geometry_msgs/Twist"])
 ]
 # As catkin takes them; NAME008 is about those that it warns of.
 PackageName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", examples=["joy"])]

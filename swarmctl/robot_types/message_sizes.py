@@ -44,11 +44,6 @@ def size_of(type_name: str) -> MessageSize | None:
     return MessageSize(sum(one.bytes for one in sizes), any(one.open for one in sizes))
 
 
-def known_types() -> tuple[str, ...]:
-    """Returns the message types whose fields are known."""
-    return tuple(_types())
-
-
 def _field(field: str, package: str) -> MessageSize:
     match = _FIELD.fullmatch(field)
     if match is None:

@@ -11,6 +11,7 @@ from swarmctl.analysis.listeners import listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.render.middleware import Middleware, middleware_of
+from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
@@ -36,6 +37,18 @@ class RuleContext(SwarmIndex):
     def middleware(self) -> Middleware:
         """What carries the topics."""
         return middleware_of(self.spec.ros.distro)
+
+    @cached_property
+    def messages(self) -> MessageCatalog:
+        """The message types that are known."""
+        return common_messages()
+
+    def connect(self, one: str, other: str) -> bool:
+        """True if ROS connects a publisher and a subscriber of these message types: it compares checksums."""
+        if one == other:
+            return True
+        sums = self.messages.sums
+        return self.middleware.ros1 and one in sums and sums[one] == sums.get(other)
 
     @cached_property
     def authority(self) -> Authority:

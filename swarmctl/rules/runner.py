@@ -28,6 +28,7 @@ from swarmctl.rules.families.security import rules as security
 from swarmctl.rules.families.serial_lines import rules as serial_lines
 from swarmctl.rules.families.settings import rules as settings
 from swarmctl.rules.families.time import rules as time
+from swarmctl.rules.families.topics import message_types
 from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
 from swarmctl.rules.suppressions import apply_suppressions
@@ -61,6 +62,7 @@ _MODULES: tuple[ModuleType, ...] = (
     shipped,
     naming,
     topics,
+    message_types,
     discovery,
     bridged_topics,
     authority,

@@ -37,5 +37,6 @@ PATTERN_TEXTS: Mapping[str, str] = {
     "^[A-Z]{2,8}[0-9]{3}$": "a rule id has the form SET001; `swarmctl rules` lists them",
     "^[0-9a-fA-F]{4}$": "four hexadecimal digits, in quotes",
     "^[A-Za-z~/][A-Za-z0-9_/]*$": "a ROS name has letters, digits, _ and /, a letter first",
-    "^[a-z][a-z0-9_]*/[A-Z][A-Za-z0-9]*$": "write a message type as package/Type, like geometry_msgs/Twist",
+    "^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$": "write a message type as package/Type, "
+    "like geometry_msgs/Twist",
 }

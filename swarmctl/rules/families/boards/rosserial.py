@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.analysis.rosserial_load import CAREFUL, PATIENCE, Carried, RosserialBudget, rosserial_budgets
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.robot_types.board_limits import boards
-from swarmctl.robot_types.message_sizes import known_types, size_of
+from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.serial_lines.rules import BAUDS, nearest_baud
 from swarmctl.suggest import did_you_mean
@@ -104,16 +104,13 @@ def _unknown(context: RuleContext, budget: RosserialBudget, one: Carried) -> Dia
         if known is None
         else f"the size of {one.topic.type} depends on its content ({known.bytes} bytes when empty)"
     )
-    package = one.topic.type.partition("/")[0] + "/"
-    beside = [name for name in known_types() if name.startswith(package)]
-    near = did_you_mean(one.topic.type, beside, f"types of {package[:-1]}") if known is None else ()
     return Diagnostic(
         "BOARD004",
         f"{what}; the {budget.name} of `{budget.owner}` is limited to {limit} bytes",
         context.span(*budget.loc, one.key, one.index, "type"),
         severity=Severity.WARNING,
         label="may not fit",
-        help=(*near, "set `size`, its maximum in bytes, beside the type"),
+        help=("set `size`, its maximum in bytes, beside the type",),
     )
 
 

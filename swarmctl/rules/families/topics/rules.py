@@ -20,7 +20,6 @@ from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
 _FEW = 50  # no suggestions for more findings or more candidates than this
-_SAME = {"tf/tfMessage": "tf2_msgs/TFMessage"}  # two names with the same checksum
 
 
 @rule("TOPIC001")
@@ -29,10 +28,11 @@ def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
     first: dict[tuple[str, str], Endpoint] = {}
     reached, common = _bridged(context), context.middleware.topics
     for one in sorted(context.endpoints, key=lambda one: not one.publishes):
-        given = _SAME.get(one.type, one.type)
-        if one.topic in common and common[one.topic] != given:
+        if one.topic in common and not context.connect(common[one.topic], one.type):
             yield _clash(context, one, common[one.topic], "ROS itself", None)
-        elif (driven := _of_a_driver(context, one.topic)) is not None and driven[1] != given:
+        elif (driven := _of_a_driver(context, one.topic)) is not None and not context.connect(
+            driven[1], one.type
+        ):
             robot, kind = driven
             yield _clash(context, one, kind, f"the driver of `{robot}`", ("robots", robot))
         elif one.topic not in common and driven is None:
@@ -40,7 +40,7 @@ def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
             islands = {home.name} if home else set()
             for island in islands | (reached.get(one.topic, set()) if islands else set()):
                 earlier = first.setdefault((island, one.topic), one)
-                if earlier.type != one.type:
+                if not context.connect(earlier.type, one.type):
                     yield _clash(context, one, earlier.type, f"program `{earlier.owner}`", earlier.loc)
                     break
 

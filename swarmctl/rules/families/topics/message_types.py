@@ -1,0 +1,51 @@
+"""The message types of declared topics exist."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.ros_packages.message_types import NoMessage, no_message
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.yamltext.edits import make_fix, replace_value
+from swarmctl.yamltext.source import Loc
+
+
+@rule("TOPIC007", ros1=True)
+def message_types(context: RuleContext) -> Iterator[Diagnostic]:
+    """A message type that its package does not have."""
+    faults: dict[str, NoMessage | None] = {}
+    for loc, kind in _declared(context):
+        if kind not in faults:
+            faults[kind] = no_message(kind, context.messages)
+        if (fault := faults[kind]) is not None:
+            yield _finding(context, loc, kind, fault)
+
+
+def _declared(context: RuleContext) -> Iterator[tuple[Loc, str]]:
+    for name, program in context.spec.programs.items():
+        for key in ("publishes", "subscribes"):
+            for index, topic in enumerate(getattr(program, key)):
+                yield ("programs", name, key, index, "type"), topic.type
+    for name, robot_type in context.spec.types.items():
+        for key in ("publishes", "subscribes") if robot_type.sketch is not None else ():
+            for index, topic in enumerate(getattr(robot_type.sketch, key)):
+                yield ("types", name, "protocol", key, index, "type"), topic.type
+
+
+def _finding(context: RuleContext, loc: Loc, kind: str, fault: NoMessage) -> Diagnostic:
+    meant = fault.meant[0] if fault.meant else None
+    return Diagnostic(
+        "TOPIC007",
+        f"there is no message type `{kind}`: {fault.why}" if fault.certain
+        else f"`{kind}` looks misspelt: {fault.why}",
+        context.span(*loc),
+        severity=Severity.ERROR if fault.certain else Severity.WARNING,
+        label="unknown message type",
+        help=(f"did you mean {' or '.join(f'`{one}`' for one in fault.meant[:3])}?",)
+        if meant
+        else ("`rosmsg package PACKAGE` lists the messages of a package",),
+        fix=make_fix(f"write `{meant}`", replace_value(context.source, loc, meant))
+        if len(fault.meant) == 1
+        else None,
+    )  # fmt: skip
