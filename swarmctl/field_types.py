@@ -16,6 +16,8 @@ from pydantic import (
     WrapValidator,
 )
 
+from swarmctl.units import Unit
+
 _HOSTNAME = re.compile(
     r"(?=.{1,253}$)(?!-)[A-Za-z0-9-]{1,63}(?<!-)(\.(?!-)[A-Za-z0-9-]{1,63}(?<!-))*", re.ASCII
 )
@@ -144,7 +146,7 @@ Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
 Account = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]{0,31}$", examples=["robot"])]
 Port = Annotated[int, Field(ge=1, le=65535)]
 Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
-Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200])]
+Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200]), Unit("baud")]
 # A device writes any text here; what would be a pattern or a quote in a udev rule is left out.
 UsbText = Annotated[
     str,

@@ -19,7 +19,8 @@ from swarmctl.robot_types.binary_protocol import (
     within,
 )
 from swarmctl.robot_types.protocols import BinaryProtocol, DriverProtocol
-from swarmctl.robot_types.reading import Reading
+from swarmctl.robot_types.reading import Hertz, Reading
+from swarmctl.units import Unit
 
 Encoding = Literal["mono8", "rgb565"]
 # By encoding: bytes of a pixel on the line, the encoding in which it is published, bytes of a pixel there.
@@ -84,8 +85,8 @@ class Image(Reading):
     faster: ClassVar[str] = "use smaller or grey images"
 
     kind: Literal["image"] = Field(description="A camera.")
-    rate: float = Field(
-        0.0, ge=0, le=50, description="How often an image is read and published, Hz; 0 is not at all."
+    rate: Hertz = Field(
+        0.0, ge=0, le=50, description="How often an image is read and published; 0 is not at all."
     )
     width: ImageSide = Field(description="Columns of an image.")
     height: ImageSide = Field(description="Rows of an image.")
@@ -103,8 +104,8 @@ class Image(Reading):
     chip: Annotated[tuple[ChipSide, ChipSide], Field(strict=False)] = Field(
         examples=[[640, 480]], description="Columns and rows of the camera's chip."
     )
-    largest: int = Field(
-        ge=1, le=65535, examples=[3200], description="Largest image that the robot can send, bytes."
+    largest: Annotated[int, Unit("B")] = Field(
+        ge=1, le=65535, examples=[3200], description="Largest image that the robot can send."
     )
     prepare: Preparation = Field(description="The request that sets the camera, once it is to be read.")
 

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from swarmctl.field_types import GraphName, Model, TypeName
+from swarmctl.units import Unit
 
 
 class Topic(Model):
@@ -14,11 +15,11 @@ class Topic(Model):
 
     topic: GraphName = Field(description="Its ROS name.")
     type: TypeName = Field(description="Its message type.")
-    rate: Annotated[float, Field(gt=0, le=10_000)] | None = Field(
+    rate: Annotated[float, Field(gt=0, le=10_000), Unit("Hz")] | None = Field(
         None, examples=[30.0], description="Messages per second, for the budgets of links."
     )
-    size: Annotated[int, Field(ge=1)] | None = Field(
+    size: Annotated[int, Field(ge=1), Unit("B")] | None = Field(
         None,
         examples=[921600],
-        description="Bytes of a message as sent, where its type does not fix it (images, maps, text).",
+        description="Size of a message as sent, where its type does not fix it (images, maps, text).",
     )

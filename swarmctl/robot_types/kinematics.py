@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from swarmctl.field_types import ConsistencyError, Model
 from swarmctl.robot_types.sensors import Positive
 from swarmctl.robot_types.settings import Metres, Speed
+from swarmctl.units import Unit
 
 
 class Scale(Model):
@@ -23,10 +24,10 @@ class Scale(Model):
         examples=[218720],
         description="Units of the speed command for one metre per second at the wheel.",
     )
-    metres_per_count: Positive = Field(
+    metres_per_count: Annotated[Positive, Unit("m")] = Field(
         le=1,
         examples=[3.0678e-5],
-        description="Distance the wheel travels per count of its position counter, m.",
+        description="Distance the wheel travels per count of its position counter.",
     )
 
 
@@ -41,17 +42,17 @@ class Kinematics(Model):
     """How the robot moves."""
 
     kind: Literal["differential"] = Field("differential", description="Two driven sides on one axis.")
-    wheel_separation: Metres = Field(description="Distance between the wheels' tracks, m.")
+    wheel_separation: Metres = Field(description="Distance between the wheels' tracks.")
     wheel_radius: Metres | None = Field(
         None,
         examples=[0.021],
-        description="Radius of the wheels, m; with it the driver publishes their angles.",
+        description="Radius of the wheels; with it the driver publishes their angles.",
     )
-    wheel_speed_max: Speed = Field(description="Fastest a wheel may go, m/s at its rim.")
-    wheel_speed_min: float = Field(
+    wheel_speed_max: Speed = Field(description="Fastest a wheel may go, at its rim.")
+    wheel_speed_min: Annotated[float, Unit("m/s")] = Field(
         0.0,
         ge=0,
-        description="Slowest a wheel can go, m/s; slower commands become this or zero, whichever is nearer.",
+        description="Slowest a wheel can go; slower commands become this or zero, whichever is nearer.",
     )
     counter_bits: int = Field(
         32, ge=8, le=64, description="Width of the position counters, after which they wrap."

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from swarmctl.field_types import ConsistencyError, Model
 from swarmctl.robot_types.safe_regex import bounded
+from swarmctl.units import Unit
 
 _REQUEST = r"^[\x20-\x7e]{1,80}$"
 _HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
@@ -33,9 +34,10 @@ Timeout = Annotated[
         ge=0.01,
         le=2,
         examples=[0.25],
-        description="Seconds until the reply begins, where that is not `reply_timeout`: the driver waits so "
+        description="Time until the reply begins, where that is not `reply_timeout`: the driver waits so "
         "long, and then for as long as the reply takes on the line.",
     ),
+    Unit("s"),
 ]
 
 

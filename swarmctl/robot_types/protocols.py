@@ -19,9 +19,10 @@ from swarmctl.robot_types.line_protocol import (
     Setup,
     SpeedCommand,
 )
+from swarmctl.units import Unit
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
-ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Seconds to wait for a reply.")]
+ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Time to wait for a reply."), Unit("s")]
 _MOST = 64  # requests, and lines, that a robot is made to know
 UNO_BOARDS = ("arduino-uno", "arduino-nano")  # an ATmega328P at 16 MHz, pins as on an UNO
 ClassName = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9_]{0,60}$", examples=["BeetleCodec"])]
@@ -133,11 +134,11 @@ class RosserialProtocol(Model):
         description="A sketch that swarmctl writes, builds and flashes for each robot (`settings.firmware`). "
         "It publishes the pulses of the left wheel, then of the right. Without it the sketch is yours.",
     )
-    firmware_timeout: float = Field(
+    firmware_timeout: Annotated[float, Unit("s")] = Field(
         ge=0.05,
         le=2,
         examples=[0.4],
-        description="Seconds without a command after which the sketch stops the robot; nothing else does.",
+        description="Time without a command after which the sketch stops the robot; nothing else does.",
     )
     publishes: Annotated[tuple[Topic, ...], Field(strict=False)] = Field(
         (),

@@ -9,8 +9,10 @@ from pydantic import Field, StringConstraints
 
 from swarmctl.field_types import ConsistencyError, Model
 from swarmctl.robot_types.protocols import BinaryProtocol, DriverProtocol, QueryName
+from swarmctl.units import Unit
 
 S = TypeVar("S", bound="Reading")
+Hertz = Annotated[float, Unit("Hz")]
 SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 
 
@@ -29,11 +31,11 @@ class Reading(Model):
     first: int = Field(
         0, ge=0, le=255, examples=[2], description="Which number of the reply is the first, from 0."
     )
-    rate: float = Field(
+    rate: Hertz = Field(
         ge=0,
         le=50,
         examples=[5.0],
-        description="How often it is read and published unless settings change it, Hz; 0 turns it off.",
+        description="How often it is read and published unless settings change it; 0 turns it off.",
     )
 
     @property

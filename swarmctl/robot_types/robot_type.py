@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from swarmctl.field_types import Model
+from swarmctl.field_types import Baud, Model
 from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
@@ -18,6 +18,7 @@ from swarmctl.robot_types.protocols import DriverName, DriverProtocol, Protocol,
 from swarmctl.robot_types.reading import SensorName
 from swarmctl.robot_types.sensors import Sensor
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
+from swarmctl.units import Unit
 
 _TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"
 
@@ -30,18 +31,11 @@ class Link(Model):
     kinds: Annotated[tuple[Literal["serial", "bluetooth"], ...], Field(min_length=1, strict=False)] = Field(
         description="What the robot can be connected by."
     )
-    baud: int = Field(
-        ge=300,
-        le=4_000_000,
-        examples=[115200],
-        description="Bits per second, unless the link sets it.",
-    )
-    other_bauds: Annotated[tuple[Annotated[int, Field(ge=300, le=4_000_000)], ...], Field(strict=False)] = (
-        Field(
-            (),
-            examples=[[9600, 38400]],
-            description="Other rates that a selector or a setting of the robot allows.",
-        )
+    baud: Baud = Field(description="Bits per second, unless the link sets it.")
+    other_bauds: Annotated[tuple[Baud, ...], Field(strict=False)] = Field(
+        (),
+        examples=[[9600, 38400]],
+        description="Other rates that a selector or a setting of the robot allows.",
     )
     bytesize: Literal[7, 8] = Field(8, description="Data bits.")
     parity: Literal["none", "even", "odd"] = Field("none", description="Parity bit.")
@@ -49,8 +43,8 @@ class Link(Model):
     rfcomm_channel: int = Field(
         1, ge=1, le=30, description="Bluetooth serial channel, unless the link sets it."
     )
-    settle: float = Field(
-        0.1, ge=0, le=10, description="Seconds between opening the line and the first request."
+    settle: Annotated[float, Unit("s")] = Field(
+        0.1, ge=0, le=10, description="Time between opening the line and the first request."
     )
     hint: Text = Field(
         "",

@@ -12,11 +12,15 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from swarmctl.field_types import ConsistencyError, Model
 from swarmctl.robot_types.cameras import Image
-from swarmctl.robot_types.reading import Reading
+from swarmctl.robot_types.reading import Hertz, Reading
+from swarmctl.units import Unit
 
 ElementName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$", examples=["front_left"])]
 Positive = Annotated[float, Field(gt=0)]
-Unit = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
+UnitName = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
+Metre = Annotated[float, Unit("m")]
+Degrees = Annotated[float, Unit("deg")]
+Volts = Annotated[float, Unit("V")]
 Three = Annotated[tuple[float, float, float], Field(strict=False)]
 ODOM = "odom"
 FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
@@ -37,14 +41,14 @@ class Place(Model):
     """Where one sensor sits and where it looks."""
 
     name: ElementName = Field(description="Short name, unique in its array.")
-    x: float = Field(examples=[0.07], description="Forward of the robot's centre, m.")
-    y: float = Field(examples=[0.017], description="Left of the robot's centre, m.")
-    z: float = Field(0.0, examples=[0.034], description="Above the wheels' axis, m.")
-    heading_deg: float = Field(
+    x: Metre = Field(examples=[0.07], description="Forward of the robot's centre.")
+    y: Metre = Field(examples=[0.017], description="Left of the robot's centre.")
+    z: Metre = Field(0.0, examples=[0.034], description="Above the wheels' axis.")
+    heading_deg: Degrees = Field(
         ge=-180,
         le=180,
         examples=[13],
-        description="Where it looks, degrees, counter-clockwise from ahead.",
+        description="Where it looks, counter-clockwise from ahead.",
     )
 
 
@@ -52,7 +56,7 @@ class Wheels(Reading):
     """Both position counters, left first: `odom`, the transform to it, and the joints of both wheels."""
 
     kind: Literal["wheels"] = Field(description="Position counters of both wheels.")
-    rate: float = Field(10.0, ge=0, le=50, description="How often they are read and published, Hz.")
+    rate: Hertz = Field(10.0, ge=0, le=50, description="How often they are read and published.")
 
     @property
     def count(self) -> int:
@@ -66,7 +70,7 @@ class Range(Reading):
     kind: Literal["range"] = Field(description="Distance sensors, infrared or ultrasound.")
     radiation: Literal["infrared", "ultrasound"] = Field("infrared", description="What they send out.")
     max_reading: int = Field(ge=1, le=65535, examples=[4095], description="Largest raw reading.")
-    distances: Annotated[tuple[tuple[float, Annotated[float, Field(ge=0)]], ...], Field(strict=False)] = (
+    distances: Annotated[tuple[tuple[float, Annotated[Metre, Field(ge=0)]], ...], Field(strict=False)] = (
         Field(
             min_length=2,
             examples=[[[100, 0.05], [4095, 0.005]]],
@@ -86,9 +90,7 @@ class Range(Reading):
         examples=[2000],
         description="A reading from here on is none: the sensor is off.",
     )
-    field_of_view_deg: float = Field(
-        gt=0, le=360, examples=[15], description="How wide each one looks, degrees."
-    )
+    field_of_view_deg: Degrees = Field(gt=0, le=360, examples=[15], description="How wide each one looks.")
     stride: int = Field(
         1, ge=1, le=16, description="From one sensor's number to the next one's in the reply."
     )
@@ -142,7 +144,7 @@ class Quantity(Reading):
     names: Names = Field(
         examples=[["left", "right"]], description="One name a number, in the order of the reply."
     )
-    unit: Unit = Field(description="Its unit once scaled, SI.")
+    unit: UnitName = Field(description="Its unit once scaled, SI.")
     scale: float = Field(1.0, examples=[0.004], description="The unit for each unit of the robot's.")
     offset: float = Field(0.0, description="Added after scaling, in the unit.")
 
@@ -213,13 +215,13 @@ class Battery(Reading):
     """The battery's voltage, and how full that is."""
 
     kind: Literal["battery"] = Field(description="The battery.")
-    volts: Annotated[tuple[float, ...], Field(min_length=1, max_length=4, strict=False)] = Field(
+    volts: Annotated[tuple[Volts, ...], Field(min_length=1, max_length=4, strict=False)] = Field(
         examples=[[0.02]],
-        description="V for each unit of each number of the reply; what they make is added up.",
+        description="Voltage for each unit of each number of the reply; what they make is added up.",
     )
-    offset: float = Field(0.0, description="V added to that.")
-    empty: Positive = Field(examples=[3.4], description="Voltage at which it is empty, V.")
-    full: Positive = Field(examples=[4.2], description="Voltage at which it is full, V.")
+    offset: Volts = Field(0.0, description="Added to that.")
+    empty: Annotated[Positive, Unit("V")] = Field(examples=[3.4], description="Voltage at which it is empty.")
+    full: Annotated[Positive, Unit("V")] = Field(examples=[4.2], description="Voltage at which it is full.")
 
     @property
     def count(self) -> int:

@@ -12,31 +12,33 @@ from swarmctl.robot_types.cameras import NO_CAMERA_SETTINGS, CameraSettings
 from swarmctl.robot_types.reading import SensorName
 from swarmctl.robot_types.sensors import Positive
 from swarmctl.robot_types.sketch_settings import NO_FIRMWARE_SETTINGS, Firmware
+from swarmctl.units import Unit
 
 DIAGNOSTICS = "diagnostics"
 DIAGNOSTICS_RATE = 1.0  # Hz
 COMMAND_TIMEOUT = 0.5  # s
 
-Metres = Annotated[float, Field(ge=0.001, le=100, examples=[0.088])]
-Speed = Annotated[Positive, Field(le=100, examples=[0.3])]
-Rate = Annotated[float, Field(ge=0, le=50, examples=[10.0])]
+Metres = Annotated[float, Field(ge=0.001, le=100, examples=[0.088]), Unit("m")]
+Speed = Annotated[Positive, Field(le=100, examples=[0.3]), Unit("m/s")]
+Rate = Annotated[float, Field(ge=0, le=50, examples=[10.0]), Unit("Hz")]
+Turning = Annotated[Positive, Unit("rad/s")]
 
 
 class Limits(Model):
     """How fast the robot may go. The driver scales a command down as a whole, its curve unchanged."""
 
     linear: Speed | None = Field(
-        None, description="Forward and backward speed, m/s; what the wheels bear by default."
+        None, description="Forward and backward speed; what the wheels bear by default."
     )
-    angular: Positive | None = Field(
-        None, examples=[1.5], description="Turning speed, rad/s; what the wheels bear by default."
+    angular: Turning | None = Field(
+        None, examples=[1.5], description="Turning speed; what the wheels bear by default."
     )
 
 
 class Calibration(Model):
     """What was measured on one robot and differs from its type."""
 
-    wheel_separation: Metres | None = Field(None, description="Distance between the wheels' tracks, m.")
+    wheel_separation: Metres | None = Field(None, description="Distance between the wheels' tracks.")
     distance_scale: float | None = Field(
         None,
         ge=0.5,
@@ -49,17 +51,14 @@ class Calibration(Model):
 class RobotSettings(Model):
     """What may be tuned for one robot. What is left out comes from the more general layer."""
 
-    command_timeout: float | None = Field(
+    command_timeout: Annotated[float, Field(ge=0.05, le=2, examples=[0.4]), Unit("s")] | None = Field(
         None,
-        ge=0.05,
-        le=2,
-        examples=[0.4],
-        description="Seconds without a command after which the robot stops (dead-man).",
+        description="Time without a command after which the robot stops (dead-man).",
     )
     rates: dict[SensorName, Rate] = Field(
         default_factory=dict,
         examples=[{"odom": 20.0, "proximity": 10.0}],
-        description="How often the driver reads and publishes each sensor, Hz; 0 turns it off. "
+        description="How often the driver reads and publishes each sensor; 0 turns it off. "
         "`diagnostics` is one of them and cannot be turned off: 0.2 to 10 Hz.",
     )
     limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from swarmctl.field_types import Model
+from swarmctl.units import Unit
 
 PINS = ("encoder", "enable", "forward", "backward")
 
@@ -15,9 +16,9 @@ Pin = Annotated[int, Field(ge=4, le=19, examples=[7])]
 Pwm = Annotated[float, Field(ge=0, le=250, examples=[60.0])]  # the loop needs a margin above it
 
 # A kit's motor on a kit's wheel, with an order of magnitude to either side.
-FullSpeed = Annotated[float, Field(ge=0.05, le=20, examples=[0.6])]  # m/s
+FullSpeed = Annotated[float, Field(ge=0.05, le=20, examples=[0.6]), Unit("m/s")]
 # Less is no robot that gets going within sight; more is no ramp: wheels slip at 10 m/s².
-Acceleration = Annotated[float, Field(ge=0.05, le=50, examples=[1.0])]  # m/s²
+Acceleration = Annotated[float, Field(ge=0.05, le=50, examples=[1.0]), Unit("m/s²")]
 # At 255, a wheel that is 1 rad/s too slow gets all of the PWM: a switch, not a loop.
 Proportional = Annotated[float, Field(ge=0, le=255, examples=[8.0])]
 # As much within a tenth of a second.
@@ -49,7 +50,7 @@ class WheelDrive(Model):
     )
     full_speed: FullSpeed | None = Field(
         None,
-        description="Speed on the ground at full PWM, m/s; a fifth above `wheel_speed_max` by default.",
+        description="Speed on the ground at full PWM; a fifth above `wheel_speed_max` by default.",
     )
 
 
@@ -67,17 +68,14 @@ class Firmware(Model):
     )
     acceleration_max: Acceleration | None = Field(
         None,
-        description="How fast a wheel gets faster, m/s²; 1 by default. It stops at once.",
+        description="How fast a wheel gets faster; 1 by default. It stops at once.",
     )
     stop: Literal["brake", "coast"] | None = Field(
         None, description="Whether standing motors are shorted, which holds the robot; `brake` by default."
     )
-    control_period: float | None = Field(
+    control_period: Annotated[float, Field(ge=0.005, le=0.1, examples=[0.02]), Unit("s")] | None = Field(
         None,
-        ge=0.005,
-        le=0.1,
-        examples=[0.02],
-        description="Seconds between steps of the loops, in whole milliseconds; 0.02 by default.",
+        description="Time between steps of the loops, in whole milliseconds; 0.02 by default.",
     )
     kp: Proportional | None = Field(
         None, description="Steps of PWM (of 255) for each rad/s too slow; 8 by default."

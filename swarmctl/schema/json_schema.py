@@ -11,6 +11,7 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.schema.examples import with_examples
 from swarmctl.schema.range_schema import with_ranges
 from swarmctl.spec.model import Spec
+from swarmctl.units import X_UNIT, with_unit
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
 MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotType}
@@ -38,6 +39,8 @@ def _draft7(node: Any) -> Any:
         _WORDS.get(key, key): _below(key, value) for key, value in node.items() if not _idle(key, value)
     }
     made = _without_null(made)
+    if X_UNIT in made:
+        made = with_unit(made)
     if "patternProperties" in made:  # pydantic leaves names open that fit no pattern; a spec does not
         made |= {"additionalProperties": False}
         made.pop("propertyNames", None)

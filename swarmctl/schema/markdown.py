@@ -9,6 +9,7 @@ from typing import Any
 
 from swarmctl.schema.json_schema import without_ranges
 from swarmctl.spec.program_params import Setting, shipped
+from swarmctl.units import X_UNIT
 
 _HEADING = {
     "swarm": "What may stand in a swarm's spec.",
@@ -90,7 +91,8 @@ class _Page:
         if named := value.get("patternProperties") or value.get("additionalProperties"):
             inner = next(iter(named.values())) if "patternProperties" in value else named
             return f"name: {self.value(inner)}" if isinstance(inner, Mapping) else "mapping"
-        return {"string": "text", "boolean": "`true`, `false`"}.get(value.get("type", ""), _number(value))
+        words = {"string": "text", "boolean": "`true`, `false`"}
+        return _number(value) if X_UNIT in value else words.get(value.get("type", ""), _number(value))
 
     def _referred(self, name: str) -> str:
         if name not in _ELSEWHERE and "properties" not in self.definitions[name]:
@@ -121,13 +123,14 @@ def _code(value: Any) -> str:
 
 
 def _number(value: Mapping[str, Any]) -> str:
-    word = "whole number" if value.get("type") == "integer" else "number"
+    word = "whole number" if "integer" in value.get("type", "") else "number"
     low = value.get("minimum", value.get("exclusiveMinimum"))
     high = value.get("maximum", value.get("exclusiveMaximum"))
     above = "above" if "exclusiveMinimum" in value else "from"
     bounds = [f"{above} {low:g}"] if low is not None else []
     bounds += [f"to {high:g}"] if high is not None else []
-    return " ".join([word, *bounds])
+    unit = [value[X_UNIT]] if X_UNIT in value else []
+    return " ".join([word, *bounds, *unit])
 
 
 def _text(text: str) -> str:

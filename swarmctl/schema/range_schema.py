@@ -66,7 +66,7 @@ class _Maker:
             self._define(_name(node), _name(node), self.outside)
         if node.get("type") == "array" and "items" in node:
             item = node["items"]
-            made["items"] = _or_range(item) if item.get("type") in _SCALARS else self.inside(item)
+            made["items"] = _or_range(item) if _is_scalar(item) else self.inside(item)
         if _NAME in node.get("patternProperties", {}):
             value = node["patternProperties"][_NAME]
             made["patternProperties"] = {_NAME: self.outside(value), _RANGE_OF_NAMES: self.inside(value)}
@@ -80,7 +80,7 @@ class _Maker:
         """A schema of what belongs to an entry that ranges."""
         if "const" in node:  # the kind of a link decides its other keys
             return dict(node)
-        if node.get("type") in _SCALARS or "enum" in node:
+        if _is_scalar(node) or "enum" in node:
             return _or_range(node, _ref("Each"))
         made = dict(node)
         if "$ref" in node:
@@ -120,6 +120,11 @@ def _or_range(node: Schema, *others: Schema) -> dict[str, Any]:
     kept = {word: node[word] for word in _ANNOTATIONS if word in node}
     plain = {word: value for word, value in node.items() if word not in kept}
     return {**kept, "anyOf": [plain, _ref("Range"), *others]}
+
+
+def _is_scalar(node: Schema) -> bool:
+    kinds = node.get("type", [])
+    return all(one in _SCALARS for one in kinds) if isinstance(kinds, list) and kinds else kinds in _SCALARS
 
 
 def _ref(name: str) -> dict[str, Any]:

@@ -42,6 +42,9 @@ from swarmctl.robot_types.protocols import DriverName
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.units import Unit
+
+Megabytes = Annotated[int, Unit("MB")]
 
 
 class Mode(str, Enum):
@@ -84,7 +87,7 @@ class Computer(Model):
 
     title: Printable = Field("", description="What people call it.", examples=["Odroid XU4"])
     cores: int = Field(1, ge=1, le=1024, description="Processor cores.", examples=[4])
-    memory_mb: int = Field(1024, ge=1, description="Memory in MB.")
+    memory_mb: Megabytes = Field(1024, ge=1, description="Memory.")
     clock: bool = Field(True, description="Whether it keeps the time without power (a battery-backed clock).")
 
 
@@ -154,10 +157,10 @@ class NetworkLink(Model):
         None, description="Its addresses; by default the /24 around the hosts' own."
     )
     multicast: bool | None = Field(None, description="Whether multicast passes; unknown when left out.")
-    capacity_mbps: Annotated[float, Field(gt=0, le=100_000)] | None = Field(
+    capacity_mbps: Annotated[float, Field(gt=0, le=100_000), Unit("Mbit/s")] | None = Field(
         None,
         examples=[35.0],
-        description="Mbit/s between two of its hosts, as iperf3 measures them; 10 for a wlan and 90 for an "
+        description="Throughput between two of its hosts, as iperf3 measures it; 10 for a wlan and 90 for an "
         "ethernet by default.",
     )
 
@@ -259,8 +262,8 @@ class Program(Model):
         description="The microcontroller it speaks rosserial with; its topics are the sketch's.",
         examples=["arduino-uno"],
     )
-    memory_mb: Annotated[int, Field(ge=1, examples=[300])] | None = Field(
-        None, description="Memory it takes, MB."
+    memory_mb: Annotated[Megabytes, Field(ge=1, examples=[300])] | None = Field(
+        None, description="Memory it takes."
     )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, get_args, get_origin
+from collections.abc import Iterable, Mapping
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.model import LINKS, Spec
+from swarmctl.units import Unit, described_with
 
 _TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
 
@@ -38,7 +41,35 @@ def link_keys(kind: str) -> tuple[str, ...]:
 def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
     """Returns the description of the key at ``loc`` of a ``model``; empty if it has none."""
     fields = [place.model_fields.get(str(loc[-1])) for place in _places(loc[:-1], model) if _is_model(place)]
-    return next((field.description for field in fields if field and field.description), "")
+    text = next((field.description for field in fields if field and field.description), "")
+    unit = unit_at(loc, model)
+    return described_with(text, unit.symbol) if text and unit else text
+
+
+def unit_at(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> Unit | None:
+    """Returns the unit of the number at ``loc`` of a ``model``; None if it has none."""
+    for place in _places(loc[:-1], model) if loc else ():
+        if _is_model(place):
+            field = place.model_fields.get(str(loc[-1]))
+            found = field and (_unit_in(field.metadata) or _unit_of(field.annotation))
+        else:
+            found = next((unit for one in _arguments(place, loc[-1]) if (unit := _unit_of(one))), None)
+        if found:
+            return found
+    return None
+
+
+def _unit_of(annotation: Any) -> Unit | None:
+    """The unit of a number's type, also of one that may be left out."""
+    if hasattr(annotation, "__metadata__"):
+        return _unit_in(annotation.__metadata__) or _unit_of(annotation.__origin__)
+    if get_origin(annotation) in (Union, UnionType):
+        return next((unit for one in get_args(annotation) if (unit := _unit_of(one))), None)
+    return None
+
+
+def _unit_in(metadata: Iterable[Any]) -> Unit | None:
+    return next((one for one in metadata if isinstance(one, Unit)), None)
 
 
 def _is_model(place: Any) -> bool:
@@ -50,19 +81,24 @@ def _below(place: Any, part: str | int) -> list[Any]:
     if _is_model(place):
         field = place.model_fields.get(part)
         return _unwrapped(field.annotation) if field else []
+    return [below for one in _arguments(place, part) for below in _unwrapped(one)]
+
+
+def _arguments(place: Any, part: str | int) -> list[Any]:
+    """The annotation of what a mapping, a list or a pair has at ``part``; none of anything else."""
     origin, arguments = get_origin(place), get_args(place)
-    if origin is dict:
-        return _unwrapped(arguments[1])
-    if origin in (tuple, list):
-        return _unwrapped(arguments[0])
-    return []
+    if origin in (dict, Mapping):
+        return [arguments[1]]
+    if origin is tuple and Ellipsis not in arguments and isinstance(part, int) and part < len(arguments):
+        return [arguments[part]]
+    return [arguments[0]] if origin in (tuple, list) else []
 
 
 def _unwrapped(annotation: Any) -> list[Any]:
     """The alternatives of an annotation, without ``Annotated`` and ``| None``."""
     if hasattr(annotation, "__metadata__"):
         return _unwrapped(annotation.__origin__)
-    if getattr(annotation, "__origin__", None) in (tuple, list, dict):
+    if getattr(annotation, "__origin__", None) in (tuple, list, dict, Mapping):
         return [annotation]
     arguments = getattr(annotation, "__args__", None)
     if arguments:

@@ -15,6 +15,7 @@ from swarmctl.field_types import (
     Port,
 )
 from swarmctl.plugins import MULTIMASTERS, NameIn
+from swarmctl.units import Unit
 
 
 class Crossing(Model):
@@ -41,14 +42,14 @@ class Multimaster(Model):
     )
     group: Group = Field("226.0.0.0", description="Multicast group of the discovery.")
     port: Port = Field(11511, description="UDP port of the discovery.")
-    heartbeat_hz: Annotated[float, Field(gt=0, le=25.5)] = Field(
-        1.0, description="How often a master announces itself, Hz."
+    heartbeat_hz: Annotated[float, Field(gt=0, le=25.5), Unit("Hz")] = Field(
+        1.0, description="How often a master announces itself."
     )
-    active_request_after: Annotated[float, Field(gt=0)] = Field(
-        60.0, description="Seconds without a message from a master until it is queried."
+    active_request_after: Annotated[float, Field(gt=0), Unit("s")] = Field(
+        60.0, description="Time without a message from a master until it is queried."
     )
-    remove_after: Annotated[float, Field(gt=0)] = Field(
-        300.0, description="Seconds without a message from a master until it is removed."
+    remove_after: Annotated[float, Field(gt=0), Unit("s")] = Field(
+        300.0, description="Time without a message from a master until it is removed."
     )
     robot_hosts: dict[HostName, tuple[HostName, ...]] = Field(
         default_factory=dict,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import islice
 from typing import Any, TypeVar
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import KEY, ConsistencyError
-from swarmctl.spec.model_lookup import described, known_keys
+from swarmctl.spec.model_lookup import described, known_keys, unit_at
 from swarmctl.spec.pattern_texts import NAME, PATTERN_TEXTS
 from swarmctl.spec.validation_fixes import (
     BOOLEANS,
@@ -28,6 +28,7 @@ from swarmctl.spec.validation_fixes import (
     without_tag,
 )
 from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
 from swarmctl.yamltext.limits import MAX_FINDINGS
 from swarmctl.yamltext.source import Loc, Source
@@ -113,7 +114,7 @@ def _diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnosti
             f"unknown key `{key}`{_inside(loc[:-1])}",
             source.span(loc, key=True),
             label="not a key here",
-            help=_help_for_unknown(key, tagged, model),
+            help=_help_for_unknown(key, given, tagged, model),
         )
     if kind == "missing" and isinstance(loc[-1], int):
         label = f"entry {loc[-1] + 1} is missing"
@@ -184,13 +185,36 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
     message = f"{_subject(loc)} cannot be {_shown(given)}"
     if kind == "string_pattern_mismatch":
         return Diagnostic("SPEC003", message, span, help=(_pattern_help(error["ctx"]["pattern"], given),))
-    bound = _BOUNDS.get(kind, "").format(**error.get("ctx", {}))
+    unit = unit_at(tagged, model)
+    bound = _bound(kind, error.get("ctx", {}), unit)
+    if unit and isinstance(text := _at(source.data, loc), str):
+        message = f"{_subject(loc)} cannot be {_shown(text)}"
     text = described(tagged, model)
     return Diagnostic("SPEC003", message, span, label=bound, help=(text,) if text and not bound else ())
 
 
-def _help_for_unknown(key: str, tagged: tuple[str | int, ...], model: type[BaseModel]) -> tuple[str, ...]:
+def _bound(kind: str, context: Mapping[str, Any], unit: Unit | None) -> str:
+    """What the value must be to be in its range, in the unit of its key."""
+    text, more = _BOUNDS.get(kind, ("", ""))
+    named = f" {unit.symbol}" if unit and "{" in text else ""
+    return f"{text.format(**context)}{named}{more}"
+
+
+def _at(data: Any, loc: Loc) -> Any:
+    """What the text has at ``loc``: the error has it in the unit of its key."""
+    for step in loc:
+        inside = isinstance(data, dict) and step in data
+        inside = inside or (isinstance(data, tuple) and isinstance(step, int) and step < len(data))
+        data = data[step] if inside else None
+    return data
+
+
+def _help_for_unknown(
+    key: str, given: Any, tagged: tuple[str | int, ...], model: type[BaseModel]
+) -> tuple[str, ...]:
     known = keys_at(tagged, model)
+    if given is None and key[:1].isdigit():  # {wheel_separation: 0,285}
+        return ("within braces a comma ends a value; write a decimal point, not a comma",)
     if not known and tagged[0] == "links" and (elsewhere := kinds_with(key)):
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
     return did_you_mean(key, known, "the keys here are")
@@ -236,13 +260,13 @@ def _short(text: str) -> str:
 
 
 _BOUNDS = {
-    "greater_than": "must be greater than {gt:.12g}",
-    "greater_than_equal": "must be {ge:.12g} or more",
-    "less_than": "must be less than {lt:.12g}",
-    "less_than_equal": "must be {le:.12g} or less",
-    "finite_number": "must be a finite number",
-    "string_too_short": "needs {min_length} or more characters",
-    "string_too_long": "must have {max_length} characters or fewer",
+    "greater_than": ("must be greater than {gt:.12g}", ""),
+    "greater_than_equal": ("must be {ge:.12g}", " or more"),
+    "less_than": ("must be less than {lt:.12g}", ""),
+    "less_than_equal": ("must be {le:.12g}", " or less"),
+    "finite_number": ("must be a finite number", ""),
+    "string_too_short": ("needs {min_length} or more characters", ""),
+    "string_too_long": ("must have {max_length} characters or fewer", ""),
 }
 _LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
 

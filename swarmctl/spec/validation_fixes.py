@@ -16,6 +16,7 @@ from swarmctl.spec.model_lookup import known_keys, link_keys
 from swarmctl.spec.pattern_texts import NAME
 from swarmctl.spec.references import rename_at, renaming
 from swarmctl.suggest import nearest
+from swarmctl.units import UnitError
 from swarmctl.yamltext.edits import as_text, make_fix, rename_key, replace_value, written
 from swarmctl.yamltext.scalars import number_or_text
 from swarmctl.yamltext.source import Loc, Source
@@ -56,6 +57,8 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
     if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME:
         name = legal_name(given)
         return renaming(given, name, rename_at(source, loc, given, name)) if name else None
+    if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
+        return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant))
     return _value_fix(kind, source, loc, given)
 
 
