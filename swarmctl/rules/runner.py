@@ -18,10 +18,11 @@ from swarmctl.rules.families.identity import rules as identity
 from swarmctl.rules.families.modes import islands
 from swarmctl.rules.families.modes import rules as modes
 from swarmctl.rules.families.multimaster import bridged_topics, discovery
+from swarmctl.rules.families.naming import remaps
 from swarmctl.rules.families.naming import rules as naming
 from swarmctl.rules.families.network import addresses, reachability
 from swarmctl.rules.families.ports import rules as ports
-from swarmctl.rules.families.programs import capabilities, declarations, shipped
+from swarmctl.rules.families.programs import capabilities, declarations, gamepads, shipped, values
 from swarmctl.rules.families.references import rules as references
 from swarmctl.rules.families.safety import rules as safety
 from swarmctl.rules.families.security import rules as security
@@ -60,7 +61,10 @@ _MODULES: tuple[ModuleType, ...] = (
     declarations,
     capabilities,
     shipped,
+    gamepads,
+    values,
     naming,
+    remaps,
     topics,
     message_types,
     discovery,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -42,6 +43,8 @@ MESSAGES = {  # of the topic with the name of its sensor
 _ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
 _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
+_JOY_TYPE, _JOY_NODES = "sensor_msgs/Joy", ("joy_node", "game_controller_node")
+_GRAPH_NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*", re.ASCII)
 _LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
 
 Loc = tuple[str | int, ...]
@@ -172,7 +175,8 @@ def _bytes(type_name: str) -> int:
 def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[Endpoint]:
     """Every topic that programs publish or subscribe to, under its full name; ``hosts`` by program.
 
-    These are the declared topics, and the commands that the shipped programs publish.
+    These are the declared topics, the commands that the shipped programs publish, and the gamepad's state
+    between a `joy_node` and teleop-joy.
     """
     commanded = _commanded(spec)
     for name, program in spec.programs.items():
@@ -189,6 +193,22 @@ def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[E
         for robot in commanded.get(name, ()):
             topic, rate = f"{names.namespace(robot)}/{COMMAND}", _command_rate(program)
             yield Endpoint(topic, COMMAND_TYPE, True, node, host, name, rate, None, ("programs", name))
+        if (joy := _joy_topic(program)) is not None:
+            full, listens = names.resolved(joy, node, program.remap), program.use is not None
+            place: Loc = ("programs", name, "params") if listens and program.params else ("programs", name)
+            yield Endpoint(full, _JOY_TYPE, not listens, node, host, name, None, None, place)
+
+
+def _joy_topic(program: Program) -> str | None:
+    """The topic of the gamepad that a program has without declaring it."""
+    if program.use == "teleop-joy" and program.package is None:
+        topic, device = (program.params.get(key, "") for key in ("topic", "device"))
+        default = str(shipped()[program.use]["topic"].default)
+        named = topic if isinstance(topic, str) and _GRAPH_NAME.fullmatch(topic) else default
+        declared = any(one.type == _JOY_TYPE for one in program.subscribes)
+        return None if device or declared else named
+    declared = bool(program.use or program.publishes)
+    return "joy" if program.package == "joy" and program.executable in _JOY_NODES and not declared else None
 
 
 def _commanded(spec: Spec) -> dict[str, dict[str, None]]:

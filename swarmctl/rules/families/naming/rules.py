@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm import names
-from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
+from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
 _CONVENTIONAL = re.compile("[a-z][a-z0-9_]*", re.ASCII)  # REP 144
@@ -128,25 +128,6 @@ def nodes(context: RuleContext) -> Iterator[Diagnostic]:
                     context.span(kind, word, key=True),
                     label="reserved name",
                     help=("choose another name",),
-                )
-
-
-@rule("NAME006")
-def remaps(context: RuleContext) -> Iterator[Diagnostic]:
-    """A name remapped to itself."""
-    for name, program in context.spec.programs.items():
-        node = names.program_node(name, program.robot)
-        for old, new in program.remap.items():
-            if names.resolved(old, node, {}) == names.resolved(new, node, {}):
-                loc = ("programs", name, "remap", old)
-                yield Diagnostic(
-                    "NAME006",
-                    f"program `{name}` remaps `{old}` to itself",
-                    context.span(*loc),
-                    severity=Severity.WARNING,
-                    label=f"both are `{names.resolved(old, node, {})}`",
-                    help=("remove it, or write another name",),
-                    fix=make_fix("remove it", remove(context.source, loc)),
                 )
 
 

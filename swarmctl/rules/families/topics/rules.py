@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 
 from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.model import Program
 from swarmctl.suggest import nearest
 from swarmctl.swarm.names import split_topic
 from swarmctl.swarm.topics import (
@@ -19,6 +21,12 @@ from swarmctl.swarm.topics import (
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
+_GAMEPAD = (
+    "read the gamepad without another node: params: {device: /dev/input/js0}",
+    "or add the program {package: joy, executable: joy_node, params: {autorepeat_rate: 20.0}}",
+)
+_DECLARE = ("correct the name, or declare it under `publishes` of its program",)
+_PAD_WORDS = re.compile("joy|pad|stick|wii|ps[345]|xbox|spacenav|mouse")
 _FEW = 50  # no suggestions for more findings or more candidates than this
 
 
@@ -92,30 +100,53 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
     lost = [
         one
         for one in context.endpoints
-        if not one.publishes and not _may_be_published(context, one) and not context.publishers.of(one.topic)
+        if not one.publishes
+        and one.host
+        and not _may_be_published(context, one)
+        and not context.publishers.of(one.topic)
     ]
-    programs = context.spec.programs.items()
-    silent = {name for name, one in programs if not one.publishes and one.use is None}
+    publishing = {one.owner for one in context.endpoints if one.publishes}
+    programs = context.spec.programs
+    silent = {name for name, one in programs.items() if name not in publishing and one.use is None}
+    gamepads = {name for name in silent if _may_read_a_gamepad(programs[name])}
     dangling: dict[str, list[tuple[Endpoint, str | None]]] = {}
     for one in lost:
-        near = _nearest(context, one.topic) if len(lost) <= _FEW else None
-        if near is not None or (silent <= {one.owner} and context.spec.programs[one.owner].board is None):
+        near = _nearest(context, one) if len(lost) <= _FEW else None
+        unknown = gamepads if programs[one.owner].use is not None else silent
+        if near is not None or (unknown <= {one.owner} and programs[one.owner].board is None):
             dangling.setdefault(one.owner, []).append((one, near))
     for owner, found in dangling.items():
         one, near = next((pair for pair in found if pair[1] is not None), found[0])
         more = f" and {len(found) - 1} more" if len(found) > 1 else ""
         loc = (*one.loc, "topic")
+        declared = isinstance(one.loc[-1], int)
         yield Diagnostic(
             "TOPIC002",
             f"program `{owner}` subscribes to `{one.topic}`{more}, without a publisher",
             context.span(*loc),
             severity=Severity.WARNING,
             label="waits forever without an error",
-            help=(f"did you mean `{near}`?",)
-            if near
-            else ("correct the name, or declare it under `publishes` of its program",),
-            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None,
+            help=(
+                *((f"did you mean `{near}`?",) if near and declared else ()),
+                *(
+                    (f"read `{near}`, which is published: params: {{topic: {near}}}",)
+                    if near and not declared
+                    else ()
+                ),
+                *(() if declared else _GAMEPAD),
+                *(_DECLARE if declared and not near else ()),
+            ),
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near))
+            if near and declared
+            else None,
         )
+
+
+def _may_read_a_gamepad(program: Program) -> bool:
+    """True if a program that declares nothing may publish a gamepad's state."""
+    return program.launch is not None or bool(
+        _PAD_WORDS.search(f"{program.package} {program.executable}".lower())
+    )
 
 
 def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
@@ -128,9 +159,18 @@ def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
     )
 
 
-def _nearest(context: RuleContext, topic: str) -> str | None:
-    """Returns the published topic that ``topic`` is probably misspelt for."""
+def _nearest(context: RuleContext, one: Endpoint) -> str | None:
+    """Returns the published topic that an endpoint's is misspelt for, or in another namespace."""
+    topic = one.topic
     space, name = split_topic(topic)
+    word = topic.rpartition("/")[2]
+    elsewhere = [
+        other
+        for other, types in context.publishers.programs.items()
+        if other.rpartition("/")[2] == word and one.type in types.values()
+    ]
+    if len(elsewhere) == 1:
+        return elsewhere[0]
     robots = context.robot_by_namespace
     known = list(context.publishers.programs)
     if space in robots:

@@ -1,0 +1,146 @@
+"""Buttons, axes and speeds of a gamepad: of swarmctl's teleop-joy, and of ROS's teleop_twist_joy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.model import Program
+from swarmctl.spec.program_params import shipped
+
+_TURBO = "the turbo scales always hold, also where slow driving was meant"
+_SELECT = "it counts only while the dead-man button is free, so it would never choose a robot"
+_AXES = "one movement of the stick would drive and turn at once"
+
+
+@dataclass(frozen=True)
+class _Pad:
+    """The parameters of a gamepad program, with their defaults."""
+
+    controls: tuple[tuple[str, str, str, str], ...]  # button or axis; two parameters; why they differ
+    turbo: str
+    scales: tuple[tuple[str, str], ...]  # without and with turbo
+    defaults: Mapping[str, float]
+
+
+_TELEOP_JOY = _Pad(
+    controls=(
+        ("button", "deadman_button", "turbo_button", _TURBO),
+        ("button", "deadman_button", "select_button", _SELECT),
+        ("axis", "linear_axis", "angular_axis", _AXES),
+    ),
+    turbo="turbo_button",
+    scales=(("linear_scale", "turbo_linear_scale"), ("angular_scale", "turbo_angular_scale")),
+    defaults={},  # in settings.yaml
+)
+# wiki.ros.org/teleop_twist_joy
+_TWIST_JOY = _Pad(
+    controls=(
+        ("button", "enable_button", "enable_turbo_button", _TURBO),
+        ("axis", "axis_linear", "axis_angular", _AXES),
+    ),
+    turbo="enable_turbo_button",
+    scales=(("scale_linear", "scale_linear_turbo"), ("scale_angular", "scale_angular_turbo")),
+    defaults={
+        "enable_button": 0, "enable_turbo_button": -1, "axis_linear": 1, "axis_angular": 0,
+        "scale_linear": 0.5, "scale_linear_turbo": 1.0, "scale_angular": 0.5, "scale_angular_turbo": 1.0,
+    },
+)  # fmt: skip
+_NESTED = {
+    "axis_linear": "axis_linear/x",
+    "axis_angular": "axis_angular/yaw",
+    "scale_linear": "scale_linear/x",
+    "scale_linear_turbo": "scale_linear_turbo/x",
+    "scale_angular": "scale_angular/yaw",
+    "scale_angular_turbo": "scale_angular_turbo/yaw",
+}
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """The numbers that one program gets, and where they stand."""
+
+    context: RuleContext
+    name: str
+    program: Program
+    pad: _Pad
+
+    def value(self, key: str) -> float:
+        """Returns the number of a parameter, its default if the spec has no number for it."""
+        given = self.program.params.get(self._written(key))
+        if isinstance(given, (int, float)) and not isinstance(given, bool):
+            return given
+        if self.program.use is not None:
+            return float(shipped()[self.program.use][key].default)
+        return self.pad.defaults[key]
+
+    def span(self, key: str) -> Span:
+        """Returns where a parameter stands; of a default, the program."""
+        written = self._written(key)
+        loc = ("programs", self.name)
+        return self.context.span(*loc, *(("params", written) if written in self.program.params else ()))
+
+    def given(self, key: str) -> bool:
+        """Returns whether the spec sets the parameter."""
+        return self._written(key) in self.program.params
+
+    def shown(self, key: str) -> str:
+        """Returns the value, marked where it is a default."""
+        return f"{self.value(key):g}{'' if self.given(key) else ', the default'}"
+
+    def _written(self, key: str) -> str:
+        nested = _NESTED.get(key, key)
+        return nested if nested in self.program.params else key
+
+
+def _pads(context: RuleContext) -> Iterator[_Settings]:
+    for name, program in context.spec.programs.items():
+        if program.use == "teleop-joy":
+            yield _Settings(context, name, program, _TELEOP_JOY)
+        elif program.package == "teleop_twist_joy" and program.launch is None:
+            yield _Settings(context, name, program, _TWIST_JOY)
+
+
+@rule("PROG017")
+def shared_controls(context: RuleContext) -> Iterator[Diagnostic]:
+    """One button or axis of a gamepad for two functions."""
+    for pad in _pads(context):
+        for what, first, second, why in pad.pad.controls:
+            number = pad.value(first)
+            if number < 0 or number != pad.value(second):
+                continue
+            at, other = (second, first) if pad.given(second) else (first, second)
+            yield Diagnostic(
+                "PROG017",
+                f"`{first}` and `{second}` of program `{pad.name}` are both {what} {number:g}",
+                pad.span(at),
+                label=f"`{other}` is {pad.shown(other)}",
+                notes=(Note(pad.span(other), f"`{other}`"),) if pad.given(other) else (),
+                help=(f"choose another {what} for one of them: {why}",),
+            )
+
+
+@rule("PROG018", "PROG019")
+def turbo_speeds(context: RuleContext) -> Iterator[Diagnostic]:
+    """Turbo scales that turn the direction round, or that are slower than those without turbo."""
+    for pad in _pads(context):
+        for slow, fast in pad.pad.scales if pad.value(pad.pad.turbo) >= 0 else ():
+            plain, turbo = pad.value(slow), pad.value(fast)
+            opposite = plain * turbo < 0
+            if not opposite and abs(turbo) >= abs(plain):
+                continue
+            at, other = (fast, slow) if pad.given(fast) else (slow, fast)
+            meant = -turbo if opposite else 2 * plain
+            yield Diagnostic(
+                "PROG018" if opposite else "PROG019",
+                f"the turbo button of program `{pad.name}` reverses the direction"
+                if opposite
+                else f"program `{pad.name}` is slower with turbo than without",
+                pad.span(at),
+                severity=Severity.ERROR if opposite else Severity.WARNING,
+                label=f"`{other}` is {pad.shown(other)}",
+                notes=(Note(pad.span(other), f"`{other}`"),) if pad.given(other) else (),
+                help=(f"set `{fast}` too, such as {meant:g}",),
+            )

@@ -1,0 +1,155 @@
+"""Paths and texts of programs: what ROS finds by them, and what nothing expands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Fix, Severity
+from swarmctl.field_types import Value
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.yamltext.edits import make_fix, replace_value
+
+# Where ROS is found, set by its setup.bash; by variable, the folder without which it is not.
+_SEARCH_PATHS = {
+    "PYTHONPATH": "/opt/ros",
+    "LD_LIBRARY_PATH": "/opt/ros",
+    "ROS_PACKAGE_PATH": "/opt/ros",
+    "CMAKE_PREFIX_PATH": "/opt/ros",
+    "PATH": "/usr/bin",
+}
+_VARIABLE = re.compile(r"\$\{?[A-Za-z_][A-Za-z0-9_]*\}?", re.ASCII)
+_HOME = re.compile(r"(?:^|(?<=:))~(?=/|$)")
+_SUBSTITUTION = re.compile(r"\$\([a-z]+[^)]*\)?")
+_COMMAND = re.compile(r"`[^`]+`")
+
+_LAUNCH = (".launch", ".xml", ".test")
+_SETUP = re.compile(r"(/devel|/install)?/(local_)?setup\.(ba|z|fi)?sh$")
+
+
+@rule("PROG020", ros1=True)
+def search_paths(context: RuleContext) -> Iterator[Diagnostic]:
+    """A search path that loses what ROS put there."""
+    for name, program in context.spec.programs.items():
+        for key, value in program.environment.items():
+            needed = _SEARCH_PATHS.get(key)
+            parts = [f"{part}/" for part in value.split(":")]
+            if needed is None or any(part.startswith(f"{needed}/") for part in parts):
+                continue
+            yield Diagnostic(
+                "PROG020",
+                f"program `{name}` replaces `{key}`, by which ROS is found",
+                context.span("programs", name, "environment", key),
+                severity=Severity.WARNING,
+                label=f"without {needed}",
+                help=(
+                    "leave it out: `ros.workspace` adds a workspace to the search paths of every program",
+                    f"or write the whole path, with the folders below {needed} that `env` shows on the host",
+                ),
+            )
+
+
+@rule("PROG021", ros1=True)
+def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A variable, a home folder or a command in a value that no shell and no roslaunch expands."""
+    for name, program in context.spec.programs.items():
+        values: list[tuple[str, str, Value]] = [
+            ("environment", key, value) for key, value in program.environment.items()
+        ]
+        if program.package is not None:
+            values += [("params", key, value) for key, value in program.params.items()]
+        for kind, key, value in values:
+            found = _unexpanded(value, in_a_node=kind == "params" and program.launch is None)
+            if found is None:
+                continue
+            home = _home(context, name)
+            yield Diagnostic(
+                "PROG021",
+                f"nothing expands `{found}` in `{key}` of program `{name}`",
+                context.span("programs", name, kind, key),
+                severity=Severity.WARNING,
+                label="passed as it stands",
+                help=(
+                    f"write the folder itself: {home}"
+                    if found in ("~", "$HOME", "${HOME}")
+                    else "write the resulting value"
+                    if not found.startswith("$(")
+                    else "write the resulting path, or set it in a launch file of your package",
+                ),
+            )
+
+
+def _unexpanded(value: Value, *, in_a_node: bool) -> str | None:
+    """Returns what somebody expects to be expanded; ``$(`` elsewhere is PROG016's; no file's text."""
+    if not isinstance(value, str) or "\n" in value:
+        return None
+    patterns = (_VARIABLE, _HOME, _COMMAND, *((_SUBSTITUTION,) if in_a_node else ()))
+    found = next((match for pattern in patterns if (match := pattern.search(value))), None)
+    return found[0] if found else None
+
+
+def _home(context: RuleContext, program: str) -> str:
+    host = context.spec.hosts.get(context.program_hosts[program] or "")
+    user = (host and host.user) or "robot"
+    return "/root" if user == "root" else f"/home/{user}"
+
+
+@rule("PROG022", ros1=True)
+def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
+    """A `launch` that names no launch file of ROS 1, or an `executable` that is one."""
+    for name, program in context.spec.programs.items():
+        if program.executable is not None and program.executable.endswith(".launch"):
+            yield Diagnostic(
+                "PROG022",
+                f"`{program.executable}` is a launch file, not an executable",
+                context.span("programs", name, "executable"),
+                label="the executable of program `" + name + "`",
+                help=(f"write `launch: {program.executable}`",),
+            )
+        launch, loc = program.launch, ("programs", name, "launch")
+        if launch is None:
+            continue
+        if launch.startswith("launch/"):
+            yield Diagnostic(
+                "PROG022",
+                f"`{launch}` is searched for in the folder `launch` of the package",
+                context.span(*loc),
+                label=f"would be launch/{launch}",
+                help=(f"write `{launch[7:]}`",),
+                fix=make_fix(f"write `{launch[7:]}`", replace_value(context.source, loc, launch[7:])),
+            )
+        elif not launch.endswith(_LAUNCH):
+            yield Diagnostic(
+                "PROG022",
+                f"roslaunch does not read `{launch}`",
+                context.span(*loc),
+                label=f"no {', '.join(_LAUNCH[:2])} file",
+                help=(
+                    "ROS 1 has launch files in XML only; name one of the package's XML files"
+                    if ".launch." in launch
+                    else f"ROS 1 has launch files in XML only; a program is started by `executable: {launch}`"
+                    if launch.endswith((".py", ".sh"))
+                    else f"write the whole name of the file, such as `{launch}.launch`",
+                ),
+            )
+
+
+@rule("PROG023", ros1=True)
+def workspaces(context: RuleContext) -> Iterator[Diagnostic]:
+    """A workspace that is a file or a folder within one."""
+    workspace, loc = context.spec.ros.workspace, ("ros", "workspace")
+    if workspace is None:
+        return
+    script, folder = _SETUP.search(workspace), workspace.rpartition("/")[2]
+    meant = workspace[: script.start()] if script else workspace.rpartition("/")[0]
+    if (script is None and folder not in ("src", "build", "logs")) or not meant:
+        return
+    fix: Fix | None = make_fix(f"write `{meant}`", replace_value(context.source, loc, meant))
+    yield Diagnostic(
+        "PROG023",
+        f"`{workspace}` is {'a file in a workspace' if script else 'a folder of a workspace'}",
+        context.span(*loc),
+        label="setup.bash is searched for below it, in devel and install",
+        help=(f"write the workspace itself: {meant}",),
+        fix=fix,
+    )
