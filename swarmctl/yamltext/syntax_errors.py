@@ -7,6 +7,7 @@ import re
 import yaml
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.yamltext.limits import MAX_FIXABLE
 
 
 def at(mark: yaml.Mark) -> Span:
@@ -14,17 +15,14 @@ def at(mark: yaml.Mark) -> Span:
     return Span(mark.name, mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
 
 
+_NOT_CLOSED = ("this quote is not closed", "close it, or double it if it is part of the text")
 _NO_COLON = ("this key has no colon", "write it like `name: lab`")
 
 # A part of libyaml's message, our message, and our help.
 _MESSAGES = (
     ("expected ',' or '}'", "this bracket is not closed, or a comma is missing in it", "close it with `}`"),
     ("expected ',' or ']'", "this bracket is not closed, or a comma is missing in it", "close it with `]`"),
-    (
-        "unexpected end of stream",
-        "this quote is not closed",
-        "close it, or double it if it is part of the text",
-    ),
+    ("unexpected end of stream", *_NOT_CLOSED),
     (
         "mapping values are not allowed",
         "a second `:` is not allowed here",
@@ -73,6 +71,9 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
         return Diagnostic("YAML001", f"this is not YAML: {problem}", Span(name, 1, 1, 1, 1))
     if word := _range_around(text, mark.index):
         return Diagnostic("YAML001", "a range needs quotes here", at(mark), help=(f'write "{word}"',))
+    if opened := _quote_over_lines(text, mark):
+        ends = Note(at(mark), "its text ends before this")
+        return Diagnostic("YAML001", _NOT_CLOSED[0], opened, notes=(ends,), help=_NOT_CLOSED[1:])
     if "mapping values are not allowed" in problem and (key := _key_above(text, mark)):
         return Diagnostic("YAML001", _NO_COLON[0], key, help=(_NO_COLON[1],))
     message, fix = f"this is not YAML: {problem}", ""
@@ -89,6 +90,27 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
     elif place is not None and "anchor" in problem:
         notes = (Note(at(place), "first here"),)
     return Diagnostic("YAML001", message, at(mark), notes=notes, help=(fix,) if fix else ())
+
+
+def _quote_over_lines(text: str, mark: yaml.Mark) -> Span | None:
+    """Returns where quoted text over several lines begins that ends just before ``mark``.
+
+    A quote that is not closed takes in all lines up to the next quote.
+    """
+    if len(text) > MAX_FIXABLE:
+        return None
+    last: yaml.Token | None = None
+    try:
+        for token in yaml.scan(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
+            if token.start_mark.index >= mark.index:
+                break
+            last = token if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"') else last
+    except yaml.YAMLError:
+        pass  # the error that is being reported
+    if last is None or last.end_mark.line == last.start_mark.line or mark.line > last.end_mark.line + 1:
+        return None
+    line, column = last.start_mark.line + 1, last.start_mark.column + 1
+    return Span(mark.name, line, column, line, column + 1)
 
 
 def _key_above(text: str, mark: yaml.Mark) -> Span | None:

@@ -10,11 +10,16 @@ from swarmctl.spec.model import Wlan
 from swarmctl.swarm.addresses import Subnet
 from swarmctl.yamltext.edits import append_item, make_fix
 
+_SHOWN = 5  # hosts in a message
+
 
 @rule("NET001")
 def paths_to_hub(context: RuleContext) -> Iterator[Diagnostic]:
     """A host that shares no network with its hub."""
     for island in context.islands:
+        if len(island.hosts) > 1 and not context.networks_of[island.hub] and context.networks:
+            yield _hub_alone(context, island.hub, [name for name in island.hosts if name != island.hub])
+            continue
         for name in island.hosts:
             if not context.meet(name, island.hub):
                 yield Diagnostic(
@@ -25,6 +30,28 @@ def paths_to_hub(context: RuleContext) -> Iterator[Diagnostic]:
                     help=(_network_help(context, name, island.hub),),
                     fix=_network_fix(context, name, island.hub),
                 )
+
+
+def _hub_alone(context: RuleContext, hub: str, others: list[str]) -> Diagnostic:
+    """Returns the one finding for a hub on no network, which all its hosts would report."""
+    place = {name: [index for index, _ in context.networks_of[name]] for name in others}
+    shared = [index for index in place[others[0]] if all(index in place[name] for name in others)]
+    shown = ", ".join(f"`{link.name}`" for index, link in context.networks if index in shared)
+    where = f"the hosts of {shown}" if shown else "the hosts of a network that its hosts are on"
+    names = "`, `".join(others if len(others) < _SHOWN else [*others[: _SHOWN - 1], "..."])
+    fix = None
+    if len(shared) == 1 and len(context.networks) == 1:
+        fix = make_fix(
+            f"add `{hub}` to {where}", append_item(context.source, ("links", shared[0], "hosts"), hub)
+        )
+    return Diagnostic(
+        "NET001",
+        f"hub `{hub}` is on no network; no other host reaches it: `{names}`",
+        context.span("hosts", hub, key=True),
+        label="not in any wlan or ethernet",
+        help=(f"add `{hub}` to {where}",),
+        fix=fix,
+    )
 
 
 def _network_help(context: RuleContext, name: str, hub: str) -> str:
