@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
 from swarmctl.yamltext import scalars
 from swarmctl.yamltext.compose import (
     PLAIN,
@@ -99,6 +99,14 @@ def source_of(root: yaml.Node | None, path: str, texts: Mapping[str, str]) -> tu
     if any(found.code in _INCOMPLETE for found in builder.diagnostics):
         root, data = None, None
     return Source(path, data, root, texts), builder.diagnostics
+
+
+def _without_value(key: str, span: Span) -> Diagnostic:
+    """YAML015: a key with nothing behind its colon, which a spec reads as if the key were not there."""
+    help_ = "write a value, or remove the key"
+    return Diagnostic(
+        "YAML015", f"`{key}` has no value", span, Severity.WARNING, "missing here", help=(help_,)
+    )
 
 
 @contextmanager
@@ -210,7 +218,9 @@ class _Builder:
                 continue
             # saves a call for most values
             is_scalar = isinstance(value_node, yaml.ScalarNode)
-            built[key] = self._scalar(value_node) if is_scalar else self.build(value_node, depth)
+            built[key] = value = self._scalar(value_node) if is_scalar else self.build(value_node, depth)
+            if value is None and value_node.value == "" and self._below_limit:
+                self.diagnostics.append(_without_value(key, span_of(value_node)))
         return built
 
     def _scalar(self, node: yaml.ScalarNode) -> Any:

@@ -10,6 +10,7 @@ import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from swarmctl.diagnostics import Severity
 from swarmctl.spec.catalog import Catalog
 from swarmctl.spec.load import load_text
 from swarmctl.yamltext.limits import MAX_NUMBER
@@ -102,7 +103,7 @@ def test_what_is_quoted_as_text_is_text(written: str) -> None:
 @pytest.mark.parametrize("written", ["!!int 12", "!robot {a: b}", "!!set {a: }", "!!binary aGk=", "![a]"])
 def test_tags_are_refused(written: str) -> None:
     _, found = parse(f"a: {written}\n", "x")
-    assert [one.code for one in found] in (["YAML007"], ["YAML001"])
+    assert [one.code for one in found if one.severity is Severity.ERROR] in (["YAML007"], ["YAML001"])
 
 
 def test_an_error_at_a_place_silences_the_warning_there() -> None:
