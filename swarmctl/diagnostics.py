@@ -50,10 +50,15 @@ class Edit:
 
 @dataclass(frozen=True)
 class Fix:
-    """A fix that a program can apply: edits that belong together, and a title."""
+    """A fix that a program can apply: edits that belong together, and a title.
+
+    It is ``safe`` if the text has one possible meaning: then the fix changes nothing that anybody intended,
+    and nothing that a node does. Any other fix is a guess, and a person decides.
+    """
 
     title: str
     edits: tuple[Edit, ...]
+    safe: bool
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,21 @@
-"""Did you mean: the nearest of a closed set of words."""
+"""Did you mean: the nearest of a closed set of words, and whether another could be meant."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
 from functools import lru_cache
 
-_NEAR = 0.6
+from rapidfuzz.distance import OSA
+
 _MANY = 500
+MOST_NEAR = 3  # more equally near words are no suggestion
+_FARTHEST = 4
+_SHORTEST = 4  # letters of a word in which another letter leaves no doubt; one less for other slips
+_SEPARATORS = re.compile("[-_. ]")
+_PARTS = re.compile("[-_. /]")
+_DIGITS = re.compile("[0-9]+")
 
 # What people write first, where the spec uses another word.
 _OTHER_WORDS = {
@@ -40,22 +48,87 @@ _OTHER_WORDS = {
     "rfcomm": "bluetooth",
     "bt": "bluetooth",
 }
+# Those of them that mean nothing else.
+_SYNONYMS = frozenset(
+    {"username", "login", "baudrate", "vid", "pid", "bdaddr", "wifi", "wireless", "rfcomm", "bt"}
+)
 
 
-def nearest(word: str, known: tuple[str, ...]) -> str | None:
-    """Returns the most similar name of ``known``, or None; of very many, one that differs by a letter."""
-    if len(known) > _MANY:
-        index = _by_shape(known)
-        known = tuple(dict.fromkeys(one for shape in _shapes(word) for one in index.get(shape, ())))
-    return _closest(word, known)
+@dataclass(frozen=True)
+class Guess:
+    """The words that are nearest to a wrong one; several are equally near, and none may be.
+
+    It is ``certain`` if there is one, a typing error away, and no other is plausible.
+    """
+
+    words: tuple[str, ...] = ()
+    certain: bool = False
+
+    @property
+    def only(self) -> str | None:
+        """The nearest word, or None if several are equally near."""
+        return self.words[0] if len(self.words) == 1 else None
+
+
+def guess(word: str, known: Iterable[str]) -> Guess:
+    """Returns what ``word`` was probably meant to be; of very many, only a word that differs by a letter."""
+    words = tuple(known)
+    if len(words) > _MANY:
+        index = _by_shape(words)
+        words = tuple(dict.fromkeys(one for shape in _shapes(word) for one in index.get(shape, ())))
+    return _guess(word, words)
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Returns the most similar of ``known``, or None if there is none, or several are equally similar."""
+    return guess(word, known).only
+
+
+def typing_errors(word: str, other: str) -> int:
+    """Returns how many letters are wrong, missing, additional or swapped, without case and separators."""
+    return OSA.distance(_bare(word), _bare(other))
+
+
+def is_near(word: str, other: str) -> bool:
+    """Returns True if ``word`` may be ``other`` misspelt."""
+    return typing_errors(word, other) <= min(max(len(word), len(other)) // 3, _FARTHEST)
 
 
 @lru_cache(maxsize=4096)  # one wrong name may stand in ten thousand places
-def _closest(word: str, known: tuple[str, ...]) -> str | None:
-    if (other := _OTHER_WORDS.get(word)) in known:
-        return other
-    found = difflib.get_close_matches(word, known, n=1, cutoff=_NEAR)
-    return found[0] if found else None
+def _guess(word: str, known: tuple[str, ...]) -> Guess:
+    if (other := _OTHER_WORDS.get(word)) in known and other is not None:
+        return Guess((other,), word in _SYNONYMS or typing_errors(word, other) == 1)
+    errors = {one: typing_errors(word, one) for one in known if is_near(word, one)}
+    if not errors:
+        longer = tuple(one for one in known if one.startswith((f"{word}-", f"{word}_")))
+        return Guess(longer) if len(longer) <= MOST_NEAR else Guess()
+    least = min(errors.values())
+    best = tuple(one for one, count in errors.items() if count == least)
+    if len(best) > MOST_NEAR:
+        return Guess()
+    digits = _DIGITS.findall(word)
+    rivals = [
+        one for one in known if _DIGITS.findall(one) == digits and typing_errors(word, one) == least + 1
+    ]
+    return Guess(best, len(best) == 1 and not rivals and least <= 1 and _is_slip(word, best[0]))
+
+
+def _is_slip(word: str, meant: str) -> bool:
+    """True for an error in typing; another digit or another short part is probably another thing."""
+    if _bare(word) == _bare(meant):
+        return True
+    if _DIGITS.findall(word) != _DIGITS.findall(meant):
+        return False
+    same_letters = sorted(_bare(word)) == sorted(_bare(meant))
+    enough = _SHORTEST if len(word) == len(meant) and not same_letters else _SHORTEST - 1
+    parts, others = _PARTS.split(word), _PARTS.split(meant)
+    return len(parts) == len(others) and all(
+        one == other or len(other) >= enough for one, other in zip(parts, others, strict=True)
+    )
+
+
+def _bare(word: str) -> str:
+    return _SEPARATORS.sub("", word.lower())
 
 
 @lru_cache(maxsize=4)
@@ -74,11 +147,15 @@ def _shapes(word: str) -> tuple[str, ...]:
 
 
 def did_you_mean(word: str, known: Iterable[str], what: str) -> tuple[str, ...]:
-    """Returns one or two lines of help: the likely word, else the whole short list."""
+    """Returns one or two lines of help: the likely words, else the whole short list."""
     words = tuple(known)
-    likely = nearest(word, words)
-    if likely:
-        return (f"did you mean `{likely}`?",)
+    return suggestion(guess(word, words), words, what)
+
+
+def suggestion(meant: Guess, words: Collection[str], what: str) -> tuple[str, ...]:
+    """Returns the same help for what is already guessed."""
+    if meant.words:
+        return (f"did you mean {' or '.join(f'`{one}`' for one in meant.words)}?",)
     if 0 < len(words) <= 30:
         return (f"{what}: {', '.join(f'`{one}`' for one in sorted(words))}",)
     return ()

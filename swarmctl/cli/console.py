@@ -125,14 +125,14 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
 
 def read_document(spec: SpecFiles) -> Document:
     """The checked document of a spec; prints its findings and exits if there are errors."""
+    from swarmctl.cli.spec_fixes import checked
     from swarmctl.rules.runner import load_checked
     from swarmctl.views.findings import human
-    from swarmctl.views.findings.report import Checked
 
     document, diagnostics = load_checked(*spec.files)
     print_diagnostics(diagnostics)
     if document is None:
-        err().print(human.verdict(Checked(str(spec), None, diagnostics), passes=False))
+        err().print(human.verdict(checked(spec), passes=False))
         raise typer.Exit(exit_codes.ERROR)
     return document
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swarmctl.ros_packages.message_catalog import MessageCatalog
-from swarmctl.suggest import nearest
+from swarmctl.suggest import guess
 
 _MOST_USED = (
     "std_msgs",
@@ -58,8 +58,8 @@ def _meant(package: str, message: str, known: MessageCatalog) -> tuple[str, ...]
     """The same name in another package, or a similar name in the same one."""
     elsewhere = [one for one in known.sums if one.endswith(f"/{message}")]
     elsewhere.sort(key=lambda one: (_rank(one.partition("/")[0]), one))
-    near = nearest(message, tuple(_in_package(package, known)))
-    similar = [f"{package}/{near}"] if near else []
+    alike = guess(message, _in_package(package, known))
+    near, similar = alike.only, [f"{package}/{one}" for one in alike.words]
     if near and message.lower().removesuffix("s") == near.lower().removesuffix("s"):
         return (*similar, *elsewhere)
     return (*elsewhere, *similar)

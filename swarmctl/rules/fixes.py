@@ -6,15 +6,18 @@ spec worse is not kept. The caller provides the check and the texts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, has_errors
 from swarmctl.yamltext.edits import apply
+from swarmctl.yamltext.limits import MAX_FIXABLE
 
-ROUNDS = 10
-MOST_ALONE = 50  # fixes tried one by one if all together make the spec worse; each try checks the whole spec
+_ROUNDS = 10
+_MOST_CHECKED = 1_000_000  # characters that all tries together check again
+_MOST_CHECKS, _LEAST_CHECKS = 200, 3
 
 Texts = Mapping[str, str]  # by file
 
@@ -44,36 +47,82 @@ class Fixed:
     made: tuple[Diagnostic, ...]
 
 
-def apply_fixes(lint: Callable[[Texts], Findings], original: Callable[[str], str]) -> Fixed:
-    """Applies all fixes that improve the spec.
+@dataclass(frozen=True)
+class Fixable:
+    """What ``--fix`` and ``--unsafe-fixes`` do to a spec: the second makes all fixes of the first, too."""
+
+    safe: Fixed
+    all: Fixed
+
+
+def fixable(lint: Callable[[Texts], Findings], original: Callable[[str], str]) -> Fixable:
+    """Tries the fixes of a spec in memory: first the safe ones, then the others as well.
 
     ``lint`` checks the spec with the changed texts it receives; ``original`` returns the text of a file.
     """
-    texts: Texts = {}
-    made: list[Diagnostic] = []
-    found = lint(texts)
-    for _ in range(ROUNDS):
-        for some in _attempts(found.diagnostics):
-            tried = {**texts, **_applied(some, texts, original)}
-            after = lint(tried)
-            if _is_better(after, found):
+    fixer = _Fixer(lint, original)
+    safe = fixer.improved(unsafe=False)
+    return Fixable(safe, fixer.improved(unsafe=True))
+
+
+class _State(NamedTuple):
+    """A spec with some of its fixes, and the findings that are left."""
+
+    texts: Texts
+    made: tuple[Diagnostic, ...]
+    found: Findings
+
+
+class _Fixer:
+    """Applies fixes; each state is better than the one before."""
+
+    def __init__(self, lint: Callable[[Texts], Findings], original: Callable[[str], str]) -> None:
+        self._lint, self._original = lint, original
+        self._state = _State({}, (), lint({}))
+        offered = [found.fix for found in self._state.found.diagnostics if found.fix is not None]
+        size = sum(len(original(file)) for file in {edit.span.file for fix in offered for edit in fix.edits})
+        self._checks = max(_LEAST_CHECKS, min(_MOST_CHECKS, _MOST_CHECKED // max(size, 1)))
+
+    def improved(self, *, unsafe: bool) -> Fixed:
+        """Applies all fixes that improve the spec, and those of findings that appear then."""
+        for _ in range(_ROUNDS):
+            together = self._offered(unsafe=unsafe)
+            after = self._with(together) or self._with_each(together)
+            if after is None:
                 break
-        else:
-            return Fixed(texts, tuple(made))
-        texts, found, made = tried, after, [*made, *some]
-    return Fixed(texts, tuple(made))
+            self._state = after
+        return Fixed(self._state.texts, self._state.made)
 
+    def _offered(self, *, unsafe: bool) -> list[Diagnostic]:
+        """Returns findings whose fixes can be applied together."""
+        fixes: dict[Fix, Diagnostic] = {}
+        for found in self._state.found.diagnostics:
+            if found.fix is not None and (unsafe or found.fix.safe) and self._is_small(found.fix):
+                fixes.setdefault(found.fix, found)
+        return [fixes[fix] for fix in _compatible(tuple(fixes))]
 
-def _attempts(diagnostics: Sequence[Diagnostic]) -> Iterator[list[Diagnostic]]:
-    """Yields all compatible fixes together, then each one alone, since one may make the spec worse."""
-    fixable: dict[Fix, Diagnostic] = {}
-    for found in diagnostics:
-        if found.fix is not None:
-            fixable.setdefault(found.fix, found)
-    together = [fixable[fix] for fix in _compatible(tuple(fixable))]
-    yield together
-    if 1 < len(together) <= MOST_ALONE:
-        yield from ([one] for one in together)
+    def _is_small(self, fix: Fix) -> bool:
+        return all(len(self._original(edit.span.file)) <= MAX_FIXABLE for edit in fix.edits)
+
+    def _with_each(self, together: Sequence[Diagnostic]) -> _State | None:
+        """Adds fixes one after the other, without those that make the spec worse."""
+        kept: list[Diagnostic] = []
+        state = None
+        for one in together if len(together) > 1 else ():
+            if (after := self._with([*kept, one], (state or self._state).found)) is not None:
+                kept.append(one)
+                state = after
+        return state
+
+    def _with(self, some: Sequence[Diagnostic], before: Findings | None = None) -> _State | None:
+        """Returns the spec with some fixes more, or None if it is not better than ``before``."""
+        if not some or self._checks <= 0:
+            return None
+        self._checks -= 1
+        texts = {**self._state.texts, **_applied(some, self._state.texts, self._original)}
+        after = self._lint(texts)
+        better = _is_better(after, before or self._state.found)
+        return _State(texts, (*self._state.made, *some), after) if better else None
 
 
 def _compatible(fixes: Sequence[Fix]) -> list[Fix]:

@@ -65,10 +65,10 @@ def _reworded(source: Source, loc: Loc, new: str) -> Edits:
     return rename_key(source, loc[:-1], new) if loc[-1] == KEY else replace_value(source, loc, new)
 
 
-def renaming(old: str, new: str, edits: Edits) -> Fix | None:
+def renaming(old: str, new: str, edits: Edits, *, safe: bool) -> Fix | None:
     """Returns the fix that gives something another name."""
     places = f" in {len(edits)} places" if len(edits) > 1 else ""
-    return make_fix(f"rename `{old}` to `{new}`{places}", edits)
+    return make_fix(f"rename `{old}` to `{new}`{places}", edits, safe=safe)
 
 
 def rename_at(source: Source, loc: Loc, old: str, new: str) -> Edits:

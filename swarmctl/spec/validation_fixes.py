@@ -15,7 +15,7 @@ from swarmctl.spec.model import KINDS
 from swarmctl.spec.model_lookup import known_keys, link_keys
 from swarmctl.spec.pattern_texts import NAME
 from swarmctl.spec.references import rename_at, renaming
-from swarmctl.suggest import nearest
+from swarmctl.suggest import Guess, guess
 from swarmctl.units import UnitError
 from swarmctl.yamltext.edits import as_text, make_fix, rename_key, replace_value, written
 from swarmctl.yamltext.scalars import number_or_text
@@ -35,6 +35,8 @@ _UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
     (("types", None, "sensors", None), tuple(SENSORS), "sensor"),
 )
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
+_ONE_WORD = re.compile("[A-Za-z0-9_./:~-]+", re.ASCII)
+_RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 _MAC = re.compile("[0-9a-fA-F]{2}([-_. :]?[0-9a-fA-F]{2}){5}", re.ASCII)
@@ -47,39 +49,46 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
     if not loc:
         return None
     if kind == "extra_forbidden":
-        key = nearest(str(loc[-1]), keys_at(tagged, model))
-        takes_keys = key is not None and known_keys((*tagged[:-1], key), model)
-        return None if takes_keys and not isinstance(given, dict) else _key_fix(source, loc, key)
+        meant = guess(str(loc[-1]), keys_at(tagged, model))
+        takes_keys = meant.only is not None and known_keys((*tagged[:-1], meant.only), model)
+        return None if takes_keys and not isinstance(given, dict) else _key_fix(source, loc, meant)
     if kind == "union_tag_invalid":
-        return _word_fix(source, (*loc, "kind"), nearest(str(given.get("kind")), kinds_at(loc)))
+        return _word_fix(source, (*loc, "kind"), guess(str(given.get("kind")), kinds_at(loc)))
     if kind in ("literal_error", "enum"):
         return _choice_fix(source, loc, given, choices(error))
     if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME:
         name = legal_name(given)
-        return renaming(given, name, rename_at(source, loc, given, name)) if name else None
+        return (
+            renaming(given, name, rename_at(source, loc, given, name), safe=_is_respelt(given))
+            if name
+            else None
+        )
     if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
-        return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant))
+        return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant), safe=False)
     return _value_fix(kind, source, loc, given)
 
 
-def _key_fix(source: Source, loc: Loc, key: str | None) -> Fix | None:
+def _key_fix(source: Source, loc: Loc, meant: Guess) -> Fix | None:
     beside = source.data
     for step in loc[:-1]:
         beside = beside[step]
-    if key is None or key in beside:
+    if meant.only is None or meant.only in beside:
         return None
-    return make_fix(f"rename the key to `{key}`", rename_key(source, loc, key))
+    return make_fix(
+        f"rename the key to `{meant.only}`", rename_key(source, loc, meant.only), safe=meant.certain
+    )
 
 
-def _word_fix(source: Source, loc: Loc, word: str | None) -> Fix | None:
-    return make_fix(f"write `{word}`", replace_value(source, loc, word)) if word else None
+def _word_fix(source: Source, loc: Loc, meant: Guess) -> Fix | None:
+    word = meant.only
+    return make_fix(f"write `{word}`", replace_value(source, loc, word), safe=meant.certain) if word else None
 
 
 def _choice_fix(source: Source, loc: Loc, given: Any, known: list[str]) -> Fix | None:
     if str(given) not in known:
-        return _word_fix(source, loc, nearest(str(given), tuple(known)))
+        return _word_fix(source, loc, guess(str(given), tuple(known)))
     if is_number(given) and _DIGITS.fullmatch(given):
-        return make_fix("remove the quotes", replace_value(source, loc, int(given)))
+        return make_fix("remove the quotes", replace_value(source, loc, int(given)), safe=True)
     return None
 
 
@@ -88,23 +97,23 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
     number = isinstance(given, (int, float)) and not isinstance(given, bool)
     if loc[-1] == "mac" and (isinstance(given, str) or number):
         address = _mac(written(source, loc))
-        return make_fix(f'write "{address}"', replace_value(source, loc, address)) if address else None
+        return (
+            make_fix(f'write "{address}"', replace_value(source, loc, address), safe=True)
+            if address
+            else None
+        )
     if kind == "string_type" and number:
-        return make_fix("put it in quotes", as_text(source, loc))
+        return make_fix("put it in quotes", as_text(source, loc), safe=True)
     if kind in NUMBERS and is_number(given) and (kind == "float_type" or _DIGITS.fullmatch(given)):
         meant = int(given) if _DIGITS.fullmatch(given) else float(given)
-        return make_fix("remove the quotes", replace_value(source, loc, meant))
+        return make_fix("remove the quotes", replace_value(source, loc, meant), safe=True)
     if kind == "bool_type" and (word := BOOLEANS.get(str(given).lower())):
-        return make_fix(f"write `{word}`", replace_value(source, loc, word == "true"))
-    if (
-        kind in ("tuple_type", "list_type")
-        and isinstance(given, str)
-        and given.isprintable()
-        and " " not in given
-    ):
-        return make_fix("put it in brackets", replace_value(source, loc, [given]))
+        return make_fix(f"write `{word}`", replace_value(source, loc, word == "true"), safe=True)
+    if kind in ("tuple_type", "list_type") and isinstance(given, str) and _ONE_WORD.fullmatch(given):
+        return make_fix("put it in brackets", replace_value(source, loc, [given]), safe=True)
     if kind == "value_error" and loc[-1] == "subnet" and (subnet := _subnet(given)):
-        return make_fix(f"write `{subnet}`", replace_value(source, loc, subnet))
+        # the prefix length may be the wrong part
+        return make_fix(f"write `{subnet}`", replace_value(source, loc, subnet), safe=False)
     return None
 
 
@@ -171,6 +180,11 @@ def legal_name(given: str) -> str | None:
     """Returns the nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``."""
     name = "-".join(_LETTERS.findall(given.lower())) if given.isprintable() else ""
     return name if re.fullmatch(NAME, name, re.ASCII) else None
+
+
+def _is_respelt(given: str) -> bool:
+    """True if a legal name for it differs only in case and separators."""
+    return _RESPELT.fullmatch(given) is not None
 
 
 def _mac(text: str) -> str | None:

@@ -37,9 +37,9 @@ _KINDS: dict[type[yaml.Node], Kind] = {
 }
 
 
-def make_fix(title: str, *parts: Edits) -> Fix | None:
+def make_fix(title: str, *parts: Edits, safe: bool) -> Fix | None:
     """Returns a fix of several changes, or None if one of them is not possible."""
-    return Fix(title, tuple(edit for part in parts for edit in part)) if all(parts) else None
+    return Fix(title, tuple(edit for part in parts for edit in part), safe) if all(parts) else None
 
 
 def replace_value(source: Source, loc: Loc, value: Any) -> Edits:

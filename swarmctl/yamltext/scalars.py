@@ -38,11 +38,12 @@ _ZERO_FIRST = re.compile(r"[-+]?0[0-9]+", re.ASCII)
 
 @dataclass(frozen=True)
 class Trap:
-    """How YAML 1.1 reads an unquoted scalar, and an unambiguous way to write it."""
+    """How YAML 1.1 reads an unquoted scalar, and how to write what is read here without ambiguity."""
 
     code: str
     reads: str
     better: str
+    other: str = ""  # what else may be meant
 
 
 def number_or_text(text: str) -> Any:
@@ -59,7 +60,7 @@ def number_or_text(text: str) -> Any:
 def trap(text: str, value: Any) -> Trap | None:
     """Returns how YAML 1.1 reads an unquoted scalar, or None if it also reads ``value``."""
     if text in SWITCHES:
-        return Trap("YAML010", f"`{SWITCHES[text]}`", f'"{text}"')
+        return Trap("YAML010", f"`{SWITCHES[text]}`", f'"{text}"', SWITCHES[text])
     if text[:1] not in BEGINS_NUMBER or len(text) > MAX_NUMBER:
         return None
     if isinstance(value, int):
@@ -68,8 +69,10 @@ def trap(text: str, value: Any) -> Trap | None:
         return _exponent(text)
     if found := _BASE_60.fullmatch(text):
         return Trap("YAML009", f"the number {found[1]}{_base_60(found[2])}", f'"{text}"')
-    if _NUMBER.fullmatch(text) or _DATE.fullmatch(text):
-        return Trap("YAML012", "a date" if _DATE.fullmatch(text) else "a number", f'"{text}"')
+    if _DATE.fullmatch(text):
+        return Trap("YAML012", "a date", f'"{text}"')
+    if _NUMBER.fullmatch(text):
+        return Trap("YAML012", "a number", f'"{text}"', text.replace("_", ""))
     return None
 
 
@@ -81,7 +84,7 @@ def _other_base(text: str, value: int) -> Trap | None:
         return None
     octal = None if set(text) & {"8", "9"} else int(text, 8)
     reads = "text" if octal is None else f"the number {octal}"
-    return Trap("YAML011", reads, str(value)) if octal != value else None
+    return Trap("YAML011", reads, str(value), str(octal or f'"{text}"')) if octal != value else None
 
 
 def _exponent(text: str) -> Trap | None:
@@ -107,6 +110,6 @@ def warning(text: str, found: Trap, span: Span) -> Diagnostic:
         f"programs that use YAML 1.1 read `{text}` as {found.reads}",
         span,
         Severity.WARNING,
-        help=(write,),
-        fix=Fix(write, (Edit(span, found.better),)),
+        help=(f"{write}, or {found.other} if that is meant",) if found.other else (write,),
+        fix=Fix(write, (Edit(span, found.better),), safe=not found.other),
     )

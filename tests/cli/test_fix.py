@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -120,6 +121,35 @@ def test_a_file_that_may_not_be_written_is_left_alone(
 def test_several_specs_are_fixed_one_by_one(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
     other = Path("other.yaml")
     other.write_bytes((FIXABLE / "many-at-once.yaml").read_bytes())
-    assert run(["validate", "--fix", str(spec), str(other)]) == exit_codes.OK
+    assert run(["validate", "--unsafe-fixes", str(spec), str(other)]) == exit_codes.OK
     assert other.read_bytes() == (FIXABLE / "many-at-once.fixed.yaml").read_bytes()
     assert "fixed SPEC001 other.yaml:8:20: rename the key to `address`" in capsys.readouterr().err
+
+
+def test_the_summary_counts_what_fix_then_does(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two words are corrected; the host missing on its network is found then, and its fix is a guess."""
+    spec.write_bytes((FIXABLE / "many-at-once.fixed.yaml").read_bytes())
+    text = spec.read_text("utf-8")
+    text = text.replace("host: k3-pi, robot", "hots: k3-pi, robot").replace("mode:  leader", "mode:  leeder")
+    spec.write_text(text.replace("[koala-laptop, k3-pi, epuck-pi]", "[koala-laptop, k3-pi]"), "utf-8")
+    counts = []
+    for arguments in (["--format", "json"], ["--unsafe-fixes", "--format", "json"]):
+        run(["validate", *arguments, str(spec)])
+        report = json.loads(capsys.readouterr().out)["specs"][0]
+        counts.append((report["fixable"], report["more_fixable"], report["valid"]))
+    assert counts == [(2, 0, False), (0, 0, True)]
+
+
+def test_unsafe_fixes_are_shown_and_applied_only_when_asked_for(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec.write_bytes((FIXABLE / "many-at-once.fixed.yaml").read_bytes())
+    text = spec.read_text("utf-8").replace("[koala-laptop, k3-pi, epuck-pi]", "[koala-laptop, k3-pi]")
+    spec.write_text(text, "utf-8")
+    assert run(["validate", "--fix", str(spec)]) == exit_codes.ERROR
+    assert "1 error (1 fixable with validate --unsafe-fixes)" in capsys.readouterr().err
+    assert run(["validate", "--diff", str(spec)]) == exit_codes.OK
+    assert run(["validate", "--diff", "--unsafe-fixes", str(spec)]) == exit_codes.ERROR
+    assert spec.read_text("utf-8") == text
+    assert run(["validate", "--unsafe-fixes", str(spec)]) == exit_codes.OK
+    assert "hosts: [koala-laptop, k3-pi, epuck-pi]" in spec.read_text("utf-8")

@@ -19,7 +19,7 @@ from swarmctl.ros_packages.message_types import no_message
         ("nav_msgs/OcupancyGrid", "nav_msgs/OccupancyGrid"),
         ("tf2_msgs/tfMessage", "tf2_msgs/TFMessage"),
         ("tf/TFMessage", "tf/tfMessage"),
-        ("std_msgs/Float", "std_msgs/Float64"),
+        ("std_msgs/Float6", "std_msgs/Float64"),
         ("std_srvs/Empty", "std_msgs/Empty"),
         ("geomtry_msgs/Twist", "geometry_msgs/Twist"),
         ("geometry_msg/Twist", "geometry_msgs/Twist"),

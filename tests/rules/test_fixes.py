@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Span, has_errors
-from swarmctl.rules.fixes import Findings, Fixed, Stage, Texts, apply_fixes
+from swarmctl.rules.fixes import Findings, Fixed, Stage, Texts, fixable
 from swarmctl.rules.runner import lint_files
 from tests import ROOT
 from tests.rules.specs import BROKEN, specs_in
@@ -26,8 +26,8 @@ def lint_with(text: str) -> Callable[[Texts], Findings]:
 
 
 def fixed(text: str) -> str:
-    """``text`` with all its fixes."""
-    return apply_fixes(lint_with(text), lambda _: text).texts.get("swarm.yaml", text)
+    """``text`` with all its fixes, safe or not."""
+    return fixable(lint_with(text), lambda _: text).all.texts.get("swarm.yaml", text)
 
 
 @pytest.mark.parametrize(
@@ -94,17 +94,17 @@ def test_fixing_ends_and_makes_no_spec_worse(
     assert after.stage >= before.stage
 
 
-def finding(message: str, line: int, start: int, end: int, text: str) -> Diagnostic:
+def finding(message: str, line: int, start: int, end: int, text: str, *, safe: bool = True) -> Diagnostic:
     """A finding whose fix writes ``text`` over some columns of one line."""
     edit = Edit(Span("swarm.yaml", line, start, line, end), text)
-    return Diagnostic("T001", message, edit.span, fix=Fix(message, (edit,)))
+    return Diagnostic("T001", message, edit.span, fix=Fix(message, (edit,), safe))
 
 
 def run(text: str, judge: Callable[[str], tuple[Diagnostic, ...]]) -> tuple[str, Fixed]:
     """Fix ``text`` by what ``judge`` finds in it."""
-    done = apply_fixes(
+    done = fixable(
         lambda texts: Findings(Stage.RULES, judge(texts.get("swarm.yaml", text))), lambda _: text
-    )
+    ).safe
     return done.texts.get("swarm.yaml", text), done
 
 
@@ -145,3 +145,30 @@ def test_fixes_that_call_each_other_up_end() -> None:
         "a", lambda text: (finding("one", 1, 1, 2, "b"),) if text == "a" else (finding("two", 1, 1, 2, "a"),)
     )
     assert (text, done.made) == ("a", ())
+
+
+def test_a_guess_is_left_to_unsafe_fixes() -> None:
+    sure, guess = finding("sure", 1, 1, 2, "A"), finding("guess", 1, 2, 3, "B", safe=False)
+
+    def judge(texts: Texts) -> Findings:
+        text = texts.get("swarm.yaml", "ab")
+        return Findings(
+            Stage.RULES, tuple(one for one in (sure, guess) if one.fix and one.fix.edits[0].text not in text)
+        )
+
+    found = fixable(judge, lambda _: "ab")
+    assert (found.safe.texts, found.safe.made) == ({"swarm.yaml": "Ab"}, (sure,))
+    assert found.all.texts == {"swarm.yaml": "AB"}
+
+
+def test_one_fix_that_fails_keeps_no_other_back() -> None:
+    """More good fixes than rounds, beside one that makes the spec worse."""
+    text = "abcdefghijklmnopqrst"
+    fixes = [finding(letter, 1, place + 1, place + 2, letter.upper()) for place, letter in enumerate(text)]
+
+    def judge(text: str) -> tuple[Diagnostic, ...]:
+        left = tuple(one for one in fixes if one.message in text)
+        return (*left, *(Diagnostic("T002", f"new {number}") for number in range(30) if "K" in text))
+
+    done, _ = run(text, judge)
+    assert done == text.upper().replace("K", "k")

@@ -51,7 +51,7 @@ FINDINGS = (
         ),
         help=("give `pi-2` an address of its own", "or leave it out"),
         fix=Fix("give `pi-2` the next address", (
-            Edit(at(SPEC, 5, 19, 27), "10.0.0.2"), Edit(at(SHARED, 2, 1, 1), "# checked\n"))),
+            Edit(at(SPEC, 5, 19, 27), "10.0.0.2"), Edit(at(SHARED, 2, 1, 1), "# checked\n")), safe=False),
     ),
     Diagnostic("ADDR003", "two hosts have the address `10.0.0.1`", at(SPEC, 4, 19, 27)),
     Diagnostic(
@@ -83,7 +83,7 @@ def report(*, strict: bool = False) -> Report:
     example = ROOT / "examples/paper-leader/swarm.yaml"
     document, _ = load_checked(example)
     checked = (
-        Checked(SPEC, None, FINDINGS),
+        Checked(SPEC, None, FINDINGS, fixable=3, more_fixable=1),
         Checked(QUIET, document, (WARNING,)),
         Checked("right.yaml", document),
     )

@@ -25,19 +25,19 @@ def spec(
 
     The output is a spec of the same swarm. Your own types are still read from `robots/`.
     """
+    from swarmctl.cli.spec_fixes import checked
     from swarmctl.diagnostics import has_errors, in_order
     from swarmctl.rules.runner import lint
     from swarmctl.spec.effective_spec import flat
     from swarmctl.spec.load import load
     from swarmctl.views import effective_spec as view
     from swarmctl.views.findings import human
-    from swarmctl.views.findings.report import Checked
 
     document, found = load(spec.files)
     found = lint(document, found) if document else in_order(found)
     if document is None or has_errors(found):
         console.print_diagnostics(found)
-        console.err().print(human.verdict(Checked(str(spec), None, found), passes=False))
+        console.err().print(human.verdict(checked(spec), passes=False))
         raise typer.Exit(exit_codes.ERROR)
     made = flat(document, [str(file) for file in spec.files[1:]])
     if json:

@@ -9,6 +9,7 @@ import typer
 
 from swarmctl.cli import console, exit_codes, finding_output, options
 from swarmctl.cli import fix_output as fixes
+from swarmctl.cli.spec_fixes import checked
 
 
 def validate(
@@ -22,10 +23,14 @@ def validate(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the findings to a file.")
     ] = None,
-    fix: Annotated[bool, typer.Option("--fix", help="Apply the available fixes to the files.")] = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Apply the safe fixes to the files.")] = False,
+    unsafe: Annotated[
+        bool,
+        typer.Option("--unsafe-fixes", help="Apply the fixes that are guesses, too; review them."),
+    ] = False,
     diff: Annotated[
         bool,
-        typer.Option("--diff", help="Only show the changes of --fix; exit code 1 if there are any."),
+        typer.Option("--diff", help="Only show the changes of the fixes; exit code 1 if there are any."),
     ] = False,
     strict: Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")] = False,
     quiet: Annotated[
@@ -34,16 +39,15 @@ def validate(
     color: options.Color = None,
 ) -> None:
     """Check specs. Exit code 0 if all of them can be deployed, else 1."""
-    from swarmctl.rules.runner import load_checked
-    from swarmctl.views.findings.report import Checked, Report
+    from swarmctl.views.findings.report import Report
 
     if json and form not in (None, finding_output.Format.JSON):
         console.fail(f"--json and --format {form.value} exclude each other", code=exit_codes.USAGE)
     if diff:
-        raise typer.Exit(exit_codes.ERROR if fixes.show_diffs(specs) else exit_codes.OK)
-    if fix:
-        fixes.apply_fixes(specs, quiet=quiet)
-    report = Report(tuple(Checked(str(spec), *load_checked(*spec.files)) for spec in specs), strict=strict)
+        raise typer.Exit(exit_codes.ERROR if fixes.show_diffs(specs, unsafe=unsafe) else exit_codes.OK)
+    if fix or unsafe:
+        fixes.apply_fixes(specs, unsafe=unsafe, quiet=quiet)
+    report = Report(tuple(map(checked, specs)), strict=strict)
     finding_output.show(
         report, finding_output.Format.JSON if json else form or finding_output.usual(), output, quiet=quiet
     )

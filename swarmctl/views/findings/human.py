@@ -9,7 +9,7 @@ from rich.text import Text
 from swarmctl.diagnostics import Diagnostic, Severity, Span
 from swarmctl.views.escape import printable
 from swarmctl.views.findings.excerpt import View, covered, marked, view
-from swarmctl.views.findings.report import Checked, counted
+from swarmctl.views.findings.report import Checked, counted, fixes_in
 
 MOST_SHOWN = 50
 _STYLE = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
@@ -47,11 +47,11 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
         if found.span is None or note.span.file != found.span.file or note.span.file not in lines:
             text.append(f"{' ' * gutter}::: ", _GUTTER)
             text.append(f"{printable(str(note.span))} {printable(note.text)}\n")
-    fix = (found.fix.title,) if found.fix else ()
-    for what, line in [
-        *(("help", line) for line in found.help if line not in fix),
-        *(("fix", line) for line in fix),
-    ]:
+    fix = found.fix
+    lines_below = [("help", line) for line in found.help if fix is None or line != fix.title]
+    if fix is not None:
+        lines_below.append(("fix" if fix.safe else "unsafe fix", fix.title))
+    for what, line in lines_below:
         text.append(f"{' ' * gutter} = ", _GUTTER).append(what, "bold green")
         text.append(f": {printable(line)}\n")
     return text
@@ -59,7 +59,7 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
 
 def verdict(one: Checked, *, passes: bool) -> str:
     """Returns one line: whether a spec is valid, and what it describes."""
-    found, fixable, spec = counted(one.diagnostics), _fixable(one.diagnostics), printable(one.spec)
+    found, fixable, spec = counted(one.diagnostics), fixes_in([one]), printable(one.spec)
     if one.document is None or not passes:
         strict = ", and --strict allows none" if one.document else ""
         return f"{found}{f' ({fixable})' if fixable else ''} in {spec}{strict}"
@@ -74,11 +74,6 @@ def verdict(one: Checked, *, passes: bool) -> str:
 
 def _number(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
-
-
-def _fixable(diagnostics: Sequence[Diagnostic]) -> str:
-    count = sum(found.fix is not None for found in diagnostics)
-    return f"{count} fixable with validate --fix" if count else ""
 
 
 def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, columns: int) -> Text:

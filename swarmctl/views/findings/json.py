@@ -17,6 +17,8 @@ def render(report: Report) -> str:
                 "spec": one.spec,
                 "swarm": one.document.spec.name if one.document else None,
                 "valid": report.passes(one),
+                "fixable": one.fixable,
+                "more_fixable": one.more_fixable,
             }
             for one in report.checked
         ],

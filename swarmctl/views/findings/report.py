@@ -15,11 +15,16 @@ from swarmctl.spec.load import Document
 
 @dataclass(frozen=True)
 class Checked:
-    """One spec, as it was named on the command line; without errors there is a document."""
+    """One spec, as it was named on the command line; without errors there is a document.
+
+    ``fixable`` counts the fixes that ``--fix`` makes, ``more_fixable`` those that ``--unsafe-fixes`` adds.
+    """
 
     spec: str
     document: Document | None
     diagnostics: tuple[Diagnostic, ...] = ()
+    fixable: int = 0
+    more_fixable: int = 0
 
 
 @dataclass(frozen=True)
@@ -60,10 +65,18 @@ def counted(diagnostics: Sequence[Diagnostic]) -> str:
     return ", ".join(_many(counts[severity], severity.value) for severity in Severity if counts[severity])
 
 
+def fixes_in(checked: Sequence[Checked]) -> str:
+    """``3 fixable with validate --fix, 1 more with --unsafe-fixes``; the empty text without any."""
+    safe, more = sum(one.fixable for one in checked), sum(one.more_fixable for one in checked)
+    if not safe:
+        return f"{more} fixable with validate --unsafe-fixes" if more else ""
+    return f"{safe} fixable with validate --fix{f', {more} more with --unsafe-fixes' if more else ''}"
+
+
 def outcome(report: Report) -> str:
     """Returns one line without text from specs: ``2 errors, 1 warning in 3 specs``."""
-    specs = _many(len(report.checked), "spec")
-    return f"{counted(report.diagnostics) or 'no findings'} in {specs}"
+    specs, fixes = _many(len(report.checked), "spec"), fixes_in(report.checked)
+    return f"{counted(report.diagnostics) or 'no findings'} in {specs}{f' ({fixes})' if fixes else ''}"
 
 
 def sentence(found: Diagnostic) -> str:

@@ -36,6 +36,10 @@ def render(report: Report) -> str:
         "columnKind": "unicodeCodePoints",
         "newlineSequences": _LINE_ENDS,
         "results": results,
+        "properties": {
+            "fixable": sum(one.fixable for one in report.checked),
+            "moreFixable": sum(one.more_fixable for one in report.checked),
+        },
     }
     return json.dumps({"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
 
@@ -77,6 +81,7 @@ def _fix(fix: Fix) -> dict[str, Any]:
     in_order = sorted(fix.edits, key=lambda edit: edit.span)
     return {
         "description": {"text": fix.title},
+        "properties": {"applicability": "safe" if fix.safe else "unsafe"},
         "artifactChanges": [
             {
                 "artifactLocation": {"uri": uri(file)},

@@ -80,16 +80,22 @@ def equal_priorities(context: RuleContext) -> Iterator[Diagnostic]:
                     help=(f"give the commander that has to win a higher priority: priority: {priority + 1}",)
                     if rival
                     else ("keep one of the two",),
-                    fix=None if rival else _once(context, index, place),
+                    fix=None if rival else _once(context, index, place, equal=priority == control.priority),
                 )
                 break
             earlier.append((control.by, control.priority, index, place))
 
 
-def _once(context: RuleContext, index: int, place: int) -> Fix | None:
+def _once(context: RuleContext, index: int, place: int, *, equal: bool) -> Fix | None:
+    """Returns the fix that removes an entry; a guess if another robot may have been meant."""
+    commanded = {robot for control in context.spec.control for robot in control.of}
     alone = len(context.spec.control[index].of) == 1
     loc = ("control", index) if alone else ("control", index, "of", place)
-    return make_fix("remove the second entry", remove(context.source, loc))
+    return make_fix(
+        "remove the second entry",
+        remove(context.source, loc),
+        safe=equal and commanded >= set(context.spec.robots),
+    )
 
 
 @rule("AUTH004")
@@ -126,7 +132,9 @@ def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
                 if listed
                 else f"add to `control`: {listing}}}",
             ),
-            fix=None if listed else make_fix(f"add `{one.owner}` to `control` of `{robot}`", made),
+            fix=None
+            if listed
+            else make_fix(f"add `{one.owner}` to `control` of `{robot}`", made, safe=False),
         )
 
 

@@ -83,4 +83,4 @@ def _fix(
     links = {robot: link for one in budgets for robot, link in zip(one.members, one.links, strict=True)}
     source = context.document.source
     edits = [set_key(source, ("links", links[robot]), "adapter", to) for robot, to in moves.items()]
-    return make_fix(f"distribute the robots over the adapters of `{host}`", *edits)
+    return make_fix(f"distribute the robots over the adapters of `{host}`", *edits, safe=False)

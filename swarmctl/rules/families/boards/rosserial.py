@@ -9,7 +9,7 @@ from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.robot_types.board_limits import boards
 from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.rules.families.serial_lines.rules import BAUDS, nearest_baud
+from swarmctl.rules.families.serial_lines.rules import BAUDS, meant_baud, near_bauds
 from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
@@ -184,13 +184,21 @@ def odd_board_bauds(context: RuleContext) -> Iterator[Diagnostic]:
         baud = program.params.get("baud")
         if program.board is None or baud is None or (isinstance(baud, int) and baud in BAUDS):
             continue
-        near = nearest_baud(baud) if isinstance(baud, int) and baud > 0 else BAUDS[9]
+        near = (
+            [int(baud)] if str(baud) in map(str, BAUDS) else near_bauds(baud) if isinstance(baud, int) else []
+        )
         place = ("programs", name, "params", "baud")
         yield Diagnostic(
             "BOARD009",
             f"`{baud}` is not a standard baud rate; no message of the board of `{name}` would arrive",
             context.span(*place),
             label="baud",
-            help=(f"did you mean {near}?",),
-            fix=make_fix(f"write {near}", replace_value(context.document.source, place, near)),
+            help=(meant_baud(near) or "write the rate of its sketch, such as 57600 or 115200",),
+            fix=make_fix(
+                f"write {near[0]}",
+                replace_value(context.source, place, near[0]),
+                safe=str(near[0]) == str(baud),
+            )
+            if len(near) == 1
+            else None,
         )

@@ -35,6 +35,7 @@ def agreed_rates(context: RuleContext) -> Iterator[Diagnostic]:
                 fix=edits.make_fix(
                     "remove `baud`",
                     edits.remove(context.document.source, ("links", index, "baud")),
+                    safe=False,
                 ),
             )
 

@@ -107,4 +107,4 @@ def _adapter_added(context: RuleContext, host: str, adapter: str) -> Fix | None:
         edits = append_item(context.source, (*loc, "bluetooth"), adapter)
     else:
         edits = set_key(context.source, loc, "bluetooth", [adapter])
-    return make_fix(f"add `{adapter}` to the adapters of `{host}`", edits)
+    return make_fix(f"add `{adapter}` to the adapters of `{host}`", edits, safe=False)

@@ -92,7 +92,7 @@ def duplicate_networks(context: RuleContext) -> Iterator[Diagnostic]:
             return None  # they may be the same network
         name = _free(networks[loc[1]].name, taken)
         taken.add(name)
-        return make_fix(f"rename it to `{name}`", replace_value(context.source, loc, name))
+        return make_fix(f"rename it to `{name}`", replace_value(context.source, loc, name), safe=False)
 
     yield from _duplicates(context, "ID004", "network name", claims, "rename one of them", fix=renamed)
 
@@ -170,4 +170,4 @@ def _renamed(context: RuleContext, kind: str, old: str, new: str) -> Fix | None:
     """Returns the fix that renames it everywhere to a name that no host, robot or program has."""
     spec = context.spec
     name = _free(new[:31], {*spec.hosts, *spec.robots, *spec.programs})
-    return renaming(old, name, rename(context.source, kind, old, name))
+    return renaming(old, name, rename(context.source, kind, old, name), safe=False)

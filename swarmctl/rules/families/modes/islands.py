@@ -109,6 +109,7 @@ def hubs_on_their_islands(context: RuleContext) -> Iterator[Diagnostic]:
                 else make_fix(
                     f"add `{hub}` to the hosts of `{name}`",
                     append_item(context.source, ("islands", name, "hosts"), hub),
+                    safe=False,
                 ),
             )
 

@@ -38,7 +38,9 @@ def _role(
             context.span(*loc, "mode"),
             label=f"`{role.key}` is the host that {role.duty}",
             help=(added,),
-            fix=make_fix(added, set_key(context.source, loc, role.key, hosts[0], after="mode")),
+            fix=make_fix(
+                added, set_key(context.source, loc, role.key, hosts[0], after="mode"), safe=len(hosts) == 1
+            ),
         )
     for other in named:
         if role is None:
@@ -58,10 +60,12 @@ def _role(
             if role and role.key in named
             else (),
             help=(help_,),
-            fix=make_fix(help_, remove(context.source, (*loc, other)))
+            fix=make_fix(help_, remove(context.source, (*loc, other)), safe=False)
             if role is None or role.key in named
             else make_fix(
-                f"rename the key to `{role.key}`", rename_key(context.source, (*loc, other), role.key)
+                f"rename the key to `{role.key}`",
+                rename_key(context.source, (*loc, other), role.key),
+                safe=False,
             ),
         )
 
@@ -70,16 +74,22 @@ def _role(
 def robots_have_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     """A robot without `host`, in a mode other than single-minded."""
     spec = context.spec
+    others = any(robot.host is not None for robot in spec.robots.values())  # else the mode may be wrong
     for name, robot in spec.robots.items():
         if robot.host is None and spec.mode is not Mode.SINGLE_MINDED:
-            host = next((line.host for _, line in context.lines_of[name]), next(iter(spec.hosts)))
+            lines = [line.host for _, line in context.lines_of[name]]
+            host = lines[0] if lines else next(iter(spec.hosts))
             yield Diagnostic(
                 "MODE004",
                 f"robot `{name}` has no host",
                 context.span("robots", name, key=True),
                 label="`host` missing",
                 help=(f"add `host: {host}`",),
-                fix=make_fix(f"add `host: {host}`", set_key(context.source, ("robots", name), "host", host)),
+                fix=make_fix(
+                    f"add `host: {host}`",
+                    set_key(context.source, ("robots", name), "host", host),
+                    safe=others and len(lines) == 1 and host in spec.hosts,
+                ),
             )
 
 
@@ -115,7 +125,7 @@ def hosts_without_ros(context: RuleContext) -> Iterator[Diagnostic]:
 
 
 def _moved(context: RuleContext, loc: Loc, host: str) -> Fix | None:
-    return make_fix(f"write `host: {host}`", replace_value(context.source, loc, host))
+    return make_fix(f"write `host: {host}`", replace_value(context.source, loc, host), safe=False)
 
 
 def _sole_leaders(context: RuleContext) -> dict[str, str]:
@@ -145,7 +155,7 @@ def keys_of_other_modes(context: RuleContext) -> Iterator[Diagnostic]:
             label="has no effect",
             notes=(Note(context.span("mode"), "the mode"),),
             help=("remove them, or write `mode: combined`",),
-            fix=make_fix("remove `islands`", remove(context.source, ("islands",))),
+            fix=make_fix("remove `islands`", remove(context.source, ("islands",)), safe=False),
         )
     if spec.multimaster is not None and spec.mode not in MULTIMASTER:
         yield Diagnostic(
@@ -156,7 +166,7 @@ def keys_of_other_modes(context: RuleContext) -> Iterator[Diagnostic]:
             label="has no effect",
             notes=(Note(context.span("mode"), "the mode"),),
             help=("remove it, or choose mode `standalone` or `combined`",),
-            fix=make_fix("remove `multimaster`", remove(context.source, ("multimaster",))),
+            fix=make_fix("remove `multimaster`", remove(context.source, ("multimaster",)), safe=False),
         )
 
 
@@ -194,5 +204,7 @@ def optional_hubs(context: RuleContext) -> Iterator[Diagnostic]:
             label="required by all of them",
             notes=(Note(context.span(*loc, key), "its role"),),
             help=("remove `optional`, or run the master on another host",),
-            fix=make_fix("remove `optional`", remove(context.source, ("hosts", island.hub, "optional"))),
+            fix=make_fix(
+                "remove `optional`", remove(context.source, ("hosts", island.hub, "optional")), safe=False
+            ),
         )

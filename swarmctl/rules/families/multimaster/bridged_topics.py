@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Crossing
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import Guess, did_you_mean, guess, nearest
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.swarm.names import split_topic
 from swarmctl.swarm.topics import DIAGNOSTICS, sensors_of
@@ -31,7 +31,8 @@ def destinations(context: RuleContext) -> Iterator[Diagnostic]:
             if to in islands:
                 continue
             home = context.home.get(to)
-            meant = home.name if home is not None else nearest(to, tuple(islands))
+            likely = Guess((home.name,), certain=True) if home is not None else guess(to, islands)
+            meant = likely.only
             where = (*loc, "to", place)
             yield Diagnostic(
                 "MM010",
@@ -41,7 +42,9 @@ def destinations(context: RuleContext) -> Iterator[Diagnostic]:
                 help=(f"host `{to}` is on island `{home.name}`",)
                 if home is not None
                 else did_you_mean(to, islands, "the islands are"),
-                fix=make_fix(f"write `{meant}`", replace_value(context.source, where, meant))
+                fix=make_fix(
+                    f"write `{meant}`", replace_value(context.source, where, meant), safe=likely.certain
+                )
                 if meant
                 else None,
             )
@@ -81,7 +84,9 @@ def origins(context: RuleContext) -> Iterator[Diagnostic]:
                 help=(f"did you mean `{near}`?",)
                 if near
                 else ("correct the name, or declare it under `publishes` of its program",),
-                fix=make_fix(f"write `{near}`", replace_value(context.source, where, near)) if near else None,
+                fix=make_fix(f"write `{near}`", replace_value(context.source, where, near), safe=False)
+                if near
+                else None,
             )
 
 

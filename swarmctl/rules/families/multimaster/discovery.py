@@ -9,7 +9,7 @@ from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.render.multimaster.base import Discovery, provider_of, providers_with
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Multimaster
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import Guess, did_you_mean, guess
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.yamltext.edits import append_item, make_fix, remove, replace_value
 from swarmctl.yamltext.source import Loc
@@ -42,7 +42,8 @@ def strangers(context: RuleContext) -> Iterator[Diagnostic]:
         if name in hubs:
             continue
         home = context.home.get(name)
-        near = nearest(name, tuple(hubs)) if name not in context.spec.hosts else None
+        meant = guess(name, hubs) if name not in context.spec.hosts else Guess()
+        near = meant.only
         yield Diagnostic(
             "MM001",
             f"`{name}` runs no master" if name in context.spec.hosts else f"unknown host `{name}`",
@@ -51,7 +52,7 @@ def strangers(context: RuleContext) -> Iterator[Diagnostic]:
             help=(f"name `{home.hub}`, which runs the master of `{name}`",)
             if home is not None
             else did_you_mean(name, hubs, "the hosts with a master are"),
-            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near))
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=meant.certain)
             if near and not is_key
             else None,
         )
@@ -88,7 +89,9 @@ def one_sided_peers(context: RuleContext) -> Iterator[Diagnostic]:
                 label="one-sided peer",
                 notes=(Note(context.span(*loc), f"the peers of `{other}`"),),
                 help=(f"add `{hub}` to the list of `{other}`",),
-                fix=make_fix(f"add `{hub}` to the list of `{other}`", append_item(context.source, loc, hub)),
+                fix=make_fix(
+                    f"add `{hub}` to the list of `{other}`", append_item(context.source, loc, hub), safe=False
+                ),
             )
 
 
@@ -112,7 +115,9 @@ def both_filters(context: RuleContext) -> Iterator[Diagnostic]:
             label="masters in neither list are accepted",
             notes=(Note(context.span("multimaster", "sync_hosts", key=True), "the other filter"),),
             help=("keep only `sync_hosts`; hosts that it does not list stay out",),
-            fix=make_fix("remove `ignore_hosts`", remove(context.source, ("multimaster", "ignore_hosts"))),
+            fix=make_fix(
+                "remove `ignore_hosts`", remove(context.source, ("multimaster", "ignore_hosts")), safe=False
+            ),
         )
 
 
@@ -134,7 +139,7 @@ def groups(context: RuleContext) -> Iterator[Diagnostic]:
             severity=Severity.WARNING,
             label="for link-local protocols such as mDNS" if group in _LINK_LOCAL else "assigned by IANA",
             help=(f"leave it out ({limits.group}), or use one in 239.0.0.0/8, such as {ours}",),
-            fix=make_fix(f"write {ours}", replace_value(context.source, loc, ours)),
+            fix=make_fix(f"write {ours}", replace_value(context.source, loc, ours), safe=False),
         )
 
 
@@ -147,7 +152,7 @@ def heartbeats(context: RuleContext) -> Iterator[Diagnostic]:
     settings, limits = found
     rate, steady = settings.heartbeat_hz, limits.min_steady_hz
     loc = ("multimaster", "heartbeat_hz")
-    fix = make_fix("write 1.0", replace_value(context.source, loc, 1.0))
+    fix = make_fix("write 1.0", replace_value(context.source, loc, 1.0), safe=False)
     if rate < limits.min_quality_hz:
         yield Diagnostic(
             "MM005",
@@ -191,7 +196,9 @@ def memories(context: RuleContext) -> Iterator[Diagnostic]:
         else (),
         help=(f"set a longer `remove_after`, such as {longer:g}",),
         fix=make_fix(
-            f"write {longer:g}", replace_value(context.source, ("multimaster", "remove_after"), float(longer))
+            f"write {longer:g}",
+            replace_value(context.source, ("multimaster", "remove_after"), float(longer)),
+            safe=False,
         )
         if key == "remove_after"
         else None,
@@ -236,6 +243,7 @@ def parted_islands(context: RuleContext) -> Iterator[Diagnostic]:
                         "add each to the peers of the other",
                         append_item(context.source, loc, other),
                         append_item(context.source, ("multimaster", "robot_hosts", other), one),
+                        safe=False,
                     ),
                 )
 
@@ -276,7 +284,9 @@ def excluded_origins(context: RuleContext) -> Iterator[Diagnostic]:
             help=(f"remove `{hub}` from the list" if ignored else f"add `{hub}` to `sync_hosts`",),
             fix=None
             if ignored
-            else make_fix(f"add `{hub}`", append_item(context.source, ("multimaster", "sync_hosts"), hub)),
+            else make_fix(
+                f"add `{hub}`", append_item(context.source, ("multimaster", "sync_hosts"), hub), safe=False
+            ),
         )
 
 
@@ -298,7 +308,9 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
                 label="has no effect",
                 notes=(Note(context.span("multimaster", "provider"), "the provider"),),
                 help=(f"remove it, or write {others}" if others else "remove it",),
-                fix=make_fix(f"remove `{key}`", remove(context.source, ("multimaster", key))),
+                fix=make_fix(
+                    f"remove `{key}`", remove(context.source, ("multimaster", key)), safe=not others
+                ),
             )
 
 
@@ -318,5 +330,5 @@ def outdated_packages(context: RuleContext) -> Iterator[Diagnostic]:
             severity=Severity.WARNING,
             label="as published it does not start",
             help=(f"leave it out: the default is `{default}`",),
-            fix=make_fix(f"remove `{key}`", remove(context.source, loc)),
+            fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=False),
         )

@@ -26,7 +26,7 @@ def remaps(context: RuleContext) -> Iterator[Diagnostic]:
                     severity=Severity.WARNING,
                     label=f"both are `{names.resolved(old, node, {})}`",
                     help=("remove it, or write another name",),
-                    fix=make_fix("remove it", remove(context.source, loc)),
+                    fix=make_fix("remove it", remove(context.source, loc), safe=False),
                 )
 
 
@@ -68,7 +68,9 @@ def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
                     if near
                     else "write the name that the node itself uses, or add it to `publishes` or `subscribes`",
                 ),
-                fix=make_fix(f"write `{near}`", rename_key(context.source, loc, near)) if near else None,
+                fix=make_fix(f"write `{near}`", rename_key(context.source, loc, near), safe=False)
+                if near
+                else None,
             )
 
 

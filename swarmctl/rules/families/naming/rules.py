@@ -81,7 +81,7 @@ def _flaw(name: str, meant: str) -> str:
 def _respelt(context: RuleContext, loc: Loc, is_key: bool, name: str) -> Fix | None:
     change = rename_key if is_key else replace_value
     edits: tuple[Edit, ...] = change(context.source, loc, name)
-    return make_fix(f"write `{name}`", edits)
+    return make_fix(f"write `{name}`", edits, safe=True)
 
 
 @rule("NAME003")
@@ -145,7 +145,9 @@ def crossing_names(context: RuleContext) -> Iterator[Diagnostic]:
             context.span(*loc),
             label="relative name",
             help=(f"write `{full}`" if full else "write it with a leading `/`: /node/topic",),
-            fix=make_fix(f"write `{full}`", replace_value(context.source, loc, full)) if full else None,
+            fix=make_fix(f"write `{full}`", replace_value(context.source, loc, full), safe=False)
+            if full
+            else None,
         )
 
 

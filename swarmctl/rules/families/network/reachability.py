@@ -42,7 +42,9 @@ def _hub_alone(context: RuleContext, hub: str, others: list[str]) -> Diagnostic:
     fix = None
     if len(shared) == 1 and len(context.networks) == 1:
         fix = make_fix(
-            f"add `{hub}` to {where}", append_item(context.source, ("links", shared[0], "hosts"), hub)
+            f"add `{hub}` to {where}",
+            append_item(context.source, ("links", shared[0], "hosts"), hub),
+            safe=False,
         )
     return Diagnostic(
         "NET001",
@@ -69,7 +71,7 @@ def _network_fix(context: RuleContext, name: str, hub: str) -> Fix | None:
     if ip is not None and subnet is not None and ip not in subnet:
         return None
     edits = append_item(context.source, ("links", index, "hosts"), name)
-    return make_fix(f"add `{name}` to the hosts of `{link.name}`", edits)
+    return make_fix(f"add `{name}` to the hosts of `{link.name}`", edits, safe=False)
 
 
 @rule("NET014")

@@ -62,7 +62,9 @@ def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic
         help=(
             f"set another one on host `{moved}`: master_port: {free}" if free else "change one of the ports",
         ),
-        fix=edits.make_fix(f"set the master port of `{moved}` to {free}", change) if free else None,
+        fix=edits.make_fix(f"set the master port of `{moved}` to {free}", change, safe=False)
+        if free
+        else None,
     )
 
 
@@ -155,6 +157,7 @@ def unused_ports(context: RuleContext) -> Iterator[Diagnostic]:
                 fix=edits.make_fix(
                     f"remove the `master_port` of `{name}`",
                     edits.remove(context.document.source, ("hosts", name, "master_port")),
+                    safe=False,
                 ),
             )
 

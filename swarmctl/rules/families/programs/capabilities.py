@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import did_you_mean, guess
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 
@@ -32,7 +32,8 @@ def needs(context: RuleContext) -> Iterator[Diagnostic]:
 def _nowhere(
     context: RuleContext, name: str, program: Program, need: str, owners: dict[str, list[str]]
 ) -> Diagnostic:
-    near = nearest(need, tuple(owners))
+    meant = guess(need, owners)
+    near = meant.only
     loc = ("programs", name, "needs", program.needs.index(need))
     return Diagnostic(
         "PROG014",
@@ -43,7 +44,9 @@ def _nowhere(
             *(did_you_mean(need, tuple(owners), "the hosts have") if owners else ()),
             f"add it to the host that has it: has: [{need}]",
         ),
-        fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None,
+        fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=meant.certain)
+        if near
+        else None,
     )
 
 

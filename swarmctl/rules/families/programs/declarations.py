@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 
@@ -79,7 +79,8 @@ def shipped_programs(context: RuleContext) -> Iterator[Diagnostic]:
     for name, program in context.spec.programs.items():
         if program.use is None or program.use in SHIPPED:
             continue
-        near = nearest(program.use, tuple(SHIPPED))
+        meant = guess(program.use, SHIPPED)
+        near = meant.only
         loc = ("programs", name, "use")
         yield Diagnostic(
             "PROG005",
@@ -90,7 +91,9 @@ def shipped_programs(context: RuleContext) -> Iterator[Diagnostic]:
                 *did_you_mean(program.use, SHIPPED, "swarmctl ships"),
                 "for a program of a ROS package, write package: ..., executable: ...",
             ),
-            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None,
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=meant.certain)
+            if near
+            else None,
         )
 
 
@@ -146,7 +149,7 @@ def environments(context: RuleContext) -> Iterator[Diagnostic]:
                     context.span(*loc, key=True),
                     label="would override it",
                     help=("remove it; swarmctl derives it from the host's address and the mode",),
-                    fix=make_fix(f"remove `{key}`", remove(context.source, loc)),
+                    fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=False),
                 )
 
 
@@ -166,7 +169,7 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                     help=(
                         "set /use_sim_time in a launch file, on every master whose nodes use simulated time",
                     ),
-                    fix=make_fix(f"remove `{key}`", remove(context.source, loc)),
+                    fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=False),
                 )
             elif not _PARAMETER.fullmatch(key):
                 yield Diagnostic(
@@ -175,7 +178,9 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                     context.span(*loc, key=True),
                     label="letters, digits and underscores, starting with a letter",
                     help=("write the name as the node reads it, without `~`",),
-                    fix=make_fix(f"write `{key[1:]}`", rename_key(context.source, loc, key[1:]))
+                    fix=make_fix(
+                        f"write `{key[1:]}`", rename_key(context.source, loc, key[1:]), safe=key[0] == "~"
+                    )
                     if _PARAMETER.fullmatch(key[1:]) and key[1:] not in program.params
                     else None,
                 )

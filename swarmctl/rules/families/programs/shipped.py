@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.program_params import shipped
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import did_you_mean, guess
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
 
 
@@ -21,14 +21,15 @@ def unknown_settings(context: RuleContext) -> Iterator[Diagnostic]:
             if known is None or key in known:
                 continue
             loc = ("programs", name, "params", key)
-            near = nearest(key, tuple(known))
+            meant = guess(key, known)
+            near = meant.only
             yield Diagnostic(
                 "PROG011",
                 f"`{program.use}` has no parameter `{key}`",
                 context.span(*loc, key=True),
                 label="has no effect",
                 help=did_you_mean(key, known, "its parameters are"),
-                fix=make_fix(f"write `{near}`", rename_key(context.source, loc, near))
+                fix=make_fix(f"write `{near}`", rename_key(context.source, loc, near), safe=meant.certain)
                 if near and near not in program.params
                 else None,
             )
@@ -50,7 +51,7 @@ def invalid_settings(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span(*loc),
                 label="a number in quotes is text" if bare else "invalid value",
                 help=(f"`{key}`: {setting.meaning[0].lower()}{setting.meaning[1:]}",),
-                fix=make_fix("remove the quotes", replace_value(context.source, loc, number))
+                fix=make_fix("remove the quotes", replace_value(context.source, loc, number), safe=True)
                 if bare
                 else None,
             )

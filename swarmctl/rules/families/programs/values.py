@@ -116,7 +116,9 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span(*loc),
                 label=f"would be launch/{launch}",
                 help=(f"write `{launch[7:]}`",),
-                fix=make_fix(f"write `{launch[7:]}`", replace_value(context.source, loc, launch[7:])),
+                fix=make_fix(
+                    f"write `{launch[7:]}`", replace_value(context.source, loc, launch[7:]), safe=True
+                ),
             )
         elif not launch.endswith(_LAUNCH):
             yield Diagnostic(
@@ -144,7 +146,9 @@ def workspaces(context: RuleContext) -> Iterator[Diagnostic]:
     meant = workspace[: script.start()] if script else workspace.rpartition("/")[0]
     if (script is None and folder not in ("src", "build", "logs")) or not meant:
         return
-    fix: Fix | None = make_fix(f"write `{meant}`", replace_value(context.source, loc, meant))
+    fix: Fix | None = make_fix(
+        f"write `{meant}`", replace_value(context.source, loc, meant), safe=script is not None
+    )
     yield Diagnostic(
         "PROG023",
         f"`{workspace}` is {'a file in a workspace' if script else 'a folder of a workspace'}",

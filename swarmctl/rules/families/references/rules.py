@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
+from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import suggestion
 from swarmctl.yamltext.edits import make_fix, remove, replace_value
 from swarmctl.yamltext.source import Loc
 
@@ -32,22 +33,25 @@ def _unknown(
     context: RuleContext, what: str, known: Mapping[str, Any], places: Iterable[Named]
 ) -> Iterator[Diagnostic]:
     words: tuple[str, ...] = ()  # computed only if a name is unknown
+    likely = LikelyNames(context)
     for word, loc in places:
         if word is not None and word not in known:
             words = words or tuple(known)
+            meant = likely.guess(word, words, loc)
             yield Diagnostic(
                 "REF001",
                 f"unknown {what} `{word}`",
                 context.span(*loc),
                 label="not defined",
-                help=did_you_mean(word, words, f"known {what}s"),
-                fix=_nearest(context, words, word, loc),
+                help=suggestion(meant, words, f"known {what}s"),
+                fix=make_fix(
+                    f"write `{meant.only}`",
+                    replace_value(context.source, loc, meant.only),
+                    safe=meant.certain,
+                )
+                if meant.only
+                else None,
             )
-
-
-def _nearest(context: RuleContext, known: tuple[str, ...], word: str, loc: Loc) -> Fix | None:
-    near = nearest(word, known)
-    return make_fix(f"write `{near}`", replace_value(context.source, loc, near)) if near else None
 
 
 def _types(spec: Spec) -> Iterator[Named]:
@@ -115,14 +119,18 @@ def jump_loops(context: RuleContext) -> Iterator[Diagnostic]:
 
 @rule("REF003")
 def repeated_names(context: RuleContext) -> Iterator[Diagnostic]:
-    """A list that names one thing twice; usually the second name should be another."""
+    """A list that names one thing twice; if another thing is named nowhere, that may be meant."""
     spec = context.spec
-    lists: list[tuple[tuple[str | int, ...], tuple[str, ...]]] = [
-        (("links", index, "hosts"), link.hosts) for index, link in context.networks
+    lists: list[tuple[tuple[str | int, ...], tuple[str, ...], bool]] = []
+    connected = {host for _, link in context.networks for host in link.hosts}
+    commanded = {robot for control in spec.control for robot in control.of}
+    all_connected, all_commanded = connected >= set(spec.hosts), commanded >= set(spec.robots)
+    lists += [(("links", index, "hosts"), link.hosts, all_connected) for index, link in context.networks]
+    lists += [
+        (("control", index, "of"), control.of, all_commanded) for index, control in enumerate(spec.control)
     ]
-    lists += [(("control", index, "of"), control.of) for index, control in enumerate(spec.control)]
-    lists += [(("hosts", name, "bluetooth"), host.bluetooth) for name, host in spec.hosts.items()]
-    for loc, listed in lists:
+    lists += [(("hosts", name, "bluetooth"), host.bluetooth, False) for name, host in spec.hosts.items()]
+    for loc, listed, complete in lists:
         if len(set(listed)) == len(listed):
             continue
         for place, name in enumerate(listed):
@@ -135,5 +143,7 @@ def repeated_names(context: RuleContext) -> Iterator[Diagnostic]:
                     label="second entry",
                     notes=(Note(context.span(*loc, listed.index(name)), "first entry"),),
                     help=("write another name, or remove it",),
-                    fix=make_fix(f"remove the second `{name}`", remove(context.source, (*loc, place))),
+                    fix=make_fix(
+                        f"remove the second `{name}`", remove(context.source, (*loc, place)), safe=complete
+                    ),
                 )

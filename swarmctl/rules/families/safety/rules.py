@@ -94,10 +94,12 @@ def disabled_dead_men(context: RuleContext) -> Iterator[Diagnostic]:
                 if repeats
                 else ("remove it, so that the robot moves only while the button is pressed",),
                 fix=make_fix(
-                    "add `key_timeout: 0.5`", set_key(context.source, loc, "key_timeout", 0.5, after=key)
+                    "add `key_timeout: 0.5`",
+                    set_key(context.source, loc, "key_timeout", 0.5, after=key),
+                    safe=False,
                 )
                 if repeats
-                else make_fix(f"remove `{key}`", remove(context.source, (*loc, key))),
+                else make_fix(f"remove `{key}`", remove(context.source, (*loc, key)), safe=False),
             )
 
 

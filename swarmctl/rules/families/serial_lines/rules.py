@@ -17,7 +17,7 @@ from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity, Span
 from swarmctl.robot_types.settings import DIAGNOSTICS
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Serial
-from swarmctl.suggest import did_you_mean, nearest
+from swarmctl.suggest import did_you_mean, guess, typing_errors
 from swarmctl.swarm.names import namespace
 from swarmctl.swarm.topics import COMMAND
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value, set_key
@@ -99,7 +99,11 @@ def _fix(context: RuleContext, robot: str, load: SerialLoad) -> Fix | None:
     changes = [
         set_key(context.document.source, rates, name, fitting[name]) for name in fitting if name in own
     ]
-    return make_fix(f"lower the rates of `{robot}` to {_written(fitting)}", *changes) if changes else None
+    return (
+        make_fix(f"lower the rates of `{robot}` to {_written(fitting)}", *changes, safe=False)
+        if changes
+        else None
+    )
 
 
 @rule("LINE003")
@@ -196,23 +200,34 @@ def odd_bauds(context: RuleContext) -> Iterator[Diagnostic]:
     for index, link in context.lines:
         if isinstance(link, Serial) and link.baud is not None and link.baud not in BAUDS:
             supported = context.types[context.spec.robots[link.robot].type].link
-            near = nearest_baud(link.baud, (supported.baud, *supported.other_bauds))
+            rates = (supported.baud, *supported.other_bauds)
+            own = near_bauds(link.baud, rates)
+            near = own or near_bauds(link.baud)
+            supported_rates = f"its type has {' or '.join(map(str, rates))} baud"
+            loc = ("links", index, "baud")
             yield Diagnostic(
                 "LINE004",
                 f"{link.baud} is not a standard baud rate",
-                context.span("links", index, "baud"),
+                context.span(*loc),
                 severity=Severity.WARNING,
                 label=f"the link of `{link.robot}`",
-                help=(f"did you mean {near}?",),
+                help=tuple(filter(None, (meant_baud(near), "" if own else supported_rates))),
                 fix=make_fix(
-                    f"write {near}", replace_value(context.document.source, ("links", index, "baud"), near)
-                ),
+                    f"write {near[0]}", replace_value(context.source, loc, near[0]), safe=near == own
+                )
+                if len(near) == 1
+                else None,
             )
 
 
-def nearest_baud(baud: int, known: Sequence[int] = BAUDS) -> int:
-    """Returns the baud rate of ``known`` with the smallest ratio to ``baud``."""
-    return min(known, key=lambda one: max(one / baud, baud / one))
+def near_bauds(baud: int, known: Sequence[int] = BAUDS) -> list[int]:
+    """Returns the baud rates of ``known`` from which ``baud`` differs by one typing error."""
+    return [one for one in known if typing_errors(str(baud), str(one)) == 1]
+
+
+def meant_baud(near: Sequence[int]) -> str:
+    """Returns the help with the rates that may be meant; the empty text without any."""
+    return f"did you mean {' or '.join(map(str, near))}?" if near else ""
 
 
 @rule("LINE005")
@@ -234,12 +249,15 @@ def _no_such_sensor(
     context: RuleContext, place: tuple[str, ...], sensor: str, who: str, sensors: Collection[str]
 ) -> Diagnostic:
     known = (*sensors, DIAGNOSTICS)
-    loc, near = (*place, "rates", sensor), nearest(sensor, known)
+    loc, meant = (*place, "rates", sensor), guess(sensor, known)
+    near = meant.only
     return Diagnostic(
         "LINE005",
         f"{who} sensor `{sensor}`",
         context.span(*loc, key=True),
         label="unknown sensor",
         help=did_you_mean(sensor, known, "the sensors are"),
-        fix=make_fix(f"rename it to `{near}`", rename_key(context.source, loc, near)) if near else None,
+        fix=make_fix(f"rename it to `{near}`", rename_key(context.source, loc, near), safe=meant.certain)
+        if near
+        else None,
     )

@@ -54,7 +54,7 @@ def unread_settings(context: RuleContext) -> Iterator[Diagnostic]:
                 help=(
                     f"remove `driver` from `{name}`, so that swarmctl drives it, or set them in its sketch",
                 ),
-                fix=make_fix("remove the settings", remove(context.source, loc)),
+                fix=make_fix("remove the settings", remove(context.source, loc), safe=False),
             )
 
 
@@ -70,7 +70,7 @@ def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span(*loc),
                 label=f"cannot drive a `{robot.type}`",
                 help=("remove `driver`, so that swarmctl's driver is used",),
-                fix=make_fix("remove it", remove(context.source, loc)),
+                fix=make_fix("remove it", remove(context.source, loc), safe=False),
             )
 
 
@@ -113,5 +113,5 @@ def _no_camera(context: RuleContext, loc: Loc, message: str, *others: str) -> Di
         context.span(*loc, key=True),
         label="no camera",
         help=("; ".join(["remove it", *others]),),
-        fix=make_fix("remove it", remove(context.source, loc)),
+        fix=make_fix("remove it", remove(context.source, loc), safe=False),
     )

@@ -73,7 +73,7 @@ def missing_roots(context: RuleContext) -> Iterator[Diagnostic]:
         severity=Severity.WARNING,
         label=f"a {context.computer_of(lost)} boots with a wrong time",
         help=(f"add `time: {{root: {named}}}`, so that all hosts follow its clock",),
-        fix=edits.make_fix(f"set the time root to `{named}`", _with_root(context, named)),
+        fix=edits.make_fix(f"set the time root to `{named}`", _with_root(context, named), safe=False),
     )
 
 

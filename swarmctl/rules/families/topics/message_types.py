@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.ros_packages.message_types import NoMessage, no_message
 from swarmctl.rules.context import RuleContext, rule
+from swarmctl.suggest import typing_errors
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
@@ -45,7 +46,11 @@ def _finding(context: RuleContext, loc: Loc, kind: str, fault: NoMessage) -> Dia
         help=(f"did you mean {' or '.join(f'`{one}`' for one in fault.meant[:3])}?",)
         if meant
         else ("`rosmsg package PACKAGE` lists the messages of a package",),
-        fix=make_fix(f"write `{meant}`", replace_value(context.source, loc, meant))
-        if len(fault.meant) == 1
+        fix=make_fix(
+            f"write `{meant}`",
+            replace_value(context.source, loc, meant),
+            safe=fault.certain and typing_errors(kind, meant) <= 1,
+        )
+        if meant and len(fault.meant) == 1
         else None,
     )  # fmt: skip

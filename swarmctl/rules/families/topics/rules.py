@@ -9,8 +9,8 @@ from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
-from swarmctl.suggest import nearest
-from swarmctl.swarm.names import split_topic
+from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, nearest, suggestion
+from swarmctl.swarm.names import namespace, split_topic
 from swarmctl.swarm.topics import (
     COMMAND,
     COMMAND_TYPE,
@@ -85,8 +85,13 @@ def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc
         context.span(*loc),
         label="another type",
         notes=notes,
-        help=(f"write the type that the node uses{shown}",),
-        fix=None if is_program else make_fix(f"write `{other}`", replace_value(context.source, loc, other)),
+        help=(
+            f"write the type that the node uses{shown}",
+            *(() if is_program else (f"if it uses {one.type}, it cannot use this topic: choose another",)),
+        ),
+        fix=None
+        if is_program or not is_near(one.type, other)
+        else make_fix(f"write `{other}`", replace_value(context.source, loc, other), safe=False),
     )
 
 
@@ -109,14 +114,15 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
     programs = context.spec.programs
     silent = {name for name, one in programs.items() if name not in publishing and one.use is None}
     gamepads = {name for name in silent if _may_read_a_gamepad(programs[name])}
-    dangling: dict[str, list[tuple[Endpoint, str | None]]] = {}
+    dangling: dict[str, list[tuple[Endpoint, Guess]]] = {}
     for one in lost:
-        near = _nearest(context, one) if len(lost) <= _FEW else None
+        meant = _likely(context, one) if len(lost) <= _FEW else Guess()
         unknown = gamepads if programs[one.owner].use is not None else silent
-        if near is not None or (unknown <= {one.owner} and programs[one.owner].board is None):
-            dangling.setdefault(one.owner, []).append((one, near))
+        if meant.words or (unknown <= {one.owner} and programs[one.owner].board is None):
+            dangling.setdefault(one.owner, []).append((one, meant))
     for owner, found in dangling.items():
-        one, near = next((pair for pair in found if pair[1] is not None), found[0])
+        one, meant = next((pair for pair in found if pair[1].words), found[0])
+        near = meant.only
         more = f" and {len(found) - 1} more" if len(found) > 1 else ""
         loc = (*one.loc, "topic")
         declared = isinstance(one.loc[-1], int)
@@ -127,16 +133,16 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
             severity=Severity.WARNING,
             label="waits forever without an error",
             help=(
-                *((f"did you mean `{near}`?",) if near and declared else ()),
+                *(suggestion(meant, (), "") if declared else ()),
                 *(
                     (f"read `{near}`, which is published: params: {{topic: {near}}}",)
                     if near and not declared
                     else ()
                 ),
                 *(() if declared else _GAMEPAD),
-                *(_DECLARE if declared and not near else ()),
+                *(_DECLARE if declared else ()),
             ),
-            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near))
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
             if near and declared
             else None,
         )
@@ -159,26 +165,37 @@ def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
     )
 
 
-def _nearest(context: RuleContext, one: Endpoint) -> str | None:
-    """Returns the published topic that an endpoint's is misspelt for, or in another namespace."""
-    topic = one.topic
-    space, name = split_topic(topic)
-    word = topic.rpartition("/")[2]
-    elsewhere = [
+def _likely(context: RuleContext, one: Endpoint) -> Guess:
+    """Returns the published topics that may be meant; a program's own robot comes before others."""
+    space, name = split_topic(one.topic)
+    word = one.topic.rpartition("/")[2]
+    elsewhere = tuple(
         other
         for other, types in context.publishers.programs.items()
         if other.rpartition("/")[2] == word and one.type in types.values()
-    ]
+    )
     if len(elsewhere) == 1:
-        return elsewhere[0]
+        return Guess(elsewhere)
     robots = context.robot_by_namespace
     known = list(context.publishers.programs)
     if space in robots:
         robot = context.spec.robots[robots[space]]
         known += [f"{space}/{one}" for one in sensors_of(context.types[robot.type], robot.driver)]
-    elif len(robots) <= _FEW:
-        known += [topic for one in robots if context.publishers.sensed(topic := f"{one}/{name}")]
-    return nearest(topic, tuple(known))
+        return guess(one.topic, known)
+    spaces = robots if len(robots) <= _FEW else ()
+    same = tuple(topic for at in spaces if context.publishers.sensed(topic := f"{at}/{name}"))
+    meant, own = guess(one.topic, (*known, *same)), _of_own_robot(context, one, name)
+    if own is None or meant.only == own:
+        without_robot = not space and not meant.words and len(same) <= MOST_NEAR
+        return Guess(same) if without_robot else meant
+    return Guess((*meant.words, own)[:2]) if space else Guess((own,))
+
+
+def _of_own_robot(context: RuleContext, one: Endpoint, name: str) -> str | None:
+    """Returns the topic of that name of the robot that the program belongs to."""
+    robot = context.spec.programs[one.owner].robot
+    topic = f"{namespace(robot)}/{name}" if robot is not None else ""
+    return topic if context.publishers.sensed(topic) else None
 
 
 @rule("TOPIC003")
@@ -246,8 +263,9 @@ def commands_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
         if not one.publishes or name != COMMAND or space in robots or one.topic in subscribed:
             continue
         near = nearest(space.strip("/"), tuple(other.strip("/") for other in robots)) if space else None
-        meant = f"/{near}/{COMMAND}" if near else f"{next(iter(robots))}/{COMMAND}"
         written = context.spec.programs[one.owner]
+        own = namespace(written.robot) if written.robot is not None else next(iter(robots))
+        meant = f"/{near}/{COMMAND}" if near else f"{own}/{COMMAND}"
         loc = (*one.loc, "topic")
         as_is = not written.remap and one.topic == _written(one, context)
         yield Diagnostic(
@@ -259,7 +277,7 @@ def commands_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
             help=(f"did you mean `{meant}`?",)
             if near
             else (f"remap it, for example remap: {{{COMMAND}: {meant}}}",),
-            fix=make_fix(f"write `{meant}`", replace_value(context.source, loc, meant))
+            fix=make_fix(f"write `{meant}`", replace_value(context.source, loc, meant), safe=False)
             if near and as_is
             else None,
         )

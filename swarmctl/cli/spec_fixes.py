@@ -1,0 +1,61 @@
+"""The fixes of one spec's files, tried in memory: what ``--fix`` writes and what a summary counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.diagnostics import Diagnostic
+    from swarmctl.rules.fixes import Findings, Fixable, Fixed, Texts
+    from swarmctl.views.findings.report import Checked
+
+
+def checked(spec: SpecFiles) -> Checked:
+    """The findings in a spec, and how many ``--fix`` and ``--unsafe-fixes`` would correct."""
+    from swarmctl.rules.runner import load_checked
+    from swarmctl.views.findings.report import Checked
+
+    document, found = load_checked(*spec.files)
+    if all(one.fix is None for one in found):
+        return Checked(str(spec), document, found)
+    fixable = SpecFixes(spec).fixable()
+    safe, every = _corrected(found, fixable.safe), _corrected(found, fixable.all)
+    return Checked(str(spec), document, found, safe, every - safe)
+
+
+def _corrected(found: Iterable[Diagnostic], fixed: Fixed) -> int:
+    """Counts the findings whose fix is made; several may have the same fix."""
+    made = {(one.code, one.fix.title) for one in fixed.made if one.fix is not None}
+    return sum(one.fix is not None and (one.code, one.fix.title) in made for one in found)
+
+
+class SpecFixes:
+    """The files of a spec, each read once, and what their fixes do."""
+
+    def __init__(self, spec: SpecFiles) -> None:
+        from swarmctl.yamltext.files import content
+
+        self._spec = spec
+        self.read = cache(content)
+
+    def original(self, file: str) -> str:
+        """Returns the text of a file, without byte order mark."""
+        return self.read(Path(file)).decode("utf-8-sig")
+
+    def fixable(self) -> Fixable:
+        """Returns the texts with fixes, and the findings that they correct."""
+        from swarmctl.rules.fixes import fixable
+
+        return fixable(self._found_with, self.original)
+
+    def _found_with(self, texts: Texts) -> Findings:
+        from swarmctl.rules.runner import lint_files
+
+        changed = {Path(file): text.encode() for file, text in texts.items()}
+        return lint_files(
+            self._spec.files, lambda path: changed[path] if path in changed else self.read(path)
+        )
