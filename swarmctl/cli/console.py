@@ -115,11 +115,13 @@ def print_diagnostics(diagnostics: Sequence[Diagnostic]) -> None:
 
 def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
     """The texts, by file, of the readable files that the findings are in."""
+    from swarmctl.yamltext.files import content
+
     spans = [span for found in diagnostics for span in (found.span, *(note.span for note in found.notes))]
     texts = {}
     for file in {span.file for span in spans if span}:
         with suppress(OSError):
-            texts[file] = Path(file).read_text("utf-8-sig", errors="replace")
+            texts[file] = content(Path(file)).decode("utf-8-sig", errors="replace")
     return texts
 
 

@@ -7,7 +7,10 @@ import stat
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from swarmctl.yamltext.files import content
+
 FOLDER = "secrets"
+_MAX_BYTES = 1024  # of a file with one secret
 LONGEST_PIN = 16  # characters of a Bluetooth PIN (Core Specification, vol. 3 part C, 3.2.3)
 
 
@@ -46,7 +49,7 @@ def _read(file: Path) -> str | None:
         mode = file.stat().st_mode
         if stat.S_IMODE(mode) & 0o077:
             raise SecretError(f"{file} is readable for other users", f"chmod 600 {file}")
-        return file.read_text("utf-8").removesuffix("\n")
+        return content(file, _MAX_BYTES).decode("utf-8").removesuffix("\n")
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:

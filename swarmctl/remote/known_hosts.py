@@ -105,7 +105,12 @@ def path_beside(spec: Path) -> Path:
 
 
 def read(path: Path) -> KnownHosts:
-    """The pinned keys in the file at ``path``; none if it does not exist. Raises ``OpenSshFileError``."""
+    """The pinned keys in the file at ``path``; none if it does not exist. Raises ``OpenSshFileError``.
+
+    A link to elsewhere is refused: a spec from someone else would make errors quote any file.
+    """
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(path.parent)):
+        raise OpenSshFileError(f"{path}: a link out of its folder; put the file itself there")
     return parse(read_text(path), str(path)) if os.path.lexists(path) else KnownHosts()
 
 

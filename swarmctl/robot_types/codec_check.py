@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import ast
 import math
+import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.suggest import did_you_mean
-from swarmctl.yamltext.files import Read, text_of
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.project_files import ProjectFiles
 from swarmctl.yamltext.source import Source
 
 _PYTHON = (3, 8)  # of ROS noetic (REP 3)
@@ -33,20 +34,20 @@ def codec_beside(file: Path) -> Path:
     return file.with_suffix(".py")
 
 
-def read_codec(source: Source, robot_type: RobotType, read: Read) -> tuple[bytes, list[Diagnostic]]:
+def read_codec(source: Source, robot_type: RobotType, files: ProjectFiles) -> tuple[bytes, list[Diagnostic]]:
     """The file of a type's protocol class, and what is wrong with it; nothing for a type that has none."""
     protocol = robot_type.protocol
     if not isinstance(protocol, PythonProtocol):
         return b"", []
     file, declared_at = codec_beside(Path(source.path)), source.span(("protocol", "codec"))
-    if not file.is_file():
+    if not os.path.lexists(file):
         message = f"there is no file `{file}` with the class `{protocol.codec}`"
         help_ = f"`swarmctl driver new {file.stem} --protocol python` writes one to begin with"
         label = "the class stands beside the type"
         return b"", [Diagnostic("CODEC001", message, declared_at, label=label, help=(help_,))]
-    text = text_of(file, LoadBudget(), read)
+    text = files.text(file, (".py",))
     if isinstance(text, Diagnostic):
-        return b"", [text]
+        return b"", [replace(text, span=text.span or declared_at)]
     if len(text.encode()) > MAX_CODEC_BYTES:
         limit = f"{MAX_CODEC_BYTES >> 10} KiB, the limit for a protocol class"
         return b"", [Diagnostic("FILE002", f"`{file}` is larger than {limit}", declared_at)]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Set
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -13,8 +13,10 @@ from swarmctl.diagnostics import Diagnostic, has_errors
 from swarmctl.robot_types.codec_check import read_codec
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.model import Computer, Computers
+from swarmctl.spec.unread_types import can_be_named, unread_types, warnings
 from swarmctl.spec.validation import M, validated
-from swarmctl.yamltext.files import Read, content
+from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.project_files import ProjectFiles, link_error
 from swarmctl.yamltext.source import Source, parse
 
 
@@ -22,61 +24,84 @@ from swarmctl.yamltext.source import Source, parse
 class Catalog:
     """Robot types and computers by name, and what is wrong with the files they come from.
 
-    ``codecs`` are the files with the protocol classes of the types that have one.
+    ``sources`` are the files of the types beside a spec, ``codecs`` the texts of their protocol classes,
+    ``unread`` the files that seem to be types by their name, and that nothing reads.
     """
 
     types: Mapping[str, RobotType] = field(default_factory=dict)
     computers: Mapping[str, Computer] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
+    sources: Mapping[str, Path] = field(default_factory=dict)
     codecs: Mapping[str, bytes] = field(default_factory=dict)
+    unread: Mapping[str, Path] = field(default_factory=dict)
 
 
-def load_catalog(beside: Path | None = None, others: Iterable[str] = (), read: Read = content) -> Catalog:
-    """Returns the shipped catalog with the robot types of the folder ``beside``.
+def load_catalog(
+    beside: Path | None = None, files: ProjectFiles | None = None, others: Iterable[str] = ()
+) -> Catalog:
+    """Returns the shipped catalog with the robot types of ``beside``, the folder ``robots`` of a spec.
 
-    The files ``others`` are no types.
+    ``files`` are those of the spec that is read; its files ``others`` are no types.
     """
     shipped = _shipped()
-    if beside is None or not beside.is_dir():
+    if beside is None:
         return shipped
-    own = _types_in(beside, {os.path.realpath(file) for file in others}, read)
-    diagnostics = (*shipped.diagnostics, *own.diagnostics)
-    return Catalog({**shipped.types, **own.types}, shipped.computers, diagnostics, own.codecs)
+    files = files or ProjectFiles.beside(beside, LoadBudget())
+    own = _types_beside(beside, files, {os.path.realpath(file) for file in others})
+    return replace(
+        own,
+        types={**shipped.types, **own.types},
+        computers=shipped.computers,
+        diagnostics=(*shipped.diagnostics, *own.diagnostics),
+    )
 
 
 @cache
 def _shipped() -> Catalog:
-    found = _types_in(resources.templates() / "robots")
-    computers, _, problems = _read(resources.templates() / "data/computers.yaml", Computers)
-    return Catalog(found.types, computers.root if computers else {}, (*found.diagnostics, *problems))
-
-
-def _types_in(folder: Path, others: Set[str] = frozenset(), read: Read = content) -> Catalog:
     types: dict[str, RobotType] = {}
+    diagnostics: list[Diagnostic] = []
+    for file in sorted((resources.templates() / "robots").glob("*.yaml")):
+        robot_type, _, problems = _parsed(file.read_text("utf-8"), file, RobotType, LoadBudget())
+        diagnostics += problems
+        types |= {file.stem: robot_type} if robot_type else {}
+    file = resources.templates() / "data/computers.yaml"
+    computers, _, problems = _parsed(file.read_text("utf-8"), file, Computers, LoadBudget())
+    return Catalog(types, computers.root if computers else {}, (*diagnostics, *problems))
+
+
+def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalog:
+    if folder.is_symlink() and files.refusal(folder):
+        return Catalog(diagnostics=(link_error(folder),))
+    types: dict[str, RobotType] = {}
+    sources: dict[str, Path] = {}
     codecs: dict[str, bytes] = {}
     diagnostics: list[Diagnostic] = []
-    for file in sorted(folder.glob("*.yaml")):
+    unread = unread_types(folder, files, others)
+    for file in (folder / name for name in files.names(folder) if can_be_named(name)):
+        if files.exhausted:  # which stands in the findings
+            break
         if os.path.realpath(file) in others:
             continue
-        robot_type, source, problems = _read(file, RobotType, read)
-        diagnostics += problems
-        if robot_type is None or source is None:
+        text = files.text(file)
+        if isinstance(text, Diagnostic):
+            diagnostics.append(text)
             continue
-        types[file.stem] = robot_type
-        codec, wrong = read_codec(source, robot_type, read)
+        robot_type, source, problems = _parsed(text, file, RobotType, files.budget)
+        diagnostics += problems
+        if robot_type is None:
+            continue
+        types[file.stem], sources[file.stem] = robot_type, file
+        codec, wrong = read_codec(source, robot_type, files)
         diagnostics += wrong
         if codec:
             codecs[file.stem] = codec
-    return Catalog(types, diagnostics=tuple(diagnostics), codecs=codecs)
+    return Catalog(types, {}, (*diagnostics, *warnings(folder, unread)), sources, codecs, unread)
 
 
-def _read(
-    file: Path, model: type[M], read: Read = content
-) -> tuple[M | None, Source | None, list[Diagnostic]]:
-    try:
-        source, problems = parse(read(file).decode("utf-8-sig"), str(file))
-    except (OSError, UnicodeDecodeError) as error:
-        return None, None, [Diagnostic("FILE001", f"cannot read {file}: {error}")]
+def _parsed(
+    text: str, file: Path, model: type[M], budget: LoadBudget
+) -> tuple[M | None, Source, list[Diagnostic]]:
+    source, problems = parse(text, str(file), budget)
     if has_errors(problems):
         return None, source, problems
     value, wrong = validated(model, source)

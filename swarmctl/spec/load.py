@@ -17,10 +17,11 @@ from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.private_keys import private_keys_in
 from swarmctl.spec.validation import validated
 from swarmctl.yamltext import ranges
-from swarmctl.yamltext.files import Read, content, text_of
+from swarmctl.yamltext.files import Read, content
 from swarmctl.yamltext.include import tree_of
 from swarmctl.yamltext.limits import LoadBudget
 from swarmctl.yamltext.overlay import overlaid
+from swarmctl.yamltext.project_files import ProjectFiles
 from swarmctl.yamltext.source import Source, source_of
 
 
@@ -63,21 +64,23 @@ def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None,
     trees: list[yaml.Node] = []
     diagnostics: list[Diagnostic] = []
     for path in layers:
-        text = text_of(path, budget, read)
-        root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, budget, read)
+        files = ProjectFiles.beside(path, budget, read)
+        text = files.named(path)
+        root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, files)
         trees += [root] if root is not None else []
         diagnostics += found
-    catalog = load_catalog(layers[0].resolve().parent / "robots", budget.texts, read)
+    files = ProjectFiles.beside(layers[0], budget, read)
+    catalog = load_catalog(layers[0].parent / "robots", files, budget.texts)
     document, problems = _document(trees, diagnostics, str(layers[0]), budget, catalog)
     if document is not None:
-        document = replace(document, private_keys=private_keys_in(layers[0].resolve().parent))
+        document = replace(document, private_keys=private_keys_in(layers[0].parent, files))
     return document, problems
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """Returns the text of one spec, and its warnings; with errors there is no document."""
     budget = LoadBudget()
-    root, found = tree_of(text, Path(path), budget)
+    root, found = tree_of(text, Path(path), ProjectFiles.beside(Path(path), budget))
     return _document([root] if root is not None else [], found, path, budget, catalog)
 
 

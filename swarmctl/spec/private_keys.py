@@ -2,35 +2,33 @@
 
 from __future__ import annotations
 
-import os
 import re
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+
+from swarmctl.yamltext.files import content
+from swarmctl.yamltext.project_files import ProjectFiles
 
 _NAMES = re.compile(r"id_(rsa|dsa|ecdsa|ed25519)|.*\.(pem|key)")
 _FOLDERS = ("", "ssh", "keys")
 _FIRST_LINE = b"PRIVATE KEY-----"
-_MOST_ENTRIES = 1000  # of a folder; what holds more is no folder of a spec
+_MOST = 1000  # files that are looked into
 
 
-def private_keys_in(folder: Path) -> tuple[str, ...]:
+def private_keys_in(folder: Path, files: ProjectFiles) -> tuple[str, ...]:
     """Those of ``folder`` itself, and of its folders that people put keys into."""
-    return tuple(str(Path(place, name)) for place in _FOLDERS for name in _names_in(folder / place))
+    named = islice(_named(folder, files), _MOST)
+    return tuple(str(Path(place, name)) for place, name in named if _is_key(folder / place / name))
 
 
-def _names_in(folder: Path) -> list[str]:
-    try:
-        with os.scandir(folder) as entries:
-            named = [one for one in islice(entries, _MOST_ENTRIES) if _NAMES.fullmatch(one.name)]
-            files = sorted(one.name for one in named if one.is_file(follow_symlinks=False))
-    except OSError:
-        return []
-    return [name for name in files if _is_key(folder / name)]
+def _named(folder: Path, files: ProjectFiles) -> Iterator[tuple[str, str]]:
+    for place in _FOLDERS:
+        yield from ((place, name) for name in files.names(folder / place) if _NAMES.fullmatch(name))
 
 
 def _is_key(path: Path) -> bool:
     try:
-        with path.open("rb") as file:
-            return _FIRST_LINE in file.read(100)
+        return not path.is_symlink() and _FIRST_LINE in content(path, 100)
     except OSError:
         return False

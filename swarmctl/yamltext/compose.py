@@ -69,6 +69,7 @@ def _counting(budget: LoadBudget) -> tuple[Callable[[yaml.Node | None, Any], Non
         if depth > MAX_DEPTH + 1:  # one more for the scalars in the deepest list
             raise TooMuchError("YAML004", TOO_DEEP, parent)
         if left < 0:
+            budget.nodes = left
             raise TooMuchError("YAML014", f"there are more than {MAX_NODES} keys and values", parent)
 
     def after() -> None:
@@ -85,7 +86,6 @@ TOO_DEEP = f"this is nested more than {MAX_DEPTH} levels deep"
 
 def compose(text: str, name: str, budget: LoadBudget) -> tuple[yaml.Node | None, Diagnostic | None]:
     """Composes one document within ``budget``; None for a document without content, or with an error."""
-    budget.texts[name] = text
     if (forbidden := _FORBIDDEN.search(text)) is not None:
         return None, forbidden_character(text, forbidden.start(), name)
     if text.count("*") > MAX_REPEATED:

@@ -1,67 +1,87 @@
-"""Reads files as UTF-8 text within the limits, or returns the error."""
+"""Reads the bytes of one file, bounded in size and time. Knows no project and no text."""
 
 from __future__ import annotations
 
+import errno
+import os
+import re
+import select
+import stat
+import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
-from swarmctl.diagnostics import Diagnostic, Span
-from swarmctl.suggest import did_you_mean
-from swarmctl.yamltext.limits import MAX_BYTES, MAX_FILES, LoadBudget
+from swarmctl.yamltext.limits import MAX_BYTES, MAX_SECONDS
 
 Read = Callable[[Path], bytes]
 
-
-def content(path: Path) -> bytes:
-    """Returns the bytes of a file, at most one above the limit: some devices never end."""
-    with path.open("rb") as file:
-        return file.read(MAX_BYTES + 1)
+_STREAM = re.compile(r"/dev/(stdin|fd/[0-9]+)|/proc/self/fd/[0-9]+")
+_KERNEL = ("/proc/", "/sys/")  # their files are regular ones, and show what the machine does
 
 
-def text_of(path: Path, budget: LoadBudget, read: Read = content) -> str | Diagnostic:
-    """Returns the text of a file without its byte order mark, or the error; takes it from ``budget``."""
-    budget.files -= 1
-    if budget.files < 0:
-        return Diagnostic("FILE002", f"a spec has {MAX_FILES} files at most")
+def content(path: Path, most: int = MAX_BYTES) -> bytes:
+    """Returns the bytes of a regular file, at most one above ``most``. Raises OSError.
+
+    Devices and pipes are not opened, which alone may block or reset a robot's board, except a pipe that the
+    shell has opened: ``/dev/stdin`` and ``<(...)``.
+    """
+    if is_stream(path):
+        return _once(path, most)
+    if os.path.realpath(path).startswith(_KERNEL):
+        raise OSError(errno.EINVAL, "files of /proc and /sys are no part of a spec")
+    _check(path.stat().st_mode)
+    with open(path, "rb", opener=_without_waiting) as file:
+        _check(os.fstat(file.fileno()).st_mode)  # another file may have taken its place
+        return file.read(most + 1)
+
+
+@cache
+def _once(path: Path, most: int) -> bytes:
+    """Returns what a stream brings; it brings it once, and an excerpt for a finding asks again."""
+    _check(path.stat().st_mode, piped=True)
+    with open(path, "rb", opener=_without_waiting) as file:
+        if stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+            return _from_pipe(file.fileno(), most)
+        return file.read(most + 1)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Opens a file; a pipe without a writer, or a serial port, would hold up an ordinary ``open``."""
+    return os.open(path, flags | os.O_NONBLOCK)
+
+
+def is_stream(path: Path) -> bool:
+    """True for the names under which a shell passes what it has opened itself."""
+    return _STREAM.fullmatch(str(path)) is not None
+
+
+def is_special(path: Path) -> bool:
+    """True for a device, a pipe or a socket."""
     try:
-        found = read(path)
-    except OSError as error:
-        return _unreadable(path, error)
-    budget.bytes -= len(found)
-    if budget.bytes < 0:
-        subject = f"`{path}` is" if len(found) > MAX_BYTES else f"`{path}` and the files before it are"
-        return Diagnostic("FILE002", f"{subject} larger than {MAX_BYTES >> 20} MiB, the limit for a spec")
-    try:
-        return found.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        return _not_utf8(str(path), found, error.start)
+        mode = path.stat().st_mode
+    except OSError:
+        return False  # reading it reports the error
+    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
 
-def _unreadable(path: Path, error: OSError) -> Diagnostic:
-    if isinstance(error, IsADirectoryError):
-        inside = sorted(one.name for one in path.glob("*.yaml"))
-        help_ = (f"did you mean `{path / inside[0]}`?",) if inside else ("name the YAML file in it",)
-        return Diagnostic("FILE001", f"`{path}` is a folder, not a spec", help=help_)
-    if isinstance(error, FileNotFoundError):
-        near = did_you_mean(
-            path.name, [one.name for one in path.parent.glob("*.yaml")], "YAML files in that folder"
-        )
-        return Diagnostic("FILE001", f"there is no file `{path}`", help=near)
-    return Diagnostic("FILE001", f"cannot read `{path}`: {error.strerror or error}")
+def _check(mode: int, *, piped: bool = False) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(mode) and not (piped and stat.S_ISFIFO(mode)):
+        raise OSError(errno.EINVAL, "it is a device or a pipe, not a file")
 
 
-def _not_utf8(name: str, content: bytes, start: int) -> Diagnostic:
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return Diagnostic(
-            "FILE003", f"`{name}` is UTF-16", Span(name, 1, 1, 1, 1), help=("save the file as UTF-8",)
-        )
-    before = content[:start].decode("utf-8-sig").splitlines() or [""]
-    if content[:start].endswith((b"\n", b"\r")):
-        before.append("")
-    line, column = len(before), len(before[-1]) + 1
-    return Diagnostic(
-        "FILE003",
-        f"the byte 0x{content[start]:02X} is not valid UTF-8",
-        Span(name, line, column, line, column + 1),
-        help=("save the file as UTF-8",),
-    )
+def _from_pipe(descriptor: int, most: int) -> bytes:
+    """Returns what comes until the other side closes the pipe. Raises TimeoutError if that takes too long."""
+    found, ends = bytearray(), time.monotonic() + MAX_SECONDS
+    ready = select.poll()
+    ready.register(descriptor, select.POLLIN)
+    while len(found) <= most:
+        if not ready.poll(max(0.0, ends - time.monotonic()) * 1000):
+            raise TimeoutError(errno.ETIMEDOUT, f"its other side did not close it within {MAX_SECONDS} s")
+        piece = os.read(descriptor, most + 1 - len(found))
+        if not piece:
+            break
+        found += piece
+    return bytes(found)

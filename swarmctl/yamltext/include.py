@@ -1,13 +1,11 @@
 """``include:`` of a spec: joins the trees of several files; each node keeps its own position.
 
-Two files may both have ``hosts``, but no host may be in both: overlays change what another file has. Files
-outside the spec's own folder are not opened, so that a foreign spec cannot read them.
+Two files may both have ``hosts``, but no host may be in both: overlays change what another file has.
 """
 
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,33 +14,38 @@ import yaml
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.yamltext.compose import Pair, compose, is_null, pairs_of, span_of
-from swarmctl.yamltext.files import Read, content, text_of
-from swarmctl.yamltext.limits import MAX_CHAIN, MAX_FINDINGS, LoadBudget
+from swarmctl.yamltext.files import is_special
+from swarmctl.yamltext.limits import MAX_CHAIN, MAX_FINDINGS
+from swarmctl.yamltext.project_files import HIDDEN, OTHER_SUFFIX, OUTSIDE, ProjectFiles
 
 KEY = "include"
+_HELP = {
+    OUTSIDE: "copy it beside `{spec}`; files elsewhere are not read",
+    HIDDEN: "name it without a dot at the beginning; hidden files are not read",
+    OTHER_SUFFIX: "rename the file to end with `.yaml`; others are not read",
+}
 
 Tree = tuple[yaml.Node | None, list[Diagnostic]]
 
 
-def tree_of(text: str, path: Path, budget: LoadBudget, read: Read = content) -> Tree:
+def tree_of(text: str, path: Path, files: ProjectFiles) -> Tree:
     """Returns the tree of a spec with its included files, and the errors, after which it is partial."""
-    including = _Including(path, budget, read)
+    including = _Including(path, files)
     return including.expanded(text, path), including.diagnostics
 
 
 class _Including:
     """Joins the files of one spec."""
 
-    def __init__(self, path: Path, budget: LoadBudget, read: Read) -> None:
-        self.budget, self.read = budget, read
-        self.spec = path
-        self.folder = os.path.realpath(path.parent)
+    def __init__(self, path: Path, files: ProjectFiles) -> None:
+        self.spec, self.files = path, files
         self.chain = [os.path.realpath(path)]
         self.places: dict[str, Span] = {}  # where each file is included
         self.diagnostics: list[Diagnostic] = []
 
     def expanded(self, text: str, path: Path) -> yaml.Node | None:
-        root, problem = compose(text, str(path), self.budget)
+        self.files.budget.texts[str(path)] = text
+        root, problem = compose(text, str(path), self.files.budget)
         if problem is not None:
             self.diagnostics.append(problem)
         if not isinstance(root, yaml.MappingNode) or KEY not in pairs_of(root):
@@ -70,7 +73,7 @@ class _Including:
         if real is None:
             return None
         self.places[real] = span_of(entry)
-        text = text_of(path, self.budget, self.read)
+        text = self.files.text(path)
         if isinstance(text, Diagnostic):
             place = text.span or span_of(entry)
             self.diagnostics.append(replace(text, span=place, notes=self._way_here()))
@@ -93,12 +96,13 @@ class _Including:
             self._report("INC001", "this is not a file name", entry)
             return None
         real = os.path.realpath(path)
-        if Path(name).is_absolute() or not Path(real).is_relative_to(self.folder):
-            self._report("INC002", f"`{name}` lies outside the spec's folder", entry,
-                           help=f"copy it beside `{self.spec}`; files elsewhere are not read")  # fmt: skip
+        if refusal := OUTSIDE if Path(name).is_absolute() else self.files.refusal(path):
+            help_ = _HELP[refusal].format(spec=self.spec)
+            self._report("INC002", f"`{name}` {refusal}", entry, help=help_)
         elif real in self.chain:
             circle = [*self.chain[self.chain.index(real) :], real]
-            shown = " includes ".join(f"`{os.path.relpath(one, self.folder)}`" for one in circle)
+            folder = os.path.realpath(self.spec.parent)
+            shown = " includes ".join(f"`{os.path.relpath(one, folder)}`" for one in circle)
             self._report("INC003", f"files include each other in a circle: {shown}", entry)
         elif real in self.places:
             first = Note(self.places[real], "first here")
@@ -107,7 +111,7 @@ class _Including:
         elif len(self.chain) > MAX_CHAIN:
             self._report("INC003", f"includes are nested more than {MAX_CHAIN} deep", entry,
                            help="include them side by side in the spec itself")  # fmt: skip
-        elif _is_special(path):
+        elif is_special(path):
             self._report("INC001", f"`{name}` is a device or a pipe, not a file", entry)
         else:
             return real
@@ -162,11 +166,3 @@ def _both(one: yaml.Node, other: yaml.Node) -> yaml.Node | None:
 
 def _mapping(like: yaml.MappingNode, pairs: list[Pair]) -> yaml.MappingNode:
     return yaml.MappingNode(like.tag, pairs, like.start_mark, like.end_mark, like.flow_style)
-
-
-def _is_special(path: Path) -> bool:
-    try:
-        mode = path.stat().st_mode
-    except OSError:
-        return False  # reading it reports the error
-    return not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)

@@ -33,6 +33,12 @@ MAX_FILES = 1_000
 MAX_CHAIN = 16
 """Depth of nested includes."""
 
+MAX_ENTRIES = 10_000
+"""Names that are looked at in a folder of a spec."""
+
+MAX_SECONDS = 60
+"""Time that a pipe has to bring a whole spec."""
+
 
 SourceTexts: TypeAlias = dict[str, str]
 

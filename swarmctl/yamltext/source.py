@@ -83,12 +83,14 @@ class Source:
         return None
 
 
-def parse(text: str, path: str) -> tuple[Source, list[Diagnostic]]:
-    """Parses one document of one file; the second value are its errors and warnings."""
+def parse(text: str, path: str, budget: LoadBudget | None = None) -> tuple[Source, list[Diagnostic]]:
+    """Parses one document of one file; the second value are its errors and warnings.
+
+    ``budget`` is what other files of the same spec have left.
+    """
     with collector_paused():
-        budget = LoadBudget()
-        root, problem = compose(text, path, budget)
-        source, found = source_of(root, path, budget.texts)
+        root, problem = compose(text, path, budget or LoadBudget())
+        source, found = source_of(root, path, {path: text})
         return source, [*([problem] if problem else []), *found]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -89,8 +90,9 @@ def test_a_file_too_large(
     )
 
 
-def test_a_file_without_end_is_refused_too(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "is larger than 4 MiB" in errors_of(capsys, "/dev/zero")
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/null", "/dev/tty"])
+def test_a_device_is_refused(device: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "it is a device or a pipe, not a file" in errors_of(capsys, device)
 
 
 def test_an_account_without_the_right_to_read(
@@ -99,7 +101,8 @@ def test_an_account_without_the_right_to_read(
     def refuse(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", refuse)
+    (tmp_path / "swarm.yaml").write_text("version: 1\n")
+    monkeypatch.setattr(os, "open", refuse)
     monkeypatch.chdir(tmp_path)
     assert "error[FILE001]: cannot read `swarm.yaml`: Permission denied" in errors_of(capsys, "swarm.yaml")
 

@@ -54,14 +54,17 @@ def show(
 
 def known_types(folder: Path) -> tuple[dict[str, Shown], bool]:
     """All types by name, and True if files beside the spec have errors, which are printed."""
+    from swarmctl.diagnostics import has_errors
     from swarmctl.spec.catalog import load_catalog
     from swarmctl.views.robot_types import SHIPPED, Shown
 
     catalog = load_catalog(folder / "robots")
     console.print_diagnostics(catalog.diagnostics)
-    own = {file.stem: str(file) for file in (folder / "robots").glob("*.yaml")}
-    types = {name: Shown(name, own.get(name, SHIPPED), one) for name, one in sorted(catalog.types.items())}
-    return types, bool(catalog.diagnostics)
+    sources = {name: str(file) for name, file in catalog.sources.items()}
+    types = {
+        name: Shown(name, sources.get(name, SHIPPED), one) for name, one in sorted(catalog.types.items())
+    }
+    return types, has_errors(catalog.diagnostics)
 
 
 def the_type(name: str, folder: Path) -> Shown:

@@ -45,13 +45,14 @@ def init(
 
     No file is overwritten. After an upgrade: swarmctl schema --out DIR/.swarmctl
     """
+    from swarmctl.diagnostics import has_errors
     from swarmctl.scaffold.starting_spec import starting_spec
     from swarmctl.spec.catalog import load_catalog
     from swarmctl.spec.model import Mode
 
     catalog = load_catalog(folder / "robots")
-    if catalog.diagnostics:
-        console.print_diagnostics(catalog.diagnostics)
+    console.print_diagnostics(catalog.diagnostics)
+    if has_errors(catalog.diagnostics):
         raise typer.Exit(exit_codes.ERROR)
     chosen = Mode(_known("mode", mode, [one.value for one in Mode]))
     robots = _robots(robot or _ROBOTS, catalog)
@@ -117,9 +118,11 @@ def _check(text: str, spec: Path, catalog: Catalog) -> None:
 
 def _write(files: Mapping[Path, bytes]) -> None:
     """Write all files or none. An existing file with the same content stays."""
+    from swarmctl.yamltext.files import content as read
+
     try:
         for path, content in files.items():
-            if path.exists() and path.read_bytes() != content:
+            if path.exists() and read(path) != content:
                 console.fail(
                     f"{path} exists already, and init overwrites no file",
                     "choose another folder: swarmctl init DIR",

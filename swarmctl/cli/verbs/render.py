@@ -67,8 +67,10 @@ def _foreign_path(out: Path) -> Path | None:
 def _is_ours(folder: Path) -> bool:
     if folder.name.startswith(_UNFINISHED):
         return True
+    from swarmctl.yamltext.files import content
+
     try:
-        manifest = json_format.loads((folder / "manifest.json").read_bytes())
+        manifest = json_format.loads(content(folder / "manifest.json"))
     except (OSError, ValueError):
         return False
     return isinstance(manifest, dict) and manifest.get("host") == folder.name

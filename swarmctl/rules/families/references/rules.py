@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.spec.unread_types import advice
 from swarmctl.suggest import suggestion
 from swarmctl.yamltext.edits import make_fix, remove, replace_value
 from swarmctl.yamltext.source import Loc
@@ -21,7 +24,7 @@ _SHOWN = 5  # hosts of a loop in a message
 def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     """A reference to a host, robot, robot type, computer or commander that is not defined."""
     spec = context.spec
-    yield from _unknown(context, "robot type", context.types, _types(spec))
+    yield from _unknown(context, "robot type", context.types, _types(spec), _unread(context))
     yield from _unknown(context, "host", spec.hosts, _hosts(spec))
     yield from _unknown(context, "robot", spec.robots, _robots(spec))
     yield from _unknown(context, "computer", context.computers, _computers(spec))
@@ -29,8 +32,19 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     yield from _unknown(context, "program, robot or host", commanders, _commanders(spec))
 
 
+def _unread(context: RuleContext) -> Mapping[str, str]:
+    """Help by the name of a robot type: a file that seems to be it lies where nothing reads it."""
+    folder = Path(context.document.source.path).parent / "robots"
+    unread = context.document.catalog.unread
+    return {name: f"`{file}` is not read; {advice(folder, name)}" for name, file in unread.items()}
+
+
 def _unknown(
-    context: RuleContext, what: str, known: Mapping[str, Any], places: Iterable[Named]
+    context: RuleContext,
+    what: str,
+    known: Mapping[str, Any],
+    places: Iterable[Named],
+    help_of: Mapping[str, str] = MappingProxyType({}),
 ) -> Iterator[Diagnostic]:
     words: tuple[str, ...] = ()  # computed only if a name is unknown
     likely = LikelyNames(context)
@@ -43,13 +57,13 @@ def _unknown(
                 f"unknown {what} `{word}`",
                 context.span(*loc),
                 label="not defined",
-                help=suggestion(meant, words, f"known {what}s"),
+                help=(help_of[word],) if word in help_of else suggestion(meant, words, f"known {what}s"),
                 fix=make_fix(
                     f"write `{meant.only}`",
                     replace_value(context.source, loc, meant.only),
                     safe=meant.certain,
                 )
-                if meant.only
+                if meant.only and word not in help_of
                 else None,
             )
 
