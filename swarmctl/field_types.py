@@ -58,6 +58,15 @@ def _mac(value: str) -> str:
     return value.lower()
 
 
+def _no_path(value: str) -> str:
+    if value.startswith("/dev/"):
+        raise ValueError(
+            f"`{value}` is a device, which may get another name at the next start; "
+            f"write what `udevadm info -a {value}` shows as ATTRS{{serial}}"
+        )
+    return value
+
+
 def _group(value: str) -> str:
     try:
         if ipaddress.IPv4Address(value).is_multicast:
@@ -154,6 +163,7 @@ UsbText = Annotated[
         pattern=r"^[A-Za-z0-9:._/+=@,#&()-]([A-Za-z0-9:._/+=@,#&() -]{0,62}[A-Za-z0-9:._/+=@,#&()-])?$",
         examples=["FTDI1234"],
     ),
+    AfterValidator(_no_path),
 ]
 # The kernel writes these ids in lower case, and udev compares letter by letter.
 HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
