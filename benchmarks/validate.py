@@ -112,7 +112,13 @@ def _lines(mode: str, names: Sequence[str], driver: dict[str, str]) -> Iterator[
 
 
 def _programs(names: Sequence[str]) -> Iterator[str]:
-    yield from ("programs:", "  joystick:", "    host: station", "    use: teleop-joy")
+    yield from (
+        "programs:",
+        "  joystick:",
+        "    host: station",
+        "    use: teleop-joy",
+        "    params: {device: /dev/input/js0}",
+    )
     for name in names[::100]:
         yield f"  laser-{name}:"
         yield f"    robot: {name}"

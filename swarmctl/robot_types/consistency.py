@@ -10,10 +10,12 @@ from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.binary_protocol import value_range
 from swarmctl.robot_types.kinematics import Kinematics
 from swarmctl.robot_types.line_protocol import SIDES
-from swarmctl.robot_types.protocols import DriverProtocol, RosserialProtocol
+from swarmctl.robot_types.protocols import DriverProtocol, LineProtocol, RosserialProtocol
 from swarmctl.robot_types.sensors import FRAME_TOPICS, ODOM, SENSORS, Sensor
 from swarmctl.robot_types.settings import DIAGNOSTICS, RobotSettings
 from swarmctl.robot_types.sketch_settings import SKETCH_BOUNDS, clashes
+
+_A_FAMILY = 3  # as many replies show a rule of the protocol
 
 
 class Parts(Protocol):
@@ -67,6 +69,7 @@ def _line_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[Consis
     for kind in SENSORS.values():
         yield from kind.type_errors(robot_type.sensors, protocol, robot_type.settings)
     yield from _reading_errors(robot_type, protocol)
+    yield from _request_errors(protocol)
     yield from _actuator_errors(robot_type, protocol)
     yield from _speed_range_errors(robot_type, protocol)
     scales = robot_type.kinematics.scales
@@ -117,6 +120,38 @@ def _reading_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[Con
             f"no sensor reads the query `{idle}`; add one to `sensors`, or take the query out",
             "protocol", "queries", idle, KEY,
         )  # fmt: skip
+
+
+def _request_errors(protocol: DriverProtocol) -> Iterator[ConsistencyError]:
+    """Queries that were copied and not changed: one request for two things, or the reply of another query."""
+    if protocol.kind == "python":
+        return
+    first: dict[str, str] = {}
+    for name, query in protocol.queries.items():
+        earlier = first.setdefault(" ".join(query.send.split()), name)
+        if earlier != name:
+            yield ConsistencyError(
+                f"the queries `{earlier}` and `{name}` send one request, `{query.send}`; correct one of them,"
+                f" or remove `{name}` and let its sensors `read` `{earlier}`",
+                "protocol", "queries", name, "send",
+            )  # fmt: skip
+    if protocol.kind == "line":
+        yield from _copied_replies(protocol)
+
+
+def _copied_replies(protocol: LineProtocol) -> Iterator[ConsistencyError]:
+    """In K-Team's family of protocols a reply begins with the request's letter in lower case."""
+    replies = {name: (one.send[:1].lower(), one.reply) for name, one in protocol.queries.items()}
+    usual = {reply: name for name, (letter, reply) in replies.items() if letter == reply}
+    if len(usual) < _A_FAMILY:
+        return
+    for name, (letter, reply) in replies.items():
+        if letter != reply and reply in usual:
+            yield ConsistencyError(
+                f"the reply to `{name}` begins with `{reply}`, as that to `{usual[reply]}`; the other "
+                f"replies begin with the letter of their request, here `{letter}`",
+                "protocol", "queries", name, "reply",
+            )  # fmt: skip
 
 
 def _actuator_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:

@@ -8,11 +8,12 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, model_validator
 
 from swarmctl.field_types import ConsistencyError, Model
-from swarmctl.robot_types.safe_regex import bounded
+from swarmctl.robot_types.safe_regex import bounded, groups_of
 from swarmctl.units import Unit
 
 _REQUEST = r"^[\x20-\x7e]{1,80}$"
 _HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
+_DIGITS = frozenset("0123456789")
 _LONGEST = 64  # values of a line, and a comma before each
 
 #: What a request may be given.
@@ -63,6 +64,12 @@ class LineExchange(Model):
             raise ConsistencyError(
                 f"`pattern` needs {self.values} groups, one for each of `values`", "pattern"
             )
+        for number, characters in enumerate(groups_of(self.pattern or "")):
+            if not characters & _DIGITS:
+                raise ConsistencyError(
+                    f"group {number + 1} of `pattern` can never be a number; write one like (-?[0-9]+)",
+                    "pattern",
+                )
         return self
 
     def length(self, digits: int) -> tuple[int, int]:

@@ -206,6 +206,11 @@ class RosserialProtocol(Model):
     @model_validator(mode="after")
     def _counts_what_it_publishes(self) -> RosserialProtocol:
         published = {one.topic: one.type for one in self.publishes}
+        if self.odometry is not None and self.odometry.left == self.odometry.right:
+            raise ConsistencyError(
+                f"`{self.odometry.right}` counts for both wheels; name the topic of the right wheel",
+                "odometry", "right",
+            )  # fmt: skip
         for side in ("left", "right") if self.odometry else ():
             topic = getattr(self.odometry, side)
             if published.get(topic) not in COUNTERS:

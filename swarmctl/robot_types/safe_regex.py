@@ -47,6 +47,26 @@ def bounded(pattern: str) -> str:
     return pattern
 
 
+def groups_of(pattern: str) -> list[frozenset[str]]:
+    """Returns the characters that each group of a bounded ``pattern`` can take, in the order they open."""
+    groups: list[set[str]] = []
+    inside: list[set[str]] = []
+    for token in _TOKEN.finditer(pattern):
+        if token["group"] == "(":
+            groups.append(set())
+            inside.append(groups[-1])
+        elif token["group"]:
+            inside.pop()
+        for group in inside if token["atom"] else ():
+            group.update(_taken(token["atom"]))
+    return [frozenset(group) for group in groups]
+
+
+def _taken(atom: str) -> frozenset[str]:
+    one = re.compile(atom, re.ASCII)
+    return frozenset(each for each in _CHARACTERS if one.fullmatch(each))
+
+
 def _parts(pattern: str) -> Iterator[_Part]:
     at = 0
     while at < len(pattern):
@@ -59,10 +79,10 @@ def _parts(pattern: str) -> Iterator[_Part]:
         at = token.end()
         atom, count = token["atom"], token["count"] or ""
         if atom:
-            one = re.compile(atom, re.ASCII)
-            takes = frozenset(each for each in _CHARACTERS if one.fullmatch(each))
             fixed = re.fullmatch(r"(\{[0-9]+\}\??)?", count) is not None
-            yield _Part(atom + count, takes, not fixed, count[:1] in ("*", "?") or count.startswith("{0"))
+            yield _Part(
+                atom + count, _taken(atom), not fixed, count[:1] in ("*", "?") or count.startswith("{0")
+            )
 
 
 def _followers(parts: list[_Part]) -> Iterator[_Part]:

@@ -13,7 +13,7 @@ from swarmctl.rules.families.authority import rules as authority
 from swarmctl.rules.families.bluetooth import rules as bluetooth
 from swarmctl.rules.families.boards import rosserial, sketches
 from swarmctl.rules.families.capacity import rules as capacity
-from swarmctl.rules.families.devices import bauds, devices, links
+from swarmctl.rules.families.devices import bauds, board_ports, devices, links
 from swarmctl.rules.families.identity import rules as identity
 from swarmctl.rules.families.modes import islands
 from swarmctl.rules.families.modes import rules as modes
@@ -29,7 +29,7 @@ from swarmctl.rules.families.security import rules as security
 from swarmctl.rules.families.serial_lines import rules as serial_lines
 from swarmctl.rules.families.settings import rules as settings
 from swarmctl.rules.families.time import rules as time
-from swarmctl.rules.families.topics import message_types
+from swarmctl.rules.families.topics import message_types, sources
 from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
 from swarmctl.rules.suppressions import apply_suppressions
@@ -57,6 +57,7 @@ _MODULES: tuple[ModuleType, ...] = (
     capacity,
     devices,
     bauds,
+    board_ports,
     time,
     declarations,
     capabilities,
@@ -66,6 +67,7 @@ _MODULES: tuple[ModuleType, ...] = (
     naming,
     remaps,
     topics,
+    sources,
     message_types,
     discovery,
     bridged_topics,

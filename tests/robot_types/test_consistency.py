@@ -45,6 +45,12 @@ ODOM = "odom: {kind: wheels, read: position}"
 IMU = (
     "accelerometer: {kind: imu, read: position, rate: 5, acceleration: {order: [0, 1, 1], scale: [1, 1, 1]}}"
 )
+_MORE = {"speed": "e", "proximity": "p", "light": "o"}
+QUERIES = LINE.replace(
+    POSITION,
+    POSITION
+    + "".join(f"\n    {one}: {{send: {key.upper()}, reply: {key}, values: 1}}" for one, key in _MORE.items()),
+).replace(ODOM, ODOM + "".join(f"\n  {one}: {{kind: raw, rate: 5, names: [x]}}" for one in _MORE))
 SCALE = "{speed_units_per_mps: 1000, metres_per_count: 0.0005}"
 OLDER = "{firmware_below: 3, speed_units_per_mps: 10, metres_per_count: 0.0005}"
 
@@ -93,6 +99,26 @@ def added(text: str) -> str:
             "no sensor reads",
             "light",
         ),
+        (QUERIES, ("send: E,", "send: R,"), "`position` and `speed` send one request, `R`", "R"),
+        (
+            QUERIES.replace("kind: line", "kind: binary")
+            .replace('"D,{left},{right}", reply: d', '"bc {left:h} {right:h}", reply: b')
+            .replace("send: R, reply: r, values: 2", 'send: "af 00", reply: 2h')
+            .replace("send: E, reply: e, values: 1", 'send: "af 01", reply: h')
+            .replace("send: P, reply: p, values: 1", 'send: "af 02", reply: h')
+            .replace("send: O, reply: o, values: 1", 'send: "af 03", reply: h'),
+            ('"af 01"', '"af  00"'),
+            "send one request",
+            '"af  00"',
+        ),
+        (QUERIES, ("reply: o,", "reply: p,"), "as that to `proximity`", "p"),
+        (
+            LINE,
+            ("values: 2}", "values: 2, pattern: '([a-z]+),([0-9]+)'}"),
+            "can never be a number",
+            "'([a-z]+),([0-9]+)'",
+        ),
+        (SKETCH, ("right: rwheel", "right: lwheel"), "counts for both wheels", "lwheel"),
         (LINE, (DEAD_MAN, actuator("max: 1")), "is missing; ", "lamps"),
         (
             LINE,

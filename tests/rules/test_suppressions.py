@@ -76,8 +76,8 @@ def test_what_the_reader_finds_in_a_robot_type_beside_the_spec(spec: str, tmp_pa
     shipped = (resources.templates() / "robots/khepera3.yaml").read_text("utf-8")
     mine = re.sub(r"(?m)^  baud: ", "  baud: 0", shipped)
     assert mine != shipped
-    (tmp_path / "robots/khepera3.yaml").write_text(mine, "utf-8")
-    text = spec.replace(FAST, SLOW)
+    (tmp_path / "robots/lab-khepera3.yaml").write_text(mine, "utf-8")
+    text = spec.replace(FAST, SLOW).replace("type: khepera3", "type: lab-khepera3")
     assert codes(text, tmp_path) == ["YAML011"]
     suppression = "silence:\n  - {rule: YAML011, reason: our scripts read YAML 1.2}\n"
     assert codes(f"{text}\n{suppression}", tmp_path) == []

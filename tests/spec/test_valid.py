@@ -48,11 +48,53 @@ def test_a_bluetooth_address_of_digits_needs_no_quotes(leader_spec: Path, tmp_pa
     assert line.mac == "10:00:52:14:33:11"
 
 
-def test_one_serial_number_on_two_hosts_is_fine(leader_spec: Path, catalog: Catalog) -> None:
-    text = leader_spec.read_text("utf-8").replace("FTDI1234", "A600dXyz")
+@pytest.mark.parametrize(("number", "codes"), [("A600dXyz", ["ID007"]), ("'0001'", ["DEV004", "DEV004"])])
+def test_one_serial_number_on_two_hosts_is_a_warning(
+    number: str, codes: list[str], leader_spec: Path, catalog: Catalog
+) -> None:
+    text = leader_spec.read_text("utf-8").replace("FTDI1234", number).replace("A600dXyz", number)
+    document, _ = load_text(text, "swarm.yaml", catalog)
+    assert document is not None
+    assert [one.code for one in lint(document)] == codes
+
+
+def test_two_models_of_adapter_may_share_a_serial_number(leader_spec: Path, catalog: Catalog) -> None:
+    text = leader_spec.read_text("utf-8").replace("FTDI1234", 'A600dXyz, vendor: "0403"')
+    text = text.replace("{serial: A600dXyz}", "{serial: A600dXyz, vendor: 10c4}")
     document, _ = load_text(text, "swarm.yaml", catalog)
     assert document is not None
     assert lint(document) == ()
+
+
+@pytest.mark.parametrize(
+    ("device", "codes"),
+    [
+        ("usb-Prolific_Technology_Inc._USB-Serial_Controller-if00-port0", ["DEV001", "DEV001"]),
+        ("usb-1a86_USB2.0-Serial-if00-port0", ["DEV001", "DEV001"]),
+        ("usb-FTDI_FT232R_USB_UART_A600dXyz-if00-port0", ["DEV001", "DEV001", "ID007"]),
+    ],
+)
+def test_adapters_without_serial_number_are_not_one(
+    device: str, codes: list[str], leader_spec: Path, catalog: Catalog
+) -> None:
+    text = leader_spec.read_text("utf-8")
+    for old in ("usb: {serial: FTDI1234}", "usb: {serial: A600dXyz}"):
+        text = text.replace(old, f"device: /dev/serial/by-id/{device}")
+    document, _ = load_text(text, "swarm.yaml", catalog)
+    assert document is not None
+    assert sorted(one.code for one in lint(document)) == codes
+
+
+def test_replacing_a_type_of_the_catalog_is_a_warning(leader_spec: Path, tmp_path: Path) -> None:
+    (tmp_path / "robots").mkdir()
+    shipped = (ROOT / "templates/robots/koala.yaml").read_text("utf-8")
+    (tmp_path / "robots/koala.yaml").write_text(shipped, "utf-8")
+    (tmp_path / "swarm.yaml").write_text(leader_spec.read_text("utf-8"), "utf-8")
+    swarm, (found,) = load_swarm(tmp_path / "swarm.yaml")
+    assert swarm is not None
+    assert found.code == "REF004"
+    assert "robots/koala.yaml" in found.message
+    assert "the catalog of swarmctl" in found.message
 
 
 def test_adapters_with_one_serial_number_differ_by_their_ids(leader_spec: Path, catalog: Catalog) -> None:

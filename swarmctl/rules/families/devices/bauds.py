@@ -10,9 +10,6 @@ from swarmctl.rules.families.serial_lines.rules import BAUDS
 from swarmctl.spec.model import Serial
 from swarmctl.yamltext import edits
 
-_BOARD_PORTS = ("/dev/ttyS0", "/dev/ttyAMA0", "/dev/serial0")
-_BOARD_LIMIT = 460800  # rosserial#552: 921600 fails on the UART of a Raspberry Pi 3
-
 
 @rule("DEV007")
 def agreed_rates(context: RuleContext) -> Iterator[Diagnostic]:
@@ -37,24 +34,4 @@ def agreed_rates(context: RuleContext) -> Iterator[Diagnostic]:
                     edits.remove(context.document.source, ("links", index, "baud")),
                     safe=False,
                 ),
-            )
-
-
-@rule("DEV008")
-def board_ports(context: RuleContext) -> Iterator[Diagnostic]:
-    """A baud rate at which the UART of a Raspberry Pi loses bytes."""
-    for index, link in context.lines:
-        if not isinstance(link, Serial) or link.device not in _BOARD_PORTS:
-            continue
-        baud = link.baud or context.types[context.spec.robots[link.robot].type].link.baud
-        computer = context.computer_of(link.host) or ""
-        if baud > _BOARD_LIMIT and computer.startswith("raspberry-pi"):
-            yield Diagnostic(
-                "DEV008",
-                f"`{link.device}` of a {computer} loses bytes at {baud} baud",
-                context.span("links", index, "baud" if link.baud else "device"),
-                severity=Severity.WARNING,
-                label=f"reliable up to {_BOARD_LIMIT}",
-                notes=(Note(context.span("hosts", link.host, key=True), "this computer"),),
-                help=("use a USB adapter, or a lower baud rate on both sides",),
             )

@@ -20,7 +20,7 @@ _CONTROLLER = re.compile(
 )
 _IDS = re.compile(r"[0-9a-fA-F]{4}:[0-9a-fA-F]{4}")
 # CP210x leave the factory as 0001 (Silicon Labs AN721); clones repeat 0, 1 or a row of digits.
-_FACTORY = re.compile(r"0*[01]?|0*123456(78(9[0A]?)?)?|[fF]+")
+FACTORY = re.compile(r"0*[01]?|0*123456(78(9[0A]?)?)?|[fF]+")
 
 _PLACEHOLDERS = ("00:00:00:00:00:00", "ff:ff:ff:ff:ff:ff")
 _INQUIRY = re.compile(r"9e:8b:[0-3][0-9a-f]")  # lower address parts 9E8B00-9E8B3F (Bluetooth core, baseband)
@@ -114,7 +114,7 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
                     else f'usb: {{serial: ..., vendor: "{serial[:4]}", product: "{serial[5:]}"}} {_UDEVADM}',
                 ),
             )
-        elif link.usb.vendor is None and link.usb.product is None and _FACTORY.fullmatch(serial):
+        elif link.usb.vendor is None and link.usb.product is None and FACTORY.fullmatch(serial):
             yield from _factory_serial(context, index, link.usb)
 
 

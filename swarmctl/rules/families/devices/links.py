@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Bluetooth, Mode
 from swarmctl.yamltext.edits import append_item, make_fix, set_key
@@ -108,3 +108,32 @@ def _adapter_added(context: RuleContext, host: str, adapter: str) -> Fix | None:
     else:
         edits = set_key(context.source, loc, "bluetooth", [adapter])
     return make_fix(f"add `{adapter}` to the adapters of `{host}`", edits, safe=False)
+
+
+@rule("LINK008")
+def channels(context: RuleContext) -> Iterator[Diagnostic]:
+    """An RFCOMM channel that is not the robot type's."""
+    for index, link in context.lines:
+        if not isinstance(link, Bluetooth) or link.channel is None:
+            continue
+        type_name = context.spec.robots[link.robot].type
+        known = context.types[type_name].link.rfcomm_channel
+        if link.channel != known:
+            others = [
+                name
+                for name, one in context.types.items()
+                if "bluetooth" in one.link.kinds and one.link.rfcomm_channel == link.channel
+            ]
+            yield Diagnostic(
+                "LINK008",
+                f"robot `{link.robot}` (type `{type_name}`) has RFCOMM channel {known}, not {link.channel}",
+                context.span("links", index, "channel"),
+                severity=Severity.WARNING,
+                label="another channel",
+                notes=(Note(context.span("robots", link.robot, "type"), "the robot's type"),),
+                help=(
+                    f"leave `channel` out to use the type's, {known}",
+                    *((f"or correct the type: `{others[0]}` has channel {link.channel}",) if others else ()),
+                    "`sdptool browse MAC` shows the channels of a robot",
+                ),
+            )

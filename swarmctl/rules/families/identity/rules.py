@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import posixpath
+import re
 from collections.abc import Callable, Collection, Hashable, Iterator
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
+from swarmctl.rules.families.devices.devices import FACTORY
 from swarmctl.spec.model import Bluetooth, Serial, Usb
 from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
@@ -15,6 +18,9 @@ from swarmctl.swarm.ports import ssh_port
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 _LOCALHOST = "localhost"
+_BY_ID = re.compile(r"/dev/serial/by-id/usb-.*_([A-Za-z0-9]{8,})-if[0-9a-f]{2}(?:-port[0-9]+)?")
+_PINS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
+_ONE_UART = ("raspberry-pi-2", "raspberry-pi-3", "raspberry-pi-4", "raspberry-pi-zero")
 
 Place = tuple[Any, ...]
 Claim = tuple[Hashable, str, Place]  # the value, its owner, and its place in the spec
@@ -49,9 +55,58 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
                     ("links", index, "usb", "serial"),
                 )
             )
-        elif isinstance(link, Serial) and link.device is not None:
-            claims.append(((link.host, link.device), f"robot `{link.robot}`", ("links", index, "device")))
+    for index, link in context.lines:
+        if isinstance(link, Serial) and link.usb is None and link.device is not None:
+            named_by = (link.host, _serial_in(link.device))
+            port = (*named_by, 0) if named_by in adapters else (link.host, _port(context, link))
+            claims.append((port, f"robot `{link.robot}`", ("links", index, "device")))
     yield from _duplicates(context, "ID002", "serial device", claims, "each robot needs its own serial link")
+
+
+def _serial_in(device: str) -> str:
+    """Returns the serial number in a path of /dev/serial/by-id; empty if it has none."""
+    found = _BY_ID.fullmatch(device)
+    return found[1] if found and any(char.isdigit() for char in found[1]) else ""
+
+
+def _port(context: RuleContext, link: Serial) -> str:
+    """Returns a device's path; the pins of a Raspberry Pi have one UART, which has several names."""
+    computer = context.computer_of(link.host) or "" if link.host in context.spec.hosts else ""
+    on_pins = link.device in _PINS and computer.startswith(_ONE_UART)
+    return _PINS[0] if on_pins else posixpath.normpath(link.device or "")
+
+
+@rule("ID007")
+def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """One USB adapter at two hosts."""
+    first: dict[str, list[tuple[int, Serial, Usb]]] = {}
+    for index, link in context.lines:
+        if not isinstance(link, Serial) or (link.usb is None and link.device is None):
+            continue
+        usb = link.usb or Usb.model_construct(serial=_serial_in(link.device or ""), vendor=None, product=None)
+        if not usb.serial or FACTORY.fullmatch(usb.serial):
+            continue
+        earlier = first.setdefault(usb.serial, [])
+        same = next((one for one in earlier if _may_be_one(one[2], usb)), None)
+        if same is None:
+            earlier.append((index, link, usb))
+        elif same[1].host != link.host:
+            yield Diagnostic(
+                "ID007",
+                f"robots `{same[1].robot}` and `{link.robot}` have the same USB adapter, on two hosts",
+                context.span("links", index, *_place(link)),
+                severity=Severity.WARNING,
+                label=f"on host `{link.host}`",
+                notes=(Note(context.span("links", same[0], *_place(same[1])), f"on host `{same[1].host}`"),),
+                help=(
+                    "write the serial number of the adapter at this host; `udevadm info -a` shows it there",
+                    "if two adapters share it, add `vendor` and `product`, or suppress this with a reason",
+                ),
+            )
+
+
+def _place(link: Serial) -> tuple[str, ...]:
+    return ("usb", "serial") if link.usb is not None else ("device",)
 
 
 def _may_be_one(first: Usb, second: Usb) -> bool:

@@ -239,3 +239,20 @@ def jumps(context: RuleContext) -> Iterator[Diagnostic]:
                 notes=(Note(context.span("hosts", host.via, key=True), "the jump host"),),
                 help=(f"choose a host on `{networks[0][1].name}`, or add `{host.via}` to its hosts",),
             )
+
+
+@rule("NET018")
+def optional_jumps(context: RuleContext) -> Iterator[Diagnostic]:
+    """An optional jump host of a host that is not optional."""
+    hosts = context.spec.hosts
+    for name, host in hosts.items():
+        if host.via in hosts and hosts[host.via].optional and not host.optional:
+            yield Diagnostic(
+                "NET018",
+                f"host `{name}` is reached through `{host.via}`, which is optional",
+                context.span("hosts", name, "via"),
+                severity=Severity.WARNING,
+                label="the only way to it",
+                notes=(Note(context.span("hosts", host.via, "optional"), "optional"),),
+                help=(f"make `{name}` optional too, or remove `optional` of `{host.via}`",),
+            )

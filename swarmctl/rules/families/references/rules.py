@@ -10,6 +10,7 @@ from typing import Any
 from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
+from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
 from swarmctl.spec.unread_types import advice
 from swarmctl.suggest import suggestion
@@ -161,3 +162,33 @@ def repeated_names(context: RuleContext) -> Iterator[Diagnostic]:
                         f"remove the second `{name}`", remove(context.source, (*loc, place)), safe=complete
                     ),
                 )
+
+
+@rule("REF004")
+def replaced_types(context: RuleContext) -> Iterator[Diagnostic]:
+    """A robot type with the name of another, which it replaces."""
+    own, shipped = context.document.catalog.sources, load_catalog().types
+    used: dict[str, str] = {}
+    for name, robot in context.spec.robots.items():
+        used.setdefault(robot.type, name)
+    for name, robot_name in used.items():
+        places = [
+            *(["`types` of this spec"] if name in context.spec.types else []),
+            *([f"robots/{own[name].name}"] if name in own else []),
+            *(["the catalog of swarmctl"] if name in shipped else []),
+        ]
+        if len(places) > 1:
+            yield Diagnostic(
+                "REF004",
+                f"robot type `{name}` is in {places[0]} and in {' and in '.join(places[1:])}",
+                context.span("robots", robot_name, "type"),
+                severity=Severity.WARNING,
+                label=f"means that in {places[0]}",
+                notes=(Note(context.span("types", name, key=True), "it replaces the other"),)
+                if name in context.spec.types
+                else (),
+                help=(
+                    f"rename yours, for example to `lab-{name}`, here and there",
+                    "or suppress this, if it is meant to replace the other",
+                ),
+            )

@@ -34,7 +34,7 @@ _FEW = 50  # no suggestions for more findings or more candidates than this
 def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
     """One topic with two message types."""
     first: dict[tuple[str, str], Endpoint] = {}
-    reached, common = _bridged(context), context.middleware.topics
+    reached, common = bridged(context), context.middleware.topics
     for one in sorted(context.endpoints, key=lambda one: not one.publishes):
         if one.topic in common and not context.connect(common[one.topic], one.type):
             yield _clash(context, one, common[one.topic], "ROS itself", None)
@@ -53,7 +53,7 @@ def clashing_types(context: RuleContext) -> Iterator[Diagnostic]:
                     break
 
 
-def _bridged(context: RuleContext) -> Mapping[str, set[str]]:
+def bridged(context: RuleContext) -> Mapping[str, set[str]]:
     """Returns by topic the islands between which it is bridged."""
     found: dict[str, set[str]] = {}
     for bridge in context.bridges if context.endpoints else ():
@@ -231,7 +231,7 @@ def shared_topics(context: RuleContext) -> Iterator[Diagnostic]:
     """Programs of several robots publish one topic, so subscribers receive a mixture."""
     first: dict[tuple[str, str], Endpoint] = {}
     robots = {name: program.robot for name, program in context.spec.programs.items()}
-    reached, common = _bridged(context), context.middleware.topics
+    reached, common = bridged(context), context.middleware.topics
     for one in context.endpoints:
         robot, home = robots[one.owner], context.home.get(one.host)
         if not one.publishes or robot is None or home is None or one.topic in common:
