@@ -131,7 +131,7 @@ def read_document(spec: SpecFiles) -> Document:
     from swarmctl.rules.runner import load_checked
     from swarmctl.views.findings import human
 
-    document, diagnostics = load_checked(*spec.files)
+    document, diagnostics = load_checked(*spec.files, workspaces=spec.workspaces)
     print_diagnostics(diagnostics)
     if document is None:
         err().print(human.verdict(checked(spec), passes=False))

@@ -36,6 +36,13 @@ Overlays = Annotated[
         help="Overlay this file on SPEC (repeatable); without SPEC, the first file is the spec.",
     ),
 ]  # fmt: skip
+Workspaces = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--workspace", metavar="DIR", is_eager=True, exists=True, file_okay=False,
+        help="Read the ROS packages in this folder too, beside those in the folder of SPEC (repeatable).",
+    ),
+]  # fmt: skip
 Lab = Annotated[
     bool, typer.Option("--lab", help="Use the hosts of the running lab instead of the real hosts.")
 ]

@@ -13,6 +13,7 @@ class SpecFiles:
     """The files of one spec, each an overlay on those before. Files beside the spec are beside ``first``."""
 
     files: tuple[Path, ...]
+    workspaces: tuple[Path, ...] = ()  # folders with ROS packages that the operator names
 
     @property
     def first(self) -> Path:
@@ -32,7 +33,8 @@ def given(context: typer.Context, spec: SpecFiles | None) -> SpecFiles | None:
     """SPEC with the overlays; without SPEC, the first overlay is the spec. None without any file."""
     overlays = tuple(context.params.get("overlays") or ())
     files = (*(spec.files if spec else ()), *overlays)
-    return SpecFiles(files) if files else None
+    workspaces = tuple(context.params.get("workspaces") or ())
+    return SpecFiles(files, workspaces) if files else None
 
 
 def needed(context: typer.Context, spec: SpecFiles | None) -> SpecFiles | None:

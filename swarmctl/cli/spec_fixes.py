@@ -19,7 +19,7 @@ def checked(spec: SpecFiles) -> Checked:
     from swarmctl.rules.runner import load_checked
     from swarmctl.views.findings.report import Checked
 
-    document, found = load_checked(*spec.files)
+    document, found = load_checked(*spec.files, workspaces=spec.workspaces)
     if all(one.fix is None for one in found):
         return Checked(str(spec), document, found)
     fixable = SpecFixes(spec).fixable()
@@ -37,9 +37,11 @@ class SpecFixes:
     """The files of a spec, each read once, and what their fixes do."""
 
     def __init__(self, spec: SpecFiles) -> None:
+        from swarmctl.spec.package_search import packages_in
         from swarmctl.yamltext.files import content
 
         self._spec = spec
+        self._search = cache(packages_in)
         self.read = cache(content)
 
     def original(self, file: str) -> str:
@@ -57,5 +59,8 @@ class SpecFixes:
 
         changed = {Path(file): text.encode() for file, text in texts.items()}
         return lint_files(
-            self._spec.files, lambda path: changed[path] if path in changed else self.read(path)
+            self._spec.files,
+            lambda path: changed[path] if path in changed else self.read(path),
+            self._spec.workspaces,
+            self._search,
         )

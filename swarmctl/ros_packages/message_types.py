@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from swarmctl.ros_packages.message_catalog import MessageCatalog
-from swarmctl.suggest import guess
+from swarmctl.suggest import guess, typing_errors
 
 _MOST_USED = (
     "std_msgs",
@@ -48,8 +48,7 @@ def no_message(name: str, known: MessageCatalog) -> NoMessage | None:
 
 def _unknown_package(package: str, message: str, known: MessageCatalog) -> NoMessage | None:
     """A package that is not known is somebody's own, unless a known one differs by a letter or two."""
-    lower = package.lower()
-    alike = [one for one in sorted(known.packages) if _letters_apart(lower, one) <= 2]
+    alike = [one for one in sorted(known.packages) if typing_errors(package, one) <= 2]
     meant = tuple(f"{one}/{message}" for one in alike if f"{one}/{message}" in known.sums)
     return NoMessage(f"no known package is called `{package}`", meant, certain=False) if meant else None
 
@@ -71,16 +70,3 @@ def _rank(package: str) -> int:
 
 def _in_package(package: str, known: MessageCatalog) -> list[str]:
     return [one.partition("/")[2] for one in known.sums if one.startswith(f"{package}/")]
-
-
-def _letters_apart(one: str, other: str) -> int:
-    """The edit distance of two words, up to 3."""
-    if abs(len(one) - len(other)) > 2:
-        return 3
-    row = list(range(len(other) + 1))
-    for number, letter in enumerate(one, 1):
-        above, row[0] = row[0], number
-        for place, against in enumerate(other, 1):
-            cost = above + (letter != against)
-            above, row[place] = row[place], min(cost, row[place] + 1, row[place - 1] + 1)
-    return min(row[-1], 3)

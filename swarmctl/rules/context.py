@@ -11,7 +11,10 @@ from swarmctl.analysis.listeners import listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.render.middleware import Middleware, middleware_of
-from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages
+from swarmctl.ros_packages.launch_files import evaluate
+from swarmctl.ros_packages.launched import Launched
+from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
+from swarmctl.swarm import names
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
@@ -19,6 +22,12 @@ from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Bridge
 from swarmctl.swarm.topic_origins import Publishers
 from swarmctl.yamltext.source import Source
+
+_MAX_LAUNCHED = 50_000  # elements of all launch files together
+
+
+def _as_argument(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 class RuleContext(SwarmIndex):
@@ -40,15 +49,29 @@ class RuleContext(SwarmIndex):
 
     @cached_property
     def messages(self) -> MessageCatalog:
-        """The message types that are known."""
-        return common_messages()
+        """The message types that are known: the common ones, and those of the packages that are found."""
+        return with_messages_of(self.document.packages, common_messages())
+
+    @cached_property
+    def launches(self) -> Mapping[str, Launched]:
+        """What each program with a launch file starts, where its package is found."""
+        found: dict[str, Launched] = {}
+        packages, left = self.document.packages.by_name, _MAX_LAUNCHED
+        for name, program in self.spec.programs.items() if packages else ():
+            package, path = packages.get(program.package or ""), f"launch/{program.launch}"
+            if package is not None and path in package.files and left > 0:
+                arguments = {key: _as_argument(value) for key, value in program.params.items()}
+                namespace = names.namespace(program.robot) if program.robot else "/"
+                found[name] = evaluate(package, path, arguments, namespace, packages, limit=left)
+                left -= found[name].cost + 1
+        return found
 
     def connect(self, one: str, other: str) -> bool:
         """True if ROS connects a publisher and a subscriber of these message types: it compares checksums."""
         if one == other:
             return True
         sums = self.messages.sums
-        return self.middleware.ros1 and one in sums and sums[one] == sums.get(other)
+        return self.middleware.ros1 and bool(sums.get(one)) and sums[one] == sums.get(other)
 
     @cached_property
     def authority(self) -> Authority:

@@ -26,6 +26,7 @@ FAMILIES = (
         "bluetooth",
         "capacity",
         "programs",
+        "packages",
         "naming",
         "topics",
         "boards",

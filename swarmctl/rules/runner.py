@@ -21,6 +21,8 @@ from swarmctl.rules.families.multimaster import bridged_topics, discovery
 from swarmctl.rules.families.naming import remaps
 from swarmctl.rules.families.naming import rules as naming
 from swarmctl.rules.families.network import addresses, reachability
+from swarmctl.rules.families.packages import executables, launch_files, launched_nodes, messages
+from swarmctl.rules.families.packages import names as package_names
 from swarmctl.rules.families.ports import rules as ports
 from swarmctl.rules.families.programs import capabilities, declarations, gamepads, shipped, values
 from swarmctl.rules.families.references import rules as references
@@ -34,6 +36,7 @@ from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
 from swarmctl.rules.suppressions import apply_suppressions
 from swarmctl.spec.load import Document, load
+from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.yamltext.files import Read, content
@@ -64,6 +67,11 @@ _MODULES: tuple[ModuleType, ...] = (
     shipped,
     gamepads,
     values,
+    executables,
+    launch_files,
+    launched_nodes,
+    package_names,
+    messages,
     naming,
     remaps,
     topics,
@@ -101,25 +109,32 @@ def _lint(document: Document, reported: Sequence[Diagnostic]) -> Findings:
     return Findings(stage, in_order(found))
 
 
-def lint_files(layers: Sequence[Path], read: Read = content) -> Findings:
+def lint_files(
+    layers: Sequence[Path],
+    read: Read = content,
+    workspaces: Sequence[Path] = (),
+    search: Search = packages_in,
+) -> Findings:
     """Loads a spec with its overlays and runs all rules.
 
     Returns the findings and the last stage that was checked. ``read`` returns the bytes of a file.
     """
-    document, diagnostics = load(layers, read)
+    document, diagnostics = load(layers, read, workspaces, search)
     if document is not None:
         return _lint(document, diagnostics)
     unread = any(one.code.startswith(("FILE", "YAML")) for one in diagnostics if has_errors([one]))
     return Findings(Stage.TEXT if unread else Stage.FORMAT, in_order(diagnostics))
 
 
-def load_checked(*layers: Path) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    """Loads a spec with its overlays and runs all rules.
+def load_checked(
+    *layers: Path, workspaces: Sequence[Path] = ()
+) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+    """Loads a spec with its overlays and runs all rules; ``workspaces`` have ROS packages, too.
 
     Returns the document, or None if there are errors, and the findings in text order.
     """
     with collector_paused():
-        document, diagnostics = load(layers)
+        document, diagnostics = load(layers, workspaces=workspaces)
         if document is None:
             return None, in_order(diagnostics)
         found = lint(document, diagnostics)

@@ -12,8 +12,10 @@ from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import RobotSettings
+from swarmctl.ros_packages.package import NO_PACKAGES, Packages
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.model import Computer, Spec
+from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.spec.private_keys import private_keys_in
 from swarmctl.spec.validation import validated
 from swarmctl.yamltext import ranges
@@ -33,6 +35,7 @@ class Document:
     source: Source
     catalog: Catalog
     private_keys: tuple[str, ...] = ()  # files beside the spec that are some
+    packages: Packages = NO_PACKAGES  # the ROS packages beside the spec, and in the operator's workspaces
 
     def span(self, *loc: str | int, key: bool = False) -> Span:
         """Returns the position of a value, or with ``key`` of its key."""
@@ -55,10 +58,16 @@ class Document:
         return self.spec.defaults.robot, robot_type.settings, given.settings
 
 
-def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+def load(
+    layers: Sequence[Path],
+    read: Read = content,
+    workspaces: Sequence[Path] = (),
+    search: Search = packages_in,
+) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """Read and check one spec: its file, and the files laid over it, each over those before.
 
     Robot types beside the first file are found in its folder ``robots/``. ``read`` is the only way to files.
+    ROS packages are found below the first file's folder, and in ``workspaces``, by ``search``.
     """
     budget = LoadBudget()
     trees: list[yaml.Node] = []
@@ -73,8 +82,17 @@ def load(layers: Sequence[Path], read: Read = content) -> tuple[Document | None,
     catalog = load_catalog(layers[0].parent / "robots", files, budget.texts)
     document, problems = _document(trees, diagnostics, str(layers[0]), budget, catalog)
     if document is not None:
-        document = replace(document, private_keys=private_keys_in(layers[0].parent, files))
+        roots = [(Path(files.root), "")] if files.root and _may_use_packages(document.spec) else []
+        packages = search((*roots, *((folder, str(folder)) for folder in workspaces)))
+        keys = private_keys_in(layers[0].parent, files)
+        document = replace(document, private_keys=keys, packages=packages)
     return document, problems
+
+
+def _may_use_packages(spec: Spec) -> bool:
+    """False spares the search."""
+    sketches = (one.sketch is not None for one in spec.types.values())
+    return any(one.use is None for one in spec.programs.values()) or any(sketches)
 
 
 def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:

@@ -111,7 +111,7 @@ def test_no_colour_where_nobody_looks() -> None:
 def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         "import swarmctl.rules.runner as runner\n"
-        "def broken(path): raise RuntimeError('boom')\n"
+        "def broken(*path, **named): raise RuntimeError('boom')\n"
         "runner.load_checked = broken\n"
     )
     ran = swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path))

@@ -15,6 +15,7 @@ from swarmctl.cli.spec_fixes import checked
 def validate(
     specs: options.Specs,
     overlays: options.Overlays = None,
+    workspaces: options.Workspaces = None,
     form: Annotated[
         finding_output.Format | None,
         typer.Option("--format", help="Output format; by default github in GitHub Actions, else human."),

@@ -13,7 +13,7 @@ from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 
 # Set by swarmctl for each host, from its address and the mode.
-_IDENTITY = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE")
+IDENTITY = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE")
 _GLOBAL = "use_sim_time"  # nodes read only the global /use_sim_time
 _PARAMETER = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*", re.ASCII)
 
@@ -141,7 +141,7 @@ def environments(context: RuleContext) -> Iterator[Diagnostic]:
     """An environment variable that swarmctl sets for every host."""
     for name, program in context.spec.programs.items():
         for key in program.environment:
-            if key in _IDENTITY:
+            if key in IDENTITY:
                 loc = ("programs", name, "environment", key)
                 yield Diagnostic(
                     "PROG008",

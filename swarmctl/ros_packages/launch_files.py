@@ -1,0 +1,291 @@
+"""Evaluates a launch file as roslaunch does, with the includes whose packages are found.
+
+What depends on the host, or on Python, is unknown, and nothing is reported about it.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from swarmctl.ros_packages.launched import Fault, Launched, Node, Place, Refusal, Setting
+from swarmctl.ros_packages.package import Package
+from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted
+from swarmctl.ros_packages.xml_tags import Tag, XmlError, root_of
+
+_BYTES = 64  # that take as long to read as one tag to evaluate
+_MAX_INCLUDES = 16  # nested
+_LONGEST = 500  # characters of a value that is worth a message
+_FOUND = re.compile(r"\$\(find ([A-Za-z0-9_-]+)\)/+([^$]+)")
+_KEYS: Mapping[str, tuple[str, ...]] = {  # what roslaunch requires of each element
+    "arg": ("name",), "node": ("pkg", "type", "name"), "include": ("file",), "param": ("name",),
+    "remap": ("from", "to"), "env": ("name", "value"), "machine": ("name", "address"), "group": (),
+    "rosparam": (), "test": (), "master": (),
+}  # fmt: skip
+
+
+@dataclass
+class _Scope:
+    """What holds for a group, an include or a node."""
+
+    package: Package
+    path: str  # of the file, within the package
+    namespace: str | None
+    arguments: dict[str, str | None]
+    declared: set[str]
+    remaps: tuple[tuple[str, str], ...] = ()
+    certain: bool = True
+    passes_all: bool = False
+    chain: tuple[str, ...] = ()
+    in_include: dict[str, str | None] | None = None  # what an <include> passes on
+    perhaps: set[str] = field(default_factory=set)  # arguments that depend on an unknown condition
+
+    def inner(self, certain: bool) -> _Scope:
+        return replace(
+            self,
+            arguments=dict(self.arguments),
+            declared=set(self.declared),
+            certain=self.certain and certain,
+        )
+
+
+def evaluate(
+    package: Package,
+    path: str,
+    arguments: Mapping[str, str],
+    namespace: str,
+    packages: Mapping[str, Package],
+    *,
+    limit: int,
+) -> Launched:
+    """Returns what the launch file ``path`` of a package brings, included with ``arguments``.
+
+    It ends after ``limit`` elements, with those of its includes; ``cost`` of the result is their number.
+    """
+    run = _Run(packages, limit)
+    scope = _Scope(package, path, namespace, dict(arguments), set())
+    run.file(scope, dict(arguments), Place(posixpath.join(package.folder, path), 0))
+    run.launched.cost = limit - run.left
+    return run.launched
+
+
+class _Run:
+    def __init__(self, packages: Mapping[str, Package], limit: int) -> None:
+        self.packages = packages
+        self.launched = Launched()
+        self.left = limit
+        self.elements: Mapping[str, Callable[[_Scope, Tag], None]] = {
+            "arg": self.argument,
+            "group": self.group,
+            "node": self.node,
+            "include": self.include,
+            "param": self.parameter,
+            "remap": self.remap,
+            "env": self.environment,
+            "machine": self.machine,
+            "master": self.master,
+            "rosparam": self.rosparam,
+        }
+
+    def fault(self, scope: _Scope, tag: Tag, kind: Refusal, subject: str, text: str = "") -> None:
+        if scope.certain:
+            self.launched.faults.append(Fault(kind, subject, self.place(scope, tag), text))
+
+    @staticmethod
+    def place(scope: _Scope, tag: Tag) -> Place:
+        return Place(posixpath.join(scope.package.folder, scope.path), tag.line)
+
+    def file(self, scope: _Scope, given: Mapping[str, str | None], at: Place) -> None:
+        """Evaluates a file, and what was given to it and is not declared."""
+        shown = posixpath.join(scope.package.folder, scope.path)
+        content = scope.package.contents.get(scope.path)
+        self.left -= len(content or b"") // _BYTES
+        if content is None or self.left <= 0:
+            return
+        try:
+            found = list(root_of(content).all("launch"))
+        except XmlError as error:
+            self.broken(scope, Place(shown, error.line), str(error))
+            return
+        if len(found) != 1:
+            self.broken(scope, Place(shown, 1), "it has no element <launch>, or several")
+            return
+        self.children(scope, found[0])
+        known = tuple(sorted(scope.declared))
+        for name in given if not scope.passes_all and scope.certain and self.left > 0 else ():
+            if name not in scope.declared:
+                text = f"`{shown}` does not declare it"
+                self.launched.faults.append(Fault(Refusal.UNUSED, name, at, text, known))
+
+    def broken(self, scope: _Scope, place: Place, text: str) -> None:
+        if scope.certain:
+            self.launched.faults.append(Fault(Refusal.BROKEN, place.file, place, text))
+
+    def children(self, scope: _Scope, tag: Tag) -> None:
+        for child in tag.children:
+            self.left -= 1
+            if self.left <= 0:
+                return
+            self.child(scope, child)
+
+    def child(self, scope: _Scope, tag: Tag) -> None:
+        if tag.name not in _KEYS:
+            self.fault(
+                scope, tag, Refusal.SKIPPED, tag.name, f"roslaunch skips the unknown element <{tag.name}>"
+            )
+            return
+        try:
+            applies = self.applies(scope, tag)
+            missing = [key for key in _KEYS[tag.name] if key not in tag.attributes]
+            if applies is not False and missing:
+                self.fault(scope, tag, Refusal.BROKEN, tag.name, f"<{tag.name}> has no `{missing[0]}`")
+            elif applies is not False and tag.name in self.elements:
+                inner = scope if applies else replace(scope, certain=False)
+                self.elements[tag.name](inner, tag)
+                scope.remaps = inner.remaps if applies else scope.remaps
+        except SubstitutionError as error:
+            if error.argument:
+                self.missing(scope, tag, error.argument)
+                scope.arguments[error.argument] = None  # one finding for each argument
+            else:
+                self.fault(scope, tag, Refusal.BROKEN, tag.name, str(error))
+
+    def missing(self, scope: _Scope, tag: Tag, name: str) -> None:
+        if name not in scope.declared:
+            self.fault(
+                scope, tag, Refusal.BROKEN, name, f"it uses the argument `{name}` and does not declare it"
+            )
+        elif scope.chain:
+            text = f"it needs the argument `{name}`, and what includes it does not pass it"
+            self.fault(scope, tag, Refusal.BROKEN, name, text)
+        else:
+            self.fault(scope, tag, Refusal.MISSING, name)
+
+    def applies(self, scope: _Scope, tag: Tag) -> bool | None:
+        for key, wanted in (("if", True), ("unless", False)):
+            if key in tag.attributes:
+                value = is_true(self.value(scope, tag, key))
+                return None if value is None else value is wanted
+        return True
+
+    def value(self, scope: _Scope, tag: Tag, key: str) -> str | None:
+        folder = posixpath.join(f"$(find {scope.package.name})", posixpath.dirname(scope.path))
+        found = substituted(tag.attributes[key], scope.arguments, folder)
+        for match in _FOUND.finditer(found or tag.attributes[key]):
+            self.launched.packages.setdefault(match[1], self.place(scope, tag))
+        return found if found is None or len(found) <= _LONGEST else None
+
+    def argument(self, scope: _Scope, tag: Tag) -> None:
+        name = self.value(scope, tag, "name")
+        if name is None:
+            return
+        into = scope.arguments if scope.in_include is None else scope.in_include
+        if not scope.certain:
+            scope.declared.add(name)
+            scope.perhaps.add(name)
+            into.setdefault(name, None)
+            return
+        if name in scope.declared and not scope.passes_all:
+            self.fault(scope, tag, Refusal.BROKEN, name, f"the argument `{name}` is declared twice")
+        scope.declared.add(name)
+        if "value" in tag.attributes:
+            if name in into and scope.in_include is None and not scope.passes_all:
+                self.fault(scope, tag, Refusal.FIXED, name, f"the file sets `{name}` itself, by `value`")
+            into[name] = self.value(scope, tag, "value")
+        elif "default" in tag.attributes:
+            value = self.value(scope, tag, "default")
+            into.setdefault(name, value)
+
+    def group(self, scope: _Scope, tag: Tag) -> None:
+        inner = scope.inner(certain=True)
+        inner.namespace = self.namespace(scope, tag)
+        self.children(inner, tag)
+
+    def namespace(self, scope: _Scope, tag: Tag) -> str | None:
+        if "ns" not in tag.attributes:
+            return scope.namespace
+        return _joined(scope.namespace, self.value(scope, tag, "ns"))
+
+    def node(self, scope: _Scope, tag: Tag) -> None:
+        package, kind, name = (self.value(scope, tag, key) for key in ("pkg", "type", "name"))
+        inner = scope.inner(certain=True)
+        inner.namespace = self.namespace(scope, tag)
+        for child in tag.children:
+            if child.name in {"remap", "param", "env", "rosparam"}:
+                self.child(inner, child)
+        if package is not None:
+            self.launched.packages.setdefault(package, self.place(scope, tag))
+        full = _joined(inner.namespace, name)
+        node = Node(full, package, kind, inner.remaps, self.place(scope, tag), scope.certain)
+        self.launched.nodes.append(node)
+
+    def include(self, scope: _Scope, tag: Tag) -> None:
+        file = self.value(scope, tag, "file")
+        passes_all = "pass_all_args" in tag.attributes and self.value(scope, tag, "pass_all_args") != "false"
+        given: dict[str, str | None] = {}
+        passing = scope.inner(certain=True)
+        passing.in_include, passing.declared, passing.passes_all = given, set(), passes_all
+        passing.perhaps = set()
+        for child in tag.children:
+            if child.name in {"arg", "env"}:
+                self.child(passing, child)
+        package, path = self.found(scope, tag, file)
+        if package is None or len(scope.chain) >= _MAX_INCLUDES:
+            return
+        inner = _Scope(
+            package, path, self.namespace(scope, tag), {**(scope.arguments if passes_all else {}), **given},
+            set(), scope.remaps, scope.certain, passes_all, (*scope.chain, path),
+        )  # fmt: skip
+        certain = {name: value for name, value in given.items() if name not in passing.perhaps}
+        self.file(inner, certain, self.place(scope, tag))
+
+    def found(self, scope: _Scope, tag: Tag, file: str | None) -> tuple[Package | None, str]:
+        """The package and the path in it; reports a file that a found package does not have."""
+        match = _FOUND.fullmatch(file or "")
+        package = self.packages.get(match[1]) if match else None
+        if match is None or package is None:
+            return None, ""
+        path = posixpath.normpath(match[2])
+        if path not in package.files:
+            text = f"package `{package.name}` has no file `{path}`"
+            if scope.certain:
+                place, known = self.place(scope, tag), tuple(sorted(package.files))
+                self.launched.faults.append(Fault(Refusal.ABSENT, path, place, text, known))
+            return None, ""
+        return package, path
+
+    def parameter(self, scope: _Scope, tag: Tag) -> None:
+        name = self.value(scope, tag, "name")
+        value = self.value(scope, tag, "value") if "value" in tag.attributes else None
+        if name is not None and scope.certain:
+            self.launched.parameters.append(Setting(name, value, self.place(scope, tag)))
+        if "textfile" in tag.attributes:
+            self.found(scope, tag, self.value(scope, tag, "textfile"))
+
+    def rosparam(self, scope: _Scope, tag: Tag) -> None:
+        if "file" in tag.attributes and tag.attributes.get("command", "load") == "load":
+            self.found(scope, tag, self.value(scope, tag, "file"))
+
+    def remap(self, scope: _Scope, tag: Tag) -> None:
+        old, new = self.value(scope, tag, "from"), self.value(scope, tag, "to")
+        if old is not None and new is not None:
+            scope.remaps = (*scope.remaps, (old, new))
+
+    def environment(self, scope: _Scope, tag: Tag) -> None:
+        name, value = self.value(scope, tag, "name"), self.value(scope, tag, "value")
+        if name is not None and scope.certain:
+            self.launched.environment.append(Setting(name, value, self.place(scope, tag)))
+
+    def machine(self, scope: _Scope, tag: Tag) -> None:
+        self.launched.machines.append(self.place(scope, tag))
+
+    def master(self, scope: _Scope, tag: Tag) -> None:
+        self.launched.masters.append(self.place(scope, tag))
+
+
+def _joined(namespace: str | None, name: str | None) -> str | None:
+    if name is None or name.startswith("/"):
+        return name and name.rstrip("/")
+    return None if namespace is None else f"{namespace.rstrip('/')}/{name}".rstrip("/")

@@ -1,0 +1,1 @@
+"""Rules: ROS packages and launch files that lie beside the spec."""

@@ -1,0 +1,89 @@
+"""The executables and launch files of programs exist in their packages, where these are found."""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Iterator
+
+from swarmctl.diagnostics import Diagnostic, Fix, Severity
+from swarmctl.ros_packages.package import Package
+from swarmctl.rules.context import RuleContext, rule
+from swarmctl.suggest import Guess, did_you_mean, guess
+from swarmctl.yamltext.edits import make_fix, replace_value
+from swarmctl.yamltext.source import Loc
+
+
+@rule("PKG001", "PKG002", ros1=True)
+def executables(context: RuleContext) -> Iterator[Diagnostic]:
+    """An executable that its package does not have, or that may not be executed."""
+    for name, program in context.spec.programs.items():
+        package = context.document.packages.by_name.get(program.package or "")
+        if package is None:
+            continue
+        if program.executable is not None:
+            loc = ("programs", name, "executable")
+            yield from _executable(context, loc, package, program.executable, f"program `{name}`")
+        for node in context.launches[name].nodes if name in context.launches else ():
+            of_node = context.document.packages.by_name.get(node.package or "")
+            if of_node is not None and node.executable and node.certain:
+                loc = ("programs", name, "launch")
+                yield from _executable(context, loc, of_node, node.executable, f"{node.place}")
+
+
+def _executable(
+    context: RuleContext, loc: Loc, package: Package, name: str, who: str
+) -> Iterator[Diagnostic]:
+    found = package.executable(name)
+    if found is None and not package.is_computed:
+        meant = guess(name, package.executables)
+        yield Diagnostic(
+            "PKG001",
+            f"package `{package.name}` ({package.folder}) has no executable `{name}`, which {who} starts",
+            context.span(*loc),
+            label="not found in the package",
+            help=did_you_mean(name, package.executables, f"executables of {package.name}"),
+            fix=_write(context, loc, meant) if loc[-1] == "executable" else None,
+        )
+    elif found is False:
+        path = next(one for one in package.files if posixpath.basename(one) == name)
+        yield Diagnostic(
+            "PKG002",
+            f"`{path}` of package `{package.name}` is not executable, and {who} starts it",
+            context.span(*loc),
+            severity=Severity.WARNING,
+            label="roslaunch does not find it",
+            help=(
+                f"run `chmod +x {posixpath.join(package.folder, path)}`",
+                "or install it in CMakeLists.txt by `catkin_install_python(PROGRAMS ...)`",
+            ),
+        )
+
+
+@rule("PKG003", ros1=True)
+def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
+    """A launch file that its package does not have."""
+    for name, program in context.spec.programs.items():
+        package = context.document.packages.by_name.get(program.package or "")
+        if package is None or program.launch is None or f"launch/{program.launch}" in package.files:
+            continue
+        base = posixpath.basename(program.launch)
+        elsewhere = [one for one in package.files if posixpath.basename(one) == base]
+        meant = guess(program.launch, package.launch_paths())
+        loc = ("programs", name, "launch")
+        yield Diagnostic(
+            "PKG003",
+            f"package `{package.name}` ({package.folder}) has no launch file `launch/{program.launch}`",
+            context.span(*loc),
+            label="not found in the package",
+            help=(f"move `{elsewhere[0]}` into the folder `launch` of the package",)
+            if elsewhere and not meant.words
+            else did_you_mean(program.launch, package.launch_paths(), f"launch files of {package.name}"),
+            fix=_write(context, loc, meant),
+        )
+
+
+def _write(context: RuleContext, loc: Loc, meant: Guess) -> Fix | None:
+    if meant.only is None:
+        return None
+    edits = replace_value(context.source, loc, meant.only)
+    return make_fix(f"write `{meant.only}`", edits, safe=meant.certain)

@@ -1,0 +1,127 @@
+"""Packages beside a spec: messages (PKG014, PKG015), workspaces of the operator, and what is never read."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.cli.app import run
+from swarmctl.rules.runner import load_checked
+from tests.ros_packages.packages import manifest
+from tests.timing import cpu_at_most
+
+SPEC = """\
+version: 1
+name: newswarm
+mode: leader
+leader: koala-laptop
+hosts:
+  koala-laptop: {{address: 192.168.77.10}}
+robots:
+  koala: {{type: koala, host: koala-laptop}}
+links:
+  - {{kind: serial, host: koala-laptop, robot: koala, usb: {{serial: A600dXyz}}}}
+control:
+  - {{by: koala-laptop, of: [koala]}}
+programs:
+  own: {{robot: koala, package: own, {program}}}
+"""
+TWIST = "Vector3 linear\nVector3 angular\n"
+VECTOR = "float64 x\nfloat64 y\nfloat64 z\n"
+
+
+def write(root: Path, files: dict[str, str]) -> None:
+    for path, text in files.items():
+        (root / path).parent.mkdir(parents=True, exist_ok=True)
+        (root / path).write_text(text)
+
+
+def spec(folder: Path, program: str = "executable: go.py") -> Path:
+    write(folder, {"swarm.yaml": SPEC.format(program=program)})
+    return folder / "swarm.yaml"
+
+
+def codes(path: Path, *workspaces: Path) -> list[str]:
+    return [one.code for one in load_checked(path, workspaces=workspaces)[1]]
+
+
+def topic(kind: str) -> str:
+    return f"executable: go.py, publishes: [{{topic: thing, type: {kind}}}]"
+
+
+def test_a_copy_of_a_common_message_that_differs(tmp_path: Path) -> None:
+    own = spec(tmp_path, topic("geometry_msgs/Twist"))
+    write(
+        tmp_path / "geometry_msgs",
+        {"package.xml": manifest("geometry_msgs"), "msg/Twist.msg": TWIST, "msg/Vector3.msg": VECTOR},
+    )
+    assert codes(own) == []
+    write(tmp_path / "geometry_msgs", {"msg/Twist.msg": TWIST + "float64 weight\n"})
+    assert codes(own) == ["PKG014"]
+
+
+def test_two_copies_of_a_package_that_differ(tmp_path: Path) -> None:
+    own = spec(tmp_path / "lab", topic("own/Counts"))
+    write(tmp_path / "lab/own", {"package.xml": manifest("own"), "msg/Counts.msg": "int8 a\n", "go.py": ""})
+    write(tmp_path / "ws/own", {"package.xml": manifest("own"), "msg/Counts.msg": "int8 a # same\n"})
+    (tmp_path / "lab/own/go.py").chmod(0o755)
+    assert codes(own, tmp_path / "ws") == []
+    write(tmp_path / "ws/own", {"msg/Counts.msg": "int16 a\n"})
+    assert codes(own, tmp_path / "ws") == ["PKG014"]
+
+
+def test_a_message_that_genmsg_refuses(tmp_path: Path) -> None:
+    own = spec(tmp_path, topic("own/Counts"))
+    write(tmp_path / "own", {"package.xml": manifest("own"), "msg/Counts.msg": "int8\n", "go.py": ""})
+    (tmp_path / "own/go.py").chmod(0o755)
+    assert codes(own) == ["PKG015"]
+
+
+def test_the_messages_of_a_package_beside_the_spec_are_known(tmp_path: Path) -> None:
+    write(tmp_path / "own", {"package.xml": manifest("own"), "msg/Counts.msg": "int8 a\n", "go.py": ""})
+    (tmp_path / "own/go.py").chmod(0o755)
+    assert codes(spec(tmp_path, topic("own/Counts"))) == []
+    assert codes(spec(tmp_path, topic("own/Count"))) == ["TOPIC007"]
+
+
+def test_a_workspace_is_read_where_the_operator_names_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = spec(tmp_path / "lab")
+    write(tmp_path / "ws/src/own", {"package.xml": manifest("own"), "scripts/stop.py": ""})
+    assert codes(own) == []
+    arguments = ["validate", str(own), "--workspace", str(tmp_path / "ws"), "--json"]
+    assert run(arguments) == exit_codes.ERROR
+    (found,) = json.loads(capsys.readouterr().out)["diagnostics"]
+    assert found["code"] == "PKG001"
+    assert str(tmp_path / "ws/src/own") in found["message"]
+
+
+def test_a_workspace_on_the_hosts_is_not_read(tmp_path: Path) -> None:
+    own = spec(tmp_path / "lab")
+    own.write_text(own.read_text() + f"ros: {{workspace: {tmp_path}/ws}}\n")
+    write(tmp_path / "ws/src/own", {"package.xml": manifest("own"), "scripts/stop.py": ""})
+    assert codes(own) == []
+
+
+def test_hostile_launch_files_end_soon(tmp_path: Path) -> None:
+    twice = '<include file="$(find own)/launch/a.launch" />' * 2
+    nested = "<group>" * 30 + "</group>" * 30
+    write(
+        tmp_path / "own",
+        {
+            "package.xml": manifest("own"),
+            "launch/a.launch": f"<launch>{twice}{nested * 500}</launch>",
+            "CMakeLists.txt": "install(PROGRAMS " * 10_000 + "add_executable(" * 10_000,
+            "msg/A.msg": "own/B b\n" + "".join(f"own/M{n} m{n}\n" for n in range(5000)),
+            "msg/B.msg": "own/A a\n",
+        },
+    )
+    own = spec(tmp_path, "launch: a.launch")
+    lines = "".join(f"  p{n}: {{robot: koala, package: own, launch: a.launch}}\n" for n in range(300))
+    own.write_text(own.read_text() + lines)
+    with cpu_at_most(2.0):
+        load_checked(own)
