@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from enum import Enum
@@ -42,10 +43,14 @@ class Note:
 
 @dataclass(frozen=True)
 class Edit:
-    """What stands in ``span`` becomes ``text``; a span whose end is its start inserts."""
+    """What stands in ``span`` becomes ``text``; a span whose end is its start inserts.
+
+    In a range it changes several entries at once, and is right only if all of these ``copies`` need it.
+    """
 
     span: Span
     text: str
+    copies: int = 1
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,8 @@ class Diagnostic:
         """Returns the finding as JSON data, without its secret."""
         found = asdict(self) | {"severity": self.severity.value}
         del found["secret"]  # it holds no text of the file
+        for edit in found["fix"]["edits"] if found["fix"] else ():
+            del edit["copies"]
         return found
 
 
@@ -96,16 +103,22 @@ def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     Equal findings about the elements of a range become one, with a count of the others.
     """
     nowhere = Span("", 0, 0, 0, 0)
-    unique = dict.fromkeys(diagnostics)
+    unique = Counter(diagnostics)
     alike: dict[tuple[object, ...], list[Diagnostic]] = {}
     for found in unique:
         alike.setdefault((found.span or found, found.code, _DIGITS.sub("", found.message)), []).append(found)
-    merged = [_for_all(group) for group in alike.values()]
+    merged = [_for_all(group, sum(unique[one] for one in group)) for group in alike.values()]
     return tuple(sorted(merged, key=lambda found: (found.span or nowhere, found.code, found.message)))
 
 
-def _for_all(group: list[Diagnostic]) -> Diagnostic:
+def _for_all(group: list[Diagnostic], count: int) -> Diagnostic:
+    """Returns one finding for those at one place; its fix has to correct all entries written there."""
     first, *others = group
+    if first.fix is not None:
+        alike = all(one.fix == first.fix for one in others)
+        all_wrong = max(edit.copies for edit in first.fix.edits) <= count
+        edits = tuple(replace(edit, copies=1) for edit in first.fix.edits)
+        first = replace(first, fix=replace(first.fix, edits=edits) if alike and all_wrong else None)
     if not others:
         return first
     return replace(first, help=(*first.help, f"{len(others)} more here have the same problem"))

@@ -8,6 +8,7 @@ from typing import Any
 
 from swarmctl.mode_conversion.infer import commander_line_host, named_hub
 from swarmctl.spec.model import Bluetooth, Mode, Spec
+from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.index import Line, SwarmIndex
 
 Islands = Mapping[str, Mapping[str, Any]]
@@ -15,16 +16,18 @@ Islands = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class ControlEntry:
-    """An entry of `control`: its index in the spec, or None for a new one."""
+    """A new entry of `control`."""
 
-    index: int | None
     by: str
     of: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Arrangement:
-    """What a mode determines. ``driver_hosts``: by robot, the host with its line and its driver."""
+    """What a mode determines. ``driver_hosts``: by robot, the host with its line and its driver.
+
+    ``control`` has what the old mode allowed without an entry and the new one does not.
+    """
 
     mode: Mode
     hub: str
@@ -35,53 +38,76 @@ class Arrangement:
 
 
 class ArrangementError(Exception):
-    """The swarm lacks what the mode needs. The first argument is the problem, the second the fix."""
+    """The swarm lacks what the mode needs. The first argument is the problem, the others are fixes."""
 
 
 def arranged(index: SwarmIndex, mode: Mode) -> Arrangement:
-    """The swarm in ``mode``. Raises ArrangementError if it lacks the hosts for it."""
-    spec, hub, hosts = index.spec, _central_host(index), index.line_hosts
+    """The swarm in ``mode``. Raises ArrangementError if hosts for it are missing or a commander is lost."""
+    spec, hosts = index.spec, index.line_hosts
+    hub = _central_host(index, mode)
     programs = {name: one.host for name, one in spec.programs.items() if one.host is not None}
-    if mode is Mode.SINGLE_MINDED:
-        hosts, programs = dict.fromkeys(hosts, hub), dict.fromkeys(programs, hub)
-        return Arrangement(mode, hub, hosts, programs, _from_hub(spec, hub), {})
-    if len(spec.hosts) < 2:
+    granted = () if mode is spec.mode else implicit_commanders(index)
+    if mode is not Mode.SINGLE_MINDED and len(spec.hosts) < 2:
         raise ArrangementError(
             f"mode `{mode.value}` needs a second computer, but `{hub}` is the only host",
             "add a host, or stay in mode `single-minded`",
         )
-    if set(hosts.values()) <= {hub}:
+    if mode is Mode.SINGLE_MINDED:
+        hosts, programs = dict.fromkeys(hosts, hub), dict.fromkeys(programs, hub)
+    elif set(hosts.values()) <= {hub}:
         hosts = _spread(index, hub)
-    islands: Islands = {}
-    control = _control(spec)
-    if mode is Mode.LEADER:
-        control = _led(spec, hosts, hub)
-    elif mode in (Mode.CENTRAL, Mode.STANDALONE):
-        control = _independent(spec, hosts, hub)
-    else:
-        islands = _islands(spec, hub)
-    return Arrangement(mode, hub, hosts, programs, control, islands)
+    if mode in (Mode.SINGLE_MINDED, Mode.LEADER):
+        _refuse_other_commanders(index, mode, hub, hosts, granted)
+        granted = ()
+    islands = _islands(spec, hub) if mode is Mode.COMBINED else {}
+    return Arrangement(mode, hub, hosts, programs, granted, islands)
 
 
-def _central_host(index: SwarmIndex) -> str:
-    """The host to build a mode around: the declared hub, else a commander, the time root, or the first."""
+def implicit_commanders(index: SwarmIndex) -> tuple[ControlEntry, ...]:
+    """What a leader commands without an entry of `control`: the robots of its island that are in no entry."""
+    listed = {robot for one in index.spec.control for robot in one.of}
+    authority = Authority(index)
+    led: dict[str, list[str]] = {}
+    for robot in index.spec.robots:
+        leader = authority.leader_of(robot)
+        if robot not in listed and leader is not None:
+            led.setdefault(leader, []).append(robot)
+    return tuple(ControlEntry(leader, tuple(robots)) for leader, robots in led.items())
+
+
+def _refuse_other_commanders(
+    index: SwarmIndex, mode: Mode, hub: str, hosts: Mapping[str, str], granted: tuple[ControlEntry, ...]
+) -> None:
+    """Raises ArrangementError if a host other than ``hub`` commands: the mode would take that away."""
+    lost = []
+    for by, of in (*((one.by, one.of) for one in index.spec.control), *((one.by, one.of) for one in granted)):
+        moves = mode is Mode.SINGLE_MINDED and (by in index.spec.programs or by in index.spec.robots)
+        if not moves and _home(index, by, hosts) != hub:
+            lost.append(f"{{by: {by}, of: [{', '.join(of)}]}}")
+    if lost:
+        raise ArrangementError(
+            f"in mode `{mode.value}` only `{hub}` commands, which would take authority from others: "
+            f"{'; '.join(lost)}",
+            f"remove these entries of `control`, or give them to `{hub}` or to a program on it, then convert",
+            "or choose a mode in which every host may command: `central`, `standalone` or `combined`",
+        )
+
+
+def _home(index: SwarmIndex, by: str, hosts: Mapping[str, str]) -> str | None:
+    return commander_line_host(index.spec, by, hosts) or index.program_hosts.get(by)
+
+
+def _central_host(index: SwarmIndex, mode: Mode) -> str:
+    """The host to build a mode around: the declared hub, else a commander, the time root, or the first.
+
+    A leader is the one host that commands, if one host alone does.
+    """
     spec = index.spec
-    hosts = index.line_hosts
-    commander = next((commander_line_host(spec, one.by, hosts) for one in spec.control), None)
+    commanders = [_home(index, one.by, index.line_hosts) for one in spec.control]
+    if mode is Mode.LEADER and mode is not spec.mode and len(set(commanders)) == 1 and commanders[0]:
+        return commanders[0]
+    commander = next((one for one in commanders if one is not None), None)
     return named_hub(spec) or commander or spec.time.root or next(iter(spec.hosts))
-
-
-def _control(spec: Spec) -> tuple[ControlEntry, ...]:
-    return tuple(ControlEntry(index, one.by, one.of) for index, one in enumerate(spec.control))
-
-
-def _from_hub(spec: Spec, hub: str) -> tuple[ControlEntry, ...]:
-    """Other hosts run no ROS and cannot command; the hub commands their robots unless a program does."""
-    hosts = set(spec.hosts) - {hub} - set(spec.programs) - set(spec.robots)
-    kept = tuple(entry for entry in _control(spec) if entry.by not in hosts)
-    led = {robot for one in kept for robot in one.of}
-    freed = tuple(dict.fromkeys(robot for one in spec.control for robot in one.of if robot not in led))
-    return (*kept, ControlEntry(None, hub, freed)) if freed else kept
 
 
 def _spread(index: SwarmIndex, hub: str) -> dict[str, str]:
@@ -103,32 +129,6 @@ def _spread(index: SwarmIndex, hub: str) -> dict[str, str]:
     if set(spread.values()) <= {hub}:  # one robot, or all by the hub's Bluetooth: the last one moves
         spread[next(reversed(spread))] = hosts[1]
     return spread
-
-
-def _led(spec: Spec, hosts: Mapping[str, str], hub: str) -> tuple[ControlEntry, ...]:
-    """Keeps the entries of commanders on the hub; the hub commands every robot of another host."""
-    kept = tuple(entry for entry in _control(spec) if commander_line_host(spec, entry.by, hosts) == hub)
-    led = {robot for one in kept for robot in one.of}
-    missing = tuple(robot for robot in hosts if hosts[robot] != hub and robot not in led)
-    return (*kept, ControlEntry(None, hub, missing)) if missing else kept
-
-
-def _independent(spec: Spec, hosts: Mapping[str, str], hub: str) -> tuple[ControlEntry, ...]:
-    """The hub no longer commands robots of other hosts; each of these hosts commands its own instead."""
-    kept, freed = [], []
-    for entry in _control(spec):
-        of = entry.of
-        if commander_line_host(spec, entry.by, hosts) == hub:
-            of = tuple(robot for robot in of if hosts[robot] == hub)
-            freed += [robot for robot in entry.of if robot not in of]
-        if of:
-            kept.append(ControlEntry(entry.index, entry.by, of))
-    commanded = {robot for one in kept for robot in one.of}
-    own: dict[str, list[str]] = {}
-    for robot in dict.fromkeys(freed):
-        if robot not in commanded:
-            own.setdefault(hosts[robot], []).append(robot)
-    return (*kept, *(ControlEntry(None, host, tuple(robots)) for host, robots in own.items()))
 
 
 def _islands(spec: Spec, hub: str) -> Islands:

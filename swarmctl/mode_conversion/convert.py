@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from swarmctl.mode_conversion.arrangement import Arrangement, arranged, moved_lines
-from swarmctl.spec.load import Document
+from swarmctl.spec.load import Document, source_of_text
 from swarmctl.spec.model import Bluetooth, Mode, Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.modes import MULTIMASTER, ROLES
 from swarmctl.yamltext import edits
 from swarmctl.yamltext.edits import Edits
-from swarmctl.yamltext.source import Loc, Source, parse
+from swarmctl.yamltext.source import Loc, Source
+
+Change = tuple[str, Callable[[Source], Edits]]  # its title, and the edits that it takes
 
 
 @dataclass(frozen=True)
 class Conversion:
-    """The new text, the changes in it, the steps left to a person, and changes that were not possible."""
+    """The new text, the changes in it, the steps left to a person, and changes that were not possible.
+
+    ``notes`` are what a reader of the changes has to know.
+    """
 
     text: str
     changes: tuple[str, ...]
     by_hand: tuple[str, ...]
     undone: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def converted(document: Document, mode: Mode) -> Conversion:
@@ -36,7 +42,13 @@ def converted(document: Document, mode: Mode) -> Conversion:
     _placement(text, index, plan)
     _control(text, spec, plan)
     _clock(text, index, plan)
-    return Conversion(text.source.text, tuple(text.done), tuple(_by_hand(index, plan)), tuple(text.undone))
+    return Conversion(
+        text.source.text,
+        tuple(text.done),
+        tuple(_by_hand(index, plan)),
+        tuple(text.undone),
+        tuple(_notes(spec, plan)),
+    )
 
 
 class _TextEditor:
@@ -47,29 +59,50 @@ class _TextEditor:
         self.done: list[str] = []
         self.undone: list[str] = []
 
-    def change(self, title: str, make: Callable[[Source], Edits]) -> None:
-        made = make(self.source)
-        if {edit.span.file for edit in made} != {self.source.path}:  # no edit, or one of another file
-            self.undone.append(title)
-            return
-        self.source, _ = parse(edits.apply(self.source.text, made), self.source.path)
-        self.done.append(title)
+    def change(self, *changes: Change) -> None:
+        """Makes changes together, so that all elements of a range may change as one."""
+        made = [make(self.source) for _, make in changes]
+        whole = {replace(edit, copies=1) for edit in edits.joined(made) if edit.copies == 1}
+        possible: list[Edits] = []
+        for (title, _), part in zip(changes, made, strict=True):
+            own = {replace(edit, copies=1) for edit in part}
+            if own and own <= whole and {edit.span.file for edit in own} == {self.source.path}:
+                possible.append(part)
+                self.done.append(title)
+            else:  # in a range of which the other elements do not change alike, or in another file
+                self.undone.append(title)
+        if possible:
+            text = edits.apply(self.source.text, edits.joined(possible))
+            self.source = source_of_text(text, self.source.path)
 
     def replace(self, loc: Loc, value: Any) -> None:
-        self.change(f"{_path(loc)}: {_shown(value)}", lambda now: edits.replace_value(now, loc, value))
+        self.change(_replaced(loc, value))
 
     def set(self, loc: Loc, key: str, value: Any, after: str = "") -> None:
-        title = f"{_path((*loc, key))}: {_shown(value)}"
-        self.change(title, lambda now: edits.set_key(now, loc, key, value, after=after))
+        self.change(_set(loc, key, value, after))
 
     def remove(self, loc: Loc) -> None:
-        self.change(f"{_path(loc)} removed", lambda now: edits.remove(now, loc))
+        self.change(_removed(loc))
 
     def rename(self, loc: Loc, key: str) -> None:
-        self.change(f"{_path(loc)} renamed to {key}", lambda now: edits.rename_key(now, loc, key))
+        self.change((f"{_path(loc)} renamed to {key}", lambda now: edits.rename_key(now, loc, key)))
 
     def append(self, loc: Loc, value: Any) -> None:
-        self.change(f"{_path(loc)}: {_shown(value)} added", lambda now: edits.append_item(now, loc, value))
+        title = f"{_path(loc)}: {_shown(value)} added"
+        self.change((title, lambda now: edits.append_item(now, loc, value)))
+
+
+def _replaced(loc: Loc, value: Any) -> Change:
+    return f"{_path(loc)}: {_shown(value)}", lambda now: edits.replace_value(now, loc, value)
+
+
+def _set(loc: Loc, key: str, value: Any, after: str = "") -> Change:
+    title = f"{_path((*loc, key))}: {_shown(value)}"
+    return title, lambda now: edits.set_key(now, loc, key, value, after=after)
+
+
+def _removed(loc: Loc) -> Change:
+    return f"{_path(loc)} removed", lambda now: edits.remove(now, loc)
 
 
 def _mode_and_roles(text: _TextEditor, spec: Spec, plan: Arrangement) -> None:
@@ -99,47 +132,38 @@ def _islands(text: _TextEditor, spec: Spec, plan: Arrangement) -> None:
         text.set((), "islands", _plain(plan.islands))
     elif spec.islands and not plan.islands:
         text.remove(("islands",))
-    if spec.multimaster is not None and plan.mode not in MULTIMASTER:
-        text.remove(("multimaster",))
 
 
 def _placement(text: _TextEditor, index: SwarmIndex, plan: Arrangement) -> None:
     """Moves lines, drivers and programs to the hosts that the mode requires."""
-    spec = index.spec
+    spec, data = index.spec, text.source.data
+    changes: list[Change] = []
+    radios: dict[str, Change] = {}
     for number, link, host in moved_lines(index, plan):
-        text.replace(("links", number, "host"), host)
+        changes.append(_replaced(("links", number, "host"), host))
         if not isinstance(link, Bluetooth):
             continue
         adapters = spec.hosts[host].bluetooth
-        if not adapters and ("bluetooth" not in (text.source.data["hosts"][host] or {})):
-            text.set(("hosts", host), "bluetooth", ["hci0"])
+        if not adapters and ("bluetooth" not in (data["hosts"][host] or {})):
+            radios[host] = _set(("hosts", host), "bluetooth", ["hci0"])
         if link.adapter is not None and link.adapter not in (adapters or ("hci0",)):
-            text.remove(("links", number, "adapter"))
+            changes.append(_removed(("links", number, "adapter")))
     for name, robot in spec.robots.items():
         host = plan.driver_hosts.get(name, plan.hub)
         if robot.host is None and plan.mode is not Mode.SINGLE_MINDED:
-            text.set(("robots", name), "host", host)
+            changes.append(_set(("robots", name), "host", host))
         elif robot.host is not None and robot.host != host:
-            text.replace(("robots", name, "host"), host)
-    for name, host in plan.programs.items():
-        if spec.programs[name].host != host:
-            text.replace(("programs", name, "host"), host)
+            changes.append(_replaced(("robots", name, "host"), host))
+    changes += [
+        _replaced(("programs", name, "host"), host)
+        for name, host in plan.programs.items()
+        if spec.programs[name].host != host
+    ]
+    text.change(*changes, *radios.values())
 
 
 def _control(text: _TextEditor, spec: Spec, plan: Arrangement) -> None:
-    kept = {entry.index: entry for entry in plan.control if entry.index is not None}
-    new = [{"by": entry.by, "of": list(entry.of)} for entry in plan.control if entry.index is None]
-    if spec.control and not kept:
-        if new:
-            text.replace(("control",), new)
-        else:
-            text.remove(("control",))
-        return
-    for index in reversed(range(len(spec.control))):
-        if index not in kept:
-            text.remove(("control", index))
-        elif kept[index].of != spec.control[index].of:
-            text.replace(("control", index, "of"), list(kept[index].of))
+    new = [{"by": entry.by, "of": list(entry.of)} for entry in plan.control]
     if new and not spec.control:
         text.set((), "control", new)
     else:
@@ -168,6 +192,14 @@ def _by_hand(index: SwarmIndex, plan: Arrangement) -> list[str]:
         else f"plug the line of `{link.robot}` into `{host}` instead of `{link.host}`"
         for _, link, host in moved_lines(index, plan)
     ]
+
+
+def _notes(spec: Spec, plan: Arrangement) -> Iterator[str]:
+    for entry in plan.control:
+        robots = "`, `".join(entry.of)
+        yield f"new in `control`: `{entry.by}` commands `{robots}`, as it did without an entry"
+    if spec.multimaster is not None and plan.mode not in MULTIMASTER:
+        yield f"`multimaster` stays for the way back; in mode `{plan.mode.value}` it has no effect (MODE008)"
 
 
 def _path(loc: Loc) -> str:

@@ -37,23 +37,26 @@ def infer(index: SwarmIndex) -> Inference:
     elsewhere = sorted({host for host in index.line_hosts.values() if host != hub} | _busy(spec, hub))
     if not elsewhere:
         return Inference(Mode.SINGLE_MINDED, hub, (f"every line and every program is on `{hub}`",))
-    facts = [f"one master, on `{hub}`; robots or programs are also on `{'`, `'.join(elsewhere[:3])}`"]
+    facts = [f"one master, on `{hub}`; robots or programs are also on `{'`, `'.join(elsewhere)}`"]
     return Inference(*_by_authority(index, hub, facts))
 
 
 def _by_authority(index: SwarmIndex, hub: str, because: list[str]) -> tuple[Mode, str, tuple[str, ...]]:
-    """Leader or central: the same wiring; they differ in who commands the robots of other hosts."""
+    """Leader or central: the same wiring; only in mode leader nobody but the leader commands."""
     commands = _commands(index)
-    from_hub = sorted(robot for by, robot in commands if by == hub and index.line_hosts.get(robot) != hub)
+    led = sorted(robot for by, robot in commands if by == hub and index.line_hosts.get(robot) != hub)
     others = sorted(robot for by, robot in commands if by != hub)
-    if from_hub and not others:
-        because.append(f"`{hub}` alone commands the robots of other hosts: `{'`, `'.join(from_hub[:3])}`")
-        return Mode.LEADER, hub, tuple(because)
     if others:
-        because.append(f"`{'`, `'.join(others[:3])}` are commanded from hosts other than `{hub}`")
+        because.append(f"`{'`, `'.join(others)}` are commanded from hosts other than `{hub}`")
+        return Mode.CENTRAL, hub, tuple(because)
+    if index.spec.hub is not None:
+        because.append(f"`{hub}` is declared as `hub`, so each robot's own programs may command it")
+        return Mode.CENTRAL, hub, tuple(because)
+    if led:
+        because.append(f"`{hub}` alone commands the robots of other hosts: `{'`, `'.join(led)}`")
     else:
-        because.append(f"nothing on `{hub}` commands a robot of another host")
-    return Mode.CENTRAL, hub, tuple(because)
+        because.append(f"`{hub}` is declared as `leader`, and no other host commands")
+    return Mode.LEADER, hub, tuple(because)
 
 
 def named_hub(spec: Spec) -> str | None:

@@ -102,6 +102,14 @@ def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, 
     return _document([root] if root is not None else [], found, path, budget, catalog)
 
 
+def source_of_text(text: str, path: str) -> Source:
+    """Returns the data and positions of one spec's text, with its includes and ranges."""
+    budget = LoadBudget()
+    root, _ = tree_of(text, Path(path), ProjectFiles.beside(Path(path), budget))
+    joined, _ = _one([root] if root is not None else [], budget.texts)
+    return source_of(joined, path, budget.texts)[0]
+
+
 def _document(
     trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, budget: LoadBudget, catalog: Catalog
 ) -> tuple[Document | None, tuple[Diagnostic, ...]]:

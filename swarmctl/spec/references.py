@@ -7,7 +7,7 @@ from typing import Any
 
 from swarmctl.diagnostics import Fix
 from swarmctl.field_types import KEY
-from swarmctl.yamltext.edits import Edits, make_fix, rename_key, replace_value
+from swarmctl.yamltext.edits import Edits, joined, make_fix, rename_key, replace_value
 from swarmctl.yamltext.source import Loc, Source
 
 _HOSTS, _ROBOTS, _PROGRAMS, _ISLANDS = "hosts", "robots", "programs", "islands"
@@ -58,7 +58,7 @@ def rename(source: Source, kind: str, old: str, new: str) -> Edits:
         return ()
     edits = [rename_key(source, (kind, old), new)]
     edits += [_reworded(source, loc, new) for loc in mentions(source.data, kind, old)]
-    return tuple(edit for part in edits for edit in part) if all(edits) else ()
+    return joined(edits) if all(edits) else ()
 
 
 def _reworded(source: Source, loc: Loc, new: str) -> Edits:

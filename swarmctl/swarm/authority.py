@@ -30,7 +30,7 @@ class Authority:
         """Returns who may command ``robot``, the highest priority first."""
         named = self._named.get(robot, [])
         host = self._index.driving[robot] or ""
-        leader = self._leader_of(host)
+        leader = self.leader_of(robot)
         if leader is not None:
             found = named or [Commander(leader, 0, addresses=self._addresses(leader))]
         else:
@@ -50,9 +50,9 @@ class Authority:
             return Commander(by, priority, namespace=names.namespace(by))
         return Commander(by, priority, addresses=self._addresses(by))
 
-    def _leader_of(self, host: str) -> str | None:
-        """The leader of the island of ``host``, if the island's mode has one."""
-        island = self._index.home.get(host)
+    def leader_of(self, robot: str) -> str | None:
+        """Returns the leader of the island of a robot's driver, if the island's mode has one."""
+        island = self._index.home.get(self._index.driving[robot] or "")
         if island is None:
             return None
         spec = self._index.spec

@@ -10,12 +10,15 @@ Rules use them to build the ``fix`` of a diagnostic with ``make_fix``:
     as_text(source, ("links", 1, "usb", "serial"))            the same word in quotes
 
 ``spec.references.rename`` renames something and every reference to it. A change that the text does not allow
-(behind an alias, or in a range for several entries) is an empty tuple, and ``make_fix`` returns None for it.
+(behind an alias, or of one element of a range) is an empty tuple, and ``make_fix`` returns None for it.
+An edit of what a range writes once for several entries counts these as its ``copies``.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import yaml
@@ -39,13 +42,19 @@ _KINDS: dict[type[yaml.Node], Kind] = {
 
 def make_fix(title: str, *parts: Edits, safe: bool) -> Fix | None:
     """Returns a fix of several changes, or None if one of them is not possible."""
-    return Fix(title, tuple(edit for part in parts for edit in part), safe) if all(parts) else None
+    return Fix(title, joined(parts), safe) if all(parts) else None
+
+
+def joined(parts: Iterable[Edits]) -> Edits:
+    """Returns edits that are made together: equal ones, of the elements of a range, become one."""
+    counts = Counter(edit for part in parts for edit in part)
+    return tuple(edit if edit.copies > count else replace(edit, copies=1) for edit, count in counts.items())
 
 
 def replace_value(source: Source, loc: Loc, value: Any) -> Edits:
     """Returns the edit that replaces a value."""
     found = _find(source, loc)
-    if found is None:
+    if found is None or found.in_list_of_range:
         return ()
     quote = found.part.style if found.part.style in _QUOTES else ""
     return found.edits(cst_edits.replaced(found.layout, found.part, literal(value, quote)))
@@ -60,14 +69,14 @@ def as_text(source: Source, loc: Loc) -> Edits:
 def written(source: Source, loc: Loc) -> str:
     """Returns the scalar at ``loc`` as it is written: ``0403`` where the data has a number."""
     found = _find(source, loc)
-    return found.part.value if found and found.part.kind == "scalar" else ""
+    return found.part.value if found and found.exact and found.part.kind == "scalar" else ""
 
 
 def rename_key(source: Source, loc: Loc, name: str) -> Edits:
     """Returns the edit that renames the key of the value at ``loc``."""
     found = _find(source, loc)
     key = found.holder.entries[found.number].key if found and found.holder else None
-    if found is None or key is None:
+    if found is None or key is None or not found.own_key:
         return ()
     return found.edits(((key.start, key.end, text_of(name, key.style)),))
 
@@ -113,7 +122,7 @@ def append_item(source: Source, loc: Loc, value: Any) -> Edits:
 def remove(source: Source, loc: Loc) -> Edits:
     """Returns the edit that removes a key with its value, or an item, with the comment on its line."""
     found = _find(source, loc)
-    if found is None or found.holder is None:
+    if found is None or found.holder is None or not found.own_key or found.in_list_of_range:
         return ()
     return found.edits(cst_edits.removed(found.layout, found.holder, found.number))
 
@@ -132,7 +141,11 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 
 
 class _Place(NamedTuple):
-    """A value in a file, with its collection and its index in it."""
+    """A value in a file, with its collection and its index in it.
+
+    A range writes several values as one text: ``copies`` counts them. Then the text may not be ``exact`` the
+    value, nor its key ``own_key`` that of the value, or several items of a list are one text.
+    """
 
     node: yaml.Node
     file: str
@@ -140,9 +153,13 @@ class _Place(NamedTuple):
     part: Part
     holder: Part | None
     number: int
+    copies: int
+    exact: bool = True
+    own_key: bool = True
+    in_list_of_range: bool = False
 
     def edits(self, strokes: cst_edits.Strokes) -> Edits:
-        return tuple(Edit(self._span(start, end), written) for start, end, written in strokes)
+        return tuple(Edit(self._span(start, end), written, self.copies) for start, end, written in strokes)
 
     def _span(self, start: int, end: int) -> Span:
         lines, first, last = self.layout.lines, self.layout.line(start), self.layout.line(end)
@@ -150,15 +167,18 @@ class _Place(NamedTuple):
 
 
 def _find(source: Source, loc: Loc) -> _Place | None:
-    """Returns the place of ``loc`` if the text holds it exactly once, without aliases and ranges."""
+    """Returns the place of ``loc`` if the text holds it once, without aliases; ranges may copy it."""
     key, node = None, source.root
     place = _place(source, None, node)
     for step in loc:
         pair = source.child(node, step)
-        if place is None or pair is None or _is_one_of_a_range(node, step):
+        if place is None or pair is None:
             return None
+        in_list_of_range = _is_one_of_a_range(node, step)
         key, node = pair
         place = _place(source, key, node)
+        if place is not None and in_list_of_range:
+            place = place._replace(in_list_of_range=True)
     return place
 
 
@@ -181,19 +201,19 @@ def _place(source: Source, key: yaml.Node | None, node: yaml.Node | None) -> _Pl
     part = found.parts.get((node.start_mark.index, kind))
     if part is None or part.anchor in found.aliased or (part.flow and found.text[part.start] not in "[{"):
         return None
-    if kind == "scalar" and part.value != node.value:
-        return None  # it is written once for several entries
+    copies, exact = source.copies(node), kind != "scalar" or part.value == node.value
     if key is None:
-        return _Place(node, file, found, part, None, 0)
+        return _Place(node, file, found, part, None, 0, copies, exact)
     beside = layout(source.texts[key.start_mark.name])
     held = (beside.items if key is node else beside.keys).get(key.start_mark.index)
     if held is None:
         return None
     holder, number = held
     name = holder.entries[number].key
-    if name is not None and name.value != key.value:
-        return None
-    return _Place(node, file, found, part, holder if beside is found else None, number)
+    own_key = name is None or name.value == key.value
+    return _Place(
+        node, file, found, part, holder if beside is found else None, number, copies, exact, own_key
+    )
 
 
 def _lines_of(value: Any) -> list[str]:

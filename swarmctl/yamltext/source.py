@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import gc
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import yaml
@@ -22,6 +24,7 @@ from swarmctl.yamltext.compose import (
     span_of,
 )
 from swarmctl.yamltext.limits import MAX_DEPTH, MAX_FINDINGS, MAX_REPEATED, LoadBudget
+from swarmctl.yamltext.ranges import may_stand_in
 from swarmctl.yamltext.syntax_errors import DIRECTIONS, turned_text
 
 Loc = Sequence[str | int]
@@ -43,6 +46,26 @@ class Source:
     root: yaml.Node | None = field(repr=False)
     texts: Mapping[str, str] = field(repr=False)  # by file, as the marks name them
     _keys: dict[int, dict[str, Pair]] = field(default_factory=dict, repr=False, compare=False)
+
+    def copies(self, node: yaml.Node) -> int:
+        """Returns how many values a range makes of the text of ``node``; 1 outside of ranges."""
+        return self._copies.get(_place_of(node), 1)
+
+    @cached_property
+    def _copies(self) -> Mapping[tuple[str, int, str], int]:
+        counts: Counter[tuple[str, int, str]] = Counter()
+        if self.root is not None and any(map(may_stand_in, self.texts.values())):
+            seen: set[int] = set()
+            waiting = [self.root]
+            while waiting:
+                node = waiting.pop()
+                counts[_place_of(node)] += 1
+                if isinstance(node, yaml.ScalarNode) or id(node) in seen:
+                    continue
+                seen.add(id(node))
+                pairs = node.value if isinstance(node, yaml.MappingNode) else ((item,) for item in node.value)
+                waiting += [one for pair in pairs for one in pair]
+        return counts
 
     @property
     def text(self) -> str:
@@ -81,6 +104,10 @@ class Source:
         if isinstance(node, yaml.SequenceNode) and isinstance(part, int) and 0 <= part < len(node.value):
             return node.value[part], node.value[part]
         return None
+
+
+def _place_of(node: yaml.Node) -> tuple[str, int, str]:
+    return node.start_mark.name, node.start_mark.index, type(node).__name__
 
 
 def parse(text: str, path: str, budget: LoadBudget | None = None) -> tuple[Source, list[Diagnostic]]:

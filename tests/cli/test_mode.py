@@ -32,16 +32,37 @@ def test_it_says_what_the_wiring_is_and_why(spec: Path, capsys: pytest.CaptureFi
 
 
 def test_a_wiring_that_is_not_what_it_says(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = spec.read_text("utf-8").replace("mode: leader\nleader:", "mode: central\nhub:")
-    spec.write_text(text, "utf-8")
+    text = (
+        (MODES / "single-minded.yaml")
+        .read_text("utf-8")
+        .replace("type: koala", "type: koala, host: koala-laptop")
+    )
+    text = text.replace("type: khepera3", "type: khepera3, host: koala-laptop")
+    text = text.replace("    type: epuck", "    type: epuck\n    host: koala-laptop")
+    spec.write_text(text.replace("mode: single-minded\nleader:", "mode: central\nhub:"), "utf-8")
     assert run(["mode", "infer", str(spec)]) == exit_codes.ERROR
     out = capsys.readouterr().out
-    assert out.startswith("the mode is leader, but central is declared\n")
-    assert "-  - {by: koala-laptop, of: [koala, k3, epuck]}\n" in out
-    assert "+  - {by: k3-pi, of: [k3]}\n" in out
+    assert out.startswith("the mode is single-minded, but central is declared\n")
+    assert "-  k3: {type: khepera3, host: koala-laptop}\n" in out
+    assert "+  k3: {type: khepera3, host: k3-pi}\n" in out
     assert run(["mode", "infer", str(spec), "--json"]) == exit_codes.ERROR
     report = json.loads(capsys.readouterr().out)
-    assert (report["mode"], report["declared"], report["hub"]) == ("leader", "central", "koala-laptop")
+    assert (report["mode"], report["declared"], report["hub"]) == ("single-minded", "central", "koala-laptop")
+
+
+def test_all_hosts_and_robots_are_named(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = spec.read_text("utf-8")
+    more = "".join(f"  pi-{n}: {{address: 192.168.77.2{n}}}\n" for n in range(5))
+    robots = "".join(f"  r{n}: {{type: khepera3, host: pi-{n}}}\n" for n in range(5))
+    lines = "".join(
+        f"  - {{kind: serial, host: pi-{n}, robot: r{n}, usb: {{serial: S{n}}}}}\n" for n in range(5)
+    )
+    text = text.replace("hosts:\n", f"hosts:\n{more}", 1).replace("robots:\n", f"robots:\n{robots}", 1)
+    text = text.replace("epuck-pi], multicast: true}\n", f"epuck-pi, 'pi-[0-4]'], multicast: true}}\n{lines}")
+    spec.write_text(text.replace("epuck]}", "epuck, 'r[0-4]']}"), "utf-8")
+    run(["mode", "infer", str(spec)])
+    out = capsys.readouterr().out
+    assert all(f"`pi-{n}`" in out and f"`r{n}`" in out for n in range(5))
 
 
 def test_the_edit_is_shown_and_nothing_written(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -67,11 +88,46 @@ def test_a_mode_that_does_not_exist(spec: Path, capsys: pytest.CaptureFixture[st
     assert "did you mean `central`?" in capsys.readouterr().err
 
 
-def test_a_spec_in_two_files_is_left_alone(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_commander_is_never_dropped(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for mode in ("central", "standalone", "combined"):
+        assert run(["mode", "convert", str(spec), "--to", mode, "--write"]) == exit_codes.OK
+        assert "- {by: koala-laptop, of: [koala, k3, epuck]}\n" in spec.read_text("utf-8")
+    text = spec.read_text("utf-8").replace(
+        "of: [koala, k3, epuck]}", "of: [koala, k3]}\n  - {by: k3-pi, of: [epuck]}"
+    )
+    spec.write_text(text, "utf-8")
+    capsys.readouterr()
+    for mode in ("leader", "single-minded"):
+        assert run(["mode", "convert", str(spec), "--to", mode, "--write"]) == exit_codes.ERROR
+        assert "take authority from others: {by: k3-pi, of: [epuck]}" in capsys.readouterr().err
+    assert spec.read_text("utf-8") == text
+
+
+def test_what_a_leader_commands_without_an_entry_becomes_one(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = spec.read_text("utf-8")
+    spec.write_text(text[: text.index("control:")], "utf-8")
+    assert run(["mode", "convert", str(spec), "--to", "central", "--write"]) == exit_codes.OK
+    assert "new in `control`: `koala-laptop` commands `koala`, `k3`, `epuck`" in capsys.readouterr().err
+    assert "control:\n  - {by: koala-laptop, of: [koala, k3, epuck]}\n" in spec.read_text("utf-8")
+
+
+def test_an_include_survives_and_a_change_in_its_file_is_refused(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     text = spec.read_text("utf-8")
     control = text.index("\ncontrol:")
     Path("control.yaml").write_text(text[control:], "utf-8")
     spec.write_text(f"include: control.yaml\n{text[:control]}", "utf-8")
-    assert run(["mode", "convert", str(spec), "--to", "central", "--write"]) == exit_codes.ERROR
+    assert run(["mode", "convert", str(spec), "--to", "central", "--write"]) == exit_codes.OK
+    assert spec.read_text("utf-8").startswith("include: control.yaml\n")
+    assert "hub: koala-laptop" in spec.read_text("utf-8")
+    links, robots = text.index("\nlinks:"), text.index("\n# the robots")
+    Path("robots.yaml").write_text(text[robots:links], "utf-8")
+    whole = f"include: robots.yaml\n{text[:robots]}{text[links:]}"
+    spec.write_text(whole, "utf-8")
+    capsys.readouterr()
+    assert run(["mode", "convert", str(spec), "--to", "single-minded", "--write"]) == exit_codes.ERROR
     assert "swarmctl spec --expanded" in capsys.readouterr().err
-    assert "mode: leader" in spec.read_text("utf-8")
+    assert spec.read_text("utf-8") == whole

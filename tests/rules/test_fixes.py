@@ -67,12 +67,46 @@ def test_no_fix_makes_a_broken_spec_worse(spec: Path) -> None:
     assert bool(offered & left) == (spec.stem.partition("-")[2] in TRADES)
 
 
+RANGE = """version: 1
+name: lab
+mode: central
+hub: laptop
+hosts:
+  laptop: {address: 10.0.0.1}
+  "pi-[1-2]": {address: "10.0.0.[2-3]"}
+robots:
+  "k3-[1-2]": {type: khepera3, host: "pi-[1-2]", optional: true}
+links:
+  - {kind: wlan, name: lab, hosts: [laptop, "pi-[1-2]"], subnet: 10.0.0.0/24}
+  - {kind: serial, host: "pi-[1-2]", robot: "k3-[1-2]", usb: {serial: "A[1-2]"}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("khepera3", "kheperra3"),
+        ("optional: true", "optional: yes"),
+        ("optional", "optionl"),
+        ("kind: serial", "kind: seral"),
+        ("serial, host", "serial, hots"),
+        ("usb", '"usb"'),
+    ],
+)
+def test_what_is_wrong_for_a_whole_range_is_corrected_in_it(right: str, wrong: str) -> None:
+    assert not has_errors(lint_with(RANGE)({}).diagnostics)
+    text = RANGE.replace(right, wrong)
+    done = fixable(lint_with(text), lambda _: text).safe.texts.get("swarm.yaml", text)
+    assert done in (RANGE, text if '"usb"' in wrong else RANGE)
+
+
 def test_a_range_is_not_changed_for_one_element() -> None:
-    text = EXAMPLE.replace(
-        "  k3: {type: khepera3, host: k3-pi}", '  "k3-[1-2]": {type: khepera, host: k3-pi}'
+    text = RANGE.replace('"pi-[1-2]": {', '"pi-[1,3]": {', 1).replace(
+        '[laptop, "pi-[1-2]"]', '[laptop, "pi-[1,3]"]'
     )
-    (found, *_) = [one for one in lint_with(text)({}).diagnostics if one.code == "REF001"]
-    assert (found.message, found.fix) == ("unknown robot type `khepera`", None)
+    wrong = [one for one in lint_with(text)({}).diagnostics if one.code == "REF001"]
+    assert {one.message for one in wrong} == {"unknown host `pi-2`"}
+    assert fixed(text) == text
 
 
 words = st.sampled_from(

@@ -216,7 +216,7 @@ def test_a_finding_names_the_robot_that_it_is_about() -> None:
     assert "epuck-01" in found.message + found.label + "".join(note.text for note in found.notes)
 
 
-def test_no_fix_changes_what_stands_for_several() -> None:
+def test_an_edit_counts_the_entries_that_a_range_makes_of_its_text() -> None:
     source = loaded(TWENTY).source
     for place in (
         ("robots", "epuck-07"),
@@ -226,8 +226,14 @@ def test_no_fix_changes_what_stands_for_several() -> None:
         ("links", 0, "hosts", 2),
     ):
         assert edits.remove(source, place) == ()
-    for place in (("robots", "epuck-07"), ("hosts", "pi-1"), ("links", 7)):
-        assert edits.set_key(source, place, "optional", True) == ()
+    assert edits.rename_key(source, ("robots", "epuck-07"), "epuck") == ()
+    for place, copies in ((("robots", "epuck-07"), 20), (("hosts", "pi-1"), 5), (("links", 7), 20)):
+        assert [edit.copies for edit in edits.set_key(source, place, "optional", True)] == [copies]
+    for_all = [
+        edits.replace_value(source, ("robots", f"epuck-{n:02}", "type"), "epuck2") for n in range(1, 21)
+    ]
+    assert [edit.copies for edit in edits.joined(for_all)] == [1]
+    assert [edit.copies for edit in edits.joined(for_all[:19])] == [20]
     assert edits.set_key(source, ("hosts", "laptop"), "user", "robot") != ()
     assert edits.append_item(source, ("links", 0, "hosts"), "other") != ()
 

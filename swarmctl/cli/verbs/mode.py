@@ -60,6 +60,8 @@ def convert(
         console.err().print(f"{spec}: mode {to}, {len(conversion.changes)} changes")
     else:
         print(file_writes.difference(change), end="")
+    for line in conversion.notes:
+        console.err().print(f"note: {line}")
     for line in conversion.by_hand:
         console.err().print(f"by hand: {line}")
 
@@ -89,8 +91,8 @@ def _wrong(document: Document, conversion: Conversion) -> list[str]:
 
     if conversion.undone:
         return [
-            f"this is not written in {document.source.path} itself: {'; '.join(conversion.undone)}",
-            "`swarmctl spec --expanded` joins files and writes ranges out; convert what it prints",
+            f"in another file, or for only some elements of a range: {'; '.join(conversion.undone)}",
+            "make these changes by hand, or convert one file without ranges: `swarmctl spec --expanded`",
         ]
     result, found = load_text(conversion.text, document.source.path, document.catalog)
     found = found if result is None else lint(result)
