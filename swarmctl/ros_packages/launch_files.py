@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from swarmctl.ros_packages.launched import Fault, Launched, Node, Place, Refusal, Setting
 from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted
-from swarmctl.ros_packages.xml_tags import Tag, XmlError, root_of
+from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
 
 _BYTES = 64  # that take as long to read as one tag to evaluate
 _MAX_INCLUDES = 16  # nested
@@ -42,13 +42,9 @@ class _Scope:
     in_include: dict[str, str | None] | None = None  # what an <include> passes on
     perhaps: set[str] = field(default_factory=set)  # arguments that depend on an unknown condition
 
-    def inner(self, certain: bool) -> _Scope:
-        return replace(
-            self,
-            arguments=dict(self.arguments),
-            declared=set(self.declared),
-            certain=self.certain and certain,
-        )
+    def inner(self) -> _Scope:
+        """Returns the scope of an element within: what is declared there ends with it."""
+        return replace(self, arguments=dict(self.arguments), declared=set(self.declared))
 
 
 def evaluate(
@@ -106,6 +102,8 @@ class _Run:
             return
         try:
             found = list(root_of(content).all("launch"))
+        except TooLargeError:
+            return
         except XmlError as error:
             self.broken(scope, Place(shown, error.line), str(error))
             return
@@ -173,7 +171,7 @@ class _Run:
     def value(self, scope: _Scope, tag: Tag, key: str) -> str | None:
         folder = posixpath.join(f"$(find {scope.package.name})", posixpath.dirname(scope.path))
         found = substituted(tag.attributes[key], scope.arguments, folder)
-        for match in _FOUND.finditer(found or tag.attributes[key]):
+        for match in _FOUND.finditer(found or tag.attributes[key]) if scope.certain else ():
             self.launched.packages.setdefault(match[1], self.place(scope, tag))
         return found if found is None or len(found) <= _LONGEST else None
 
@@ -199,7 +197,7 @@ class _Run:
             into.setdefault(name, value)
 
     def group(self, scope: _Scope, tag: Tag) -> None:
-        inner = scope.inner(certain=True)
+        inner = scope.inner()
         inner.namespace = self.namespace(scope, tag)
         self.children(inner, tag)
 
@@ -210,12 +208,12 @@ class _Run:
 
     def node(self, scope: _Scope, tag: Tag) -> None:
         package, kind, name = (self.value(scope, tag, key) for key in ("pkg", "type", "name"))
-        inner = scope.inner(certain=True)
+        inner = scope.inner()
         inner.namespace = self.namespace(scope, tag)
         for child in tag.children:
             if child.name in {"remap", "param", "env", "rosparam"}:
                 self.child(inner, child)
-        if package is not None:
+        if package is not None and scope.certain:
             self.launched.packages.setdefault(package, self.place(scope, tag))
         full = _joined(inner.namespace, name)
         node = Node(full, package, kind, inner.remaps, self.place(scope, tag), scope.certain)
@@ -225,7 +223,7 @@ class _Run:
         file = self.value(scope, tag, "file")
         passes_all = "pass_all_args" in tag.attributes and self.value(scope, tag, "pass_all_args") != "false"
         given: dict[str, str | None] = {}
-        passing = scope.inner(certain=True)
+        passing = scope.inner()
         passing.in_include, passing.declared, passing.passes_all = given, set(), passes_all
         passing.perhaps = set()
         for child in tag.children:

@@ -22,6 +22,7 @@ _DEPENDS = (
     "depend", "build_depend", "build_export_depend", "exec_depend", "run_depend", "test_depend",
     "buildtool_depend", "buildtool_export_depend",
 )  # fmt: skip
+_SCRIPTS = {"", ".py", ".sh", ".bash", ".pl", ".rb", ".lua"}
 _COMMENT = re.compile(r"#.*")
 _TARGET = re.compile(r"\b\w*add_executable\s*\(\s*\"?([^\s\")]+)", re.I)
 _OUTPUT = re.compile(r"\bOUTPUT_NAME\s+\"?([^\s\")]+)", re.I)
@@ -81,8 +82,11 @@ class Package:
     @cached_property
     def executables(self) -> tuple[str, ...]:
         """The names that a program of this package may have."""
-        scripts = {posixpath.basename(path) for path, may in self.files.items() if may}
-        scripts |= {posixpath.basename(path) for path in self.files if path.endswith(".py")}
+        scripts = {
+            posixpath.basename(path)
+            for path, may in self.files.items()
+            if path.endswith(".py") or (may and posixpath.splitext(path)[1] in _SCRIPTS)
+        }
         return tuple(sorted((scripts | self.programs) - {"setup.py", "__init__.py"}))
 
     @cached_property

@@ -27,6 +27,10 @@ class XmlError(ValueError):
         self.line = line
 
 
+class TooLargeError(XmlError):
+    """A file that roslaunch may read, and that is above the limits here."""
+
+
 @dataclass
 class Tag:
     """One element."""
@@ -82,7 +86,7 @@ class _Tree(ContentHandler):
     def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802
         self._count += 1
         if self._count > MAX_TAGS or len(self._open) >= MAX_DEPTH or len(name) > MAX_NAME:
-            raise XmlError("it has too many elements, too deep ones, or one with too long a name", self.line)
+            raise TooLargeError("it has too many elements, too deep ones or too long names", self.line)
         tag = Tag(name, dict(attrs.items()), self.line)
         if self._open:
             self._open[-1].children.append(tag)

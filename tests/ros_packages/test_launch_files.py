@@ -152,12 +152,23 @@ def test_the_limit_ends_includes_that_double() -> None:
         ("<launch>\n<group if='maybe' />\n</launch>", 2),
         ("<launch>\n<arg name='a' default='1' /><arg name='a' default='1' />\n</launch>", 2),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]>\n<launch />", 1),
-        ("<launch>" + "<group>" * 100 + "</group>" * 100 + "</launch>", 1),
     ],
 )
 def test_what_roslaunch_refuses_is_named_with_its_line(text: str, line: int) -> None:
     (fault,) = launched(text).faults
     assert (fault.kind, fault.place.line) == (Refusal.BROKEN, line)
+
+
+@pytest.mark.parametrize(
+    "text", ["<group>" * 100 + "</group>" * 100, "<node />" * 30_000, f"<{'a' * 200} />"]
+)
+def test_a_file_above_the_limits_is_unknown(text: str) -> None:
+    assert launched(f"<launch>{text}</launch>", speed="1") == Launched(cost=(len(text) + 17) // 64)
+
+
+def test_packages_below_an_unknown_condition_do_not_count() -> None:
+    text = file(NODE.format("a"), '<node pkg="q" type="t" name="b" if="$(env X)" />')
+    assert launched(text).packages.keys() == {"p"}
 
 
 def test_remaps_hold_for_what_follows_in_their_group() -> None:

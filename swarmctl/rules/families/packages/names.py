@@ -26,7 +26,7 @@ def remapped_topics(context: RuleContext) -> Iterator[Diagnostic]:
         if topic in known or space in context.robot_by_namespace:
             continue
         near = nearest(space, tuple(context.robot_by_namespace)) if space else None
-        if name == COMMAND or (near is not None and name in _topics_of(context, near)):
+        if topic == f"/{COMMAND}" or (near is not None and name in _topics_of(context, near)):
             meant = f"{near}/{name}" if near else None
             yield Diagnostic(
                 "PKG012",

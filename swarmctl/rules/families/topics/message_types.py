@@ -12,9 +12,9 @@ from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
 
-@rule("TOPIC007", ros1=True)
+@rule("TOPIC007", "TOPIC010", ros1=True)
 def message_types(context: RuleContext) -> Iterator[Diagnostic]:
-    """A message type that its package does not have."""
+    """A message type that its package does not have, or whose package looks misspelt."""
     faults: dict[str, NoMessage | None] = {}
     for loc, kind in _declared(context):
         if kind not in faults:
@@ -37,7 +37,7 @@ def _declared(context: RuleContext) -> Iterator[tuple[Loc, str]]:
 def _finding(context: RuleContext, loc: Loc, kind: str, fault: NoMessage) -> Diagnostic:
     meant = fault.meant[0] if fault.meant else None
     return Diagnostic(
-        "TOPIC007",
+        "TOPIC007" if fault.certain else "TOPIC010",
         f"there is no message type `{kind}`: {fault.why}" if fault.certain
         else f"`{kind}` looks misspelt: {fault.why}",
         context.span(*loc),
