@@ -6,16 +6,20 @@ from functools import cached_property
 
 from swarmctl.rules.context import RuleContext
 from swarmctl.spec.model import Mode, NetworkLink
+from swarmctl.spec.references import mentions
 from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, typing_errors
 from swarmctl.yamltext.source import Loc
+
+SECTIONS = ("hosts", "robots", "programs", "types", "computers")
 
 
 class LikelyNames:
     """Guesses names: a line and its robot's `host` agree, and no list names anything twice."""
 
     def __init__(self, context: RuleContext) -> None:
-        self._context = context
+        self.context = context
         self._spec = context.spec
+        self._definitions: dict[str, tuple[str, int]] = {}
 
     def guess(self, word: str, known: tuple[str, ...], loc: Loc) -> Guess:
         """Returns what ``word`` at ``loc`` was probably meant to be."""
@@ -35,11 +39,19 @@ class LikelyNames:
             return Guess((meant.words[0], near[0]))
         return Guess(near, certain=errors <= 1)
 
+    def definition(self, name: str) -> tuple[str, int]:
+        """Returns the section of the spec that defines a name, or "", and how many places use the name."""
+        if name not in self._definitions:
+            kind = next((one for one in SECTIONS if name in getattr(self._spec, one)), "")
+            uses = mentions(self.context.source.data, kind, name) if kind else ()
+            self._definitions[name] = kind, sum(1 for _ in uses)
+        return self._definitions[name]
+
     def _expected(self, loc: Loc) -> set[str]:
         """Returns the names that other places require here; none if they require nothing."""
         spec = self._spec
         if loc[0] == "robots" and loc[2:] == ("host",):
-            return {line.host for _, line in self._context.lines_of[str(loc[1])]}
+            return {line.host for _, line in self.context.lines_of[str(loc[1])]}
         if loc[0] != "links" or not isinstance(loc[1], int):
             return set()
         link = spec.links[loc[1]]
@@ -77,7 +89,7 @@ class LikelyNames:
 
     @cached_property
     def _with_line(self) -> set[str]:
-        return {link.robot for _, link in self._context.lines}
+        return {link.robot for _, link in self.context.lines}
 
     @cached_property
     def _without_line(self) -> list[str]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.spec.references import renaming
 from swarmctl.spec.unread_types import advice
-from swarmctl.suggest import suggestion
-from swarmctl.yamltext.edits import make_fix, remove, replace_value
+from swarmctl.suggest import Guess, suggestion
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
 Named = tuple[str | None, Loc]  # a name, if one is set, and its place
@@ -25,12 +26,34 @@ _SHOWN = 5  # hosts of a loop in a message
 def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     """A reference to a host, robot, robot type, computer or commander that is not defined."""
     spec = context.spec
-    yield from _unknown(context, "robot type", context.types, _types(spec), _unread(context))
-    yield from _unknown(context, "host", spec.hosts, _hosts(spec))
-    yield from _unknown(context, "robot", spec.robots, _robots(spec))
-    yield from _unknown(context, "computer", context.computers, _computers(spec))
     commanders = {**spec.programs, **spec.robots, **spec.hosts}
-    yield from _unknown(context, "program, robot or host", commanders, _commanders(spec))
+    kinds: tuple[tuple[str, Mapping[str, Any], Iterator[Named]], ...] = (
+        ("robot type", context.types, _types(spec)),
+        ("host", spec.hosts, _hosts(spec)),
+        ("robot", spec.robots, _robots(spec)),
+        ("computer", context.computers, _computers(spec)),
+        ("program, robot or host", commanders, _commanders(spec)),
+    )
+    unknown = [
+        (what, known, word, loc)
+        for what, known, places in kinds
+        for word, loc in places
+        if word is not None and word not in known
+    ]
+    likely, used = LikelyNames(context), Counter(word for _, _, word, _ in unknown)
+    words = {what: tuple(known) for what, known, _, _ in unknown}
+    unread = _unread(context) if unknown else {}
+    for what, _, word, loc in unknown:
+        meant = likely.guess(word, words[what], loc)
+        help_ = unread.get(word) if what == "robot type" else None
+        yield Diagnostic(
+            "REF001",
+            f"unknown {what} `{word}`",
+            context.span(*loc),
+            label="not defined",
+            help=(help_,) if help_ else suggestion(meant, words[what], f"known {what}s"),
+            fix=None if help_ else _fix(likely, word, loc, meant, used[word]),
+        )
 
 
 def _unread(context: RuleContext) -> Mapping[str, str]:
@@ -40,33 +63,17 @@ def _unread(context: RuleContext) -> Mapping[str, str]:
     return {name: f"`{file}` is not read; {advice(folder, name)}" for name, file in unread.items()}
 
 
-def _unknown(
-    context: RuleContext,
-    what: str,
-    known: Mapping[str, Any],
-    places: Iterable[Named],
-    help_of: Mapping[str, str] = MappingProxyType({}),
-) -> Iterator[Diagnostic]:
-    words: tuple[str, ...] = ()  # computed only if a name is unknown
-    likely = LikelyNames(context)
-    for word, loc in places:
-        if word is not None and word not in known:
-            words = words or tuple(known)
-            meant = likely.guess(word, words, loc)
-            yield Diagnostic(
-                "REF001",
-                f"unknown {what} `{word}`",
-                context.span(*loc),
-                label="not defined",
-                help=(help_of[word],) if word in help_of else suggestion(meant, words, f"known {what}s"),
-                fix=make_fix(
-                    f"write `{meant.only}`",
-                    replace_value(context.source, loc, meant.only),
-                    safe=meant.certain,
-                )
-                if meant.only and word not in help_of
-                else None,
-            )
+def _fix(likely: LikelyNames, word: str, loc: Loc, meant: Guess, used: int) -> Fix | None:
+    """Returns the fix of a name that is ``used`` so many times: of its definition if nothing uses that."""
+    if not meant.only:
+        return None
+    source = likely.context.source
+    section, uses = likely.definition(meant.only)
+    if section and not uses and used > 1:
+        return renaming(meant.only, word, rename_key(source, (section, meant.only), word), safe=True)
+    certain = meant.certain and (not section or uses >= used)
+    edits = replace_value(source, loc, meant.only)
+    return make_fix(f"write `{meant.only}`", edits, safe=certain)
 
 
 def _types(spec: Spec) -> Iterator[Named]:
