@@ -43,7 +43,8 @@ MESSAGES = {  # of the topic with the name of its sensor
 _ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
 _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
-_JOY_TYPE, _JOY_NODES = "sensor_msgs/Joy", ("joy_node", "game_controller_node")
+JOY_TYPE = "sensor_msgs/Joy"
+_JOY_NODE, _JOY_READER = ("joy", "joy_node"), ("teleop_twist_joy", "teleop_node")
 _GRAPH_NAME = re.compile("[A-Za-z/][A-Za-z0-9_/]*", re.ASCII)
 _LAYOUT = 24  # bytes of a list of numbers around its label and its numbers
 
@@ -176,7 +177,7 @@ def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[E
     """Every topic that programs publish or subscribe to, under its full name; ``hosts`` by program.
 
     These are the declared topics, the commands that the shipped programs publish, and the gamepad's state
-    between a `joy_node` and teleop-joy.
+    between a `joy_node` and what drives by it.
     """
     commanded = _commanded(spec)
     for name, program in spec.programs.items():
@@ -194,9 +195,11 @@ def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[E
             topic, rate = f"{names.namespace(robot)}/{COMMAND}", _command_rate(program)
             yield Endpoint(topic, COMMAND_TYPE, True, node, host, name, rate, None, ("programs", name))
         if (joy := _joy_topic(program)) is not None:
-            full, listens = names.resolved(joy, node, program.remap), program.use is not None
-            place: Loc = ("programs", name, "params") if listens and program.params else ("programs", name)
-            yield Endpoint(full, _JOY_TYPE, not listens, node, host, name, None, None, place)
+            full, publishes = names.resolved(joy, node, program.remap), program.package == _JOY_NODE[0]
+            place: Loc = (
+                ("programs", name, "params") if program.use and program.params else ("programs", name)
+            )
+            yield Endpoint(full, JOY_TYPE, publishes, node, host, name, None, None, place)
 
 
 def _joy_topic(program: Program) -> str | None:
@@ -205,10 +208,11 @@ def _joy_topic(program: Program) -> str | None:
         topic, device = (program.params.get(key, "") for key in ("topic", "device"))
         default = str(shipped()[program.use]["topic"].default)
         named = topic if isinstance(topic, str) and _GRAPH_NAME.fullmatch(topic) else default
-        declared = any(one.type == _JOY_TYPE for one in program.subscribes)
+        declared = any(one.type == JOY_TYPE for one in program.subscribes)
         return None if device or declared else named
-    declared = bool(program.use or program.publishes)
-    return "joy" if program.package == "joy" and program.executable in _JOY_NODES and not declared else None
+    declared = bool(program.use or program.publishes or program.subscribes)
+    known = (program.package, program.executable) in (_JOY_NODE, _JOY_READER)
+    return "joy" if known and not declared else None
 
 
 def _commanded(spec: Spec) -> dict[str, dict[str, None]]:

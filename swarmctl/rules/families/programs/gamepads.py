@@ -9,6 +9,7 @@ from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
 from swarmctl.spec.program_params import shipped
+from swarmctl.swarm.topics import JOY_TYPE
 
 _TURBO = "the turbo scales always hold, also where slow driving was meant"
 _SELECT = "it counts only while the dead-man button is free, so it would never choose a robot"
@@ -143,4 +144,31 @@ def turbo_speeds(context: RuleContext) -> Iterator[Diagnostic]:
                 label=f"`{other}` is {pad.shown(other)}",
                 notes=(Note(pad.span(other), f"`{other}`"),) if pad.given(other) else (),
                 help=(f"set `{fast}` too, such as {meant:g}",),
+            )
+
+
+@rule("PROG024", ros1=True)
+def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
+    """A joy_node that repeats too seldom: a stick that is held still counts as a gamepad gone."""
+    read = {one.owner: one.topic for one in context.endpoints if one.type == JOY_TYPE and not one.publishes}
+    timeouts: dict[str, tuple[str, float]] = {}
+    for pad in _pads(context):
+        if pad.program.use is not None and pad.name in read:
+            timeouts.setdefault(read[pad.name], (pad.name, pad.value("joy_timeout")))
+    for one in context.endpoints if timeouts else ():
+        program = context.spec.programs[one.owner]
+        if not one.publishes or one.topic not in timeouts or program.executable != "joy_node":
+            continue
+        reader, timeout = timeouts[one.topic]
+        rate = program.params.get("autorepeat_rate", 0.0)
+        if program.package == "joy" and isinstance(rate, (int, float)) and rate * timeout <= 1:
+            given = "autorepeat_rate" in program.params
+            loc = ("programs", one.owner, *(("params", "autorepeat_rate") if given else ()))
+            yield Diagnostic(
+                "PROG024",
+                f"program `{one.owner}` repeats nothing in time, and `{reader}` stops after {timeout:g} s",
+                context.span(*loc, key=not given),
+                severity=Severity.WARNING,
+                label=f"repeats {rate:g} times a second",
+                help=("add to its params: autorepeat_rate: 20.0",),
             )

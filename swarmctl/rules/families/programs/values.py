@@ -32,9 +32,8 @@ def search_paths(context: RuleContext) -> Iterator[Diagnostic]:
     """A search path that loses what ROS put there."""
     for name, program in context.spec.programs.items():
         for key, value in program.environment.items():
-            needed = _SEARCH_PATHS.get(key)
-            parts = [f"{part}/" for part in value.split(":")]
-            if needed is None or any(part.startswith(f"{needed}/") for part in parts):
+            needed = _lost(key, value)
+            if needed is None:
                 continue
             yield Diagnostic(
                 "PROG020",
@@ -49,12 +48,21 @@ def search_paths(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
+def _lost(key: str, value: str) -> str | None:
+    """Returns the folder of ROS that a search path loses."""
+    needed = _SEARCH_PATHS.get(key)
+    kept = needed is None or any(f"{part}/".startswith(f"{needed}/") for part in value.split(":"))
+    return None if kept else needed
+
+
 @rule("PROG021", ros1=True)
 def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
     """A variable, a home folder or a command in a value that no shell and no roslaunch expands."""
     for name, program in context.spec.programs.items():
         values: list[tuple[str, str, Value]] = [
-            ("environment", key, value) for key, value in program.environment.items()
+            ("environment", key, value)
+            for key, value in program.environment.items()
+            if _lost(key, value) is None
         ]
         if program.package is not None:
             values += [("params", key, value) for key, value in program.params.items()]
@@ -98,7 +106,7 @@ def _home(context: RuleContext, program: str) -> str:
 def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
     """A `launch` that names no launch file of ROS 1, or an `executable` that is one."""
     for name, program in context.spec.programs.items():
-        if program.executable is not None and program.executable.endswith(".launch"):
+        if program.executable is not None and program.executable.endswith((".launch", ".launch.xml")):
             yield Diagnostic(
                 "PROG022",
                 f"`{program.executable}` is a launch file, not an executable",

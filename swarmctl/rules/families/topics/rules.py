@@ -14,6 +14,7 @@ from swarmctl.swarm.names import namespace, split_topic
 from swarmctl.swarm.topics import (
     COMMAND,
     COMMAND_TYPE,
+    JOY_TYPE,
     Endpoint,
     sensor_behind,
     sensors_of,
@@ -23,7 +24,7 @@ from swarmctl.yamltext.source import Loc
 
 _GAMEPAD = (
     "read the gamepad without another node: params: {device: /dev/input/js0}",
-    "or add the program {package: joy, executable: joy_node, params: {autorepeat_rate: 20.0}}",
+    "add the program {package: joy, executable: joy_node, params: {autorepeat_rate: 20.0}}",
 )
 _DECLARE = ("correct the name, or declare it under `publishes` of its program",)
 _PAD_WORDS = re.compile("joy|pad|stick|wii|ps[345]|xbox|spacenav|mouse")
@@ -117,7 +118,7 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
     dangling: dict[str, list[tuple[Endpoint, Guess]]] = {}
     for one in lost:
         meant = _likely(context, one) if len(lost) <= _FEW else Guess()
-        unknown = gamepads if programs[one.owner].use is not None else silent
+        unknown = gamepads if one.type == JOY_TYPE else silent
         if meant.words or (unknown <= {one.owner} and programs[one.owner].board is None):
             dangling.setdefault(one.owner, []).append((one, meant))
     for owner, found in dangling.items():
@@ -135,17 +136,22 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
             help=(
                 *(suggestion(meant, (), "") if declared else ()),
                 *(
-                    (f"read `{near}`, which is published: params: {{topic: {near}}}",)
+                    (f"read `{near}`, which is published: {_reading(programs[owner], near)}",)
                     if near and not declared
                     else ()
                 ),
-                *(() if declared else _GAMEPAD),
+                *(() if declared else _GAMEPAD if programs[owner].use else _GAMEPAD[1:]),
                 *(_DECLARE if declared else ()),
             ),
             fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
             if near and declared
             else None,
         )
+
+
+def _reading(program: Program, topic: str) -> str:
+    """Returns how a program of gamepads is set to read ``topic``."""
+    return f"params: {{topic: {topic}}}" if program.use else f"remap: {{joy: {topic}}}"
 
 
 def _may_read_a_gamepad(program: Program) -> bool:
