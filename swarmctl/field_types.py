@@ -176,9 +176,8 @@ GraphName = Annotated[
         examples=["cmd_vel"],
     ),
 ]
-TypeName = Annotated[
-    str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$", examples=["geometry_msgs/Twist"])
-]
+MESSAGE_TYPE = r"^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$"
+TypeName = Annotated[str, Field(pattern=MESSAGE_TYPE, examples=["geometry_msgs/Twist"])]
 # As catkin takes them; NAME008 is about those that it warns of.
 PackageName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", examples=["joy"])]
 FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$", examples=["joy_node"])]

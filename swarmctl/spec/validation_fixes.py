@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from swarmctl.diagnostics import Fix
+from swarmctl.field_types import MESSAGE_TYPE
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.model import KINDS
@@ -39,6 +40,10 @@ _ONE_WORD = re.compile("[A-Za-z0-9_./:~-]+", re.ASCII)
 _RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
+# A message type as ROS 2, Python, C++ and file names write it.
+_OTHER_TYPE = re.compile(
+    r"(?P<package>[A-Za-z]\w*)(?:[/.]|::)(?:msg(?:[/.]|::))?(?P<message>[A-Za-z]\w*?)(?:\.msg)?", re.ASCII
+)
 _MAC = re.compile("[0-9a-fA-F]{2}([-_. :]?[0-9a-fA-F]{2}){5}", re.ASCII)
 
 
@@ -63,6 +68,10 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
             if name
             else None
         )
+    if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == MESSAGE_TYPE:
+        other = _OTHER_TYPE.fullmatch(given.strip())
+        name = f"{other['package']}/{other['message']}" if other else ""
+        return make_fix(f"write `{name}`", replace_value(source, loc, name), safe=True) if other else None
     if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
         return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant), safe=False)
     return _value_fix(kind, source, loc, given)
