@@ -113,7 +113,7 @@ class Rule:
 
     ids: tuple[str, ...]
     find: Find
-    names: bool  # runs in the first round: the other rules look things up by the names it checks
+    names: bool  # runs first: the other rules look things up by the names it checks
     ros1: bool  # is about ROS 1, and holds for no other middleware
 
     def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:

@@ -23,7 +23,7 @@ Texts = Mapping[str, str]  # by file
 
 
 class Stage(IntEnum):
-    """The stages of a check; errors at one stage prevent the next one from running."""
+    """How far a spec is right: the first stage of a check that has errors."""
 
     TEXT = 0
     FORMAT = 1
@@ -33,7 +33,7 @@ class Stage(IntEnum):
 
 @dataclass(frozen=True)
 class Findings:
-    """The findings in a spec, up to the first stage that has errors."""
+    """The findings in a spec, and the first stage that has errors."""
 
     stage: Stage
     diagnostics: tuple[Diagnostic, ...]

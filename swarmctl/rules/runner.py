@@ -1,4 +1,7 @@
-"""Runs all rules on one document: references first, then the rules that need valid references."""
+"""Runs all rules on one document: references first, then the rules that need valid references.
+
+A spec with errors is checked by `one_round`.
+"""
 
 from __future__ import annotations
 
@@ -34,8 +37,9 @@ from swarmctl.rules.families.time import rules as time
 from swarmctl.rules.families.topics import message_types, sources
 from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
+from swarmctl.rules.one_round import all_at_once
 from swarmctl.rules.suppressions import apply_suppressions
-from swarmctl.spec.load import Document, load
+from swarmctl.spec.load import Document, Draft, document_of, draft_from, draft_of
 from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import Swarm
@@ -91,22 +95,19 @@ def lint(document: Document, reported: Sequence[Diagnostic] = ()) -> tuple[Diagn
 
     ``reported`` are findings from loading the document; they can be suppressed too.
     """
-    return _lint(document, reported).diagnostics
+    return _lint(document, reported, draft_from(document, reported)).diagnostics
 
 
-def _lint(document: Document, reported: Sequence[Diagnostic]) -> Findings:
+def _lint(document: Document, reported: Sequence[Diagnostic], draft: Draft) -> Findings:
     context = RuleContext(document)
     found = [
         *reported,
         *(finding for rule in RULES if rule.names for finding in islice(rule(context), MAX_FINDINGS)),
     ]
-    stage = Stage.NAMES if has_errors(found) else Stage.RULES
-    if stage is Stage.RULES:
-        found += [
-            finding for rule in RULES if not rule.names for finding in islice(rule(context), MAX_FINDINGS)
-        ]
-        found = list(apply_suppressions(found, document, document.source.texts))
-    return Findings(stage, in_order(found))
+    if has_errors(found):
+        return Findings(Stage.NAMES, all_at_once(draft, RULES))
+    found += [finding for rule in RULES if not rule.names for finding in islice(rule(context), MAX_FINDINGS)]
+    return Findings(Stage.RULES, in_order(apply_suppressions(found, document, document.source.texts)))
 
 
 def lint_files(
@@ -117,13 +118,9 @@ def lint_files(
 ) -> Findings:
     """Loads a spec with its overlays and runs all rules.
 
-    Returns the findings and the last stage that was checked. ``read`` returns the bytes of a file.
+    Returns the findings and the first stage that has errors. ``read`` returns the bytes of a file.
     """
-    document, diagnostics = load(layers, read, workspaces, search)
-    if document is not None:
-        return _lint(document, diagnostics)
-    unread = any(one.code.startswith(("FILE", "YAML")) for one in diagnostics if has_errors([one]))
-    return Findings(Stage.TEXT if unread else Stage.FORMAT, in_order(diagnostics))
+    return _check(draft_of(layers, read, workspaces, search))[1]
 
 
 def load_checked(
@@ -134,11 +131,17 @@ def load_checked(
     Returns the document, or None if there are errors, and the findings in text order.
     """
     with collector_paused():
-        document, diagnostics = load(layers, workspaces=workspaces)
-        if document is None:
-            return None, in_order(diagnostics)
-        found = lint(document, diagnostics)
-        return None if has_errors(found) else document, found
+        document, found = _check(draft_of(layers, workspaces=workspaces))
+        return None if has_errors(found.diagnostics) else document, found.diagnostics
+
+
+def _check(draft: Draft) -> tuple[Document | None, Findings]:
+    """Returns the document and its findings; after an error, those of all rules on what is right."""
+    document, diagnostics = document_of(draft)
+    if document is not None:
+        return document, _lint(document, diagnostics, draft)
+    unread = any(one.code.startswith(("FILE", "YAML")) for one in diagnostics if has_errors([one]))
+    return None, Findings(Stage.TEXT if unread else Stage.FORMAT, all_at_once(draft, RULES))
 
 
 def load_swarm(*layers: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:

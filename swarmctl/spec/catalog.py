@@ -25,7 +25,8 @@ class Catalog:
     """Robot types and computers by name, and what is wrong with the files they come from.
 
     ``sources`` are the files of the types beside a spec, ``codecs`` the texts of their protocol classes,
-    ``unread`` the files that seem to be types by their name, and that nothing reads.
+    ``unread`` the files that seem to be types by their name, and that nothing reads, ``broken`` the types
+    whose files have errors, with what could be read.
     """
 
     types: Mapping[str, RobotType] = field(default_factory=dict)
@@ -34,6 +35,7 @@ class Catalog:
     sources: Mapping[str, Path] = field(default_factory=dict)
     codecs: Mapping[str, bytes] = field(default_factory=dict)
     unread: Mapping[str, Path] = field(default_factory=dict)
+    broken: Mapping[str, Source | None] = field(default_factory=dict)
 
 
 def load_catalog(
@@ -75,6 +77,7 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
     types: dict[str, RobotType] = {}
     sources: dict[str, Path] = {}
     codecs: dict[str, bytes] = {}
+    broken: dict[str, Source | None] = {}
     diagnostics: list[Diagnostic] = []
     unread = unread_types(folder, files, others)
     for file in (folder / name for name in files.names(folder) if can_be_named(name)):
@@ -85,17 +88,19 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
         text = files.text(file)
         if isinstance(text, Diagnostic):
             diagnostics.append(text)
+            broken[file.stem] = None
             continue
         robot_type, source, problems = _parsed(text, file, RobotType, files.budget)
         diagnostics += problems
         if robot_type is None:
+            broken[file.stem] = source
             continue
         types[file.stem], sources[file.stem] = robot_type, file
         codec, wrong = read_codec(source, robot_type, files)
         diagnostics += wrong
         if codec:
             codecs[file.stem] = codec
-    return Catalog(types, {}, (*diagnostics, *warnings(folder, unread)), sources, codecs, unread)
+    return Catalog(types, {}, (*diagnostics, *warnings(folder, unread)), sources, codecs, unread, broken)
 
 
 def _parsed(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import yaml
@@ -58,6 +59,48 @@ class Document:
         return self.spec.defaults.robot, robot_type.settings, given.settings
 
 
+@dataclass(frozen=True)
+class Draft:
+    """What the files of a spec hold, before it is validated, and what is wrong with the files themselves.
+
+    Where a range or an overlay is wrong, ``root`` has something likely; where a file is, nothing.
+    """
+
+    root: yaml.Node | None
+    path: str
+    texts: Mapping[str, str]
+    catalog: Catalog
+    diagnostics: tuple[Diagnostic, ...] = ()
+    private_keys: tuple[str, ...] = ()
+    packages_for: Callable[[Spec], Packages] = lambda _: NO_PACKAGES  # searched when a document needs them
+
+    def document(self, spec: Spec, source: Source, catalog: Catalog) -> Document:
+        """Returns the document of a spec that the draft makes."""
+        return Document(spec, source, catalog, self.private_keys, self.packages_for(spec))
+
+    @property
+    def is_readable(self) -> bool:
+        """False after a syntax error, or too many ranges: what follows is unknown."""
+        return self.root is not None and not any(
+            one.code == "RANGE003" or (one.code.startswith("YAML") and one.code != "YAML002")
+            for one in self._errors()
+        )
+
+    @property
+    def is_complete(self) -> bool:
+        """False if a file of the spec could not be read."""
+        return self.is_readable and not any(one.code.startswith(("FILE", "INC")) for one in self._errors())
+
+    @property
+    def is_sound(self) -> bool:
+        """True if nothing is wrong with the files; robot types have files of their own."""
+        return self.root is not None and not self._errors()
+
+    def _errors(self) -> list[Diagnostic]:
+        own = self.diagnostics[len(self.catalog.diagnostics) :]
+        return [one for one in own if one.severity is Severity.ERROR]
+
+
 def load(
     layers: Sequence[Path],
     read: Read = content,
@@ -69,6 +112,23 @@ def load(
     Robot types beside the first file are found in its folder ``robots/``. ``read`` is the only way to files.
     ROS packages are found below the first file's folder, and in ``workspaces``, by ``search``.
     """
+    return document_of(draft_of(layers, read, workspaces, search))
+
+
+def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+    """Returns the text of one spec, and its warnings; with errors there is no document."""
+    budget = LoadBudget()
+    root, found = tree_of(text, Path(path), ProjectFiles.beside(Path(path), budget))
+    return document_of(_draft([root] if root is not None else [], found, path, budget, catalog))
+
+
+def draft_of(
+    layers: Sequence[Path],
+    read: Read = content,
+    workspaces: Sequence[Path] = (),
+    search: Search = packages_in,
+) -> Draft:
+    """Reads the files of one spec, as `load` does."""
     budget = LoadBudget()
     trees: list[yaml.Node] = []
     diagnostics: list[Diagnostic] = []
@@ -76,17 +136,28 @@ def load(
         files = ProjectFiles.beside(path, budget, read)
         text = files.named(path)
         root, found = (None, [text]) if isinstance(text, Diagnostic) else tree_of(text, path, files)
-        trees += [root] if root is not None else []
         diagnostics += found
-    files = ProjectFiles.beside(layers[0], budget, read)
-    catalog = load_catalog(layers[0].parent / "robots", files, budget.texts)
-    document, problems = _document(trees, diagnostics, str(layers[0]), budget, catalog)
-    if document is not None:
-        roots = [(Path(files.root), "")] if files.root and _may_use_packages(document.spec) else []
-        packages = search((*roots, *((folder, str(folder)) for folder in workspaces)))
-        keys = private_keys_in(layers[0].parent, files)
-        document = replace(document, private_keys=keys, packages=packages)
-    return document, problems
+        if root is None and not trees:
+            break  # without a spec there is nothing to lay a file over
+        trees += [root] if root is not None else []
+    files, folder = ProjectFiles.beside(layers[0], budget, read), layers[0].parent
+    catalog = load_catalog(folder / "robots", files, budget.texts)
+    draft = _draft(trees, diagnostics, str(layers[0]), budget, catalog)
+    keys = private_keys_in(folder, files)
+    return replace(draft, private_keys=keys, packages_for=_packages_for(files, workspaces, search))
+
+
+def _packages_for(
+    files: ProjectFiles, workspaces: Sequence[Path], search: Search
+) -> Callable[[Spec], Packages]:
+    """Returns the search for the packages of a spec, which searches once."""
+    known = cache(search)
+
+    def found(spec: Spec) -> Packages:
+        roots = [(Path(files.root), "")] if files.root and _may_use_packages(spec) else []
+        return known((*roots, *((folder, str(folder)) for folder in workspaces)))
+
+    return found
 
 
 def _may_use_packages(spec: Spec) -> bool:
@@ -95,11 +166,18 @@ def _may_use_packages(spec: Spec) -> bool:
     return any(one.use is None for one in spec.programs.values()) or any(sketches)
 
 
-def load_text(text: str, path: str, catalog: Catalog) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    """Returns the text of one spec, and its warnings; with errors there is no document."""
-    budget = LoadBudget()
-    root, found = tree_of(text, Path(path), ProjectFiles.beside(Path(path), budget))
-    return _document([root] if root is not None else [], found, path, budget, catalog)
+def draft_from(document: Document, reported: Sequence[Diagnostic]) -> Draft:
+    """Returns the draft that a document was made from; ``reported`` is what was found meanwhile."""
+    source = document.source
+    return Draft(
+        source.root,
+        source.path,
+        source.texts,
+        document.catalog,
+        tuple(reported),
+        document.private_keys,
+        lambda _: document.packages,
+    )
 
 
 def source_of_text(text: str, path: str) -> Source:
@@ -110,25 +188,29 @@ def source_of_text(text: str, path: str) -> Source:
     return source_of(joined, path, budget.texts)[0]
 
 
-def _document(
+def _draft(
     trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, budget: LoadBudget, catalog: Catalog
-) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    diagnostics = [*catalog.diagnostics, *found]
-    if has_errors(found):  # what is missing then would bring false complaints
-        return None, tuple(diagnostics)
-    root, found = _one(trees, budget.texts)
-    source, wrong = source_of(root, path, budget.texts)
-    diagnostics += [*found, *wrong]
-    if source.root is None or source.data is None:
-        return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(path))
+) -> Draft:
+    root, wrong = _one(trees, budget.texts)
+    if has_errors(found):  # an overlay may change what was not read
+        wrong = [one for one in wrong if not one.code.startswith("OVER")]
+    return Draft(root, path, budget.texts, catalog, (*catalog.diagnostics, *found, *wrong))
+
+
+def document_of(draft: Draft) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+    """Returns the document that a draft makes, and its warnings; with errors there is no document."""
+    source, wrong = source_of(draft.root, draft.path, draft.texts)
+    diagnostics = [*draft.diagnostics, *wrong]
+    if not draft.is_sound or source.data is None:
+        return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(draft.path))
     spec, problems = validated(Spec, source)
-    diagnostics = _without_echoes([*diagnostics, *problems, *_homeless_codecs(spec, source)])
+    diagnostics = without_echoes([*diagnostics, *problems, *homeless_codecs(spec, source)])
     if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
-    return Document(spec, source, catalog), tuple(diagnostics)
+    return draft.document(spec, source, draft.catalog), tuple(diagnostics)
 
 
-def _homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
+def homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
     """A protocol class stands beside the file of its type: a type within a spec has none."""
     return [
         Diagnostic(
@@ -143,7 +225,7 @@ def _homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
 
 
 def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Node | None, list[Diagnostic]]:
-    """The one tree that the layers make; with wrong ranges there is none.
+    """The one tree that the layers make.
 
     Ranges are written out first, so that what is laid over a range may mean one of its elements.
     """
@@ -151,7 +233,7 @@ def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Nod
     if any(ranges.may_stand_in(text) for text in texts.values()):
         written = [ranges.expand(tree) for tree in trees]
         trees, diagnostics = [tree for tree, _ in written], [one for _, found in written for one in found]
-    if not trees or diagnostics:
+    if not trees:
         return None, diagnostics
     root = trees[0]
     for over in trees[1:]:
@@ -160,7 +242,7 @@ def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Nod
     return root, diagnostics
 
 
-def _without_echoes(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+def without_echoes(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """What is wrong at a place makes a warning about the same place idle."""
     wrong = {found.span for found in diagnostics if found.severity is Severity.ERROR}
     return [found for found in diagnostics if found.severity is Severity.ERROR or found.span not in wrong]

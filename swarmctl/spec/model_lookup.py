@@ -13,21 +13,21 @@ from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.model import LINKS, Spec
 from swarmctl.units import Unit, described_with
 
-_TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
+TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
     """Returns the keys allowed at ``loc`` of a ``model`` (with union tags as pydantic reports them)."""
-    places = _places(loc, model)
-    return tuple(dict.fromkeys(name for place in places if _is_model(place) for name in place.model_fields))
+    places = types_at(loc, model)
+    return tuple(dict.fromkeys(name for place in places if is_model(place) for name in place.model_fields))
 
 
-def _places(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
+def types_at(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
     """The types that stand at ``loc`` of a ``model``."""
     places: list[Any] = [model]
     for part in loc:
-        if _TAGS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
-            places = [_TAGS[str(part)]]
+        if TAGS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
+            places = [TAGS[str(part)]]
         else:
             places = [below for place in places for below in _below(place, part)]
     return places
@@ -40,7 +40,7 @@ def link_keys(kind: str) -> tuple[str, ...]:
 
 def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
     """Returns the description of the key at ``loc`` of a ``model``; empty if it has none."""
-    fields = [place.model_fields.get(str(loc[-1])) for place in _places(loc[:-1], model) if _is_model(place)]
+    fields = [place.model_fields.get(str(loc[-1])) for place in types_at(loc[:-1], model) if is_model(place)]
     text = next((field.description for field in fields if field and field.description), "")
     unit = unit_at(loc, model)
     return described_with(text, unit.symbol) if text and unit else text
@@ -48,8 +48,8 @@ def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
 
 def unit_at(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> Unit | None:
     """Returns the unit of the number at ``loc`` of a ``model``; None if it has none."""
-    for place in _places(loc[:-1], model) if loc else ():
-        if _is_model(place):
+    for place in types_at(loc[:-1], model) if loc else ():
+        if is_model(place):
             field = place.model_fields.get(str(loc[-1]))
             found = field and (_unit_in(field.metadata) or _unit_of(field.annotation))
         else:
@@ -72,16 +72,17 @@ def _unit_in(metadata: Iterable[Any]) -> Unit | None:
     return next((one for one in metadata if isinstance(one, Unit)), None)
 
 
-def _is_model(place: Any) -> bool:
+def is_model(place: Any) -> bool:
+    """Returns True for a model, as opposed to a list, a mapping or a single value."""
     return isinstance(place, type) and issubclass(place, BaseModel)
 
 
 def _below(place: Any, part: str | int) -> list[Any]:
     """What type annotations stand one step below ``place``."""
-    if _is_model(place):
+    if is_model(place):
         field = place.model_fields.get(part)
-        return _unwrapped(field.annotation) if field else []
-    return [below for one in _arguments(place, part) for below in _unwrapped(one)]
+        return unwrapped(field.annotation) if field else []
+    return [below for one in _arguments(place, part) for below in unwrapped(one)]
 
 
 def _arguments(place: Any, part: str | int) -> list[Any]:
@@ -94,13 +95,13 @@ def _arguments(place: Any, part: str | int) -> list[Any]:
     return [arguments[0]] if origin in (tuple, list) else []
 
 
-def _unwrapped(annotation: Any) -> list[Any]:
+def unwrapped(annotation: Any) -> list[Any]:
     """The alternatives of an annotation, without ``Annotated`` and ``| None``."""
     if hasattr(annotation, "__metadata__"):
-        return _unwrapped(annotation.__origin__)
+        return unwrapped(annotation.__origin__)
     if getattr(annotation, "__origin__", None) in (tuple, list, dict, Mapping):
         return [annotation]
     arguments = getattr(annotation, "__args__", None)
     if arguments:
-        return [one for argument in arguments if argument is not type(None) for one in _unwrapped(argument)]
+        return [one for argument in arguments if argument is not type(None) for one in unwrapped(argument)]
     return [annotation]

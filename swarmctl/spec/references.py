@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from swarmctl.diagnostics import Fix
@@ -50,6 +50,16 @@ def mentions(data: Any, kind: str, name: str) -> Iterator[Loc]:
             for loc, value in _at(data, pattern.split(".")):
                 if value == name:
                     yield loc
+
+
+def mentioned(data: Any, kinds: Collection[str]) -> Iterator[tuple[tuple[str, ...], list[tuple[Loc, str]]]]:
+    """Yields, for each key that mentions only names of ``kinds``, which these are, and its places and words.
+
+    Keys that rules of their own check (of several masters, and of suppressions) are left out.
+    """
+    for pattern, known in _PLACES.items():
+        if set(known) <= set(kinds) and not pattern.startswith(("multimaster", "silence")):
+            yield known, [(loc, word) for loc, word in _at(data, pattern.split(".")) if isinstance(word, str)]
 
 
 def rename(source: Source, kind: str, old: str, new: str) -> Edits:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import islice
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -51,14 +51,28 @@ _TYPES = {
 }
 
 
+class Misfit(NamedTuple):
+    """One thing that does not fit a model: the finding, and pydantic's error; None of a summary."""
+
+    finding: Diagnostic
+    error: Any
+
+
 def validated(model: type[M], source: Source) -> tuple[M | None, list[Diagnostic]]:
     """``source`` as ``model``, or one diagnostic per thing that does not fit."""
+    value, misfits = examined(model, source)
+    return value, [one.finding for one in misfits]
+
+
+def examined(model: type[M], source: Source) -> tuple[M | None, list[Misfit]]:
+    """Like `validated`, with the errors that lead to the findings."""
     try:
         return model.model_validate(source.data), []
     except ValidationError as errors:
         if errors.error_count() > MAX_FINDINGS:
-            return None, _of_many(model, source, errors.error_count())
-        return None, _diagnostics(errors, source, model)
+            many = _of_many(model, source, errors.error_count())
+            return None, [Misfit(finding, None) for finding in many]
+        return None, _misfits(errors, source, model)
 
 
 def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
@@ -67,7 +81,7 @@ def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
         model.model_validate(_beginning(source.data))
     except ValidationError as errors:
         if errors.error_count() <= MAX_FINDINGS:
-            return _diagnostics(errors, source, model)
+            return [one.finding for one in _misfits(errors, source, model)]
     return [Diagnostic("SPEC005", f"{count} values do not fit a spec", source.span())]
 
 
@@ -77,9 +91,9 @@ def _beginning(data: Any) -> Any:
     return tuple(map(_beginning, data[:_FIRST])) if isinstance(data, tuple) else data
 
 
-def _diagnostics(errors: ValidationError, source: Source, model: type[M]) -> list[Diagnostic]:
+def _misfits(errors: ValidationError, source: Source, model: type[M]) -> list[Misfit]:
     return [
-        replace(_diagnostic(error, source, model), fix=fix_for(error, source, model))
+        Misfit(replace(_diagnostic(error, source, model), fix=fix_for(error, source, model)), error)
         for error in _causes(errors.errors(include_url=False), model)
     ]
 

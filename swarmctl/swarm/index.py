@@ -98,8 +98,9 @@ class SwarmIndex:
         return one == other or any(other in self.members[index] for index, _ in self.networks_of[one])
 
     def shared_networks(self, one: str, other: str) -> tuple[str, ...]:
-        """Returns the names of the networks that two hosts share."""
-        shared = (link.name for index, link in self.networks_of[one] if other in self.members[index])
+        """Returns the names of the networks that two hosts share; none for a program without a host."""
+        networks = self.networks_of.get(one, ())
+        shared = (link.name for index, link in networks if other in self.members[index])
         return tuple(dict.fromkeys(shared))
 
     @cached_property

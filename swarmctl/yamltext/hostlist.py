@@ -47,11 +47,12 @@ class Range:
 
 @dataclass(frozen=True)
 class NoRange:
-    """Why a text with a bracket is not a range, and how to fix it."""
+    """Why a text with a bracket is not a range, and how to fix it. ``meant`` is likely the right text."""
 
     code: str
     message: str
     help: str
+    meant: str = ""
 
 
 def read(text: str) -> Range | NoRange | None:
@@ -71,7 +72,9 @@ def read(text: str) -> Range | NoRange | None:
         first, last = int(counted[1]), int(counted[2] or counted[1])
         if first > last:
             turned = f"{head}[{inside.replace(part.strip(), f'{counted[2]}-{counted[1]}')}]{tail}"
-            return NoRange("RANGE002", f"the range {part.strip()} runs backwards", f"write `{turned}`")
+            return NoRange(
+                "RANGE002", f"the range {part.strip()} runs backwards", f"write `{turned}`", turned
+            )
         size = len(numbers) + last - first + 1
         if size > MAX_ELEMENTS:
             return NoRange(
@@ -105,7 +108,9 @@ def _odd_brackets(text: str) -> NoRange:
             "write one of them out, with an entry for each number",
         )
     if "]" not in text:
-        return NoRange("RANGE001", "this bracket is not closed", f"write it like `{text}]`, if it is a range")
+        return NoRange(
+            "RANGE001", "this bracket is not closed", f"write it like `{text}]`, if it is a range", f"{text}]"
+        )
     return NoRange("RANGE001", "these brackets do not make a range", FORMS)
 
 

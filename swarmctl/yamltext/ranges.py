@@ -34,7 +34,10 @@ def may_stand_in(text: str) -> bool:
 
 
 def expand(root: yaml.Node) -> tuple[yaml.Node, list[Diagnostic]]:
-    """Returns the tree with its ranges expanded, and their errors; without ranges the same tree."""
+    """Returns the tree with its ranges expanded, and their errors; without ranges the same tree.
+
+    Where a range is wrong, the tree has something likely: the first element, or elements used again.
+    """
     if _height(root, 0, {}) > MAX_DEPTH:  # building the data reports it
         return root, []
     writer = _Writer()
@@ -61,8 +64,9 @@ class _Writer:
             made = self._mapping(node)
         elif isinstance(node, yaml.SequenceNode):
             made = self._list(node)
-        elif self._range(node) is not None:
+        elif (found := self._range(node)) is not None:
             self._report_single(node, "this is a range where one value is needed")
+            made = _copies(node, found)[0]
         self._done[id(node)] = made
         return made
 
@@ -73,17 +77,19 @@ class _Writer:
         return made
 
     def _mapping(self, node: yaml.MappingNode) -> yaml.Node:
-        if _items_of_each(node) is not None:
+        if (items := _items_of_each(node)) is not None:
             self._report_single(node, "`each` needs an entry with a range of names; this is one entry")
-            return node
+            return items[0] if items else node
         pairs: list[Pair] = []
         ranges: dict[int, Range] = {}  # by each key made from one
         for key, value in node.value:
             if _is_free(key) or (_is_plain(key) and _is_plain(value)):
                 pairs.append((key, value))
             elif (found := self._range(key)) is None:
-                wrong = isinstance(key, yaml.ScalarNode) and "[" in key.value  # already reported
-                pairs.append((key, value if wrong else self._below(key, value)))
+                reported = len(self.diagnostics)
+                pairs.append((key, self._below(key, value)))
+                if isinstance(key, yaml.ScalarNode) and "[" in key.value:  # no range, as is reported
+                    del self.diagnostics[reported:]
             else:
                 made = self._entries((key, value), (key, _copies(key, found)))
                 pairs += [(one, below) for one, below in made]
@@ -149,18 +155,14 @@ class _Writer:
     # An entry with a range
 
     def _entries(self, parts: Sequence[yaml.Node], index: Index) -> list[list[yaml.Node]]:
-        """Copies ``parts`` for each element of ``index``; returns them once, unchanged, if lengths differ."""
+        """Copies ``parts`` for each element of ``index``. Too short a range begins anew."""
         (origin, elements), seen = index, set[int]()
         self._elements = {id(origin): elements}
-        fits = True
         for part in parts:
             for node, found in self._inside(part, seen):
                 self._elements[id(node)] = found
                 if len(found) != len(elements):
-                    fits = False
                     self._report(_unequal(node, found, origin, len(elements)))
-        if not fits:
-            return [list(parts)]
         return [[self._copy(part, number) for part in parts] for number in range(len(elements))]
 
     def _inside(self, node: yaml.Node, seen: set[int], *, free: bool = False) -> Iterator[Index]:
@@ -178,7 +180,8 @@ class _Writer:
 
     def _copy(self, node: yaml.Node, number: int) -> yaml.Node:
         """Returns a part of an entry for one of its elements."""
-        node = self._elements[id(node)][number] if id(node) in self._elements else node
+        elements = self._elements.get(id(node))
+        node = elements[number % len(elements)] if elements else node
         if isinstance(node, yaml.ScalarNode) or not self._count(1 + len(node.value), node):
             return node
         if isinstance(node, yaml.MappingNode):
@@ -208,10 +211,11 @@ class _Writer:
             return None
         if id(node) not in self._read:
             found = hostlist.read(node.value) if self._left >= 0 else None
+            if isinstance(found, hostlist.NoRange) and not free:
+                self._report(Diagnostic(found.code, found.message, span_of(node), help=(found.help,)))
+                found = hostlist.read(found.meant)
             if isinstance(found, Range):
                 self._count(len(found.numbers), node)
-            elif found is not None and not free:
-                self._report(Diagnostic(found.code, found.message, span_of(node), help=(found.help,)))
             self._read[id(node)] = found if isinstance(found, Range) else None
         return self._read[id(node)]
 

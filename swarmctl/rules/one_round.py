@@ -1,0 +1,99 @@
+"""All findings of a spec with errors at once: what holds however its errors are repaired.
+
+The spec is repaired in several ways, and the rules check each result. A finding that follows from an error is
+not in all of them: with another name, or without the key, it would not be there. The rest is certain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+
+from swarmctl.diagnostics import Diagnostic, in_order
+from swarmctl.rules.context import Rule, RuleContext
+from swarmctl.rules.name_repairs import name_faults
+from swarmctl.rules.suppressions import apply_suppressions
+from swarmctl.spec.load import Document, Draft, document_of, homeless_codecs, without_echoes
+from swarmctl.spec.model import Spec
+from swarmctl.spec.recovery import MOST_FAULTS, Repair, repaired_catalog
+from swarmctl.yamltext.limits import MAX_FINDINGS
+
+_MOST_REPAIRS = 6
+_CHARACTERS = 1_500_000  # of the spec, together in all repairs: 10 000 robots are repaired in two ways
+_ROUNDS = 4  # a repaired name may lead to another
+
+
+@dataclass(frozen=True)
+class _Repaired:
+    """What is found in a spec that was repaired in one way."""
+
+    document: Document | None
+    found: tuple[Diagnostic, ...]
+    ways: int  # in how many ways it can be repaired
+
+
+def all_at_once(draft: Draft, rules: Sequence[Rule]) -> tuple[Diagnostic, ...]:
+    """Returns the findings of a draft that has errors."""
+    if not draft.is_readable:
+        return in_order(document_of(draft)[1])
+    first = _repaired(draft, rules, 0)
+    size = sum(map(len, draft.texts.values()))
+    count = min(first.ways, _MOST_REPAIRS, max(2, _CHARACTERS // size))
+    others = [_repaired(draft, rules, number) for number in range(1, count)]
+    found = without_echoes([*draft.diagnostics, *_in_all(first, others)])
+    if first.document is not None:
+        kept = apply_suppressions(found, first.document, draft.texts)
+        found = [one for one in kept if one.code != "SIL001"]  # it may suppress what cannot be found yet
+    return in_order(found)
+
+
+def _repaired(draft: Draft, rules: Sequence[Rule], number: int) -> _Repaired:
+    assert draft.root is not None
+    repair = Repair(Spec, draft.root, draft.path, draft.texts, number, complete=draft.is_complete)
+    repair.mark(draft.diagnostics)
+    catalog, of_types = repaired_catalog(draft.catalog, number)
+    spec, source = repair.value()
+    document = None
+    for _ in range(_ROUNDS):
+        if spec is None or not repair.whole:
+            break
+        document = draft.document(spec, source, catalog)
+        faults = list(islice(name_faults(document, repair.lose), MOST_FAULTS + 1))
+        repair.report(_found(document, rules, names=True))
+        if not faults:
+            repair.report(homeless_codecs(spec, source))
+            repair.report(_found(document, rules, names=False))
+            break
+        if len(faults) > MOST_FAULTS or not repair.change(faults):
+            break
+        spec, source = repair.value()
+    return _Repaired(document, (*of_types, *repair.found), repair.most_ways)
+
+
+def _found(document: Document, rules: Sequence[Rule], *, names: bool) -> Iterable[Diagnostic]:
+    context = RuleContext(document)
+    return [one for rule in rules if rule.names is names for one in islice(rule(context), MAX_FINDINGS)]
+
+
+def _in_all(first: _Repaired, others: Sequence[_Repaired]) -> list[Diagnostic]:
+    """Returns what is found in all repairs; of its help, notes and fix, what all agree on."""
+    known = [{_key(one): one for one in other.found} for other in others]
+    certain: list[Diagnostic] = []
+    for found in first.found:
+        alike = [some[_key(found)] for some in known if _key(found) in some]
+        if len(alike) == len(known):
+            certain.append(
+                replace(
+                    found,
+                    label=found.label if all(one.label == found.label for one in alike) else "",
+                    notes=tuple(note for note in found.notes if all(note in one.notes for one in alike)),
+                    help=tuple(text for text in found.help if all(text in one.help for one in alike)),
+                    fix=found.fix if all(one.fix == found.fix for one in alike) else None,
+                )
+            )
+    return certain
+
+
+def _key(found: Diagnostic) -> tuple[object, ...]:
+    return found.code, found.span, found.severity, found.message
