@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from swarmctl.rules.context import RuleContext
+from swarmctl.rules.families.identity.rules import adapters_of_two_hosts, duplicate_devices
 from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
+from tests.timing import cpu_at_most
 
 SPEC = """
 version: 1
@@ -89,3 +92,19 @@ def test_devices_that_do_not_last(device: str, code: str) -> None:
     document, problems = load_text(SPEC.replace("LINK", link), "swarm.yaml", load_catalog())
     found = lint(document) if document is not None else problems
     assert [one.code for one in found] == ([code] if code else [])
+
+
+def test_adapters_of_one_serial_number_take_no_square_of_time() -> None:
+    numbers = range(8000)
+    robots = ", ".join(f"r{one}: {{type: koala, host: laptop}}" for one in numbers)
+    links = ", ".join(
+        f'{{kind: serial, host: laptop, robot: r{one}, usb: {{serial: A6, vendor: "{one:04x}"}}}}'
+        for one in numbers
+    )
+    text = SPEC.replace("koala: {type: koala, host: laptop}", robots).replace("LINK", links)
+    document, problems = load_text(text, "swarm.yaml", load_catalog())
+    assert document is not None, problems
+    context = RuleContext(document)
+    with cpu_at_most(1.0):
+        assert list(duplicate_devices(context)) == []
+        assert list(adapters_of_two_hosts(context)) == []

@@ -19,6 +19,7 @@ from swarmctl.yamltext.edits import make_fix, replace_value
 
 _LOCALHOST = "localhost"
 _BY_ID = re.compile(r"/dev/serial/by-id/usb-.*_([A-Za-z0-9]{8,})-if[0-9a-f]{2}(?:-port[0-9]+)?")
+_MODELS = 50  # adapters of one serial number that are compared: nobody has so many models of them
 _PINS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
 _ONE_UART = ("raspberry-pi-2", "raspberry-pi-3", "raspberry-pi-4", "raspberry-pi-zero")
 
@@ -45,6 +46,8 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
     for index, link in context.lines:
         if isinstance(link, Serial) and link.usb is not None:
             named = adapters.setdefault((link.host, link.usb.serial), [])
+            if len(named) >= _MODELS:
+                continue
             same = (place for place, one in enumerate(named) if _may_be_one(one, link.usb))
             adapter = next(same, len(named))
             named[adapter:] = named[adapter:] or [link.usb]
@@ -87,6 +90,8 @@ def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
         if not usb.serial or FACTORY.fullmatch(usb.serial):
             continue
         earlier = first.setdefault(usb.serial, [])
+        if len(earlier) >= _MODELS:
+            continue
         same = next((one for one in earlier if _may_be_one(one[2], usb)), None)
         if same is None:
             earlier.append((index, link, usb))
