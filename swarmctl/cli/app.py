@@ -86,8 +86,6 @@ def run(arguments: Sequence[str]) -> int:
     except (typer.Abort, KeyboardInterrupt):
         print("interrupted", file=sys.stderr)
         return exit_codes.INTERRUPTED
-    except BrokenPipeError:
-        raise
     except Exception as error:
         if hasattr(error, "format_message"):  # a usage error of the command line
             return _usage(error.format_message(), getattr(error, "ctx", None))

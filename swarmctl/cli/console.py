@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from swarmctl.swarm.resolved import Swarm
 
 WIDE = 240
+_NARROWEST = 40  # a table in less has no text left; the terminal folds its lines
 
 
 class Colour(str, Enum):
@@ -72,7 +73,7 @@ def _console(*, stderr: bool, terminal: bool, coloured: bool) -> Console:
     dumb = not terminal or os.environ.get("TERM") == "dumb"
     sizes = ("COLUMNS", "LINES")  # a size of 0 would hide all text
     environ = {key: value for key, value in os.environ.items() if key not in sizes or value.strip("0")}
-    return Console(
+    console = Console(
         stderr=stderr,
         force_terminal=terminal,
         color_system=None if not coloured else "standard" if dumb else "auto",
@@ -84,6 +85,9 @@ def _console(*, stderr: bool, terminal: bool, coloured: bool) -> Console:
         emoji=False,
         _environ=environ,
     )
+    if console.width < _NARROWEST:  # noqa: PLR1730  a width that is set no longer follows the terminal
+        console.width = _NARROWEST
+    return console
 
 
 def print_json(document: Any) -> None:

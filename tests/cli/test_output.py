@@ -18,9 +18,10 @@ from swarmctl.cli.app import app
 from swarmctl.cli.finding_output import Format
 from tests import ROOT
 
-BROKEN = ROOT / "tests/rules/broken"
+BROKEN = ROOT / "tests/rules/broken/files"
 PROGRAM = str(Path(sys.executable).with_name("swarmctl"))
-WRONG = "bad-mode.yaml"
+WRONG = "SPEC003-bad-mode.yaml"
+EXAMPLE = str(ROOT / "examples/paper-leader/swarm.yaml")
 Ran = subprocess.CompletedProcess[str]
 
 
@@ -74,7 +75,9 @@ def test_github_is_the_format_in_actions(validate: Callable[..., Ran], tmp_path:
     ran = validate(WRONG, GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY=str(page))
     assert ran.returncode == exit_codes.ERROR
     assert ran.stdout.startswith("::error title=")
-    assert page.read_text().startswith("before\n### swarmctl validate: 1 error in 1 spec\n")
+    assert page.read_text().startswith(
+        "before\n### swarmctl validate: 1 error in 1 spec (1 fixable with validate --fix)\n"
+    )
     explicit = validate(WRONG, "--format", "human", GITHUB_ACTIONS="true")
     assert (explicit.stdout, explicit.stderr.startswith("error[")) == ("", True)
 
@@ -95,7 +98,7 @@ def test_a_file_gets_what_stdout_would_get(
     written = validate(WRONG, "--format", form.value, "--output", str(file))
     expected = printed.stderr if form is Format.HUMAN else printed.stdout
     assert (file.read_text("utf-8"), written.stdout) == (expected, "")
-    assert written.stderr == "1 error in 1 spec\n"
+    assert written.stderr == "1 error in 1 spec (1 fixable with validate --fix)\n"
     assert written.returncode == exit_codes.ERROR
 
 
@@ -129,7 +132,7 @@ def test_json_and_another_format_exclude_each_other(validate: Callable[..., Ran]
 
 
 def test_sarif_contains_the_rules_of_its_findings(validate: Callable[..., Ran]) -> None:
-    (run,) = json.loads(validate("many-at-once.yaml", "--format", "sarif").stdout)["runs"]
+    (run,) = json.loads(validate("SPEC001-many-at-once.yaml", "--format", "sarif").stdout)["runs"]
     for result in run["results"]:
         rule = run["tool"]["driver"]["rules"][result["ruleIndex"]]
         assert rule["id"] == result["ruleId"]
@@ -143,7 +146,7 @@ def test_paths_in_ci_are_those_of_the_repository(variable: str, validate: Callab
         return str(issue["location"]["path"])
 
     assert path() == WRONG
-    assert path(**{variable: str(BROKEN.parent)}) == f"broken/{WRONG}"
+    assert path(**{variable: str(BROKEN.parent)}) == f"files/{WRONG}"
     assert path(**{variable: "/elsewhere"}) == WRONG
 
 
@@ -222,3 +225,43 @@ def test_every_help_names_the_exit_codes(root: Path) -> None:
         assert command.epilog.startswith("Exit codes: 0 success")
     table = re.findall(r"^\| (\d+) \| (.+) \|$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
     assert {int(code): meaning.replace("`", "") for code, meaning in table} == exit_codes.MEANING
+
+
+PRINTING = [
+    ("validate", WRONG), ("validate", EXAMPLE), ("validate", WRONG, "--json"), ("validate", WRONG, "--diff"),
+    ("graph", EXAMPLE), ("driver", "list"), ("schema", "swarm"), ("--help",), ("--version",),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+def test_an_output_that_takes_nothing(arguments: tuple[str, ...]) -> None:
+    def ran(redirected: str) -> tuple[int, str]:
+        line = f"set -o pipefail; '{PROGRAM}' {' '.join(arguments)} {redirected}"
+        done = subprocess.run(
+            ["bash", "-c", line], cwd=BROKEN, env=environment(), capture_output=True, text=True, check=False
+        )
+        assert "Traceback" not in done.stderr
+        assert "bug in swarmctl" not in done.stderr
+        assert "Exception ignored" not in done.stderr
+        return done.returncode, done.stderr
+
+    code, errors = ran("")
+    assert ran(">&-") == ran("| true") == (code, errors)
+    assert ran(">&- 2>&-") == (code, "")
+    on_stderr = arguments == ("validate", WRONG)
+    lost = "" if on_stderr else "error: cannot write to stdout: No space left on device\n"
+    assert ran(">/dev/full") == (code or exit_codes.ERROR, errors + lost)
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "-3", "junk", "9" * 30, ""])
+@pytest.mark.parametrize("term", ["xterm", "dumb", ""])
+def test_no_width_hides_a_finding_or_a_table(columns: str, term: str) -> None:
+    shown = on_terminal(WRONG, COLUMNS=columns, TERM=term, NO_COLOR="1")
+    assert shown.startswith("error[SPEC003]: ")
+    assert "^^^" in shown
+    mine, theirs = pty.openpty()
+    env = environment(COLUMNS=columns, TERM=term)
+    with subprocess.Popen([PROGRAM, "driver", "list"], stdout=theirs, stderr=theirs, env=env):
+        os.close(theirs)
+    assert b"koala" in os.read(mine, 65536)
+    os.close(mine)
