@@ -14,11 +14,11 @@ from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.suggest import did_you_mean
+from swarmctl.yamltext.limits import MAX_CODEC_BYTES, MAX_CODECS_BYTES
 from swarmctl.yamltext.project_files import ProjectFiles
 from swarmctl.yamltext.source import Source
 
 _PYTHON = (3, 8)  # of ROS noetic (REP 3)
-MAX_CODEC_BYTES = 64 << 10  # which Python parses in 0.5 s and 100 MB at worst
 #: What the driver calls, and the arguments it gives.
 METHODS: Mapping[str, tuple[str, ...]] = {
     "__init__": ("options",),
@@ -48,9 +48,15 @@ def read_codec(source: Source, robot_type: RobotType, files: ProjectFiles) -> tu
     text = files.text(file, (".py",))
     if isinstance(text, Diagnostic):
         return b"", [replace(text, span=text.span or declared_at)]
-    if len(text.encode()) > MAX_CODEC_BYTES:
+    size = len(text.encode())
+    if size > MAX_CODEC_BYTES:
         limit = f"{MAX_CODEC_BYTES >> 10} KiB, the limit for a protocol class"
         return b"", [Diagnostic("FILE002", f"`{file}` is larger than {limit}", declared_at)]
+    files.budget.codec_bytes -= size
+    if files.budget.codec_bytes < 0:
+        limit = f"{MAX_CODECS_BYTES >> 10} KiB, the limit for all protocol classes"
+        message = f"`{file}` and the classes before it are larger than {limit}"
+        return b"", [Diagnostic("FILE002", message, declared_at)]
     classes = _classes(text, str(file))
     if isinstance(classes, Diagnostic):
         return text.encode(), [classes]

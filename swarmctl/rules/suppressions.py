@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from swarmctl.diagnostics import Diagnostic, Severity, Span
 from swarmctl.rules.rulebook import RuleText, rulebook
 from swarmctl.spec.load import Document
 from swarmctl.suggest import did_you_mean
+from swarmctl.yamltext.limits import MAX_FINDINGS
 
 MARK = "swarmctl: allow"
 _COMMENT = re.compile(rf"#[ \t]*{MARK}[ \t]+(?P<rule>[A-Za-z0-9]+)[ \t]*(?P<reason>[^\r\n]*)")
+_Place = tuple[str, str, int]  # a rule, a file and a line of it; without file and line, the whole spec
 _WORD_CHARACTER = re.compile(r"[^\W_]")  # a reason needs at least one letter or digit
 
 
@@ -48,12 +51,37 @@ def apply_suppressions(
     if not suppressions:
         return tuple(found)
     rules = rulebook()
-    errors = {one: list(_errors(one, rules)) for one in suppressions}
-    valid = [one for one in suppressions if not errors[one]]
-    used = {one for one in valid for finding in found if one.covers(finding)}
-    kept = [finding for finding in found if not any(one.covers(finding) for one in valid)]
-    wrong = [finding for one in suppressions for finding in errors[one]]
-    return (*kept, *wrong, *(_unused(one) for one in valid if one not in used))
+    valid = [one for one in suppressions if not _is_wrong(one, rules)]
+    wrong = (_error(one, rules) for one in suppressions if _is_wrong(one, rules))
+    by_place = _by_place(valid)
+    used: set[int] = set()
+    kept = []
+    for finding in found:
+        covering = [
+            one for place in _places(finding) for one in by_place.get(place, ()) if one.covers(finding)
+        ]
+        used.update(map(id, covering))
+        if not covering:
+            kept.append(finding)
+    unused = (_unused(one) for one in valid if id(one) not in used)
+    return (*kept, *islice(wrong, MAX_FINDINGS), *islice(unused, MAX_FINDINGS))
+
+
+def _by_place(suppressions: Iterable[Suppression]) -> Mapping[_Place, list[Suppression]]:
+    """Suppressions by rule and line: a generated spec may have one for each robot."""
+    found: dict[_Place, list[Suppression]] = {}
+    for one in suppressions:
+        places = [(one.rule, one.span.file, line) for line in one.lines]
+        for place in places or [(one.rule, "", 0)]:
+            found.setdefault(place, []).append(one)
+    return found
+
+
+def _places(found: Diagnostic) -> Iterator[_Place]:
+    """Where a suppression of a finding can be: in the spec's `silence`, or at its line."""
+    yield (found.code, "", 0)
+    if found.span is not None:
+        yield (found.code, found.span.file, found.span.line)
 
 
 def _in_spec(document: Document) -> Iterator[Suppression]:
@@ -76,32 +104,36 @@ def _in_comments(texts: Mapping[str, str]) -> Iterator[Suppression]:
                 yield Suppression(match["rule"], match["reason"], span, (number + alone,))
 
 
-def _errors(one: Suppression, rules: Mapping[str, RuleText]) -> Iterable[Diagnostic]:
+def _is_wrong(one: Suppression, rules: Mapping[str, RuleText]) -> bool:
+    known = rules.get(one.rule)
+    return known is None or known.firm or not _WORD_CHARACTER.search(one.reason)
+
+
+def _error(one: Suppression, rules: Mapping[str, RuleText]) -> Diagnostic:
     if one.rule not in rules:
-        yield Diagnostic(
+        return Diagnostic(
             "SIL002",
             f"unknown rule `{one.rule}`",
             one.span,
             label="suppresses nothing",
             help=did_you_mean(one.rule, rules, "the rules are") or ("`swarmctl rules` lists all rules",),
         )
-    elif rules[one.rule].firm:
+    if rules[one.rule].firm:
         fix = rules[one.rule].fix
-        yield Diagnostic(
+        return Diagnostic(
             "SIL004",
             f"`{one.rule}` cannot be suppressed",
             one.span,
             label="a spec with this error cannot be used",
             help=(f"fix it instead: {fix[0].lower()}{fix[1:]}",),
         )
-    elif not _WORD_CHARACTER.search(one.reason):
-        yield Diagnostic(
-            "SIL003",
-            f"the suppression of `{one.rule}` has no reason",
-            one.span,
-            label="reason missing",
-            help=(f"write it after the id: # {MARK} {one.rule} measured on the real robot",),
-        )
+    return Diagnostic(
+        "SIL003",
+        f"the suppression of `{one.rule}` has no reason",
+        one.span,
+        label="reason missing",
+        help=(f"write it after the id: # {MARK} {one.rule} measured on the real robot",),
+    )
 
 
 def _unused(one: Suppression) -> Diagnostic:

@@ -15,7 +15,7 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.model import Computer, Computers
 from swarmctl.spec.unread_types import can_be_named, unread_types, warnings
 from swarmctl.spec.validation import M, validated
-from swarmctl.yamltext.limits import LoadBudget
+from swarmctl.yamltext.limits import MAX_FINDINGS, LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles, link_error
 from swarmctl.yamltext.source import Source, parse
 
@@ -81,7 +81,7 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
     diagnostics: list[Diagnostic] = []
     unread = unread_types(folder, files, others)
     for file in (folder / name for name in files.names(folder) if can_be_named(name)):
-        if files.exhausted:  # which stands in the findings
+        if files.exhausted or len(diagnostics) >= MAX_FINDINGS:  # which stands in the findings
             break
         if os.path.realpath(file) in others:
             continue

@@ -33,6 +33,12 @@ MAX_FILES = 1_000
 MAX_CHAIN = 16
 """Depth of nested includes."""
 
+MAX_CODEC_BYTES = 64 << 10
+"""Bytes of a robot type's Python class, which Python parses in 0.5 s and 100 MB at worst."""
+
+MAX_CODECS_BYTES = 2 * MAX_CODEC_BYTES
+"""Bytes of all Python classes of a spec together: some 3 000 lines."""
+
 MAX_ENTRIES = 10_000
 """Names that are looked at in a folder of a spec."""
 
@@ -50,4 +56,5 @@ class LoadBudget:
     bytes: int = MAX_BYTES
     nodes: int = MAX_NODES
     files: int = MAX_FILES
+    codec_bytes: int = MAX_CODECS_BYTES
     texts: SourceTexts = field(default_factory=dict)

@@ -9,8 +9,8 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.robot_types.codec_check import MAX_CODEC_BYTES
 from swarmctl.spec.catalog import load_catalog
+from swarmctl.yamltext.limits import MAX_CODEC_BYTES
 
 TYPE = """\
 title: Snail

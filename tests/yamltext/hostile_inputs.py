@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from swarmctl.robot_types.codec_check import MAX_CODEC_BYTES
-from swarmctl.yamltext.limits import MAX_BYTES, MAX_NODES
+from swarmctl.yamltext.limits import MAX_BYTES, MAX_CODEC_BYTES, MAX_NODES
 from tests import ROOT
 
 EXAMPLE = (ROOT / "examples/paper-leader/swarm.yaml").read_text("utf-8")
@@ -97,6 +96,15 @@ def large() -> Iterator[tuple[str, bytes]]:
     yield "blank-lines", b"\n" * (MAX_BYTES - 10)
     yield "blanks", b" " * (MAX_BYTES - 10)
     yield "too-large", b"a" * (MAX_BYTES + 1)
+    yield "nothing-but-nul", b"\0" * (MAX_BYTES - 10)
+    yield "nul-late", b"\n" * (MAX_BYTES - 10) + b"\0"
+    yield "no-utf8", b"\xff" * (MAX_BYTES - 10)
+    yield "line-separators", "a: \u2028\n".encode() * 500_000
+    allow = b"# swarmctl: allow "
+    yield "suppressions", EXAMPLE.encode() + (allow + b"SET001 because\n") * 100_000
+    yield "unknown-suppressions", EXAMPLE.encode() + b"".join(allow + b"Z%d x\n" % n for n in range(130_000))
+    line = "{version: 1, hosts: {" + "".join(f"\u5b57{n}: {{q: 1}}, " for n in range(40_000)) + "}}"
+    yield "one-wide-line-of-mistakes", line.encode()
     robots = MAX_NODES // 6 - 100
     head = HEAD.encode() + b"hosts: {h: {address: 10.0.0.1}}\nrobots:\n"
     yield "wrong-robots", head + b"".join(b"  R%d: {a: 1, b: 2}\n" % n for n in range(robots))
@@ -133,7 +141,13 @@ def trees() -> Mapping[str, Mapping[str, bytes]]:
         "codec-one-line": b"(" * (MAX_CODEC_BYTES - 1),
     }
     beside = {"swarm.yaml": spec, "robots/snail.yaml": OWN_TYPE}
+    snails = {f"robots/t{n}.yaml": OWN_TYPE for n in range(60)}
+    strings = {f"robots/t{n}.py": codecs["codec-strings"] for n in range(60)}
     return {
+        "types-large": {"swarm.yaml": spec, **{f"robots/t{n}.yaml": b"a: b\n" * 800_000 for n in range(5)}},
+        "types-wrong": {"swarm.yaml": spec, **{f"robots/t{n}.yaml": b"a: 1\n" * 200 for n in range(990)}},
+        "types-unread": {"swarm.yaml": spec, **{f"robots/t{n}.yml": b"" for n in range(5_000)}},
+        "codecs-many": {"swarm.yaml": spec, **snails, **strings},
         **{name: {**beside, "robots/snail.py": codec} for name, codec in codecs.items()},
         "include-chain": {"swarm.yaml": b"include: f0.yaml\n" + spec, **chain},
         "include-many": {"swarm.yaml": b"include: [" + names + b"]\n" + spec, **wide},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rich.cells import cell_len
 
@@ -11,6 +11,8 @@ from swarmctl.diagnostics import Span
 from swarmctl.views.escape import printable
 
 _CUT = "..."
+_LONGEST = 2_000  # letters of a line that are measured; no terminal shows as many
+_BEFORE = 500  # of them at most before the place of a finding
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,18 @@ def covered(file: str, lines: Sequence[str], secrets: Iterable[Span]) -> Sequenc
             last = min(span.end_column - 1 if number == span.end_line else len(line), len(line))
             shown[number - 1] = f"{line[:first]}{'*' * (last - first)}{line[last:]}"
     return shown
+
+
+def clipped(line: str, span: Span) -> tuple[str, Span]:
+    """The part of a very long line that can be shown, and where ``span`` lies in it.
+
+    A file may be one line of megabytes, and measuring each of its letters takes seconds.
+    """
+    start = max(0, span.column - _BEFORE)
+    if start + len(line) <= _LONGEST:
+        return line, span
+    end = span.end_column - start if span.end_line == span.line else 1
+    return line[start : start + _LONGEST], replace(span, column=span.column - start, end_column=max(1, end))
 
 
 def cells(text: str) -> int:

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from swarmctl.diagnostics import Diagnostic, Severity, Span
 from swarmctl.views.escape import printable
-from swarmctl.views.findings.excerpt import View, covered, marked, view
+from swarmctl.views.findings.excerpt import View, clipped, covered, marked, view
 from swarmctl.views.findings.report import Checked, counted, fixes_in
 
 MOST_SHOWN = 50
@@ -85,11 +85,12 @@ def _excerpt(found: Diagnostic, place: Span, lines: Sequence[str], gutter: int, 
     text = Text().append(f"{' ' * gutter} |\n", _GUTTER)
     last, shown = 0, View("", 0, 0)
     for span, label, mark, style in sorted(marks, key=lambda one: one[0].line):
-        line = lines[span.line - 1] if 0 < span.line <= len(lines) else ""
-        first, end = marked(line, span)
+        whole = lines[span.line - 1] if 0 < span.line <= len(lines) else ""
+        line, part = clipped(whole, span)
+        first, end = marked(line, part)
         if last and span.line > last + 1:
             text.append("...\n", _GUTTER)
-        if span.line != last or not shown.shows(first):
+        if span.line != last or line is not whole or not shown.shows(first):
             shown = view(line, first, end, columns)
             text.append(f"{span.line:>{gutter}} | ", _GUTTER).append(f"{shown.text}\n")
         last = span.line
