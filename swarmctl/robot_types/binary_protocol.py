@@ -98,7 +98,7 @@ class BinaryExchange(Model):
                 f"`begins` has {len(self.begins)} numbers, the reply {self.values}", "begins"
             )
         for number, code in zip(self.begins, self.codes, strict=False):
-            low, high = _bounds(code)
+            low, high = bounds_of(code)
             if not low <= number <= high:
                 raise ConsistencyError(
                     f"no reply begins with {number} where `reply` has {code}; correct `begins`", "begins"
@@ -169,7 +169,7 @@ def is_binary(send: str) -> bool:
 
 def value_range(send: str, *names: str) -> tuple[float, float]:
     """Returns the smallest and largest number that all places with these names in a request hold."""
-    bounds = [_bounds(one["code"]) for one in _PLACE.finditer(send) if one["name"] in names]
+    bounds = [bounds_of(one["code"]) for one in _PLACE.finditer(send) if one["name"] in names]
     return max(low for low, _ in bounds), min(high for _, high in bounds)
 
 
@@ -177,11 +177,12 @@ def within(number: int, code: str) -> int:
     """Returns the lowest bytes of a number, as many as its place has."""
     if code == "f":
         return number
-    low, high = _bounds(code)
+    low, high = bounds_of(code)
     return int((number - low) % (high - low + 1) + low)
 
 
-def _bounds(code: str) -> tuple[float, float]:
+def bounds_of(code: str) -> tuple[float, float]:
+    """Returns the smallest and largest number of one letter of a layout."""
     if code == "f":
         return -math.inf, math.inf
     bits = 8 * struct.calcsize("<" + code)

@@ -31,7 +31,7 @@ FAMILIES = (
         "topics",
         "boards",
     ),
-    *("multimaster", "authority", "safety", "settings", "suppressions"),
+    *("multimaster", "authority", "safety", "settings", "sense", "suppressions"),
 )
 _THREAD = re.compile(r"([A-Za-z0-9_.-]+/[A-Za-z0-9_.-]+)#([0-9]+)")
 

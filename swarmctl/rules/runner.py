@@ -31,6 +31,7 @@ from swarmctl.rules.families.programs import capabilities, declarations, gamepad
 from swarmctl.rules.families.references import rules as references
 from swarmctl.rules.families.safety import rules as safety
 from swarmctl.rules.families.security import rules as security
+from swarmctl.rules.families.sense import rules as sense
 from swarmctl.rules.families.serial_lines import rules as serial_lines
 from swarmctl.rules.families.settings import rules as settings
 from swarmctl.rules.families.time import rules as time
@@ -56,6 +57,7 @@ _MODULES: tuple[ModuleType, ...] = (
     ports,
     identity,
     settings,
+    sense,
     sketches,
     links,
     serial_lines,
@@ -107,7 +109,7 @@ def _lint(document: Document, reported: Sequence[Diagnostic], draft: Draft) -> F
     if has_errors(found):
         return Findings(Stage.NAMES, all_at_once(draft, RULES))
     found += [finding for rule in RULES if not rule.names for finding in islice(rule(context), MAX_FINDINGS)]
-    return Findings(Stage.RULES, in_order(apply_suppressions(found, document, document.source.texts)))
+    return Findings(Stage.RULES, in_order(apply_suppressions(found, document, document.texts)))
 
 
 def lint_files(

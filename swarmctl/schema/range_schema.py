@@ -47,7 +47,7 @@ def with_ranges(schema: Schema) -> dict[str, Any]:
         key: node if key in FREE else maker.outside(node) for key, node in schema["properties"].items()
     }
     made = {**schema, "properties": properties}
-    definitions = {**schema["definitions"], **maker.made, "Range": _RANGE, "Each": _EACH}
+    definitions = {**schema["definitions"], **maker.made, "RangeOfNames": _RANGE, "Each": _EACH}
     needed = _needed(properties, definitions)
     return {**made, "definitions": {name: definitions[name] for name in sorted(needed)}}
 
@@ -119,7 +119,7 @@ _CHOICES = ("anyOf", "oneOf", "allOf")
 def _or_range(node: Schema, *others: Schema) -> dict[str, Any]:
     kept = {word: node[word] for word in _ANNOTATIONS if word in node}
     plain = {word: value for word, value in node.items() if word not in kept}
-    return {**kept, "anyOf": [plain, _ref("Range"), *others]}
+    return {**kept, "anyOf": [plain, _ref("RangeOfNames"), *others]}
 
 
 def _is_scalar(node: Schema) -> bool:

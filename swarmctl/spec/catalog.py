@@ -24,7 +24,7 @@ from swarmctl.yamltext.source import Source, parse
 class Catalog:
     """Robot types and computers by name, and what is wrong with the files they come from.
 
-    ``sources`` are the files of the types beside a spec, ``codecs`` the texts of their protocol classes,
+    ``sources`` are the texts of the types beside a spec, ``codecs`` the texts of their protocol classes,
     ``unread`` the files that seem to be types by their name, and that nothing reads, ``broken`` the types
     whose files have errors, with what could be read.
     """
@@ -32,7 +32,7 @@ class Catalog:
     types: Mapping[str, RobotType] = field(default_factory=dict)
     computers: Mapping[str, Computer] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
-    sources: Mapping[str, Path] = field(default_factory=dict)
+    sources: Mapping[str, Source] = field(default_factory=dict)
     codecs: Mapping[str, bytes] = field(default_factory=dict)
     unread: Mapping[str, Path] = field(default_factory=dict)
     broken: Mapping[str, Source | None] = field(default_factory=dict)
@@ -75,9 +75,9 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
     if folder.is_symlink() and files.refusal(folder):
         return Catalog(diagnostics=(link_error(folder),))
     types: dict[str, RobotType] = {}
-    sources: dict[str, Path] = {}
     codecs: dict[str, bytes] = {}
     broken: dict[str, Source | None] = {}
+    sources: dict[str, Source] = {}
     diagnostics: list[Diagnostic] = []
     unread = unread_types(folder, files, others)
     for file in (folder / name for name in files.names(folder) if can_be_named(name)):
@@ -95,7 +95,7 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
         if robot_type is None:
             broken[file.stem] = source
             continue
-        types[file.stem], sources[file.stem] = robot_type, file
+        types[file.stem], sources[file.stem] = robot_type, source
         codec, wrong = read_codec(source, robot_type, files)
         diagnostics += wrong
         if codec:

@@ -48,6 +48,24 @@ class Document:
         return {**self.catalog.types, **self.spec.types}
 
     @property
+    def own_types(self) -> Mapping[str, RobotType]:
+        """Robot types of the spec and of the files beside it, by name."""
+        beside = {name: self.catalog.types[name] for name in self.catalog.sources}
+        return {**beside, **self.spec.types}
+
+    def span_of_type(self, name: str, *loc: str | int, key: bool = False) -> Span:
+        """Returns the position of a value of one of `own_types`, in the spec or in its own file."""
+        if name in self.spec.types:
+            return self.source.span(("types", name, *loc), key=key)
+        return self.catalog.sources[name].span(loc, key=key)
+
+    @property
+    def texts(self) -> Mapping[str, str]:
+        """Every text of the spec and of the robot types beside it, by file."""
+        types = (text for one in self.catalog.sources.values() for text in one.texts.items())
+        return {**dict(types), **self.source.texts}
+
+    @property
     def computers(self) -> Mapping[str, Computer]:
         """The computers of the catalog and of the spec, by name."""
         return {**self.catalog.computers, **self.spec.computers}

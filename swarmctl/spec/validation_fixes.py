@@ -73,7 +73,7 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
         name = f"{other['package']}/{other['message']}" if other else ""
         return make_fix(f"write `{name}`", replace_value(source, loc, name), safe=True) if other else None
     if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
-        return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant), safe=False)
+        return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant), safe=True)
     return _value_fix(kind, source, loc, given)
 
 

@@ -60,7 +60,7 @@ def known_types(folder: Path) -> tuple[dict[str, Shown], bool]:
 
     catalog = load_catalog(folder / "robots")
     console.print_diagnostics(catalog.diagnostics)
-    sources = {name: str(file) for name, file in catalog.sources.items()}
+    sources = {name: source.path for name, source in catalog.sources.items()}
     types = {
         name: Shown(name, sources.get(name, SHIPPED), one) for name, one in sorted(catalog.types.items())
     }

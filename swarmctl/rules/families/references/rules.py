@@ -181,7 +181,7 @@ def replaced_types(context: RuleContext) -> Iterator[Diagnostic]:
     for name, robot_name in used.items():
         places = [
             *(["`types` of this spec"] if name in context.spec.types else []),
-            *([f"robots/{own[name].name}"] if name in own else []),
+            *([f"robots/{name}.yaml"] if name in own else []),
             *(["the catalog of swarmctl"] if name in shipped else []),
         ]
         if len(places) > 1:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.robot_types.cameras import Image
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.settings import Limits
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.yamltext.edits import make_fix, remove
 from swarmctl.yamltext.source import Loc
@@ -13,24 +17,46 @@ from swarmctl.yamltext.source import Loc
 
 @rule("SET001")
 def unreachable_limits(context: RuleContext) -> Iterator[Diagnostic]:
-    """A speed limit above the maximum of the wheels."""
+    """A speed limit above the maximum of the wheels: of a robot, of a type, or of all robots."""
     for name, robot in context.spec.robots.items():
-        kinematics = context.types[robot.type].kinematics
-        reach = {
-            "linear": (kinematics.wheel_speed_max, "m/s"),
-            "angular": (2 * kinematics.wheel_speed_max / kinematics.wheel_separation, "rad/s"),
-        }
-        for axis, (fastest, unit) in reach.items():
-            limit = getattr(robot.settings.limits, axis)
-            if limit is not None and limit > fastest:
-                yield Diagnostic(
+        limits = robot.settings.limits
+        for axis, found in _unreachable(limits, _reach(context.types[robot.type]), f"type `{robot.type}`"):
+            yield replace(found, span=context.span("robots", name, "settings", "limits", axis))
+    for name, kind in context.document.own_types.items():
+        for axis, found in _unreachable(kind.settings.limits, _reach(kind), f"type `{name}`"):
+            yield replace(found, span=context.document.span_of_type(name, "settings", "limits", axis))
+    limits = context.spec.defaults.robot.limits
+    if limits.model_fields_set:
+        reaches = [_reach(context.types[kind]) for kind in {one.type for one in context.spec.robots.values()}]
+        fastest = {axis: max((one[axis] for one in reaches), default=math.inf) for axis in _AXES}
+        for axis, found in _unreachable(limits, fastest, "every robot"):
+            yield replace(found, span=context.span("defaults", "robot", "limits", axis))
+
+
+_AXES = {"linear": "m/s", "angular": "rad/s"}
+
+
+def _reach(kind: RobotType) -> Mapping[str, float]:
+    """The fastest that the wheels of a type allow, by axis."""
+    fastest = kind.kinematics.wheel_speed_max
+    return {"linear": fastest, "angular": 2 * fastest / kind.kinematics.wheel_separation}
+
+
+def _unreachable(limits: Limits, reach: Mapping[str, float], whose: str) -> Iterator[tuple[str, Diagnostic]]:
+    """Yields the axis of each limit that is never reached, and the finding, still without its place."""
+    for axis, unit in _AXES.items():
+        limit = getattr(limits, axis)
+        if limit is not None and limit > reach[axis]:
+            yield (
+                axis,
+                Diagnostic(
                     "SET001",
-                    f"the limit of {limit:g} {unit} is above the maximum of type `{robot.type}`",
-                    context.span("robots", name, "settings", "limits", axis),
+                    f"the limit of {limit:g} {unit} is above the maximum of {whose}",
                     severity=Severity.WARNING,
-                    label=f"its maximum is {fastest:.3g} {unit}",
+                    label=f"its maximum is {reach[axis]:.3g} {unit}",
                     help=("lower it, or leave it out",),
-                )
+                ),
+            )
 
 
 READ_BY_OUR_SKETCH = {"firmware", "calibration"}

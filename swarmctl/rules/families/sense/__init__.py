@@ -1,0 +1,1 @@
+"""Rules: values that make no sense."""
