@@ -30,6 +30,11 @@ def test_an_argument_that_is_not_declared_is_unused() -> None:
     assert found.faults[0].known == ("side",)
 
 
+def test_a_default_gives_way_to_what_is_given() -> None:
+    text = file('<arg name="robot" default="k3" />', NODE.format("$(arg robot)"))
+    assert (names(launched(text)), names(launched(text, robot="k4"))) == (["/k3"], ["/k4"])
+
+
 def test_an_argument_of_a_group_is_not_one_of_the_file() -> None:
     found = launched(file("<group>", '<arg name="foo" default="x" />', "</group>"), foo="1")
     assert kinds(found) == [(Refusal.UNUSED, "foo")]
@@ -66,6 +71,7 @@ def test_below_an_unknown_condition_nothing_is_reported(condition: str) -> None:
 def test_what_is_switched_off_is_not_evaluated() -> None:
     text = file('<group unless="True">', "<nod />", "</group>", '<group if="0">', "<nod />", "</group>")
     assert kinds(launched(text)) == []
+    assert kinds(launched(file('<node if="false" />', '<arg unless="1" />'))) == []
     assert names(launched(file('<group if="1">', NODE.format("a"), "</group>"))) == ["/a"]
 
 
