@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Crossing
-from swarmctl.suggest import Guess, did_you_mean, guess, nearest
+from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.swarm.names import split_topic
 from swarmctl.swarm.topics import DIAGNOSTICS, sensors_of
@@ -31,8 +31,7 @@ def destinations(context: RuleContext) -> Iterator[Diagnostic]:
             if to in islands:
                 continue
             home = context.home.get(to)
-            likely = Guess((home.name,), certain=True) if home is not None else guess(to, islands)
-            meant = likely.only
+            meant = home.name if home is not None else nearest(to, islands)
             where = (*loc, "to", place)
             yield Diagnostic(
                 "MM010",
@@ -43,7 +42,7 @@ def destinations(context: RuleContext) -> Iterator[Diagnostic]:
                 if home is not None
                 else did_you_mean(to, islands, "the islands are"),
                 fix=make_fix(
-                    f"write `{meant}`", replace_value(context.source, where, meant), safe=likely.certain
+                    f"write `{meant}`", replace_value(context.source, where, meant), safe=home is not None
                 )
                 if meant
                 else None,

@@ -9,7 +9,7 @@ from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.render.multimaster.base import Discovery, provider_of, providers_with
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Multimaster
-from swarmctl.suggest import Guess, did_you_mean, guess
+from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
 from swarmctl.yamltext.edits import append_item, make_fix, remove, replace_value
 from swarmctl.yamltext.source import Loc
@@ -42,8 +42,7 @@ def strangers(context: RuleContext) -> Iterator[Diagnostic]:
         if name in hubs:
             continue
         home = context.home.get(name)
-        meant = guess(name, hubs) if name not in context.spec.hosts else Guess()
-        near = meant.only
+        near = nearest(name, hubs) if name not in context.spec.hosts else None
         yield Diagnostic(
             "MM001",
             f"`{name}` runs no master" if name in context.spec.hosts else f"unknown host `{name}`",
@@ -52,7 +51,7 @@ def strangers(context: RuleContext) -> Iterator[Diagnostic]:
             help=(f"name `{home.hub}`, which runs the master of `{name}`",)
             if home is not None
             else did_you_mean(name, hubs, "the hosts with a master are"),
-            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=meant.certain)
+            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
             if near and not is_key
             else None,
         )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Note, Severity
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
-from swarmctl.suggest import did_you_mean, guess
+from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 
@@ -32,8 +32,7 @@ def needs(context: RuleContext) -> Iterator[Diagnostic]:
 def _nowhere(
     context: RuleContext, name: str, program: Program, need: str, owners: dict[str, list[str]]
 ) -> Diagnostic:
-    meant = guess(need, owners)
-    near = meant.only
+    near = nearest(need, owners)
     loc = ("programs", name, "needs", program.needs.index(need))
     return Diagnostic(
         "PROG014",
@@ -44,7 +43,7 @@ def _nowhere(
             *(did_you_mean(need, tuple(owners), "the hosts have") if owners else ()),
             f"add it to the host that has it: has: [{need}]",
         ),
-        fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=meant.certain)
+        fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
         if near
         else None,
     )
