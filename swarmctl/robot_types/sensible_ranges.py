@@ -90,5 +90,5 @@ WIDEST_CONE = 180.0  # degrees
 # A battery is empty at two thirds of its full voltage or more (LiPo 3.0 to 4.2, NiMH 0.9 to 1.4, lead
 # 10.5 to 12.8).
 LARGEST_SWING = 2.5
-# Replies that are lost in a row before the driver calls its robot silent.
+# Periods between two replies of which three in a row are lost: our choice, 0.3 s of a busy radio at 10 Hz.
 LOST_REPLIES = 4
