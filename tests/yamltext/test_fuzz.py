@@ -71,6 +71,7 @@ import os, sys
 child = os.fork()
 if not child:
     os.dup2(os.open("stderr", os.O_WRONLY | os.O_CREAT), 2)
+    os.dup2(2, 1)
     os.execv(sys.executable, [sys.executable, "-m", "swarmctl", "validate", "swarm.yaml"])
 _, status, used = os.wait4(child, 0)
 print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
