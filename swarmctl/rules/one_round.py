@@ -68,7 +68,7 @@ def _repaired(draft: Draft, rules: Sequence[Rule], number: int) -> _Repaired:
         if len(faults) > MOST_FAULTS or not repair.change(faults):
             break
         spec, source = repair.value()
-    return _Repaired(document, (*of_types, *repair.found), repair.most_ways)
+    return _Repaired(document, (*of_types, *repair.found.elements()), repair.most_ways)
 
 
 def _found(document: Document, rules: Sequence[Rule], *, names: bool) -> Iterable[Diagnostic]:

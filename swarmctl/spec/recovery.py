@@ -50,7 +50,7 @@ class Repair(Generic[M]):
     ) -> None:
         self.model, self.path, self.texts, self.number = model, path, texts, number
         self.root = root
-        self.found: dict[Diagnostic, None] = {}
+        self.found: Counter[Diagnostic] = Counter()  # a range may make the same one for each element
         self.most_ways = 1  # of the place that can be repaired in most ways
         self.whole = complete  # False once a section of the spec is not what the text has
         self.open: set[str] = set()  # sections with a name that is wrong: any may be meant
@@ -80,7 +80,7 @@ class Repair(Generic[M]):
 
     def report(self, found: Iterable[Diagnostic]) -> None:
         """Keeps findings, except those about what was changed."""
-        self.found |= {one: None for one in found if not self.is_changed(one)}
+        self.found |= Counter(one for one in found if not self.is_changed(one))
 
     def mark(self, found: Iterable[Diagnostic]) -> None:
         """Counts the places of findings as changed: the tree has something likely there."""
@@ -233,6 +233,6 @@ def repaired_catalog(catalog: Catalog, number: int) -> tuple[Catalog, list[Diagn
         if source is not None and source.root is not None:
             repair = Repair(RobotType, source.root, source.path, source.texts, number)
             robot_type, _ = repair.value()
-            found += repair.found
+            found += repair.found.elements()
         types[name] = robot_type or shipped[(number + place) % len(shipped)]
     return replace(catalog, types=types), found
