@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
 from typing import Any
+
+from swarmctl.warnings_by_id import WARNINGS
 
 _DIGITS = re.compile("[0-9]+")
 
@@ -17,6 +19,11 @@ class Severity(str, Enum):
 
     ERROR = "error"
     WARNING = "warning"
+
+    @staticmethod
+    def of(code: str) -> Severity:
+        """Returns the severity of the rule with this id, which all its findings have."""
+        return Severity.WARNING if code in WARNINGS else Severity.ERROR
 
 
 @dataclass(frozen=True, order=True)
@@ -76,12 +83,15 @@ class Diagnostic:
     code: str
     message: str
     span: Span | None = None
-    severity: Severity = Severity.ERROR
+    severity: Severity = field(init=False)
     label: str = ""
     notes: tuple[Note, ...] = ()
     help: tuple[str, ...] = ()
     fix: Fix | None = None
     secret: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "severity", Severity.of(self.code))
 
     def to_json(self) -> dict[str, Any]:
         """Returns the finding as JSON data, without its secret."""

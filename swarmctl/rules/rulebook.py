@@ -96,7 +96,7 @@ def _rule(id_: str, family: str, text: Mapping[str, Any]) -> RuleText:
     return RuleText(
         id=id_,
         family=family,
-        severity=Severity(text["severity"]),
+        severity=Severity.of(id_),
         what=text["what"],
         why=text["why"].strip(),
         threads=tuple(text.get("threads", ())),

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.rules.rulebook import RuleText, rulebook
 from swarmctl.spec.load import Document
 from swarmctl.suggest import did_you_mean
@@ -141,6 +141,5 @@ def _unused(one: Suppression) -> Diagnostic:
         "SIL001",
         f"unused suppression: `{one.rule}` is not reported here",
         one.span,
-        severity=Severity.WARNING,
         help=("remove it, so that the finding is reported if it returns",),
     )

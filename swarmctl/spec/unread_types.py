@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from os.path import realpath
 from pathlib import Path
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import ROBOT_TYPE_NAME
 from swarmctl.yamltext.limits import MAX_FINDINGS
 from swarmctl.yamltext.project_files import ProjectFiles
@@ -51,7 +51,6 @@ def warnings(folder: Path, unread: Mapping[str, Path]) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "FILE005",
             f"`{file}` is not read as a robot type",
-            severity=Severity.WARNING,
             help=(advice(folder, stem),),
         )
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Edit, Fix, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Edit, Fix, Span
 from swarmctl.yamltext.limits import MAX_NUMBER
 
 WORDS: dict[str, Any] = {
@@ -109,7 +109,6 @@ def warning(text: str, found: Trap, span: Span) -> Diagnostic:
         found.code,
         f"programs that use YAML 1.1 read `{text}` as {found.reads}",
         span,
-        Severity.WARNING,
         help=(f"{write}, or {found.other} if that is meant",) if found.other else (write,),
         fix=Fix(write, (Edit(span, found.better),), safe=not found.other),
     )

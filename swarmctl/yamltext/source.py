@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.yamltext import scalars
 from swarmctl.yamltext.compose import (
     PLAIN,
@@ -133,9 +133,7 @@ def source_of(root: yaml.Node | None, path: str, texts: Mapping[str, str]) -> tu
 def _without_value(key: str, span: Span) -> Diagnostic:
     """YAML015: a key with nothing behind its colon, which a spec reads as if the key were not there."""
     help_ = "write a value, or remove the key"
-    return Diagnostic(
-        "YAML015", f"`{key}` has no value", span, Severity.WARNING, "missing here", help=(help_,)
-    )
+    return Diagnostic("YAML015", f"`{key}` has no value", span, label="missing here", help=(help_,))
 
 
 @contextmanager

@@ -11,9 +11,11 @@ import yaml
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.rules.rulebook import FOLDER, RuleText, pitfalls, rulebook
 from swarmctl.rules.runner import RULES
 from swarmctl.views.rules import page
+from swarmctl.warnings_by_id import WARNINGS
 from tests import ROOT
 
 _ID = re.compile(r"[A-Z]{2,8}[0-9]{3}")
@@ -22,7 +24,8 @@ _ID = re.compile(r"[A-Z]{2,8}[0-9]{3}")
 def ids_in_the_code() -> set[str]:
     """Every string of the program that is a rule's id."""
     found = set()
-    for file in (ROOT / "swarmctl").rglob("*.py"):
+    package = ROOT / "swarmctl"
+    for file in set(package.rglob("*.py")) - {package / "warnings_by_id.py"}:
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and _ID.fullmatch(node.value):
                 found.add(node.value)
@@ -35,6 +38,15 @@ def ids_in(texts: Path) -> set[str]:
 
 def test_every_rule_has_a_text_and_every_text_a_rule() -> None:
     assert set(rulebook()) == ids_in_the_code()
+
+
+def test_severity_stands_once() -> None:
+    assert set(rulebook()) >= WARNINGS, "no such rule"
+    assert {one.id for one in rulebook().values() if one.severity is Severity.WARNING} == WARNINGS
+    texts = [yaml.safe_load(one.read_text("utf-8"))["rules"] for one in FOLDER.glob("*/rules.yaml")]
+    assert not [id_ for family in texts for id_, text in family.items() if "severity" in text]
+    with pytest.raises(TypeError):
+        Diagnostic("NET004", "a host without an address", severity=Severity.ERROR)  # type: ignore[call-arg]
 
 
 def test_a_rule_stands_beside_its_text() -> None:

@@ -42,7 +42,7 @@ def at(file: str, line: int, column: int, end: int) -> Span:
 
 FINDINGS = (
     Diagnostic("FILE001", f"there is no file `{SPEC}.lock`", help=("did you mean `swarm.lock`?",)),
-    Diagnostic("NAME002", "100% of `lab` is no name", at(SPEC, 2, 11, 16), label="`🤖 lab`: two words"),
+    Diagnostic("NAME001", "100% of `lab` is no name", at(SPEC, 2, 11, 16), label="`🤖 lab`: two words"),
     Diagnostic(
         "ADDR003", "two hosts have the address `10.0.0.1`", at(SPEC, 5, 19, 27), label="also of `pi-2`",
         notes=(
@@ -56,14 +56,14 @@ FINDINGS = (
     Diagnostic("ADDR003", "two hosts have the address `10.0.0.1`", at(SPEC, 4, 19, 27)),
     Diagnostic(
         "SET001", "nobody reads <this> & \"that\" | it is long", at(SPEC, 6, 305, 310),
-        Severity.WARNING, "the end",
+        "the end",
     ),
     Diagnostic(
         "YAML001", "unfit: \x1b[31m \u202e,\r\n::error::x ]]> \ufffe", Span(SPEC, 3, 1, 7, 9),
         label="from here",
     ),
 )  # fmt: skip
-WARNING = Diagnostic("SET001", "`rates` are never reached", at(QUIET, 1, 1, 8), Severity.WARNING)
+WARNING = Diagnostic("SET001", "`rates` are never reached", at(QUIET, 1, 1, 8))
 
 
 RULES = {

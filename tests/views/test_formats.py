@@ -20,7 +20,6 @@ from swarmctl.diagnostics import (
     Edit,
     Fix,
     Note,
-    Severity,
     Span,
 )
 from swarmctl.views.escape import printable
@@ -52,10 +51,9 @@ def spans(draw: st.DrawFn) -> Span:
 fixes = st.builds(Fix, texts, st.lists(st.builds(Edit, spans(), texts), min_size=1, max_size=3).map(tuple))
 diagnostics = st.builds(
     Diagnostic,
-    code=st.sampled_from(["NET001", "YAML002"]),
+    code=st.sampled_from(["NET001", "YAML002", "NET004"]),
     message=texts,
     span=spans() | st.none(),
-    severity=st.sampled_from(Severity),
     label=texts,
     notes=st.lists(st.builds(Note, spans(), texts), max_size=2).map(tuple),
     help=st.lists(texts, max_size=2).map(tuple),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Mode
 from swarmctl.swarm import names
@@ -74,7 +74,6 @@ def equal_priorities(context: RuleContext) -> Iterator[Diagnostic]:
                     if rival
                     else f"robot `{robot}` is listed twice for commander `{by}`",
                     context.span("control", index, "of", place),
-                    severity=Severity.ERROR if rival else Severity.WARNING,
                     label="ambiguous authority" if rival else "second entry",
                     notes=(Note(context.span("control", other, "of", there), "first entry"),),
                     help=(f"give the commander that has to win a higher priority: priority: {priority + 1}",)
@@ -156,7 +155,6 @@ def commanders_without_commands(context: RuleContext) -> Iterator[Diagnostic]:
                     "AUTH005",
                     f"`{control.by}` commands robot `{robot}`, but does not publish `{topic}`",
                     context.span("control", index, "of", place),
-                    severity=Severity.WARNING,
                     label="receives no commands",
                     notes=(Note(context.span("programs", control.by, "publishes", key=True), "its topics"),),
                     help=(f"add {{topic: {topic}, type: {COMMAND_TYPE}}} there, or remap to it",),
@@ -218,7 +216,6 @@ def unarbitrated_commanders(context: RuleContext) -> Iterator[Diagnostic]:
                 "AUTH008",
                 f"robot `{robot}` executes commands of `{by}` and `{control.by}`, ignoring priorities",
                 context.span("control", index, "of", place),
-                severity=Severity.WARNING,
                 label="rosserial_python accepts every publisher",
                 notes=(Note(context.span("control", other, "of", there), "another commander"),),
                 help=(f"remove `driver` from `{robot}`, so that swarmctl's driver arbitrates",),

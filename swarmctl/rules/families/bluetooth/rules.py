@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from swarmctl.analysis.bluetooth_load import MOST, STABLE, BluetoothBudget, bluetooth_budgets, spread
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.yamltext.edits import make_fix, set_key
 
@@ -41,7 +41,6 @@ def _crowded(context: RuleContext, budget: BluetoothBudget, help_: str, fix: Fix
         f"adapter `{budget.adapter}` of host `{budget.host}` serves {count} robots; "
         + (f"a piconet has {MOST} active members" if never else f"about {STABLE} stay connected"),
         context.span("links", budget.links[bound], "robot"),
-        severity=Severity.ERROR if never else Severity.WARNING,
         label=f"robot {bound + 1} on this adapter",
         notes=(Note(context.span("hosts", budget.host, "bluetooth"), f"its robots: {members}"),),
         help=(help_,),

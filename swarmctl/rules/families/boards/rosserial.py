@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.analysis.rosserial_load import CAREFUL, PATIENCE, Carried, RosserialBudget, rosserial_budgets
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.robot_types.board_limits import boards
 from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.rules.context import RuleContext, rule
@@ -108,7 +108,6 @@ def _unknown(context: RuleContext, budget: RosserialBudget, one: Carried) -> Dia
         "BOARD004",
         f"{what}; the {budget.name} of `{budget.owner}` is limited to {limit} bytes",
         context.span(*budget.loc, one.key, one.index, "type"),
-        severity=Severity.WARNING,
         label="may not fit",
         help=("set `size`, its maximum in bytes, beside the type",),
     )
@@ -125,7 +124,6 @@ def board_lines(context: RuleContext) -> Iterator[Diagnostic]:
                 f"the topics of `{budget.owner}` need {budget.needed:.0f} B/s one way, its link carries "
                 f"{budget.available:.0f} B/s: {budget.share:.0%}",
                 context.span(*budget.loc, "board"),
-                severity=Severity.ERROR if never else Severity.WARNING,
                 label=f"at {budget.baud} baud",
                 help=(
                     f"lower the rates, use smaller messages, or raise {_baud(budget, '...')} on both sides",

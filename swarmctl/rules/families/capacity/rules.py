@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.analysis.host_load import CAREFUL, SMALL_NODES, HostBudget
 from swarmctl.analysis.network_load import CAREFUL_NETWORK, network_budgets
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 
 
@@ -21,7 +21,6 @@ def memory(context: RuleContext) -> Iterator[Diagnostic]:
                 f"host `{budget.host}` needs {budget.needed_mb} MB, a {budget.computer} has "
                 f"{budget.memory_mb} MB",
                 context.span("hosts", budget.host, key=True),
-                severity=Severity.ERROR if never else Severity.WARNING,
                 label=f"{budget.share:.0%} of its memory",
                 help=(f"it runs {_parts(budget)}; move programs to another host",),
             )
@@ -41,7 +40,6 @@ def small_masters(context: RuleContext) -> Iterator[Diagnostic]:
                 f"host `{budget.host}`, a {budget.computer}, runs the master of {budget.served} nodes; "
                 f"such a computer handles about {SMALL_NODES}",
                 context.span("hosts", budget.host, key=True),
-                severity=Severity.WARNING,
                 label="slow to start and to reply",
                 help=(_larger(context, budget.host),),
             )
@@ -74,7 +72,6 @@ def networks(context: RuleContext) -> Iterator[Diagnostic]:
                 f"network `{budget.network}` has to carry {budget.needed_mbps:.3g} Mbit/s, its capacity is "
                 f"{budget.capacity_mbps:g} Mbit/s",
                 context.span("links", links[budget.network], "name"),
-                severity=Severity.ERROR if never else Severity.WARNING,
                 label=f"{budget.share:.0%} of its capacity",
                 notes=tuple(
                     Note(context.span(*sources[flow.topic].loc), f"from `{flow.origin}` to `{flow.to}`")

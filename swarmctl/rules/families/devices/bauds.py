@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.serial_lines.rules import BAUDS
 from swarmctl.spec.model import Serial
@@ -25,7 +25,6 @@ def agreed_rates(context: RuleContext) -> Iterator[Diagnostic]:
                 "DEV007",
                 f"robot `{link.robot}` (type `{type_name}`) supports {rates} baud, not {link.baud}",
                 context.span("links", index, "baud"),
-                severity=Severity.WARNING,
                 label="both sides need the same rate",
                 notes=(Note(context.span("robots", link.robot, "type"), "the robot's type"),),
                 help=(f"leave `baud` out to use the type's rate, {known.baud}",),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Serial
 
@@ -27,7 +27,6 @@ def board_ports(context: RuleContext) -> Iterator[Diagnostic]:
                 "DEV008",
                 f"`{link.device}` of a {computer} loses bytes at {baud} baud",
                 context.span("links", index, "baud" if link.baud else "device"),
-                severity=Severity.WARNING,
                 label=f"reliable up to {_BOARD_LIMIT}",
                 notes=(Note(context.span("hosts", link.host, key=True), "this computer"),),
                 help=("use a USB adapter, or a lower baud rate on both sides",),
@@ -50,7 +49,6 @@ def ports_of_bluetooth(context: RuleContext) -> Iterator[Diagnostic]:
                 "DEV009",
                 f"`/dev/ttyAMA0` of a {computer} is the port of its Bluetooth, which host `{link.host}` uses",
                 context.span("links", index, "device"),
-                severity=Severity.WARNING,
                 label="not wired to the pins",
                 notes=(Note(context.span("hosts", link.host, "bluetooth"), "its Bluetooth adapters"),),
                 help=(

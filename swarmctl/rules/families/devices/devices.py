@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Bluetooth, Serial, Usb
 
@@ -78,7 +78,6 @@ def unstable_devices(context: RuleContext) -> Iterator[Diagnostic]:
                 "DEV001",
                 f"other daemons may open `{link.device}` of robot `{link.robot}`",
                 context.span("links", index, "device"),
-                severity=Severity.WARNING,
                 label="no udev rule of the swarm matches it",
                 help=(
                     f"use usb: {{serial: ...}} {_UDEVADM}; its udev rule keeps ModemManager and brltty off",
@@ -123,7 +122,6 @@ def _factory_serial(context: RuleContext, index: int, usb: Usb) -> Iterator[Diag
         "DEV004",
         f"many cheap adapters have the serial number `{usb.serial}`",
         context.span("links", index, "usb", "serial"),
-        severity=Severity.WARNING,
         label="factory default",
         help=(
             "add `vendor` and `product` (`lsusb` shows them), so that only this model matches",
@@ -153,7 +151,6 @@ def bluetooth_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 "DEV006",
                 f"`{link.mac}` is probably not the Bluetooth address of a robot",
                 context.span("links", index, "mac"),
-                severity=Severity.WARNING,
                 label="a group address, since the first byte is odd"
                 if group
                 else "an example in many manuals",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Bluetooth, Mode
 from swarmctl.yamltext.edits import append_item, make_fix, set_key
@@ -128,7 +128,6 @@ def channels(context: RuleContext) -> Iterator[Diagnostic]:
                 "LINK008",
                 f"robot `{link.robot}` (type `{type_name}`) has RFCOMM channel {known}, not {link.channel}",
                 context.span("links", index, "channel"),
-                severity=Severity.WARNING,
                 label="another channel",
                 notes=(Note(context.span("robots", link.robot, "type"), "the robot's type"),),
                 help=(

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Collection, Hashable, Iterator
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.devices.devices import FACTORY
 from swarmctl.spec.model import Bluetooth, Serial, Usb
@@ -100,7 +100,6 @@ def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
                 "ID007",
                 f"robots `{same[1].robot}` and `{link.robot}` have the same USB adapter, on two hosts",
                 context.span("links", index, *_place(link)),
-                severity=Severity.WARNING,
                 label=f"on host `{link.host}`",
                 notes=(Note(context.span("links", same[0], *_place(same[1])), f"on host `{same[1].host}`"),),
                 help=(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.modes import ROLES, hub_of
@@ -34,7 +34,6 @@ def enough_islands(context: RuleContext) -> Iterator[Diagnostic]:
         "MODE014",
         f"mode `combined` with a single island, `{name}`",
         context.span("islands", name, key=True),
-        severity=Severity.WARNING,
         label="the only island",
         help=(f"write `mode: {island.mode}` for the whole swarm, or add the other islands",),
     )
@@ -127,7 +126,6 @@ def empty_islands(context: RuleContext) -> Iterator[Diagnostic]:
                 "MODE015",
                 f"island `{island.name}` has no robot, no program and no commander",
                 context.span("islands", island.name, key=True),
-                severity=Severity.WARNING,
                 label="its master has no use",
                 help=("remove it with its hosts, or assign a robot or a program to one of them",),
             )
@@ -145,7 +143,6 @@ def ambiguous_names(context: RuleContext) -> Iterator[Diagnostic]:
                 "MODE017",
                 f"island `{name}` has the name of a host that is not on it",
                 context.span("islands", name, key=True),
-                severity=Severity.WARNING,
                 label="ambiguous name",
                 notes=(Note(context.span("hosts", name, key=True), "the host"),),
                 help=("rename the island",),

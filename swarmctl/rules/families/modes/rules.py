@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode
@@ -162,7 +162,6 @@ def keys_of_other_modes(context: RuleContext) -> Iterator[Diagnostic]:
             "MODE008",
             f"mode `{spec.mode.value}` has a single master and no `multimaster`",
             context.span("multimaster", key=True),
-            severity=Severity.WARNING,
             label="has no effect",
             notes=(Note(context.span("mode"), "the mode"),),
             help=("remove it, or choose mode `standalone` or `combined`",),
@@ -180,7 +179,6 @@ def lone_host(context: RuleContext) -> Iterator[Diagnostic]:
             "MODE009",
             f"mode `standalone` needs several hosts, and `{host}` is the only one",
             context.span("mode"),
-            severity=Severity.WARNING,
             label="one host, one master",
             help=(f"write `mode: single-minded` and `leader: {host}`, or add the other hosts",),
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Crossing
 from swarmctl.suggest import did_you_mean, nearest
@@ -53,7 +53,6 @@ def destinations(context: RuleContext) -> Iterator[Diagnostic]:
                 "MM013",
                 f"`{crossing.topic}` is published on island `{crossing.to[0]}` and bridged to no other",
                 context.span(*loc, "to"),
-                severity=Severity.WARNING,
                 label="its own island",
                 help=("list the islands that have to receive it",),
             )
@@ -69,7 +68,6 @@ def origins(context: RuleContext) -> Iterator[Diagnostic]:
                 "MM012",
                 f"bridging `{topic}` would send all its messages to the other islands",
                 context.span(*where),
-                severity=Severity.WARNING,
                 label="every island has this topic",
                 help=("bridge specific topics; `odom` has a robot's position",),
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.render.multimaster.base import Discovery, provider_of, providers_with
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Multimaster
@@ -135,7 +135,6 @@ def groups(context: RuleContext) -> Iterator[Diagnostic]:
             "MM004",
             f"multicast group {settings.group} is reserved for other protocols",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="for link-local protocols such as mDNS" if group in _LINK_LOCAL else "assigned by IANA",
             help=(f"leave it out ({limits.group}), or use one in 239.0.0.0/8, such as {ours}",),
             fix=make_fix(f"write {ours}", replace_value(context.source, loc, ours), safe=False),
@@ -157,7 +156,6 @@ def heartbeats(context: RuleContext) -> Iterator[Diagnostic]:
             "MM005",
             f"with a heartbeat every {1 / rate:g} s the loss of a robot is noticed only after minutes",
             context.span(*loc),
-            severity=Severity.WARNING,
             label=f"no link quality below {limits.min_quality_hz:g} Hz",
             help=("leave it out: 1 Hz, 68 bytes a second to each other master",),
             fix=fix,
@@ -167,7 +165,6 @@ def heartbeats(context: RuleContext) -> Iterator[Diagnostic]:
             "MM009",
             f"{len(context.islands)} masters with a heartbeat every {1 / rate:.3g} s may flap",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="alternately online and offline",
             help=(f"leave it out: 1 Hz; above {limits.many} masters take at least {steady:g} Hz",),
             fix=fix,
@@ -303,7 +300,6 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
                 "MM015",
                 f"provider `{settings.provider}` does not use `{key}`",
                 context.span("multimaster", key, key=True),
-                severity=Severity.WARNING,
                 label="has no effect",
                 notes=(Note(context.span("multimaster", "provider"), "the provider"),),
                 help=(f"remove it, or write {others}" if others else "remove it",),
@@ -326,7 +322,6 @@ def outdated_packages(context: RuleContext) -> Iterator[Diagnostic]:
             "MM016",
             f"`{getattr(settings, key)}` {reason}, and ROS {context.spec.ros.distro} runs Python 3",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="as published it does not start",
             help=(f"leave it out: the default is `{default}`",),
             fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=False),

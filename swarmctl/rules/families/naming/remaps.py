@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import nearest
 from swarmctl.swarm import names
@@ -23,7 +23,6 @@ def remaps(context: RuleContext) -> Iterator[Diagnostic]:
                     "NAME006",
                     f"program `{name}` remaps `{old}` to itself",
                     context.span(*loc),
-                    severity=Severity.WARNING,
                     label=f"both are `{names.resolved(old, node, {})}`",
                     help=("remove it, or write another name",),
                     fix=make_fix("remove it", remove(context.source, loc), safe=False),
@@ -61,7 +60,6 @@ def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
                 "NAME009",
                 f"program `{name}` remaps `{old}`, which is none of its topics",
                 context.span(*loc, key=True),
-                severity=Severity.WARNING,
                 label="not under `publishes` or `subscribes`",
                 help=(
                     f"did you mean `{near}`?"
@@ -94,7 +92,6 @@ def remap_chains(context: RuleContext) -> Iterator[Diagnostic]:
                 "NAME010",
                 f"program `{name}` remaps `{old}` to `{new}`, and `{second}` to `{program.remap[second]}`",
                 context.span(*loc, old),
-                severity=Severity.WARNING,
                 label="names that are swapped" if swap else "this name is remapped again",
                 notes=(Note(context.span(*loc, second), "the second remap"),),
                 help=("remap each name to its final one: roscpp changes names once, rospy sometimes twice",),

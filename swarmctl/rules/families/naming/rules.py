@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm import names
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
@@ -59,7 +59,6 @@ def spelling(context: RuleContext) -> Iterator[Diagnostic]:
                 "NAME002",
                 f"`{name}` has two underscores in a row",
                 context.span(*loc, key=is_key),
-                severity=Severity.WARNING,
                 label="ROS reserves `__`",
                 help=("write one underscore",),
             )
@@ -97,7 +96,6 @@ def trailing_hyphens(context: RuleContext) -> Iterator[Diagnostic]:
                 "NAME003",
                 f"`{name}` {'ends in a hyphen' if name.endswith('-') else 'has two hyphens in a row'}",
                 context.span(*loc, key=is_key),
-                severity=Severity.WARNING,
                 label="hyphens become underscores in ROS names",
                 help=(f"write `{'-'.join(part for part in name.split('-') if part)}`",),
             )
@@ -168,7 +166,6 @@ def package_names(context: RuleContext) -> Iterator[Diagnostic]:
                 "NAME008",
                 f"the package name `{package}` is against the conventions of ROS",
                 context.span(*loc),
-                severity=Severity.WARNING,
                 label="lower-case letters, digits and _, a letter first",
                 help=(
                     *((f"write `{meant}`, if that is its name",) if meant else ()),

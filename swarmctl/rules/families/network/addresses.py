@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm.addresses import (
     Kind,
@@ -58,7 +58,6 @@ def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 "NET011",
                 f"the address `{ip}` of host `{name}` is link-local: no DHCP server answered",
                 context.span("hosts", name, "address"),
-                severity=Severity.WARNING,
                 label="random, changes after a conflict",
                 help=("give the host a fixed address outside 169.254.0.0/16",),
             )
@@ -83,7 +82,6 @@ def naming_schemes(context: RuleContext) -> Iterator[Diagnostic]:
         f"host `{strays[0]}`{more} is addressed by {scheme(context.spec.hosts[strays[0]].address).value}, "
         f"the other {len(schemes[usual])} by {usual.value}",
         context.span("hosts", strays[0], "address"),
-        severity=Severity.WARNING,
         label="every host must resolve it",
         notes=(Note(context.span("hosts", schemes[usual][0], "address"), usual.value),),
         help=("write the IPv4 address of every host; swarmctl then writes the names into /etc/hosts",),
@@ -180,7 +178,6 @@ def split_networks(context: RuleContext) -> Iterator[Diagnostic]:
             f"`{ordinary[first]}` of host `{first}` and `{ordinary[other]}` of host `{other}` "
             f"reach each other on `{link.name}` only through a router",
             context.span("hosts", other, "address"),
-            severity=Severity.WARNING,
             label="another /24 subnet",
             notes=(
                 Note(context.span("hosts", first, "address"), "another host of this network"),

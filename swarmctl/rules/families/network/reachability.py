@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Wlan
 from swarmctl.swarm.addresses import Subnet
@@ -86,7 +86,6 @@ def hosts_alone(context: RuleContext) -> Iterator[Diagnostic]:
                 "NET014",
                 f"host `{name}` is on no network",
                 context.span("hosts", name, key=True),
-                severity=Severity.WARNING,
                 label="not in any wlan or ethernet",
                 help=("add it to the hosts of a network, or add a network to `links`",),
             )
@@ -142,7 +141,6 @@ def unclear_names(context: RuleContext) -> Iterator[Diagnostic]:
                 "NET012",
                 f"the name of host `{name}` may resolve to an address on any of its {len(networks)} networks",
                 context.span("hosts", name, "address"),
-                severity=Severity.WARNING,
                 label="a name, not an address",
                 notes=tuple(
                     Note(context.span("links", index, "name"), "one network") for index, _ in networks[:2]
@@ -178,7 +176,6 @@ def _overlap(context: RuleContext, first: int, second: int) -> Diagnostic:
         "NET009" if both is None else "NET008",
         fact if both is None else f"{fact}, and host `{both}` is on both",
         context.span("links", second, "subnet" if other.subnet else "name"),
-        severity=Severity.WARNING if both is None else Severity.ERROR,
         label="overlapping subnet",
         notes=(Note(context.span("links", first, "subnet" if one.subnet else "name"), "the other network"),),
         help=(
@@ -234,7 +231,6 @@ def jumps(context: RuleContext) -> Iterator[Diagnostic]:
                 "NET015",
                 f"the jump host `{host.via}` shares no network with `{name}`",
                 context.span("hosts", name, "via"),
-                severity=Severity.WARNING,
                 label="no wlan or ethernet has both hosts",
                 notes=(Note(context.span("hosts", host.via, key=True), "the jump host"),),
                 help=(f"choose a host on `{networks[0][1].name}`, or add `{host.via}` to its hosts",),
@@ -251,7 +247,6 @@ def optional_jumps(context: RuleContext) -> Iterator[Diagnostic]:
                 "NET018",
                 f"host `{name}` is reached through `{host.via}`, which is optional",
                 context.span("hosts", name, "via"),
-                severity=Severity.WARNING,
                 label="the only way to it",
                 notes=(Note(context.span("hosts", host.via, "optional"), "optional"),),
                 help=(f"make `{name}` optional too, or remove `optional` of `{host.via}`",),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Severity
+from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.ros_packages.package import Package
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import Guess, did_you_mean, guess
@@ -50,7 +50,6 @@ def _executable(
             "PKG002",
             f"`{path}` of package `{package.name}` is not executable, and {who} starts it",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="roslaunch does not find it",
             help=(
                 f"run `chmod +x {posixpath.join(package.folder, path)}`",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.ros_packages.launched import Fault, Refusal
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import did_you_mean, guess
@@ -61,7 +61,6 @@ def _finding(context: RuleContext, name: str, fault: Fault) -> Diagnostic:
             "PKG007",
             f"{fault.text} ({fault.place})",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="a part of it is not started",
             help=did_you_mean(fault.subject, _ELEMENTS, "it knows"),
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.programs.declarations import IDENTITY
 from swarmctl.swarm import names
@@ -63,7 +63,6 @@ def undeclared_packages(context: RuleContext) -> Iterator[Diagnostic]:
                 "PKG009",
                 f"the launch file of program `{name}` uses undeclared packages: {listed} ({place})",
                 context.span("programs", name, "launch"),
-                severity=Severity.WARNING,
                 label="may be missing on the host",
                 help=(
                     f"add it to the program: requires: [{', '.join(missing)}]",
@@ -97,7 +96,6 @@ def other_machines(context: RuleContext) -> Iterator[Diagnostic]:
                     "PKG011",
                     f"the launch file of program `{name}` has a <{tag}> ({place})",
                     context.span("programs", name, "launch"),
-                    severity=Severity.WARNING,
                     label="starts nodes by SSH, outside of the swarm"
                     if tag == "machine"
                     else "roslaunch ignores it",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import nearest
 from swarmctl.swarm.names import namespace, program_node, resolved, split_topic
@@ -32,7 +32,6 @@ def remapped_topics(context: RuleContext) -> Iterator[Diagnostic]:
                 "PKG012",
                 f"no robot has the topic `{topic}`{where}",
                 context.span(*loc),
-                severity=Severity.WARNING,
                 label="remapped to nobody's topic",
                 help=(f"did you mean `{meant}`?",)
                 if meant
@@ -75,7 +74,6 @@ def frames(context: RuleContext) -> Iterator[Diagnostic]:
             "PKG013",
             f"no robot has the frame `{value}`, which `{key}` names{where}",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="no transform from it or to it",
             help=(f"did you mean `{meant}/{rest}`?",)
             if meant and slash

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.analysis.listeners import master_offsets
-from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm.ports import (
     EPHEMERAL,
@@ -56,7 +56,6 @@ def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic
         f"{first.what} of `{first.host}` and {other.what} of `{other.host}` "
         f"{'both listen' if other.runs else 'would both listen'} on port {first.port} of `{address}`",
         _place(context, other),
-        severity=Severity.ERROR if other.runs else Severity.WARNING,
         label=f"{other.what} uses port {other.port}",
         notes=(Note(_place(context, first), f"{first.what} uses port {first.port}"),),
         help=(
@@ -126,7 +125,6 @@ def ranges(context: RuleContext) -> Iterator[Diagnostic]:
                 "PORT005",
                 f"port {one.port} of {one.what} of `{one.host}` may be in use by an outgoing connection",
                 context.span(*one.loc),
-                severity=Severity.WARNING,
                 label=f"Linux assigns {EPHEMERAL[0]} to {EPHEMERAL[-1]}",
                 help=(f"choose a port below {EPHEMERAL[0]}{usual}",),
             )
@@ -150,7 +148,6 @@ def unused_ports(context: RuleContext) -> Iterator[Diagnostic]:
                 "PORT006",
                 f"host `{name}` runs no master, so its `master_port` has no effect",
                 context.span("hosts", name, "master_port"),
-                severity=Severity.WARNING,
                 label="has no effect",
                 notes=_hub_of(context, name),
                 help=("remove it; `ros: {master_port: ...}` sets the port of the swarm's master",),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
 from swarmctl.suggest import did_you_mean, nearest
@@ -75,7 +75,6 @@ def _elsewhere(
             "PROG015",
             f"program `{name}` needs {_listed(lacks)}, which host `{host}` does not have",
             context.span("programs", name, key),
-            severity=Severity.WARNING,
             label=f"runs on `{host}`",
             notes=(Note(context.span("programs", name, "needs"), "the program's needs"),),
             help=(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
 from swarmctl.suggest import did_you_mean, guess
@@ -121,7 +121,6 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
                     "PROG007",
                     f"program `{name}` belongs to robot `{program.robot}`, but runs under another master",
                     context.span("programs", name, "host"),
-                    severity=Severity.WARNING,
                     label=f"on island `{home.name}`",
                     notes=(
                         Note(
@@ -164,7 +163,6 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                     "PROG009",
                     f"`{key}` as a private parameter of program `{name}` has no effect",
                     context.span(*loc, key=True),
-                    severity=Severity.WARNING,
                     label="global for a ROS graph",
                     help=(
                         "set /use_sim_time in a launch file, on every master whose nodes use simulated time",

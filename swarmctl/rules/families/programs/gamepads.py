@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
 from swarmctl.spec.program_params import shipped
@@ -140,7 +140,6 @@ def turbo_speeds(context: RuleContext) -> Iterator[Diagnostic]:
                 if opposite
                 else f"program `{pad.name}` is slower with turbo than without",
                 pad.span(at),
-                severity=Severity.ERROR if opposite else Severity.WARNING,
                 label=f"`{other}` is {pad.shown(other)}",
                 notes=(Note(pad.span(other), f"`{other}`"),) if pad.given(other) else (),
                 help=(f"set `{fast}` too, such as {meant:g}",),
@@ -168,7 +167,6 @@ def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
                 "PROG024",
                 f"program `{one.owner}` repeats nothing in time, and `{reader}` stops after {timeout:g} s",
                 context.span(*loc, key=not given),
-                severity=Severity.WARNING,
                 label=f"repeats {rate:g} times a second",
                 help=("add to its params: autorepeat_rate: 20.0",),
             )

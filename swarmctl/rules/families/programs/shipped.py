@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.program_params import shipped
 from swarmctl.suggest import did_you_mean, guess
@@ -75,7 +75,6 @@ def programs_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
                 "PROG013",
                 f"program `{name}` has no robot to command",
                 context.span("programs", name, key=True),
-                severity=Severity.WARNING,
                 label="not in `control`",
                 help=(f"add to `control`: {{by: {name}, of: [...]}}",),
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Fix, Severity
+from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.field_types import Value
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.yamltext.edits import make_fix, replace_value
@@ -39,7 +39,6 @@ def search_paths(context: RuleContext) -> Iterator[Diagnostic]:
                 "PROG020",
                 f"program `{name}` replaces `{key}`, by which ROS is found",
                 context.span("programs", name, "environment", key),
-                severity=Severity.WARNING,
                 label=f"without {needed}",
                 help=(
                     "leave it out: `ros.workspace` adds a workspace to the search paths of every program",
@@ -75,7 +74,6 @@ def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
                 "PROG021",
                 f"nothing expands `{found}` in `{key}` of program `{name}`",
                 context.span("programs", name, kind, key),
-                severity=Severity.WARNING,
                 label="passed as it stands",
                 help=(
                     f"write the folder itself: {home}"

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.catalog import load_catalog
@@ -161,7 +161,6 @@ def repeated_names(context: RuleContext) -> Iterator[Diagnostic]:
                     "REF003",
                     f"`{name}` is listed twice",
                     context.span(*loc, place),
-                    severity=Severity.WARNING,
                     label="second entry",
                     notes=(Note(context.span(*loc, listed.index(name)), "first entry"),),
                     help=("write another name, or remove it",),
@@ -189,7 +188,6 @@ def replaced_types(context: RuleContext) -> Iterator[Diagnostic]:
                 "REF004",
                 f"robot type `{name}` is in {places[0]} and in {' and in '.join(places[1:])}",
                 context.span("robots", robot_name, "type"),
-                severity=Severity.WARNING,
                 label=f"means that in {places[0]}",
                 notes=(Note(context.span("types", name, key=True), "it replaces the other"),)
                 if name in context.spec.types

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.field_types import Value
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.rules.context import RuleContext, rule
@@ -41,7 +41,6 @@ def stopping_distances(context: RuleContext) -> Iterator[Diagnostic]:
             f"robot `{name}` drives on for {timeout:g} s after its last command"
             + (f": {timeout * speed:.2g} m at {speed:.2g} m/s" if far else ""),
             context.span(*loc) if loc else context.span("robots", name, key=True),
-            severity=Severity.WARNING,
             label=f"more than {_MAX_DISTANCE:g} m" if far else f"more than {_MAX_TIMEOUT:g} s",
             notes=(Note(context.span("robots", name, key=True), "this robot"),)
             if loc[:1] != ("robots",) and loc
@@ -130,7 +129,6 @@ def runaways(context: RuleContext) -> Iterator[Diagnostic]:
                 "SAFE004",
                 f"robot `{link.robot}` keeps driving at up to {speed:.2g} m/s when its Bluetooth link fails",
                 context.span("links", index, "robot"),
-                severity=Severity.WARNING,
                 label="no stop without the link",
                 notes=(Note(context.span("robots", link.robot, "type"), "no dead-man in its firmware"),),
                 help=(

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from itertools import pairwise
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm.addresses import Kind, kind
 
@@ -111,7 +111,6 @@ def keys_beside(context: RuleContext) -> Iterator[Diagnostic]:
         yield Diagnostic(
             "SEC003",
             f"the file `{name}` in the spec's folder is a private key",
-            severity=Severity.WARNING,
             help=(
                 "keep it in ~/.ssh or in an SSH agent; swarmctl uses both",
                 "if it was ever committed, create a new one and remove the old one from every host",
@@ -134,7 +133,6 @@ def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
             "SEC004",
             f"host `{public[0]}` {verb}, and ROS 1 has no authentication",
             context.span("hosts", public[0], "address"),
-            severity=Severity.WARNING,
             label="not a private address",
             help=(
                 "put the swarm behind its own router, with addresses such as 192.168.77.10",

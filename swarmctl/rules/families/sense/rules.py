@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.robot_types.plausibility import (
     Doubt,
     doubts_about_calibration,
@@ -17,11 +17,6 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import ODOM
 from swarmctl.robot_types.settings import RobotSettings, last_rate
 from swarmctl.rules.context import RuleContext, rule
-
-_WARNINGS = {
-    "SENSE002", "SENSE004", "SENSE006", "SENSE008", "SENSE010", "SENSE012", "SENSE013", "SENSE014",
-    "SENSE015",
-}  # fmt: skip
 
 
 @rule("SENSE001", "SENSE002", "SENSE009", "SENSE010")
@@ -119,12 +114,10 @@ def _of_robot(context: RuleContext, name: str, doubt: Doubt) -> Diagnostic:
 
 
 def _finding(doubt: Doubt, whose: str, span: Span) -> Diagnostic:
-    severity = Severity.WARNING if doubt.rule in _WARNINGS else Severity.ERROR
     return Diagnostic(
         doubt.rule,
         f"{whose}: {doubt.message}",
         span,
-        severity=severity,
         label=doubt.label,
         help=(doubt.help,),
     )

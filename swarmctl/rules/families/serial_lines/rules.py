@@ -13,7 +13,7 @@ from swarmctl.analysis.serial_load import (
     SerialLoad,
     command_rates,
 )
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
 from swarmctl.robot_types.settings import DIAGNOSTICS
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Serial
@@ -54,7 +54,6 @@ def _too_much(context: RuleContext, index: int, budget: SerialBudget) -> Diagnos
         "LINE001" if never else "LINE002",
         f"the link of robot `{robot}` {verdict}: {share:.0%} of its time ({figures})",
         _place(context, index, robot),
-        severity=Severity.ERROR if never else Severity.WARNING,
         label=queries,
         notes=(Note(context.span("links", index), f"{load.kind} at {load.baud} baud"),),
         help=tuple(_remedies(load)),
@@ -122,7 +121,6 @@ def short_dead_man_timeouts(context: RuleContext) -> Iterator[Diagnostic]:
             "LINE003",
             f"robot `{budget.robot}` stops after {timeout:g} s without a command, but {slow} {least:.2g} s",
             _timeout_place(context, budget.robot),
-            severity=Severity.WARNING,
             label="one late command stops the robot",
             notes=tuple(_slow_commanders(context, budget.robot)),
             help=(
@@ -179,7 +177,6 @@ def slow_replies(context: RuleContext) -> Iterator[Diagnostic]:
             f"`{slow.name}` of robot `{budget.robot}` is read only while it stands: the reply may take "
             f"{slow.wait:.2f} s, the dead-man timeout is {timeout:g} s",
             _rate_place(context, budget.robot, slow.name),
-            severity=Severity.WARNING,
             label="not read while it drives",
             help=(f"{faster}{more}",),
         )
@@ -209,7 +206,6 @@ def odd_bauds(context: RuleContext) -> Iterator[Diagnostic]:
                 "LINE004",
                 f"{link.baud} is not a standard baud rate",
                 context.span(*loc),
-                severity=Severity.WARNING,
                 label=f"the link of `{link.robot}`",
                 help=tuple(filter(None, (meant_baud(near), "" if own else supported_rates))),
                 fix=make_fix(

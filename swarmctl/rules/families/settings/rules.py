@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import Limits
@@ -52,7 +52,6 @@ def _unreachable(limits: Limits, reach: Mapping[str, float], whose: str) -> Iter
                 Diagnostic(
                     "SET001",
                     f"the limit of {limit:g} {unit} is above the maximum of {whose}",
-                    severity=Severity.WARNING,
                     label=f"its maximum is {reach[axis]:.3g} {unit}",
                     help=("lower it, or leave it out",),
                 ),

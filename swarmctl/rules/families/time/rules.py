@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm.addresses import means_self, normal
 from swarmctl.swarm.clocks import time_root
@@ -47,7 +47,6 @@ def roots_without_clock(context: RuleContext) -> Iterator[Diagnostic]:
         "TIME002",
         f"the time root `{root}` has no battery-backed clock and no time server",
         context.span(*place, key=context.spec.time.root is None),
-        severity=Severity.WARNING,
         label=f"a {context.computer_of(root)} boots with a wrong time",
         help=(
             *((f"choose a root with a battery-backed clock: time: {{root: {named}}}",) if named else ()),
@@ -70,7 +69,6 @@ def missing_roots(context: RuleContext) -> Iterator[Diagnostic]:
         "TIME003",
         f"{len(hubs)} masters without `time.root`, and host `{lost}` has no battery-backed clock",
         context.span("hosts", lost, key=True),
-        severity=Severity.WARNING,
         label=f"a {context.computer_of(lost)} boots with a wrong time",
         help=(f"add `time: {{root: {named}}}`, so that all hosts follow its clock",),
         fix=edits.make_fix(f"set the time root to `{named}`", _with_root(context, named), safe=False),
@@ -99,7 +97,6 @@ def unsuitable_roots(context: RuleContext) -> Iterator[Diagnostic]:
             "TIME005",
             f"the time root `{root}` is optional; without it, clocks drift apart",
             context.span("time", "root"),
-            severity=Severity.WARNING,
             label="the time root",
             notes=(Note(context.span("hosts", root, "optional"), "optional"),),
             help=("choose a host that is always present",),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.ros_packages.message_types import NoMessage, no_message
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import typing_errors
@@ -41,7 +41,6 @@ def _finding(context: RuleContext, loc: Loc, kind: str, fault: NoMessage) -> Dia
         f"there is no message type `{kind}`: {fault.why}" if fault.certain
         else f"`{kind}` looks misspelt: {fault.why}",
         context.span(*loc),
-        severity=Severity.ERROR if fault.certain else Severity.WARNING,
         label="unknown message type",
         help=(f"did you mean {' or '.join(f'`{one}`' for one in fault.meant[:3])}?",)
         if meant

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Program
@@ -131,7 +131,6 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
             "TOPIC002",
             f"program `{owner}` subscribes to `{one.topic}`{more}, without a publisher",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="waits forever without an error",
             help=(
                 *(suggestion(meant, (), "") if declared else ()),
@@ -223,7 +222,6 @@ def sensors_off(context: RuleContext) -> Iterator[Diagnostic]:
             "TOPIC003",
             f"program `{one.owner}` subscribes to `{one.topic}`, which robot `{driven[0]}` does not publish",
             context.span(*one.loc, "topic"),
-            severity=Severity.WARNING,
             label="sensor is off",
             notes=(Note(context.span("robots", driven[0], "settings", "rates", sensor), "rate 0"),)
             if off
@@ -249,7 +247,6 @@ def shared_topics(context: RuleContext) -> Iterator[Diagnostic]:
                     "TOPIC004",
                     f"programs of robots `{robots[earlier.owner]}` and `{robot}` both publish `{one.topic}`",
                     context.span(*one.loc, "topic"),
-                    severity=Severity.WARNING,
                     label="mixed with the other robot's",
                     notes=(
                         Note(context.span(*earlier.loc, "topic"), f"published for `{robots[earlier.owner]}`"),
@@ -278,7 +275,6 @@ def commands_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
             "TOPIC005",
             f"program `{one.owner}` publishes commands to `{one.topic}`, which no robot subscribes to",
             context.span(*loc),
-            severity=Severity.WARNING,
             label="each robot has its own command topic",
             help=(f"did you mean `{meant}`?",)
             if near
@@ -306,7 +302,6 @@ def echoes(context: RuleContext) -> Iterator[Diagnostic]:
                 "TOPIC006",
                 f"program `{one.owner}` subscribes to `{one.topic}`, which it publishes itself",
                 context.span(*one.loc, "topic"),
-                severity=Severity.WARNING,
                 label="receives its own messages",
                 notes=(Note(context.span(*other.loc, "topic"), "published here"),),
                 help=("rename one of the two, here or by `remap`",),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Severity
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.topics.rules import bridged
@@ -48,7 +48,6 @@ def doubled_sensors(context: RuleContext) -> Iterator[Diagnostic]:
             "TOPIC008",
             f"program `{one.owner}` publishes `{one.topic}`, as the driver of robot `{robot}` does",
             context.span(*one.loc, "topic"),
-            severity=Severity.WARNING,
             label="two sources",
             notes=(Note(context.span("robots", robot, key=True), "its driver publishes it too"),),
             help=(
@@ -92,7 +91,6 @@ def doubled_publishers(context: RuleContext) -> Iterator[Diagnostic]:
                 "TOPIC009",
                 f"programs `{earlier.owner}` and `{one.owner}` both publish `{one.topic}`",
                 context.span(*one.loc, "topic"),
-                severity=Severity.WARNING,
                 label=f"a second source of one {one.type}",
                 notes=(Note(context.span(*earlier.loc, "topic"), f"published by `{earlier.owner}`"),),
                 help=(f"give each its own topic: remap: {{{one.topic}: {one.topic}_2}}",),

@@ -1,0 +1,35 @@
+"""Which rules are warnings: all others are errors.
+
+Each finding needs it, and the texts of the rules take long to read: so it is code, not part of `rules.yaml`.
+"""
+
+from __future__ import annotations
+
+WARNINGS = frozenset({
+    "AUTH003", "AUTH005", "AUTH008",
+    "BOARD004", "BOARD006",
+    "CAP002", "CAP003", "CAP005",
+    "DEV001", "DEV004", "DEV006", "DEV007", "DEV008", "DEV009",
+    "FILE005",
+    "ID007",
+    "LINE002", "LINE003", "LINE004", "LINE007",
+    "LINK008",
+    "MM004", "MM005", "MM009", "MM012", "MM013", "MM015", "MM016",
+    "MODE008", "MODE009", "MODE014", "MODE015", "MODE017",
+    "NAME002", "NAME003", "NAME006", "NAME008", "NAME009", "NAME010",
+    "NET004", "NET007", "NET009", "NET011", "NET012", "NET014", "NET015", "NET018",
+    "PKG002", "PKG007", "PKG009", "PKG011", "PKG012", "PKG013",
+    "PORT002", "PORT005", "PORT006",
+    "PROG007", "PROG009", "PROG013", "PROG015", "PROG019", "PROG020", "PROG021", "PROG024",
+    "RADIO002",
+    "REF003", "REF004",
+    "SAFE001", "SAFE002", "SAFE004",
+    "SEC003", "SEC004",
+    "SENSE002", "SENSE004", "SENSE006", "SENSE008", "SENSE010", "SENSE012", "SENSE013", "SENSE014",
+    "SENSE015",
+    "SET001",
+    "SIL001",
+    "TIME002", "TIME003", "TIME005",
+    "TOPIC002", "TOPIC003", "TOPIC004", "TOPIC005", "TOPIC006", "TOPIC008", "TOPIC009", "TOPIC010",
+    "YAML009", "YAML010", "YAML011", "YAML012", "YAML015",
+})  # fmt: skip
