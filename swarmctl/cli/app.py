@@ -19,6 +19,7 @@ from swarmctl.cli.verbs.firmware import firmware
 from swarmctl.cli.verbs.graph import graph
 from swarmctl.cli.verbs.init import init
 from swarmctl.cli.verbs.lab import lab
+from swarmctl.cli.verbs.migrate import migrate
 from swarmctl.cli.verbs.mode import mode
 from swarmctl.cli.verbs.plan import plan
 from swarmctl.cli.verbs.remove import remove
@@ -34,6 +35,7 @@ VERBS: Mapping[Callable[..., None], Sequence[int]] = {  # with their own exit co
     init: (),
     validate: (),
     spec: (),
+    migrate: (),
     render: (),
     graph: (),
     trust: (exit_codes.HOSTS_UNREACHABLE,),

@@ -10,6 +10,8 @@ from pathlib import Path
 import yaml
 
 from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors
+from swarmctl.migration.versions import CODE as OTHER_VERSION
+from swarmctl.migration.versions import SPEC_VERSIONS, version_finding
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import RobotSettings
@@ -98,9 +100,9 @@ class Draft:
 
     @property
     def is_readable(self) -> bool:
-        """False after a syntax error, or too many ranges: what follows is unknown."""
+        """False after a syntax error, too many ranges or in another version: what follows is unknown."""
         return self.root is not None and not any(
-            one.code == "RANGE003" or (one.code.startswith("YAML") and one.code != "YAML002")
+            one.code in ("RANGE003", OTHER_VERSION) or (one.code.startswith("YAML") and one.code != "YAML002")
             for one in self._errors()
         )
 
@@ -212,6 +214,8 @@ def _draft(
     root, wrong = _one(trees, budget.texts)
     if has_errors(found):  # an overlay may change what was not read
         wrong = [one for one in wrong if not one.code.startswith("OVER")]
+    if (other_version := version_finding(root, path, SPEC_VERSIONS)) is not None:
+        wrong.append(other_version)
     return Draft(root, path, budget.texts, catalog, (*catalog.diagnostics, *found, *wrong))
 
 

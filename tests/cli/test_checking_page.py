@@ -16,7 +16,7 @@ from tests import ROOT
 
 PAGE = (ROOT / "docs/checking.md").read_text("utf-8")
 PROGRAM = Path(sys.executable).with_name("swarmctl")
-COMMANDS = re.findall(r"^swarmctl (.+?)(?: +#.*)?$", PAGE, re.MULTILINE)
+COMMANDS = re.findall(r"^swarmctl (validate .+?)(?: +#.*)?$", PAGE, re.MULTILINE)
 
 
 @pytest.fixture
