@@ -29,6 +29,7 @@ from swarmctl.yamltext.tree_changes import REMOVED, Change, changed, changes_of
 
 MOST_FAULTS = 200  # of one round; with more of them nothing is repaired
 _ROUNDS = 12
+_MOST_TYPES = 40  # that are repaired; a lab has a few of its own
 _MOST_KEYS = 5  # that an unknown one may be
 _SECTIONS = frozenset({"hosts", "robots", "links", "programs", "control", "islands"})
 
@@ -224,13 +225,13 @@ def _within(span: Span, place: Span) -> bool:
 def repaired_catalog(catalog: Catalog, number: int) -> tuple[Catalog, list[Diagnostic]]:
     """Returns the catalog with its broken types repaired, and the findings that appear meanwhile.
 
-    A type that cannot be repaired is a shipped one; which one depends on ``number``.
+    A type that cannot be repaired, or comes after many, is a shipped one; which one depends on ``number``.
     """
     shipped = tuple(load_catalog().types.values())
     types, found = dict(catalog.types), list[Diagnostic]()
     for place, (name, source) in enumerate(catalog.broken.items()):
         robot_type = None
-        if source is not None and source.root is not None:
+        if place < _MOST_TYPES and source is not None and source.root is not None:
             repair = Repair(RobotType, source.root, source.path, source.texts, number)
             robot_type, _ = repair.value()
             found += repair.found.elements()
