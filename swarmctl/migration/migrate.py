@@ -38,7 +38,7 @@ class Migrated:
     With ``undone`` changes the texts are those of the last version that was reached, and not to be written.
     """
 
-    version: int | None  # that the spec declared; None: no whole number
+    version: int | None  # that the spec declared; None: none that is known
     texts: Mapping[str, str]
     notes: tuple[str, ...] = ()
     undone: tuple[tuple[Span, str], ...] = ()
@@ -48,8 +48,10 @@ def migrated(layers: Sequence[Path], read: Read, to: int, versions: Versions = S
     """Returns a spec and the files laid over it in version ``to``. Raises UnreadableError."""
     texts: dict[str, str] = {}
     version = _version(layers, read)
+    if version is None or (version < to and version not in versions.steps_from):
+        return Migrated(None, {})
     notes: list[str] = []
-    for step_from in range(to if version is None else version, to):
+    for step_from in range(version, to):
         undone: list[tuple[Span, str]] = []
         new = dict(texts)
         for step in (*versions.steps_from[step_from], _declares(step_from + 1)):

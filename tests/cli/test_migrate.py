@@ -78,3 +78,12 @@ def test_a_newer_spec_is_not_touched(spec: Path, capsys: pytest.CaptureFixture[s
     assert run(["migrate", str(spec), "--write"]) == exit_codes.ERROR
     assert "version 2 of the spec format is newer than this swarmctl" in capsys.readouterr().err
     assert spec.read_text("utf-8") == NEW
+
+
+@pytest.mark.parametrize("version", ["", "version: -3\n", "version: 0\n", "version: 2.5\n", "version: v1\n"])
+def test_a_spec_without_a_known_version_is_an_error(
+    spec: Path, version: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec.write_text(f"{version}hosts: {{}}\n", "utf-8")
+    assert run(["migrate", str(spec)]) == exit_codes.ERROR
+    assert "swarm.yaml declares no version of the format that this swarmctl knows" in capsys.readouterr().err

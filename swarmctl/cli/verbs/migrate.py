@@ -40,7 +40,10 @@ def migrate(
     except UnreadableError as error:
         console.print_diagnostics(error.found)
         raise typer.Exit(exit_codes.ERROR) from None
-    if found.version is not None and found.version > wanted:
+    if found.version is None:
+        way = f"write `version: {newest}` if it is a new spec, then `swarmctl validate {spec.first}`"
+        console.fail(f"{spec} declares no version of the format that this swarmctl knows", way)
+    if found.version > wanted:
         newer = f"{spec}: version {found.version} of the spec format is newer than "
         console.fail(newer + ("this swarmctl" if found.version > newest else f"version {wanted}"))
     if found.undone:
