@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import islice
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from swarmctl.diagnostics import Diagnostic
+from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.field_types import KEY, ConsistencyError
 from swarmctl.spec.model_lookup import described, known_keys, unit_at
 from swarmctl.spec.pattern_texts import NAME, PATTERN_TEXTS
@@ -25,11 +26,13 @@ from swarmctl.spec.validation_fixes import (
     kinds_with,
     legal_name,
     noun_at,
+    unescaped,
     without_tag,
 )
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.units import Unit
-from swarmctl.yamltext.edits import written
+from swarmctl.yamltext.edits import make_fix, replace_value, written
+from swarmctl.yamltext.invisible import first_invisible, named, without_invisible
 from swarmctl.yamltext.limits import MAX_FINDINGS
 from swarmctl.yamltext.source import Loc, Source
 
@@ -93,9 +96,27 @@ def _beginning(data: Any) -> Any:
 
 def _misfits(errors: ValidationError, source: Source, model: type[M]) -> list[Misfit]:
     return [
-        Misfit(replace(_diagnostic(error, source, model), fix=fix_for(error, source, model)), error)
+        Misfit(
+            _with_fix(error, source, _diagnostic(error, source, model), fix_for(error, source, model)),
+            error,
+        )
         for error in _causes(errors.errors(include_url=False), model)
     ]
+
+
+def _with_fix(error: Any, source: Source, found: Diagnostic, fix: Fix | None) -> Diagnostic:
+    """Returns the finding with its fix; characters that nobody sees are named first."""
+    loc, given = without_tag(tuple(error["loc"])), error.get("input")
+    in_key = error["type"] == "extra_forbidden" or loc[-1:] == (KEY,)
+    text = str(loc[-1]) if error["type"] == "extra_forbidden" else given
+    place = first_invisible(text) if isinstance(text, str) else None
+    if place is None:
+        return replace(found, fix=fix)
+    help_ = f"its character {place + 1} is {named(text[place])}: write a blank, or remove it"
+    plain = without_invisible(text)
+    if fix is None and not in_key:
+        fix = make_fix(f"write `{plain}`", replace_value(source, loc, plain), safe=True)
+    return replace(found, help=(help_, *found.help), fix=fix)
 
 
 def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:
@@ -313,6 +334,10 @@ def _help_for_type(
 def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:
     if str(given) in choices:
         return (f"write {given} without quotes",)
+    if meant := unescaped(given, choices):
+        return (f"write {json.dumps(meant)} in double quotes: others keep the backslash as a character",)
+    if not all(word.isprintable() for word in choices):
+        return (f"it is one of {', '.join(map(json.dumps, choices))}, in double quotes",)
     return (
         (f"it can only be `{choices[0]}`",)
         if len(choices) == 1

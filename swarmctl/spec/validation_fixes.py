@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import ipaddress
+import json
 import re
 from typing import Any
 
@@ -35,6 +37,7 @@ _UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
     (("sensors", None), tuple(SENSORS), "sensor"),
     (("types", None, "sensors", None), tuple(SENSORS), "sensor"),
 )
+_CHOICE = re.compile(r"'(?:[^'\\]|\\.)*'|[-+]?[0-9]+")  # as pydantic lists them: 'a', 'b' or 1
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _ONE_WORD = re.compile("[A-Za-z0-9_./:~-]+", re.ASCII)
 _RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
@@ -94,6 +97,8 @@ def _word_fix(source: Source, loc: Loc, meant: Guess) -> Fix | None:
 
 
 def _choice_fix(source: Source, loc: Loc, given: Any, known: list[str]) -> Fix | None:
+    if meant := unescaped(given, known):
+        return make_fix(f"write {json.dumps(meant)}", replace_value(source, loc, meant), safe=True)
     if str(given) not in known:
         return _word_fix(source, loc, guess(str(given), tuple(known)))
     if is_number(given) and _DIGITS.fullmatch(given):
@@ -168,7 +173,12 @@ def kinds_with(key: str) -> list[str]:
 
 def choices(error: Any) -> list[str]:
     """Returns the words that a value can be."""
-    return [word.strip("' ") for word in error["ctx"]["expected"].replace(" or ", ", ").split(",")]
+    return [str(ast.literal_eval(word)) for word in _CHOICE.findall(error["ctx"]["expected"])]
+
+
+def unescaped(given: Any, known: list[str]) -> str | None:
+    """Returns the control character among the choices whose escape ``given`` is: single quotes keep it."""
+    return next((word for word in known if not word.isprintable() and json.dumps(word)[1:-1] == given), None)
 
 
 def is_number(given: Any) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import yaml
 
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext.compose import Pair, is_null, pairs_of, span_of
 from swarmctl.yamltext.limits import MAX_DEPTH, MAX_NODES
 
@@ -91,6 +92,9 @@ class _Overlay:
                 del laid[meant[0]]
             elif meant:
                 laid[meant[0]] = self._entry(base.value[meant[0]], entry, essence)
+            elif identity and essence not in pairs_of(entry):
+                known = [one[1] for one in places if one and one[0] == identity[0]]
+                self._no_such_entry(identity, entry, known, essence)
             else:
                 added.append(entry)
             if identity:
@@ -116,6 +120,23 @@ class _Overlay:
                 f"the files below have no {what} to remove",
                 span_of(node),
                 help=("remove this line, or correct the name",),
+            )
+        )
+
+    def _no_such_entry(
+        self, identity: tuple[str, str], entry: yaml.MappingNode, known: list[str], essence: str
+    ) -> None:
+        """Without its essence an entry changes one of the base file; none is meant by this one."""
+        key, name = identity
+        self.diagnostics.append(
+            Diagnostic(
+                "OVER004",
+                f"the files below have no entry `{key}: {name}` to change",
+                span_of(pairs_of(entry)[key][1]),
+                help=(
+                    *did_you_mean(name, known, "the entries are"),
+                    f"a new entry needs `{essence}`",
+                ),
             )
         )
 

@@ -7,6 +7,7 @@ import re
 import yaml
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.yamltext.invisible import first_invisible, named
 from swarmctl.yamltext.limits import MAX_FIXABLE
 
 
@@ -89,7 +90,21 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
         mark = place
     elif place is not None and "anchor" in problem:
         notes = (Note(at(place), "first here"),)
-    return Diagnostic("YAML001", message, at(mark), notes=notes, help=(fix,) if fix else ())
+    advice = (fix,) if fix else ()
+    if hidden := _invisible_near(text, mark):
+        notes = (*notes, hidden)
+        advice = ("YAML takes this character for a letter: write a blank, or remove it", *advice)
+    return Diagnostic("YAML001", message, at(mark), notes=notes, help=advice)
+
+
+def _invisible_near(text: str, mark: yaml.Mark) -> Note | None:
+    """Returns the first invisible character of the line of an error, or of the line before it."""
+    lines = re.split("\r\n|[\r\n]", text[: mark.index + 200])[: mark.line + 1]
+    for number, line in list(enumerate(lines, 1))[-2:]:
+        if (place := first_invisible(line)) is not None:
+            span = Span(mark.name, number, place + 1, number, place + 2)
+            return Note(span, f"the character {named(line[place])}")
+    return None
 
 
 def _quote_over_lines(text: str, mark: yaml.Mark) -> Span | None:

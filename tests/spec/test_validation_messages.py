@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import pytest
 from pydantic import Field, create_model
 
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import Model
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.model import Computers, Spec
@@ -70,3 +71,47 @@ def test_no_message_is_pydantics_own(annotation: Any, text: str) -> None:
     found = printed(annotation, parse("value: ab", "swarm.yaml")[0])
     assert text in found
     assert "should" not in found
+
+
+def only_finding(annotation: Any, text: str) -> Diagnostic:
+    source, _ = parse(text, "swarm.yaml")
+    _, (found,) = validated(create_model("Tried", __base__=Model, value=(annotation, ...)), source)
+    return found
+
+
+@pytest.mark.parametrize("text", ["{value: \\n}", "{value: '\\n'}"])
+def test_an_escape_outside_double_quotes_has_a_fix(text: str) -> None:
+    found = only_finding(Literal["\r", "\n"], text)
+    assert 'write "\\n" in double quotes' in found.help[0]
+    assert found.fix is not None
+    assert [edit.text for edit in found.fix.edits] == ['"\\n"']
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "fixed"),
+    [
+        ("{value: ab\u00a0}", "its character 3 is U+00A0 (no-break space)", "ab"),
+        ("{value: \u00a0cd}", "its character 1 is U+00A0 (no-break space)", "cd"),
+        ("{value: c\u200bd}", "its character 2 is U+200B (zero width space)", "cd"),
+        ("{value: ab, c:\u00a0d: b}", "its character 3 is U+00A0 (no-break space)", None),
+    ],
+)
+def test_characters_that_nobody_sees_are_named(text: str, name: str, fixed: str | None) -> None:
+    found = only_finding(Literal["ab", "cd"], text)
+    assert name in found.help[0]
+    assert (found.fix.edits[0].text if found.fix else None) == fixed
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column"),
+    [("a:\n\u00a0\u00a0b: 1\n  c: 2\n", 2, 1), ("a: 1\nb:\u00a02\nc: 3\n", 2, 3)],
+)
+def test_they_are_shown_beside_a_syntax_error(text: str, line: int, column: int) -> None:
+    _, (found,) = parse(text, "swarm.yaml")
+    note = found.notes[-1]
+    assert (note.span.line, note.span.column, note.text) == (
+        line,
+        column,
+        "the character U+00A0 (no-break space)",
+    )
+    assert "write a blank" in found.help[0]
