@@ -57,7 +57,7 @@ def _island_of(context: RuleContext, robot: str) -> str | None:
     return home.name if home is not None else None
 
 
-@rule("AUTH002", "AUTH003")
+@rule("AUTH002", "AUTH003", "AUTH009")
 def equal_priorities(context: RuleContext) -> Iterator[Diagnostic]:
     """Two commanders of one robot with the same priority; a robot listed twice for one commander."""
     first: dict[str, list[tuple[str, int, int, int]]] = {}
@@ -67,19 +67,22 @@ def equal_priorities(context: RuleContext) -> Iterator[Diagnostic]:
             for by, priority, other, there in earlier:
                 if other == index or (by != control.by and priority != control.priority):
                     continue
-                rival = by != control.by
+                rival, equal = by != control.by, priority == control.priority
+                twice = f"robot `{robot}` is listed twice for commander `{control.by}`"
                 yield Diagnostic(
-                    "AUTH002" if rival else "AUTH003",
+                    "AUTH002" if rival else "AUTH003" if equal else "AUTH009",
                     f"`{by}` and `{control.by}` command robot `{robot}` with the same priority, {priority}"
                     if rival
-                    else f"robot `{robot}` is listed twice for commander `{by}`",
+                    else twice
+                    if equal
+                    else f"{twice}, with the priorities {priority} and {control.priority}",
                     context.span("control", index, "of", place),
                     label="ambiguous authority" if rival else "second entry",
                     notes=(Note(context.span("control", other, "of", there), "first entry"),),
                     help=(f"give the commander that has to win a higher priority: priority: {priority + 1}",)
                     if rival
                     else ("keep one of the two",),
-                    fix=None if rival else _once(context, index, place, equal=priority == control.priority),
+                    fix=None if rival else _once(context, index, place, equal=equal),
                 )
                 break
             earlier.append((control.by, control.priority, index, place))
