@@ -13,7 +13,7 @@ from swarmctl.cli.spec_fixes import SpecFixes
 
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
-    from swarmctl.rules.fixes import Fixed
+    from swarmctl.rules.fixes import Fixable, Fixed
 
 
 def apply_fixes(specs: Iterable[SpecFiles], *, unsafe: bool, quiet: bool) -> None:
@@ -21,28 +21,39 @@ def apply_fixes(specs: Iterable[SpecFiles], *, unsafe: bool, quiet: bool) -> Non
     from swarmctl.views.escape import printable
 
     for spec in specs:
-        fixed, changes = _changes(spec, unsafe=unsafe)
+        fixable, changes = _changes(spec, unsafe=unsafe)
         for change in changes:
             file_writes.write(change)
-        for found in fixed.made if not quiet else ():
+        for found in _chosen(fixable, unsafe=unsafe).made if not quiet else ():
             title = found.fix.title if found.fix else ""
             console.err().print(printable(f"fixed {found.code} {found.span}: {title}"))
 
 
 def show_diffs(specs: Iterable[SpecFiles], *, unsafe: bool) -> bool:
     """Print the changes that ``--fix`` would make; True if there are any."""
-    changes = [change for spec in specs for change in _changes(spec, unsafe=unsafe)[1]]
-    for change in changes:
-        sys.stdout.write(file_writes.difference(change))
-    return bool(changes)
+    from swarmctl.views.escape import printable
+
+    some = False
+    for spec in specs:
+        fixable, changes = _changes(spec, unsafe=unsafe)
+        for change in changes:
+            sys.stdout.write(file_writes.difference(change))
+        if not changes and fixable.all.made:
+            console.err().print(printable(f"{spec}: no safe fix; `--unsafe-fixes --diff` shows the guesses"))
+        some = some or bool(changes)
+    return some
 
 
-def _changes(spec: SpecFiles, *, unsafe: bool) -> tuple[Fixed, list[Change]]:
+def _chosen(fixable: Fixable, *, unsafe: bool) -> Fixed:
+    return fixable.all if unsafe else fixable.safe
+
+
+def _changes(spec: SpecFiles, *, unsafe: bool) -> tuple[Fixable, list[Change]]:
     """The fixes and the changes to the files."""
     files = SpecFixes(spec)
     fixable = files.fixable()
-    fixed = fixable.all if unsafe else fixable.safe
+    texts = _chosen(fixable, unsafe=unsafe).texts
     changes = [
-        Change(files.read(Path(file)), file, files.original(file), text) for file, text in fixed.texts.items()
+        Change(files.read(Path(file)), file, files.original(file), text) for file, text in texts.items()
     ]
-    return fixed, [change for change in changes if change.before != change.after]
+    return fixable, [change for change in changes if change.before != change.after]
