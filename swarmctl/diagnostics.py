@@ -107,6 +107,13 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
 
 
+def without_echoes(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """What is wrong at a place makes a warning about the same place idle."""
+    diagnostics = list(diagnostics)
+    wrong = {found.span for found in diagnostics if found.severity is Severity.ERROR}
+    return [found for found in diagnostics if found.severity is Severity.ERROR or found.span not in wrong]
+
+
 def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """By file, line and column; those without a place first; the same finding only once.
 

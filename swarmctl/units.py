@@ -12,8 +12,7 @@ from decimal import Decimal
 from functools import cache
 from typing import Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import CoreSchema, core_schema
+from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 
 from swarmctl.suggest import nearest
 
@@ -182,20 +181,17 @@ class Unit:
         alike = [one for one in self.others if one[0] == unit[0] and len(one) == len(unit)]
         return alike[0] if len(alike) == 1 else nearest(unit, self.others) if len(unit) > 2 else None
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
         """Reads text with a unit, before the number is checked."""
-        schema = handler(source)
-        read = self._read_whole if schema["type"] == "int" else self.read
-        return core_schema.no_info_before_validator_function(read, schema)
+        read = self._read_whole if handler(source)["type"] == "int" else self.read
+        return BeforeValidator(read).__get_pydantic_core_schema__(source, handler)
 
     def _read_whole(self, value: Any) -> Any:
         """Reads a whole number; one of a coarser unit is rounded, as 1 GiB is no whole number of MB."""
         read = self.read(value)
         return round(read) if isinstance(value, str) and isinstance(read, float) else read
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Notes the unit; `with_unit` makes of it what editors understand."""
         return {**handler(schema), X_UNIT: self.symbol}
 

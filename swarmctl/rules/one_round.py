@@ -10,11 +10,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
-from swarmctl.diagnostics import Diagnostic, in_order
+from swarmctl.diagnostics import Diagnostic, in_order, without_echoes
 from swarmctl.rules.context import Rule, RuleContext
 from swarmctl.rules.name_repairs import name_faults
 from swarmctl.rules.suppressions import apply_suppressions
-from swarmctl.spec.load import Document, Draft, document_of, homeless_codecs, without_echoes
+from swarmctl.spec.load import Document, Draft, document_of, homeless_codecs
 from swarmctl.spec.model import Spec
 from swarmctl.spec.recovery import MOST_FAULTS, Repair, repaired_catalog
 from swarmctl.yamltext.limits import MAX_FINDINGS

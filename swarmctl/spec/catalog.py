@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from swarmctl import resources
-from swarmctl.diagnostics import Diagnostic, has_errors
+from swarmctl.diagnostics import Diagnostic, has_errors, without_echoes
 from swarmctl.robot_types.codec_check import read_codec
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.model import Computer, Computers
@@ -110,4 +110,4 @@ def _parsed(
     if has_errors(problems):
         return None, source, problems
     value, wrong = validated(model, source)
-    return value, source, [*problems, *wrong]
+    return value, source, without_echoes([*problems, *wrong])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors
+from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors, without_echoes
 from swarmctl.migration.versions import CODE as OTHER_VERSION
 from swarmctl.migration.versions import SPEC_VERSIONS, version_finding
 from swarmctl.robot_types.protocols import PythonProtocol
@@ -262,12 +262,6 @@ def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Nod
         root, found = overlaid(root, over)
         diagnostics += found
     return root, diagnostics
-
-
-def without_echoes(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """What is wrong at a place makes a warning about the same place idle."""
-    wrong = {found.span for found in diagnostics if found.severity is Severity.ERROR}
-    return [found for found in diagnostics if found.severity is Severity.ERROR or found.span not in wrong]
 
 
 def _empty(path: str) -> Diagnostic:

@@ -93,7 +93,7 @@ def test_every_example_is_valid_without_its_hash(protocol: str) -> None:
         ("line", "baud: 115200", "baud: fast", "`baud` must be a whole number, not `fast`"),
         ("line", "baud: 115200", "baud: 12", "`baud` cannot be `12`"),
         ("line", "speed_max: 0.25", "speed_max: .inf", "`wheel_speed_max` cannot be `inf`"),
-        ("line", "speed_max: 0.25", "speed_max: 80 mm", "`wheel_speed_max` must be a number, not `80 mm`"),
+        ("line", "speed_max: 0.25", "speed_max: 80 mm", "`80 mm` is a length, and this is a speed"),
         ("line", "S,{left},{right}", "S,{left}", "needs {left} and {right}, once each"),
         ("line", "title: Ant", 'title: "a\\nb"', "`title` cannot be `a\nb`"),
         ("line", "kinds: [serial]", "kinds: [usb]", "cannot be `usb`"),

@@ -218,6 +218,8 @@ EXEMPT = {
     ("spec/model.py", "joystick.launch"),
     ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
+    ("rules/families/programs/values.py", ".launch"),  # a rule with `ros1=True`
+    ("spec/package_search.py", ".launch"),  # the packages of ROS 1 that lie beside a spec
     ("health/checks.py", "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"),
     (
         "health/bridge_checks.py",
