@@ -96,8 +96,13 @@ def test_a_node_goes_on_when_another_server_replaces_its_master(tmp_path):
         node.wait_until_ready()
         with pytest.raises(subprocess.TimeoutExpired):
             node.process.wait(3)
-        node.drive(0.3, 0.1)
-        assert wiring.moving()
+
+        def drives() -> bool:
+            node.command(0.1)
+            return wiring.moving()
+
+        wait_for(drives, interval=0.05)
+        assert node.process.poll() is None
 
 
 @pytest.mark.parametrize("type_name", TYPES)
