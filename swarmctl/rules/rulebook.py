@@ -38,7 +38,12 @@ _THREAD = re.compile(r"([A-Za-z0-9_.-]+/[A-Za-z0-9_.-]+)#([0-9]+)")
 
 @dataclass(frozen=True)
 class RuleText:
-    """The text of one rule. ``fails`` and ``passes`` are overlays on the example swarm."""
+    """The text of one rule. ``fails`` and ``passes`` are overlays on the example swarm.
+
+    ``threads`` are public threads in which people met the fault: ``owner/repository#number``, or a URL.
+    ``manuals`` are URLs of manuals, standards and papers that describe it. A rule without both is this
+    format's ``own``.
+    """
 
     id: str
     family: str
@@ -46,6 +51,8 @@ class RuleText:
     what: str
     why: str
     threads: tuple[str, ...]
+    manuals: tuple[str, ...]
+    own: bool
     fix: str
     fails: str | None
     passes: str | None
@@ -66,6 +73,8 @@ class RuleText:
             "what": self.what,
             "why": self.why,
             "threads": list(self.links),
+            "manuals": list(self.manuals),
+            "own": self.own,
             "fix": self.fix,
             "fails": self.fails,
             "passes": self.passes,
@@ -100,6 +109,8 @@ def _rule(id_: str, family: str, text: Mapping[str, Any]) -> RuleText:
         what=text["what"],
         why=text["why"].strip(),
         threads=tuple(text.get("threads", ())),
+        manuals=tuple(text.get("manuals", ())),
+        own=text.get("own", False),
         fix=text["fix"].strip(),
         fails=text.get("fails"),
         passes=text.get("passes"),

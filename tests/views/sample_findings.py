@@ -71,7 +71,7 @@ RULES = {
         "ADDR003", "Identity", Severity.ERROR,
         what="No two hosts share an address",
         why="Both would answer, now one and now the other.",
-        threads=(),
+        threads=(), manuals=(), own=True,
         fix="Give each its own.",
         fails=None, passes=None, shown="", firm=False,
     )
