@@ -20,7 +20,7 @@ from swarmctl.rules.families.devices import bauds, board_ports, devices, links
 from swarmctl.rules.families.identity import rules as identity
 from swarmctl.rules.families.modes import islands
 from swarmctl.rules.families.modes import rules as modes
-from swarmctl.rules.families.multimaster import bridged_topics, discovery
+from swarmctl.rules.families.multimaster import bridged_masters, bridged_topics, discovery
 from swarmctl.rules.families.naming import remaps
 from swarmctl.rules.families.naming import rules as naming
 from swarmctl.rules.families.network import addresses, reachability
@@ -35,7 +35,7 @@ from swarmctl.rules.families.sense import rules as sense
 from swarmctl.rules.families.serial_lines import rules as serial_lines
 from swarmctl.rules.families.settings import rules as settings
 from swarmctl.rules.families.time import rules as time
-from swarmctl.rules.families.topics import message_types, sources
+from swarmctl.rules.families.topics import message_types, sources, subscribers
 from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
 from swarmctl.rules.one_round import all_at_once
@@ -81,9 +81,11 @@ _MODULES: tuple[ModuleType, ...] = (
     naming,
     remaps,
     topics,
+    subscribers,
     sources,
     message_types,
     discovery,
+    bridged_masters,
     bridged_topics,
     authority,
     safety,

@@ -23,7 +23,7 @@ def _settings(context: RuleContext) -> Multimaster | None:
     return context.spec.multimaster if context.spec.mode in MULTIMASTER else None
 
 
-def _discovering(context: RuleContext) -> tuple[Multimaster, Discovery] | None:
+def discovering(context: RuleContext) -> tuple[Multimaster, Discovery] | None:
     """The same with the limits of the discovery; None where the provider discovers nothing (MM015)."""
     settings = _settings(context)
     limits = provider_of(settings).discovery if settings is not None else None
@@ -33,7 +33,7 @@ def _discovering(context: RuleContext) -> tuple[Multimaster, Discovery] | None:
 @rule("MM001")
 def strangers(context: RuleContext) -> Iterator[Diagnostic]:
     """Lists of masters name a host that runs none."""
-    found = _discovering(context)
+    found = discovering(context)
     if found is None:
         return
     settings, _ = found
@@ -71,14 +71,14 @@ def _masters_named(settings: Multimaster) -> Iterator[tuple[Loc, str, bool]]:
 @rule("MM002")
 def one_sided_peers(context: RuleContext) -> Iterator[Diagnostic]:
     """A peer list without its counterpart; a hub without a list has all other hubs as peers."""
-    found = _discovering(context)
+    found = discovering(context)
     if found is None:
         return
     settings, _ = found
     for hub, peers in settings.robot_hosts.items():
         for index, other in enumerate(peers):
             back = settings.robot_hosts.get(other)
-            if other == hub or back is None or hub in back or _multicast(context, hub, other) is True:
+            if other == hub or back is None or hub in back or multicast(context, hub, other) is True:
                 continue
             loc = ("multimaster", "robot_hosts", other)
             yield Diagnostic(
@@ -94,7 +94,7 @@ def one_sided_peers(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-def _multicast(context: RuleContext, one: str, other: str) -> bool | None:
+def multicast(context: RuleContext, one: str, other: str) -> bool | None:
     """Returns whether multicast passes between two hosts, or None if unknown."""
     known = [
         link.multicast for index, link in context.networks_of.get(one, ()) if other in context.members[index]
@@ -105,7 +105,7 @@ def _multicast(context: RuleContext, one: str, other: str) -> bool | None:
 @rule("MM003")
 def both_filters(context: RuleContext) -> Iterator[Diagnostic]:
     """Both filters are set, so masters in neither list are accepted."""
-    found = _discovering(context)
+    found = discovering(context)
     if found is not None and found[0].sync_hosts and found[0].ignore_hosts:
         yield Diagnostic(
             "MM003",
@@ -123,7 +123,7 @@ def both_filters(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("MM004")
 def groups(context: RuleContext) -> Iterator[Diagnostic]:
     """A multicast group reserved for other protocols."""
-    found = _discovering(context)
+    found = discovering(context)
     if found is None or "group" not in found[0].model_fields_set or found[0].group == found[1].group:
         return
     settings, limits = found
@@ -144,7 +144,7 @@ def groups(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("MM005", "MM009")
 def heartbeats(context: RuleContext) -> Iterator[Diagnostic]:
     """A heartbeat rate too low to notice a lost robot in time, or for many masters."""
-    found = _discovering(context)
+    found = discovering(context)
     if found is None:
         return
     settings, limits = found
@@ -174,7 +174,7 @@ def heartbeats(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("MM006")
 def memories(context: RuleContext) -> Iterator[Diagnostic]:
     """A master is removed before its state is requested."""
-    found = _discovering(context)
+    found = discovering(context)
     if found is None or found[0].remove_after > found[0].active_request_after:
         return
     settings, limits = found
@@ -199,91 +199,6 @@ def memories(context: RuleContext) -> Iterator[Diagnostic]:
         if key == "remove_after"
         else None,
     )
-
-
-@rule("MM007", "MM008")
-def parted_islands(context: RuleContext) -> Iterator[Diagnostic]:
-    """A topic bridged between masters without a common network, or without discovery."""
-    found = _discovering(context)
-    hubs = {island.name: island.hub for island in context.islands}
-    seen: set[frozenset[str]] = set()
-    for bridge in context.bridges:
-        for to in bridge.to:
-            one, other = hubs[bridge.origin], hubs[to]
-            if frozenset((one, other)) in seen:
-                continue
-            seen.add(frozenset((one, other)))
-            if not any(other in context.members[index] for index, _ in context.networks_of[one]):
-                yield Diagnostic(
-                    "MM007",
-                    f"`{bridge.topic}` is bridged from `{one}` to `{other}`, which share no network",
-                    context.span("hosts", other, key=True),
-                    label="no wlan or ethernet has both hosts",
-                    notes=(Note(context.span("hosts", one, key=True), "the origin"),),
-                    help=(f"put both on one network: {{kind: wlan, name: ..., hosts: [{one}, {other}]}}",),
-                )
-            elif found is not None and _undiscovered(context, found[0], one, other):
-                loc = ("multimaster", "robot_hosts", one)
-                yield Diagnostic(
-                    "MM008",
-                    f"`{one}` and `{other}` cannot find each other: no multicast, and neither is a peer",
-                    context.span(*loc, key=True),
-                    label=f"`{bridge.topic}` is bridged between them",
-                    notes=(
-                        Note(
-                            context.span("multimaster", "robot_hosts", other, key=True), "the other peer list"
-                        ),
-                    ),
-                    help=("add each to the list of the other, or remove `robot_hosts` to make all peers",),
-                    fix=make_fix(
-                        "add each to the peers of the other",
-                        append_item(context.source, loc, other),
-                        append_item(context.source, ("multimaster", "robot_hosts", other), one),
-                        safe=False,
-                    ),
-                )
-
-
-def _undiscovered(context: RuleContext, settings: Multimaster, one: str, other: str) -> bool:
-    lists = settings.robot_hosts
-    return (
-        other not in lists.get(one, (other,))
-        and one not in lists.get(other, (one,))
-        and _multicast(context, one, other) is False
-    )
-
-
-@rule("MM014")
-def excluded_origins(context: RuleContext) -> Iterator[Diagnostic]:
-    """A bridged topic from a master that the filters exclude."""
-    found = _discovering(context)
-    if found is None or not (found[0].sync_hosts or found[0].ignore_hosts):
-        return
-    settings, _ = found
-    hubs = {island.name: island.hub for island in context.islands}
-    reported: set[str] = set()
-    for bridge in context.bridges:
-        hub = hubs[bridge.origin]
-        out = hub in settings.ignore_hosts or (settings.sync_hosts and hub not in settings.sync_hosts)
-        if not out or hub in reported:
-            continue
-        reported.add(hub)
-        ignored = hub in settings.ignore_hosts
-        key = "ignore_hosts" if ignored else "sync_hosts"
-        yield Diagnostic(
-            "MM014",
-            f"`{bridge.topic}` is bridged from `{hub}`, which the filters exclude",
-            context.span("multimaster", key, settings.ignore_hosts.index(hub))
-            if ignored
-            else context.span("multimaster", key),
-            label="excluded here" if ignored else f"without `{hub}`",
-            help=(f"remove `{hub}` from the list" if ignored else f"add `{hub}` to `sync_hosts`",),
-            fix=None
-            if ignored
-            else make_fix(
-                f"add `{hub}`", append_item(context.source, ("multimaster", "sync_hosts"), hub), safe=False
-            ),
-        )
 
 
 @rule("MM015")

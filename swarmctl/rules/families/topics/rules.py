@@ -1,34 +1,22 @@
-"""Declared topics: one type per topic, with a publisher, and not shared by robots."""
+"""Declared topics: one type per topic, not shared by robots, and with somebody at the other end."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Program
-from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, nearest, suggestion
+from swarmctl.suggest import is_near, nearest
 from swarmctl.swarm.names import namespace, split_topic
 from swarmctl.swarm.topics import (
     COMMAND,
     COMMAND_TYPE,
-    JOY_TYPE,
     Endpoint,
     sensor_behind,
-    sensors_of,
 )
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
-
-_GAMEPAD = (
-    "read the gamepad without another node: params: {device: /dev/input/js0}",
-    "add the program {package: joy, executable: joy_node, params: {autorepeat_rate: 20.0}}",
-)
-_DECLARE = ("correct the name, or declare it under `publishes` of its program",)
-_PAD_WORDS = re.compile("joy|pad|stick|wii|ps[345]|xbox|spacenav|mouse")
-_FEW = 50  # no suggestions for more findings or more candidates than this
 
 
 @rule("TOPIC001")
@@ -94,113 +82,6 @@ def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc
         if is_program or not is_near(one.type, other)
         else make_fix(f"write `{other}`", replace_value(context.source, loc, other), safe=False),
     )
-
-
-@rule("TOPIC002")
-def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
-    """A program subscribes to a topic without a publisher; one finding per program.
-
-    Programs without declared topics may publish anything, and a board may wait for an external publisher;
-    then only topics that look misspelt are reported.
-    """
-    lost = [
-        one
-        for one in context.endpoints
-        if not one.publishes
-        and one.host
-        and not _may_be_published(context, one)
-        and not context.publishers.of(one.topic)
-    ]
-    publishing = {one.owner for one in context.endpoints if one.publishes}
-    programs = context.spec.programs
-    silent = {name for name, one in programs.items() if name not in publishing and one.use is None}
-    gamepads = {name for name in silent if _may_read_a_gamepad(programs[name])}
-    dangling: dict[str, list[tuple[Endpoint, Guess]]] = {}
-    for one in lost:
-        meant = _likely(context, one) if len(lost) <= _FEW else Guess()
-        unknown = gamepads if one.type == JOY_TYPE else silent
-        if meant.words or (unknown <= {one.owner} and programs[one.owner].board is None):
-            dangling.setdefault(one.owner, []).append((one, meant))
-    for owner, found in dangling.items():
-        one, meant = next((pair for pair in found if pair[1].words), found[0])
-        near = meant.only
-        more = f" and {len(found) - 1} more" if len(found) > 1 else ""
-        loc = (*one.loc, "topic")
-        declared = isinstance(one.loc[-1], int)
-        yield Diagnostic(
-            "TOPIC002",
-            f"program `{owner}` subscribes to `{one.topic}`{more}, without a publisher",
-            context.span(*loc),
-            label="waits forever without an error",
-            help=(
-                *(suggestion(meant, (), "") if declared else ()),
-                *(
-                    (f"read `{near}`, which is published: {_reading(programs[owner], near)}",)
-                    if near and not declared
-                    else ()
-                ),
-                *(() if declared else _GAMEPAD if programs[owner].use else _GAMEPAD[1:]),
-                *(_DECLARE if declared else ()),
-            ),
-            fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
-            if near and declared
-            else None,
-        )
-
-
-def _reading(program: Program, topic: str) -> str:
-    """Returns how a program of gamepads is set to read ``topic``."""
-    return f"params: {{topic: {topic}}}" if program.use else f"remap: {{joy: {topic}}}"
-
-
-def _may_read_a_gamepad(program: Program) -> bool:
-    """True if a program that declares nothing may publish a gamepad's state."""
-    return program.launch is not None or bool(
-        _PAD_WORDS.search(f"{program.package} {program.executable}".lower())
-    )
-
-
-def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
-    """True if ROS itself or a person may publish it: common, command and private topics."""
-    topic = one.topic
-    return (
-        topic in context.middleware.topics
-        or topic.rpartition("/")[2] == COMMAND
-        or topic.startswith(f"{one.node}/")
-    )
-
-
-def _likely(context: RuleContext, one: Endpoint) -> Guess:
-    """Returns the published topics that may be meant; a program's own robot comes before others."""
-    space, name = split_topic(one.topic)
-    word = one.topic.rpartition("/")[2]
-    elsewhere = tuple(
-        other
-        for other, types in context.publishers.programs.items()
-        if other.rpartition("/")[2] == word and one.type in types.values()
-    )
-    if len(elsewhere) == 1:
-        return Guess(elsewhere)
-    robots = context.robot_by_namespace
-    known = list(context.publishers.programs)
-    if space in robots:
-        robot = context.spec.robots[robots[space]]
-        known += [f"{space}/{one}" for one in sensors_of(context.types[robot.type], robot.driver)]
-        return guess(one.topic, known)
-    spaces = robots if len(robots) <= _FEW else ()
-    same = tuple(topic for at in spaces if context.publishers.sensed(topic := f"{at}/{name}"))
-    meant, own = guess(one.topic, (*known, *same)), _of_own_robot(context, one, name)
-    if own is None or meant.only == own:
-        without_robot = not space and not meant.words and len(same) <= MOST_NEAR
-        return Guess(same) if without_robot else meant
-    return Guess((*meant.words, own)[:2]) if space else Guess((own,))
-
-
-def _of_own_robot(context: RuleContext, one: Endpoint, name: str) -> str | None:
-    """Returns the topic of that name of the robot that the program belongs to."""
-    robot = context.spec.programs[one.owner].robot
-    topic = f"{namespace(robot)}/{name}" if robot is not None else ""
-    return topic if context.publishers.sensed(topic) else None
 
 
 @rule("TOPIC003")
