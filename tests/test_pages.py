@@ -44,6 +44,10 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+def context_of(command: Any) -> Any:
+    return command.context_class(command, info_name=command.name, resilient_parsing=True)
+
+
 def commands(page: Path) -> Iterator[list[str]]:
     """The arguments of each `swarmctl ...`, in blocks and in sentences."""
     text = page.read_text("utf-8")
@@ -76,9 +80,8 @@ def test_its_commands_are_understood(page: Path) -> None:
         rest = words
         while hasattr(command, "commands") and rest and not rest[0].startswith("-"):
             assert rest[0] in command.commands, words
-            command, rest = command.commands[rest[0]], rest[1:]
-        context = command.context_class(command, info_name=command.name, resilient_parsing=True)
-        command.make_parser(context).parse_args(args=list(rest))  # an unknown option raises
+            _, command, rest = command.resolve_command(context_of(command), list(rest))
+        command.make_parser(context_of(command)).parse_args(args=list(rest))  # an unknown option raises
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.name != "rules.md"], ids=name_of)

@@ -1,67 +1,68 @@
-"""Registers the verbs. Importing this module imports no package of swarmctl but ``cli``."""
+"""Registers the verbs. Importing this module imports none of them and no package of swarmctl but ``cli``."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 import typer
 
 from swarmctl import __version__
 from swarmctl.cli import exit_codes, options
-from swarmctl.cli.verbs.deploy import deploy
-from swarmctl.cli.verbs.driver import driver
-from swarmctl.cli.verbs.driver_new import new
-from swarmctl.cli.verbs.driver_test import driver_test
-from swarmctl.cli.verbs.emulate import emulate
-from swarmctl.cli.verbs.firmware import firmware
-from swarmctl.cli.verbs.graph import graph
-from swarmctl.cli.verbs.init import init
-from swarmctl.cli.verbs.lab import lab
-from swarmctl.cli.verbs.migrate import migrate
-from swarmctl.cli.verbs.mode import mode
-from swarmctl.cli.verbs.plan import plan
-from swarmctl.cli.verbs.remove import remove
-from swarmctl.cli.verbs.render import render
-from swarmctl.cli.verbs.rules import explain, rules
-from swarmctl.cli.verbs.schema import schema
-from swarmctl.cli.verbs.spec import spec
-from swarmctl.cli.verbs.status import status
-from swarmctl.cli.verbs.trust import trust
-from swarmctl.cli.verbs.validate import validate
+from swarmctl.cli.exit_codes import CHANGES, HOSTS_FAILED, HOSTS_UNREACHABLE, UNHEALTHY
+from swarmctl.cli.lazy_verbs import LazyVerbs, Verb
 
-VERBS: Mapping[Callable[..., None], Sequence[int]] = {  # with their own exit codes
-    init: (),
-    validate: (),
-    spec: (),
-    migrate: (),
-    render: (),
-    graph: (),
-    trust: (exit_codes.HOSTS_UNREACHABLE,),
-    plan: (exit_codes.CHANGES, exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE),
-    deploy: (exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE),
-    status: (exit_codes.HOSTS_UNREACHABLE, exit_codes.UNHEALTHY),
-    remove: (exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE),
-    rules: (),
-    explain: (),
-    schema: (),
-    emulate: (),
-}
+
+class Verbs(LazyVerbs):
+    """All verbs, in the order of ``--help``. Each is a function or a group in ``swarmctl/cli/verbs``."""
+
+    verbs = (
+        Verb("init", "Write a valid spec to DIR/swarm.yaml and the schemas for editors to DIR/.swarmctl."),
+        Verb("validate", "Check specs."),
+        Verb(
+            "spec",
+            "Print the effective spec: overlays and includes merged, ranges expanded, defaults applied.",
+        ),
+        Verb("migrate", "Migrate a spec to a newer version of the format."),
+        Verb("render", "Write the release of each host to DIR/HOST."),
+        Verb("graph", "Show a swarm as a graph, or analyse it."),
+        Verb(
+            "trust",
+            "Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec.",
+            HOSTS_UNREACHABLE,
+        ),
+        Verb(
+            "plan",
+            "Show the steps of a deploy on each host, with their causes.",
+            CHANGES,
+            HOSTS_FAILED,
+            HOSTS_UNREACHABLE,
+        ),
+        Verb("deploy", "Deploy the spec to its hosts.", HOSTS_FAILED, HOSTS_UNREACHABLE),
+        Verb("status", "Show the health of hosts, robots and programs.", HOSTS_UNREACHABLE, UNHEALTHY),
+        Verb(
+            "remove",
+            "Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>.",
+            HOSTS_FAILED,
+            HOSTS_UNREACHABLE,
+        ),
+        Verb("rules", "List the rules that check a spec."),
+        Verb("explain", "Explain one rule: what it finds, why it matters, how to fix it.", module="rules"),
+        Verb("schema", "Print the JSON Schema (draft-07) of a spec or of a robot type."),
+        Verb("emulate", "Run one emulated robot on a pty."),
+        Verb("mode", "Infer the mode of a spec, or convert it to another mode."),
+        Verb("lab", "Run the swarm on this machine: real hosts in namespaces, emulated robots."),
+        Verb("driver", "Show robot types, write your own, test a robot with it."),
+        Verb("firmware", "Build the sketch of a robot's board and write it to the board."),
+    )
+
 
 app = typer.Typer(
-    name="swarmctl", no_args_is_help=True, rich_markup_mode=None,
+    name="swarmctl", cls=Verbs, no_args_is_help=True, rich_markup_mode=None,
     pretty_exceptions_enable=False, epilog=exit_codes.epilog(*exit_codes.MEANING),
     context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
-for verb, codes in VERBS.items():
-    app.command(epilog=exit_codes.epilog(*codes))(verb)
-app.add_typer(mode, name="mode")
-app.add_typer(lab, name="lab")
-driver.command(epilog=exit_codes.epilog())(new)
-driver.command(name="test", epilog=exit_codes.epilog())(driver_test)
-app.add_typer(driver, name="driver")
-app.add_typer(firmware, name="firmware")
 
 
 def _version(requested: bool) -> None:

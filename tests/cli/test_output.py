@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
-from swarmctl.cli.app import app
+from swarmctl.cli.app import Verbs
 from swarmctl.cli.finding_output import Format
 from tests import ROOT
 
@@ -220,9 +220,10 @@ def test_a_letter_that_the_output_does_not_know_is_no_error(
 
 
 def test_every_help_names_the_exit_codes(root: Path) -> None:
-    for command in app.registered_commands:
-        assert command.epilog
-        assert command.epilog.startswith("Exit codes: 0 success")
+    for verb in Verbs.verbs:
+        command = verb.load()
+        for one in getattr(command, "commands", {"": command}).values():
+            assert one.epilog.startswith("Exit codes: 0 success")
     table = re.findall(r"^\| (\d+) \| (.+) \|$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
     assert {int(code): meaning.replace("`", "") for code, meaning in table} == exit_codes.MEANING
 

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes
-from swarmctl.cli.verbs.driver import Folder
+from swarmctl.cli.verbs.driver_types import Folder
 
 
 def new(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from swarmctl.cli import console, exit_codes, options
-from swarmctl.cli.verbs.driver import Folder, the_type
+from swarmctl.cli.verbs.driver_types import Folder, the_type
 
 if TYPE_CHECKING:
     from swarm_driver.config import Config

@@ -1,0 +1,71 @@
+"""``--help`` imports no verb and nothing large; benchmarks/startup.py measures the time that it takes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli.app import Verbs
+from swarmctl.cli.lazy_verbs import Verb
+
+SCRIPT = str(Path(sys.executable).with_name("swarmctl"))
+STARTS = {"the script": [SCRIPT], "the module": ["-m", "swarmctl"]}
+LARGE = {"pydantic", "yaml", "networkx", "paramiko", "serial", "rich", "jinja2", "asyncio"}
+BASIS = {"swarmctl", "swarmctl.resources", "swarmctl.streams", "swarmctl.cli", "swarmctl.cli.app"}
+FOR_HELP = {
+    f"swarmctl.cli.{name}" for name in ("console", "exit_codes", "lazy_verbs", "options", "spec_args")
+}
+MOST = 145  # modules beyond those of a bare Python; now 132, and 148 if every verb is imported
+EACH_HELP = """
+import contextlib, io, sys
+from swarmctl.cli.app import Verbs, run
+for verb in Verbs.verbs:
+    below = getattr(verb.load(), "commands", ())
+    for words in ([verb.name], *([verb.name, name] for name in below)):
+        with contextlib.redirect_stdout(io.StringIO()):
+            assert run([*words, "--help"]) == 0, words
+print(*sys.modules)
+"""
+
+
+def imported(*arguments: str) -> set[str]:
+    """The modules that a fresh Python imports, also those that it did not find."""
+    ran = subprocess.run(
+        [sys.executable, "-X", "importtime", *arguments], capture_output=True, text=True, check=True
+    )
+    return {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines()[1:]}
+
+
+@pytest.mark.parametrize("start", STARTS.values(), ids=STARTS)
+def test_the_help_imports_little(start: list[str]) -> None:
+    found = imported(*start, "--help") - imported("-c", "pass")
+    ours = {name for name in found if name.partition(".")[0] == "swarmctl"}
+    assert ours - {"swarmctl.__main__"} == BASIS | FOR_HELP
+    assert not found & LARGE
+    assert len(found) <= MOST, sorted(found)
+
+
+def test_the_version_imports_no_command_line() -> None:
+    found = imported("-m", "swarmctl", "--version")
+    assert not found & {"typer", "swarmctl.cli", *LARGE}
+
+
+def test_the_help_of_a_verb_imports_nothing_large() -> None:
+    ran = subprocess.run([sys.executable, "-c", EACH_HELP], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    loaded = set(ran.stdout.split())
+    assert not loaded & LARGE
+    assert {name for name in loaded if name.startswith("swarmctl.") and ".cli" not in name} == {
+        "swarmctl.resources"  # makes the on-robot packages importable; imports nothing
+    }
+
+
+@pytest.mark.parametrize("verb", Verbs.verbs, ids=[verb.name for verb in Verbs.verbs])
+def test_the_list_shows_what_the_verb_shows(verb: Verb) -> None:
+    command = verb.load()
+    assert command.name == verb.name
+    for width in (20, 45, 79, 240):
+        assert verb.get_short_help_str(width) == command.get_short_help_str(width)
