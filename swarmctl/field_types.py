@@ -192,8 +192,12 @@ Printable = Annotated[
 
 
 _PARAMETER_LIMITS = (
-    "a parameter has 100000 characters at most, and no control characters but line ends and tabs; "
+    "it has more than 100000 characters, or control characters beside line ends and tabs; "
     "let the program read the rest from a file"
+)
+_PARAMETER_KINDS = (
+    "a parameter is text, a finite number, true or false; write one of these, and each entry of a list or "
+    "mapping as a parameter of its own"
 )
 # The text of a parameter may be a whole file, such as a robot_description: lines and tabs are kept.
 ParameterText = Annotated[
@@ -209,7 +213,7 @@ def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
     except ValidationError:
         if isinstance(value, str):
             raise ValueError(_PARAMETER_LIMITS) from None
-        raise ValueError("a parameter is text, a number, true or false") from None
+        raise ValueError(_PARAMETER_KINDS) from None
 
 
 Value = Annotated[bool | int | float | ParameterText, WrapValidator(_one_word)]

@@ -24,7 +24,9 @@ def binary_request(value: str, place: re.Pattern[str] = _PLACE, hint: str = "a p
     """Returns ``value`` if it is a request of hexadecimal bytes and places. Raises ``ValueError``."""
     for token in value.split():
         if not (_BYTE.fullmatch(token) or place.fullmatch(token)):
-            raise ValueError(f"`{token}` is neither a byte in two hexadecimal digits nor {hint}")
+            raise ValueError(
+                f"`{token}` is neither a byte nor a place; write two hexadecimal digits, or {hint}"
+            )
     return value
 
 

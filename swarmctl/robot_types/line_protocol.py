@@ -22,7 +22,7 @@ SIDES, INDEX, VALUE, VALUES = ("left", "right"), "index", "value", "values"
 
 def _pattern(value: str) -> str:
     if re.compile(bounded(value)).groups == 0:
-        raise ValueError("each value of the reply is a group, like (-?[0-9]+)")
+        raise ValueError("no value of the reply is a group; write each one like (-?[0-9]+)")
     return value
 
 

@@ -174,7 +174,7 @@ class RosserialProtocol(Model):
                 )
         if ("cmd_vel", "geometry_msgs/Twist") not in ((one.topic, one.type) for one in self.subscribes):
             raise ConsistencyError(
-                "no `cmd_vel` here; add {topic: cmd_vel, type: geometry_msgs/Twist} to `subscribes`",
+                "`subscribes` has no `cmd_vel`; add {topic: cmd_vel, type: geometry_msgs/Twist}",
                 "subscribes",
             )
         if self.firmware:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
-from swarmctl.field_types import Model
+from swarmctl.field_types import ConsistencyError, Model
 from swarmctl.robot_types.cameras import NO_CAMERA_SETTINGS, CameraSettings
 from swarmctl.robot_types.reading import SensorName
 from swarmctl.robot_types.sensors import Positive
@@ -83,7 +83,9 @@ class RobotSettings(Model):
     @classmethod
     def _diagnostics_stay_on(cls, rates: dict[str, float]) -> dict[str, float]:
         if not 0.2 <= rates.get(DIAGNOSTICS, DIAGNOSTICS_RATE) <= 10:
-            raise ValueError("`diagnostics` come at 0.2 to 10 Hz; they cannot be turned off")
+            raise ConsistencyError(
+                "`diagnostics` come at 0.2 to 10 Hz; they cannot be turned off", DIAGNOSTICS
+            )
         return rates
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -29,6 +30,7 @@ from swarmctl.spec.validation_fixes import (
 from swarmctl.suggest import did_you_mean
 from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
+from swarmctl.yamltext.invisible import legible
 from swarmctl.yamltext.source import Loc, Source
 
 _TYPES = {
@@ -52,6 +54,7 @@ _BOUNDS = {
     "string_too_short": ("needs {min_length} or more characters", ""),
     "string_too_long": ("must have {max_length} characters or fewer", ""),
 }
+_LONG_VALUE = re.compile("`([^`]{61,})`")
 _LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
 _NUMBERS_THAT_RANGE = (
     "a range in quotes is text; name each number, {each: [8081, 8082]}, or put it on a line without quotes"
@@ -110,10 +113,10 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
     loc = without_tag(tagged)
     span = source.span(loc, key=loc[-1:] == (KEY,))
     if kind in ("literal_error", "enum"):
-        key = next((part for part in reversed(loc) if isinstance(part, str)), "")
         known = choices(error)
         shown = f'`"{given}"`' if str(given) in known else _shown(given)
-        return Diagnostic("SPEC003", f"`{key}` cannot be {shown}", span, help=_help_for_choice(given, known))
+        message = f"{_subject(loc)} cannot be {shown}"
+        return Diagnostic("SPEC003", message, span, help=_help_for_choice(given, known))
     if kind == "too_short" and not given:
         return Diagnostic("SPEC003", f"{_subject(loc)} is empty", span, label="needs at least one entry")
     if kind in _LENGTHS:
@@ -134,8 +137,11 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
     if kind == "value_error":  # raised by a validator of ours, which puts the fix last
         raised = error["ctx"]["error"]
         message, _, make_fix = str(raised).partition("; ")
+        message = _LONG_VALUE.sub(lambda found: f"`{_short(found[1])}`", legible(message))
         if isinstance(raised, ConsistencyError):
             span = source.span((*loc, *raised.at), key=raised.at[-1:] == (KEY,))
+        elif not message.startswith(_subject(loc)):
+            message = f"{_subject(loc)}: {message}"
         return Diagnostic("SPEC003", message, span, help=(make_fix,) if make_fix else ())
     message = f"{_subject(loc)} cannot be {_shown(given)}"
     if kind == "string_pattern_mismatch":
@@ -195,7 +201,8 @@ def _subject(loc: Loc) -> str:
         return "the spec"
     if loc[-1] == KEY:
         return f"a name{_inside(named[:-1])}"
-    return f"`{named[-1]}`" if isinstance(named[-1], str) else f"entry {named[-1] + 1} of `{named[-2]}`"
+    last = named[-1]
+    return f"`{last}`" if isinstance(last, str) else f"entry {last + 1} of {_subject(named[:-1])}"
 
 
 def _shown(given: Any) -> str:
@@ -207,7 +214,8 @@ def _shown(given: Any) -> str:
         return "a mapping"
     if isinstance(given, tuple):
         return "a list"
-    return f"`{_short(str(given))}`"
+    text = legible(str(given))
+    return f"`{_short(text)}`" if text == text.strip() != "" else f'`"{_short(text)}"`'
 
 
 def _short(text: str) -> str:
@@ -226,7 +234,7 @@ def _help_for_type(
     if kind == "bool_type" and str(given).lower() in BOOLEANS:
         return (f"write `{BOOLEANS[str(given).lower()]}`",)
     if _TYPES[kind] == "a list" and isinstance(given, str):
-        return (f"put it in brackets: [{_short(given)}]",)
+        return (f"put it in brackets: [{_short(legible(given))}]",)
     if kind == "model_attributes_type":  # an entry of a union, text apart by its kind
         return (f"it begins with `kind`, one of {', '.join(kinds_at(loc))}",)
     text = described(loc, model) if loc else ""

@@ -15,6 +15,7 @@ import yaml
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.yamltext.compose import Pair, compose, is_null, pairs_of, span_of
 from swarmctl.yamltext.files import is_special
+from swarmctl.yamltext.invisible import legible
 from swarmctl.yamltext.limits import MAX_CHAIN, MAX_FINDINGS
 from swarmctl.yamltext.project_files import HIDDEN, OTHER_SUFFIX, OUTSIDE, ProjectFiles
 
@@ -93,7 +94,8 @@ class _Including:
         """Returns the real path of a file that may be included here, or None after an error."""
         name = entry.value
         if "\0" in name or not name:
-            self._report("INC001", "this is not a file name", entry)
+            self._report("INC001", "`include` has an empty name", entry,
+                           help="write the name of a file, or remove the entry")  # fmt: skip
             return None
         real = os.path.realpath(path)
         if refusal := OUTSIDE if Path(name).is_absolute() else self.files.refusal(path):
@@ -127,7 +129,7 @@ class _Including:
     ) -> None:
         lines = (help,) if help else ()
         notes = (*notes, *self._way_here())
-        self.diagnostics.append(Diagnostic(code, message, span_of(entry), notes=notes, help=lines))
+        self.diagnostics.append(Diagnostic(code, legible(message), span_of(entry), notes=notes, help=lines))
 
     def _way_here(self) -> tuple[Note, ...]:
         """Returns the include entries that lead to the current file, as notes."""

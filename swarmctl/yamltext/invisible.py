@@ -18,10 +18,21 @@ def named(char: str) -> str:
     return f"U+{ord(char):04X} ({unicodedata.name(char, 'no name').lower()})"
 
 
+def legible(text: str) -> str:
+    """Returns ``text`` with each character that would look like a blank or like nothing as its escape."""
+    if text.isprintable():
+        return text
+    return "".join(char if char.isprintable() else _escape(char) for char in text)
+
+
 def without_invisible(text: str) -> str:
     """Returns ``text`` with plain blanks, none at its ends, and without what has no width."""
     kinds = ((char, _kind(char)) for char in text)
     return "".join(" " if kind == "Zs" else char for char, kind in kinds if kind != "Cf").strip()
+
+
+def _escape(char: str) -> str:
+    return char.encode("unicode_escape").decode("ascii")
 
 
 def _kind(char: str) -> str:

@@ -95,7 +95,7 @@ def test_every_example_is_valid_without_its_hash(protocol: str) -> None:
         ("line", "speed_max: 0.25", "speed_max: .inf", "`wheel_speed_max` cannot be `inf`"),
         ("line", "speed_max: 0.25", "speed_max: 80 mm", "`80 mm` is a length, and this is a speed"),
         ("line", "S,{left},{right}", "S,{left}", "needs {left} and {right}, once each"),
-        ("line", "title: Ant", 'title: "a\\nb"', "`title` cannot be `a\nb`"),
+        ("line", "title: Ant", 'title: "a\\nb"', "`title` cannot be `a\\nb`"),
         ("line", "kinds: [serial]", "kinds: [usb]", "cannot be `usb`"),
         ("line", "kind: line", "kind: morse", "`morse` is no kind of protocol"),
         ("line", "dead_man: false", "dead_man: perhaps", "must be true or false, not `perhaps`"),

@@ -99,8 +99,12 @@ def test_a_robot_type_that_does_not_hold_together_is_refused(path, value, compla
     [
         (("protocol", "firmware_timeout"), None, "valid number"),
         (("protocol", "firmware_timeout"), 2.5, "less than or equal to 2"),
-        (("protocol", "subscribes"), [], "no `cmd_vel` here"),
-        (("protocol", "subscribes"), [{"topic": "cmd_vel", "type": "std_msgs/Int32"}], "no `cmd_vel` here"),
+        (("protocol", "subscribes"), [], "`subscribes` has no `cmd_vel`"),
+        (
+            ("protocol", "subscribes"),
+            [{"topic": "cmd_vel", "type": "std_msgs/Int32"}],
+            "`subscribes` has no `cmd_vel`",
+        ),
         (("protocol", "publishes", 0, "topic"), "/lwheel", "namespace"),
         (("protocol", "publishes", 0, "rate"), None, "how often"),
         (("protocol", "kind"), "line", "set_speed"),

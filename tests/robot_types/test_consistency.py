@@ -182,7 +182,7 @@ def added(text: str) -> str:
         (
             SKETCH,
             ("  subscribes:\n    - {topic: cmd_vel,", "  subscribes:\n    - {topic: orders,"),
-            "no `cmd_vel` here",
+            "`subscribes` has no `cmd_vel`",
             "subscribes",
         ),
         (SKETCH, ("arduino-uno", "arduino-mega"), "is for arduino-uno", "arduino-mega"),
