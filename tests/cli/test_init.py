@@ -6,17 +6,16 @@ import json
 from itertools import combinations
 from pathlib import Path
 
-import jsonschema
 import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.rules.runner import lint, load_swarm
 from swarmctl.scaffold.starting_spec import starting_spec
-from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.spec.model import Mode
+from tests.schema.validator import valid
 
 CATALOG = load_catalog()
 CHOICES = [chosen for size in (1, 2, 3) for chosen in combinations(sorted(CATALOG.types), size)]
@@ -33,9 +32,7 @@ def test_it_is_free_of_findings_in_every_mode_with_every_robot(mode: Mode, types
     assert found == ()
     assert document is not None
     assert lint(document) == ()
-    assert jsonschema.Draft7Validator(schema_of("swarm")).is_valid(
-        json.loads(json.dumps(document.source.data))
-    )
+    assert valid("swarm", json.loads(json.dumps(document.source.data)))
     assert list(document.spec.robots) == list(robots)
 
 

@@ -18,7 +18,7 @@ from tests import ROOT
 from tests.mutations.text_mutations import Mutation, mutations
 
 EXAMPLES = sorted(ROOT.glob("examples/*/swarm.yaml"))
-SEED, MOST = 11, 4
+SEED, MOST = 11, 3
 ENOUGH = 300  # mutations of all examples together
 FLOOR = 0.85  # of those that make a spec invalid, how many are corrected without a guess
 

@@ -17,6 +17,7 @@ from swarmctl.schema.json_schema import DRAFT, MODELS, schema_of, without_ranges
 from swarmctl.yamltext.source import parse
 from tests import ROOT
 from tests.rules.specs import BROKEN, spec, specs_in
+from tests.schema.validator import valid
 
 EXAMPLES = sorted(ROOT.glob("examples/*/swarm.yaml"))
 TYPES = sorted(ROOT.glob("templates/robots/*.yaml"))
@@ -41,10 +42,6 @@ NOTES = {"description", "default", "examples"}  # all that may stand beside a re
 def data_of(file: Path) -> Any:
     """A file as JSON sees it."""
     return json.loads(json.dumps(parse(file.read_text("utf-8"), str(file))[0].data))
-
-
-def valid(name: str, data: Any) -> bool:
-    return jsonschema.Draft7Validator(schema_of(name)).is_valid(data)
 
 
 def schemas_in(node: Any) -> Iterator[dict[str, Any]]:

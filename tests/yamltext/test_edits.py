@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import has_errors
@@ -100,7 +100,6 @@ def test_the_layout_knows_every_node(drawn: tuple[dict[str, Any], random.Random]
     walk(source.root)
 
 
-@settings(max_examples=300)
 @given(random_specs, DATA, st.data())
 def test_a_value_is_replaced(
     drawn: tuple[dict[str, Any], random.Random], value: Any, choose: st.DataObject
@@ -111,7 +110,6 @@ def test_a_value_is_replaced(
     assert_says(text, replace_value(read(text), loc, value), with_at(data, loc, value))
 
 
-@settings(max_examples=300)
 @given(random_specs, KEYS, DATA, st.data())
 def test_a_key_is_added(
     drawn: tuple[dict[str, Any], random.Random], key: str, value: Any, choose: st.DataObject
@@ -130,7 +128,6 @@ def test_a_key_is_added(
     assert_says(text, set_key(read(text), loc, key, value, after=after), with_at(data, loc, expected))
 
 
-@settings(max_examples=300)
 @given(random_specs, DATA, st.data())
 def test_an_item_is_appended(
     drawn: tuple[dict[str, Any], random.Random], value: Any, choose: st.DataObject
@@ -142,7 +139,6 @@ def test_an_item_is_appended(
     assert_says(text, append_item(read(text), loc, value), with_at(data, loc, (*at(data, loc), value)))
 
 
-@settings(max_examples=300)
 @given(random_specs, st.data())
 def test_an_entry_is_removed(drawn: tuple[dict[str, Any], random.Random], choose: st.DataObject) -> None:
     data, chance = drawn
@@ -157,7 +153,6 @@ def test_an_entry_is_removed(drawn: tuple[dict[str, Any], random.Random], choose
     assert_says(text, remove(read(text), (*above, gone)), with_at(data, tuple(above), left))
 
 
-@settings(max_examples=200)
 @given(random_specs, KEYS, st.data())
 def test_a_key_is_renamed(
     drawn: tuple[dict[str, Any], random.Random], name: str, choose: st.DataObject
