@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 from swarmctl.spec import model
 from swarmctl.spec.load import Document
@@ -15,15 +15,20 @@ from swarmctl.yamltext.source import Loc
 from swarmctl.yamltext.tree_changes import REMOVED, Change
 
 _MOST = 6  # names that are tried in one place
+_ELSEWHERE = "elsewhere"  # a host that what could not be read may define
 
 
-def name_faults(document: Document, note: Callable[[Collection[str], str], None]) -> Iterator[Ways]:
+def name_faults(
+    document: Document, note: Callable[[Collection[str], str], None], *, whole: bool
+) -> Iterator[Ways]:
     """Yields the ways to repair each name that is not defined, and each host that is missing.
 
-    ``note`` receives each unknown name, and the sections that could define it.
+    ``note`` receives each unknown name, and the sections that could define it. If the spec is not ``whole``,
+    what could not be read may define it.
     """
-    yield from _unknown(document, note)
-    yield from _roles((), document.spec, tuple(document.spec.hosts))
+    yield from _unknown(document, note, whole=whole)
+    elsewhere = () if whole else (_ELSEWHERE,)
+    yield from _roles((), document.spec, (*elsewhere, *document.spec.hosts))
     if document.spec.mode is Mode.COMBINED:
         for name, island in document.spec.islands.items():
             yield from _roles(("islands", name), island, island.hosts)
@@ -33,7 +38,19 @@ def name_faults(document: Document, note: Callable[[Collection[str], str], None]
                 yield [[Change(("robots", name, "host"), value=host)] for host in _some(document.spec.hosts)]
 
 
-def _unknown(document: Document, note: Callable[[Collection[str], str], None]) -> Iterator[Ways]:
+def hosts_elsewhere(name: str) -> list[dict[str, object]]:
+    """Returns what a host may be that is defined in a file that could not be read."""
+    return [{"address": f"{name}.local"}, {"address": "192.168.254.77", "bluetooth": ["hci0"]}]
+
+
+def robots_elsewhere(hosts: Sequence[str]) -> list[dict[str, object]]:
+    """Returns what a robot may be that is defined in such a file."""
+    return [{"type": "khepera3", "host": hosts[0]}, {"type": "epuck", "host": hosts[-1]}]
+
+
+def _unknown(
+    document: Document, note: Callable[[Collection[str], str], None], *, whole: bool
+) -> Iterator[Ways]:
     spec = document.spec
     known: dict[str, Collection[str]] = {
         "hosts": spec.hosts, "robots": spec.robots, "programs": spec.programs,
@@ -55,7 +72,14 @@ def _unknown(document: Document, note: Callable[[Collection[str], str], None]) -
             turn = turns[name] % len(rare) if rare else 0
             others = [one for one in (*rare[turn:], *rare[:turn], *common) if one != near]
             ways = [[Change(loc, value=one)] for one in _some([*([near] if near else []), *others])]
-            yield ways or [[Change(loc, value=REMOVED)]]
+            elsewhere = [] if whole else _added(kinds[-1], name, tuple(spec.hosts))
+            yield elsewhere or ways or [[Change(loc, value=REMOVED)]]
+
+
+def _added(section: str, name: str, hosts: Sequence[str]) -> list[list[Change]]:
+    """Returns the ways to define an unknown host or robot; none for other names."""
+    entries = {"hosts": hosts_elsewhere(name), "robots": robots_elsewhere(hosts)}
+    return [[Change((section, name), value=one)] for one in entries.get(section, ())]
 
 
 def _some(names: Iterable[str]) -> list[str]:

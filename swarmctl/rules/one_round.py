@@ -2,11 +2,12 @@
 
 The spec is repaired in several ways, and the rules check each result. A finding that follows from an error is
 not in all of them: with another name, or without the key, it would not be there. The rest is certain.
+What a file that cannot be read may have is added; what only that file can show is not reported.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -14,6 +15,7 @@ from swarmctl.diagnostics import Diagnostic, in_order, without_echoes
 from swarmctl.rules.context import Rule, RuleContext
 from swarmctl.rules.name_repairs import name_faults
 from swarmctl.rules.suppressions import apply_suppressions
+from swarmctl.rules.unread_parts import absent_sections, certain
 from swarmctl.spec.load import Document, Draft, document_of, homeless_codecs
 from swarmctl.spec.model import Spec
 from swarmctl.spec.recovery import MOST_FAULTS, Repair, repaired_catalog
@@ -52,18 +54,21 @@ def _repaired(draft: Draft, rules: Sequence[Rule], number: int) -> _Repaired:
     assert draft.root is not None
     repair = Repair(Spec, draft.root, draft.path, draft.texts, number, complete=draft.is_complete)
     repair.mark(draft.diagnostics)
+    if not draft.is_complete:
+        repair.change(absent_sections(draft.root))
     catalog, of_types = repaired_catalog(draft.catalog, number)
     spec, source = repair.value()
-    document = None
+    document, unread = None, set[str]()
     for _ in range(_ROUNDS):
-        if spec is None or not repair.whole:
+        if spec is None:
             break
         document = draft.document(spec, source, catalog)
-        faults = list(islice(name_faults(document, repair.lose), MOST_FAULTS + 1))
-        repair.report(_found(document, rules, names=True))
+        note = repair.lose if repair.whole else lambda _, name: unread.add(name)
+        faults = list(islice(name_faults(document, note, whole=repair.whole), MOST_FAULTS + 1))
+        repair.report(_found(document, rules, names=True, unread=None if repair.whole else unread))
         if not faults:
             repair.report(homeless_codecs(spec, source))
-            repair.report(_found(document, rules, names=False))
+            repair.report(_found(document, rules, names=False, unread=None if repair.whole else unread))
             break
         if len(faults) > MOST_FAULTS or not repair.change(faults):
             break
@@ -71,9 +76,13 @@ def _repaired(draft: Draft, rules: Sequence[Rule], number: int) -> _Repaired:
     return _Repaired(document, (*of_types, *repair.found.elements()), repair.most_ways)
 
 
-def _found(document: Document, rules: Sequence[Rule], *, names: bool) -> Iterable[Diagnostic]:
+def _found(
+    document: Document, rules: Sequence[Rule], *, names: bool, unread: Collection[str] | None
+) -> Iterable[Diagnostic]:
+    """Returns what rules find; of ``unread`` names the entries are in a file that could not be read."""
     context = RuleContext(document)
-    return [one for rule in rules if rule.names is names for one in islice(rule(context), MAX_FINDINGS)]
+    found = [one for rule in rules if rule.names is names for one in islice(rule(context), MAX_FINDINGS)]
+    return found if unread is None else certain(found, unread)
 
 
 def _in_all(first: _Repaired, others: Sequence[_Repaired]) -> list[Diagnostic]:

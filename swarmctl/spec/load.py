@@ -83,7 +83,7 @@ class Document:
 class Draft:
     """What the files of a spec hold, before it is validated, and what is wrong with the files themselves.
 
-    Where a range or an overlay is wrong, ``root`` has something likely; where a file is, nothing.
+    Where a range or an overlay is wrong, ``root`` has something likely; where a file cannot be read, nothing.
     """
 
     root: yaml.Node | None
@@ -100,16 +100,16 @@ class Draft:
 
     @property
     def is_readable(self) -> bool:
-        """False after a syntax error, too many ranges or in another version: what follows is unknown."""
+        """False without a spec, after too many ranges or in another version: what follows is unknown."""
         return self.root is not None and not any(
-            one.code in ("RANGE003", OTHER_VERSION) or (one.code.startswith("YAML") and one.code != "YAML002")
-            for one in self._errors()
+            one.code in ("RANGE003", OTHER_VERSION) for one in self._errors()
         )
 
     @property
     def is_complete(self) -> bool:
-        """False if a file of the spec could not be read."""
-        return self.is_readable and not any(one.code.startswith(("FILE", "INC")) for one in self._errors())
+        """False if an included file or an overlay could not be read."""
+        unread = [one for one in self._errors() if one.code.startswith(("FILE", "INC", "YAML"))]
+        return self.is_readable and all(one.code == "YAML002" for one in unread)
 
     @property
     def is_sound(self) -> bool:
