@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import re
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 from pydantic import (
@@ -12,8 +13,10 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
+    ValidationInfo,
     ValidatorFunctionWrapHandler,
     WrapValidator,
+    model_validator,
 )
 
 from swarmctl.units import Unit
@@ -111,6 +114,33 @@ class ConsistencyError(ValueError):
     def __init__(self, message: str, *at: str | int) -> None:
         super().__init__(message)
         self.at = at
+        self.parts = frozenset(at[:1])  # keys of the model that do not fit together
+        self.others: tuple[ConsistencyError, ...] = ()  # of the same model
+
+
+Find = Callable[[Any], Iterable[ConsistencyError]]
+
+
+def fits_together(find: Find) -> Any:
+    """Makes a method that yields errors, causes first, a validator: it raises the first one with the others.
+
+    Of several errors at one place the first counts. The validation's context may be a set of such methods,
+    which then raise nothing; those that raise are added.
+    """
+
+    def check(self: Any, info: ValidationInfo) -> Any:
+        known = info.context if isinstance(info.context, set) else set[Find]()
+        found: dict[tuple[str | int, ...], ConsistencyError] = {}
+        for error in find(self) if find not in known else ():
+            found.setdefault(error.at, error)
+        if found:
+            known.add(find)
+            first, *others = found.values()
+            first.others = tuple(others)
+            raise first
+        return self
+
+    return model_validator(mode="after")(check)
 
 
 class Model(BaseModel):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
-from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.binary_protocol import binary_request, is_binary, layout, value_range
 from swarmctl.robot_types.line_protocol import (
     INDEX,
@@ -54,32 +55,31 @@ class Actuator(Model):
         """True if `send` is written for a binary protocol."""
         return self.send is not None and is_binary(self.send)
 
-    @model_validator(mode="after")
-    def _check_places(self) -> Actuator:
+    @fits_together
+    def _check_places(self) -> Iterator[ConsistencyError]:
         if self.send is None:
-            return self
+            return
         places = places_of(self.send)
         by_channel = VALUE in places and (len(self.channels) == 1 or INDEX in places)
         if by_channel == (VALUES in places) or not places <= {INDEX, VALUE, VALUES}:
-            raise ConsistencyError(
+            yield ConsistencyError(
                 "`send` of an actuator needs {value}, and {index} where it has several channels; or {values} "
                 "for all at once",
                 "send",
             )
-        if self.binary:
+        elif self.binary:
             binary_request(self.send)
             layout(self.reply or "")
             largest = value_range(self.send, VALUE, VALUES)[1]
             if self.max > largest:
-                raise ConsistencyError(
+                yield ConsistencyError(
                     f"`send` holds {largest:g} at most, and `max` is {self.max}; write a larger "
                     "place, like {value:B}",
                     "max",
                 )
         elif not is_text(self.send):
-            raise ConsistencyError("`send` is 80 printable characters at most; shorten it", "send")
+            yield ConsistencyError("`send` is 80 printable characters at most; shorten it", "send")
         elif self.reply and not is_head(self.reply):
-            raise ConsistencyError(
+            yield ConsistencyError(
                 "`reply` is what the reply begins with, up to its first comma, without blanks", "reply"
             )
-        return self

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import takewhile
 from typing import Annotated
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
-from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.line_protocol import SIDES, Timeout
 
 _BYTE = re.compile(r"[0-9a-fA-F]{2}")
@@ -93,19 +93,18 @@ class BinaryExchange(Model):
         """How many numbers the reply has."""
         return len(self.codes)
 
-    @model_validator(mode="after")
-    def _check_begins(self) -> BinaryExchange:
+    @fits_together
+    def _check_begins(self) -> Iterator[ConsistencyError]:
         if len(self.begins) > self.values:
-            raise ConsistencyError(
+            yield ConsistencyError(
                 f"`begins` has {len(self.begins)} numbers, the reply {self.values}", "begins"
             )
         for number, code in zip(self.begins, self.codes, strict=False):
             low, high = bounds_of(code)
             if not low <= number <= high:
-                raise ConsistencyError(
+                yield ConsistencyError(
                     f"no reply begins with {number} where `reply` has {code}; correct `begins`", "begins"
                 )
-        return self
 
     def length(self, _: int) -> tuple[int, int]:
         """Bytes of the request and of its reply."""
@@ -153,15 +152,14 @@ class BinarySpeedCommand(BinaryExchange):
         description="Whether the reply repeats both speeds of the command; another reply is then an error.",
     )
 
-    @model_validator(mode="after")
-    def _places(self) -> BinarySpeedCommand:
+    @fits_together
+    def _places(self) -> Iterator[ConsistencyError]:
         if sorted(one["name"] for one in _PLACE.finditer(self.send)) != sorted(SIDES):
-            raise ConsistencyError("`send` of `set_speed` needs {left:h} and {right:h}, once each", "send")
+            yield ConsistencyError("`send` of `set_speed` needs {left:h} and {right:h}, once each", "send")
         if self.echo and (self.values != len(SIDES) or self.begins):
-            raise ConsistencyError(
+            yield ConsistencyError(
                 "an echo has two values; correct `reply`, or leave `echo` or `begins` out", "reply"
             )
-        return self
 
 
 def is_binary(send: str) -> bool:

@@ -6,11 +6,12 @@ import math
 import re
 import struct
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
-from swarmctl.field_types import KEY, ConsistencyError, Model
+from swarmctl.field_types import KEY, ConsistencyError, Model, fits_together
 from swarmctl.robot_types.binary_protocol import (
     BinaryExchange,
     BinaryQuery,
@@ -144,11 +145,10 @@ class Image(Reading):
             more = f"`prepare` cannot hold a {small} of {self.camera_values[small]}"
             yield small.replace("mode", "modes"), more, f"write a larger place, like {{{small}:H}}"
 
-    @model_validator(mode="after")
-    def _can_be_made(self) -> Image:
-        for key, what, fix in self.complaints():
-            raise ConsistencyError(f"it cannot make such images: {what}; {fix}", key)
-        return self
+    @fits_together
+    def _can_be_made(self) -> Iterator[ConsistencyError]:
+        for key, what, fix in islice(self.complaints(), 1):  # a size is too large in several ways
+            yield ConsistencyError(f"it cannot make such images: {what}; {fix}", key)
 
     def prepared(self, protocol: BinaryProtocol, query: str, *, on: bool) -> BinaryProtocol:
         """Returns the protocol with the query for such images and, if the camera is on, its setup request."""

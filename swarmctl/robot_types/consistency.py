@@ -16,6 +16,15 @@ from swarmctl.robot_types.settings import DIAGNOSTICS, RobotSettings
 from swarmctl.robot_types.sketch_settings import SKETCH_BOUNDS, clashes
 
 _A_FAMILY = 3  # as many replies show a rule of the protocol
+# What is compared with a part of a type, where an error points at that part.
+_COMPARED = {
+    "kinematics": frozenset({"kinematics", "protocol"}),
+    "protocol": frozenset({"kinematics", "protocol", "sensors"}),
+    "sensors": frozenset({"protocol", "sensors", "actuators"}),
+    "actuators": frozenset({"protocol", "sensors", "actuators"}),
+    "settings": frozenset({"sensors", "settings"}),
+    "firmware_dead_man": frozenset({"protocol"}),
+}
 
 
 class Parts(Protocol):
@@ -51,12 +60,19 @@ class Parts(Protocol):
 
 
 def inconsistencies(robot_type: Parts) -> Iterator[ConsistencyError]:
-    """Yields one error per contradiction, causes before their consequences."""
+    """Yields one error per contradiction, without those that another one causes."""
+    for error in _all_errors(robot_type):
+        error.parts = _COMPARED[str(error.at[0])]
+        yield error
+
+
+def _all_errors(robot_type: Parts) -> Iterator[ConsistencyError]:
     if robot_type.driver_protocol is not None:
         yield from _line_errors(robot_type, robot_type.driver_protocol)
     elif robot_type.sketch is not None:
         yield from _sketch_errors(robot_type, robot_type.sketch)
-    for name in robot_type.settings.rates:
+    misnamed = any(_name_errors(robot_type))
+    for name in robot_type.settings.rates if not misnamed else ():
         if name not in robot_type.sensors and name != DIAGNOSTICS:
             yield ConsistencyError(
                 f"`settings` have a rate for `{name}`, which is none of the `sensors`",
@@ -66,9 +82,13 @@ def inconsistencies(robot_type: Parts) -> Iterator[ConsistencyError]:
 
 def _line_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
     yield from _name_errors(robot_type)
-    for kind in SENSORS.values():
-        yield from kind.type_errors(robot_type.sensors, protocol, robot_type.settings)
-    yield from _reading_errors(robot_type, protocol)
+    of_kinds = [
+        error
+        for kind in SENSORS.values()
+        for error in kind.type_errors(robot_type.sensors, protocol, robot_type.settings)
+    ]
+    yield from of_kinds[:1]
+    yield from _reading_errors(robot_type, protocol, with_cameras=not of_kinds)
     yield from _request_errors(protocol)
     yield from _actuator_errors(robot_type, protocol)
     yield from _speed_range_errors(robot_type, protocol)
@@ -99,8 +119,11 @@ def _name_errors(robot_type: Parts) -> Iterator[ConsistencyError]:
             )  # fmt: skip
 
 
-def _reading_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[ConsistencyError]:
-    for name, sensor in robot_type.sensors.items():
+def _reading_errors(
+    robot_type: Parts, protocol: DriverProtocol, *, with_cameras: bool
+) -> Iterator[ConsistencyError]:
+    sensors = {name: one for name, one in robot_type.sensors.items() if with_cameras or not one.settings_key}
+    for name, sensor in sensors.items():
         query = protocol.queries.get(sensor.read or name)
         if query is None:
             yield ConsistencyError(
@@ -115,7 +138,8 @@ def _reading_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[Con
                 "sensors", name, "first",
             )  # fmt: skip
     used = {sensor.read or name for name, sensor in robot_type.sensors.items()}
-    for idle in [name for name in protocol.queries if name not in used]:
+    is_open = not with_cameras or not used <= set(protocol.queries)  # a query without sensor may be meant
+    for idle in [name for name in protocol.queries if name not in used and not is_open]:
         yield ConsistencyError(
             f"no sensor reads the query `{idle}`; add one to `sensors`, or take the query out",
             "protocol", "queries", idle, KEY,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.sensors import Positive
 from swarmctl.robot_types.settings import Metres, Speed
 from swarmctl.units import Unit
@@ -68,13 +69,12 @@ class Kinematics(Model):
         default_factory=OdometryError, description="For the covariance of `odom`."
     )
 
-    @model_validator(mode="after")
-    def _scales_in_order(self) -> Kinematics:
+    @fits_together
+    def _scales_in_order(self) -> Iterator[ConsistencyError]:
         bounds = [scale.firmware_below or math.inf for scale in self.scales]
         if bounds and (bounds != sorted(set(bounds)) or bounds[-1] != math.inf):
-            raise ConsistencyError(
+            yield ConsistencyError(
                 "`scales` go from old firmware to new; only the last one has no `firmware_below`", "scales"
             )
         if self.wheel_speed_min >= self.wheel_speed_max:
-            raise ConsistencyError("`wheel_speed_min` must be below `wheel_speed_max`", "wheel_speed_min")
-        return self
+            yield ConsistencyError("`wheel_speed_min` must be below `wheel_speed_max`", "wheel_speed_min")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import Annotated
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
-from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.safe_regex import bounded, groups_of
 from swarmctl.units import Unit
 
@@ -58,19 +59,18 @@ class LineExchange(Model):
         "before what it could take itself.",
     )
 
-    @model_validator(mode="after")
-    def _a_group_for_each_value(self) -> LineExchange:
+    @fits_together
+    def _a_group_for_each_value(self) -> Iterator[ConsistencyError]:
         if self.pattern is not None and re.compile(self.pattern).groups != self.values:
-            raise ConsistencyError(
+            yield ConsistencyError(
                 f"`pattern` needs {self.values} groups, one for each of `values`", "pattern"
             )
         for number, characters in enumerate(groups_of(self.pattern or "")):
             if not characters & _DIGITS:
-                raise ConsistencyError(
+                yield ConsistencyError(
                     f"group {number + 1} of `pattern` can never be a number; write one like (-?[0-9]+)",
                     "pattern",
                 )
-        return self
 
     def length(self, digits: int) -> tuple[int, int]:
         """Bytes of the request and of its longest reply, whose numbers have ``digits`` characters each.
@@ -91,11 +91,10 @@ class SpeedCommand(LineExchange):
 
     send: Request = Field(examples=["D,{left},{right}"], description="The request, without its terminator.")
 
-    @model_validator(mode="after")
-    def _both_sides(self) -> SpeedCommand:
+    @fits_together
+    def _both_sides(self) -> Iterator[ConsistencyError]:
         if any(self.send.count(f"{{{side}}}") != 1 for side in SIDES):
-            raise ConsistencyError("`send` of `set_speed` needs {left} and {right}, once each", "send")
-        return self
+            yield ConsistencyError("`send` of `set_speed` needs {left} and {right}, once each", "send")
 
 
 class Setup(Model):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, StringConstraints
 
-from swarmctl.field_types import ConsistencyError, GraphName, Model, Name, Value
+from swarmctl.field_types import ConsistencyError, GraphName, Model, Name, Value, fits_together
 from swarmctl.robot_types.binary_protocol import BinaryExchange, BinaryQuery, BinarySpeedCommand
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.line_protocol import (
@@ -156,69 +156,67 @@ class RosserialProtocol(Model):
         description="The topics of `publishes` that the driver makes `odom` from; needs `wheel_radius`.",
     )
 
-    @model_validator(mode="after")
-    def _is_a_robots(self) -> RosserialProtocol:
+    @fits_together
+    def _is_a_robots(self) -> Iterator[ConsistencyError]:
         named = ("publishes", self.publishes), ("subscribes", self.subscribes)
         for key, index, one in [(key, *each) for key, topics in named for each in enumerate(topics)]:
             if not one.topic[0].isalpha() or "/" in one.topic:
-                raise ConsistencyError(
+                yield ConsistencyError(
                     f"`{one.topic}` is no name within a robot's namespace; write one word, like `lwheel`",
                     key, index, "topic",
                 )  # fmt: skip
         for index, one in enumerate(self.publishes):
             if one.rate is None:
-                raise ConsistencyError(
+                yield ConsistencyError(
                     f"`rate` of `{one.topic}` is missing; add how often the sketch publishes it, Hz",
                     "publishes",
                     index,
                 )
         if ("cmd_vel", "geometry_msgs/Twist") not in ((one.topic, one.type) for one in self.subscribes):
-            raise ConsistencyError(
+            yield ConsistencyError(
                 "`subscribes` has no `cmd_vel`; add {topic: cmd_vel, type: geometry_msgs/Twist}",
                 "subscribes",
             )
-        if self.firmware:
-            self._is_ours()
-        return self
+        if self.firmware and all(one.rate is not None for one in self.publishes):
+            yield from self._is_ours()
 
-    def _is_ours(self) -> None:
+    def _is_ours(self) -> Iterator[ConsistencyError]:
         """Checks board and topics against swarmctl's own sketch."""
         if self.board not in UNO_BOARDS:
-            raise ConsistencyError(f"the sketch `{self.firmware}` is for {' and '.join(UNO_BOARDS)}", "board")
+            yield ConsistencyError(f"the sketch `{self.firmware}` is for {' and '.join(UNO_BOARDS)}", "board")
         if [one.type for one in self.publishes] != ["std_msgs/Int32"] * 2 or len(self.subscribes) != 1:
-            raise ConsistencyError(
+            yield ConsistencyError(
                 f"the sketch `{self.firmware}` publishes two std_msgs/Int32, the pulses of the left and of "
                 "the right wheel, and subscribes only to `cmd_vel`",
                 "subscribes" if len(self.subscribes) != 1 else "publishes",
             )
-        if len({one.rate for one in self.publishes}) > 1:
-            raise ConsistencyError(
+        elif len({one.rate for one in self.publishes}) > 1:
+            yield ConsistencyError(
                 f"the sketch `{self.firmware}` publishes both wheels' pulses at one rate",
                 "publishes",
                 1,
                 "rate",
             )
-        if not 1 <= (self.publishes[0].rate or 0) <= 100:
-            raise ConsistencyError(
+        elif not 1 <= (self.publishes[0].rate or 0) <= 100:
+            yield ConsistencyError(
                 f"the sketch `{self.firmware}` publishes 1 to 100 times a second", "publishes", 0, "rate"
             )
 
-    @model_validator(mode="after")
-    def _counts_what_it_publishes(self) -> RosserialProtocol:
+    @fits_together
+    def _counts_what_it_publishes(self) -> Iterator[ConsistencyError]:
         published = {one.topic: one.type for one in self.publishes}
         if self.odometry is not None and self.odometry.left == self.odometry.right:
-            raise ConsistencyError(
+            yield ConsistencyError(
                 f"`{self.odometry.right}` counts for both wheels; name the topic of the right wheel",
                 "odometry", "right",
             )  # fmt: skip
         for side in ("left", "right") if self.odometry else ():
             topic = getattr(self.odometry, side)
             if published.get(topic) not in COUNTERS:
-                raise ConsistencyError(
+                yield ConsistencyError(
                     f"`odometry` counts on `{topic}`: add it to `publishes`, as {' or '.join(COUNTERS)}",
                     "odometry", side,
                 )  # fmt: skip
-        return self
 
 
 #: Drivers of a robot whose board speaks rosserial.

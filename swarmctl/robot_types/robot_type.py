@@ -6,11 +6,12 @@ Knows nothing of swarms.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from swarmctl.field_types import Baud, Model
+from swarmctl.field_types import Baud, ConsistencyError, Model, fits_together
 from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
@@ -103,8 +104,6 @@ class RobotType(Model):
         """Returns its sketch, where `rosserial_python` is the robot's driver."""
         return self.sketch if driver == "rosserial_python" else None
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> RobotType:
-        for error in inconsistencies(self):
-            raise error
-        return self
+    @fits_together
+    def _fits_together(self) -> Iterator[ConsistencyError]:
+        yield from inconsistencies(self)

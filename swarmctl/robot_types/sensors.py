@@ -5,12 +5,13 @@ Quantities are SI and REP-103 (x forward, y left, angles counter-clockwise) unle
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
-from swarmctl.field_types import ConsistencyError, Model
+from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.reading import Hertz, Reading
 from swarmctl.units import Unit
@@ -111,16 +112,15 @@ class Range(Reading):
             return tuple(tuple(one) if isinstance(one, (list, tuple)) else one for one in value)
         return value
 
-    @model_validator(mode="after")
-    def _holds_together(self) -> Range:
+    @fits_together
+    def _holds_together(self) -> Iterator[ConsistencyError]:
         if any(after[0] <= before[0] for before, after in pairwise(self.distances)):
-            raise ConsistencyError(
+            yield ConsistencyError(
                 "`distances` go from small readings to large ones; put them in order", "distances"
             )
         names = [one.name for one in self.elements]
         if len(set(names)) < len(names):
-            raise ConsistencyError("two of the `elements` have the same name; give each its own", "elements")
-        return self
+            yield ConsistencyError("two of the `elements` have the same name; give each its own", "elements")
 
 
 class Raw(Reading):
@@ -173,11 +173,10 @@ class Axes(Model):
         description="SI (m/s2, rad/s, T) for each unit of x, y and z; negative where it counts backwards.",
     )
 
-    @model_validator(mode="after")
-    def _a_permutation(self) -> Axes:
+    @fits_together
+    def _a_permutation(self) -> Iterator[ConsistencyError]:
         if sorted(self.order) != [0, 1, 2]:
-            raise ConsistencyError("`order` names each of 0, 1 and 2 once", "order")
-        return self
+            yield ConsistencyError("`order` names each of 0, 1 and 2 once", "order")
 
 
 class Inertial(Reading):
@@ -228,11 +227,10 @@ class Battery(Reading):
         """How many numbers of the reply it needs."""
         return len(self.volts)
 
-    @model_validator(mode="after")
-    def _fuller_than_empty(self) -> Battery:
+    @fits_together
+    def _fuller_than_empty(self) -> Iterator[ConsistencyError]:
         if self.empty >= self.full:
-            raise ConsistencyError("`empty` must be below `full`", "empty")
-        return self
+            yield ConsistencyError("`empty` must be below `full`", "empty")
 
 
 class Temperature(Reading):

@@ -16,11 +16,11 @@ import yaml
 from pydantic import BaseModel
 
 from swarmctl.diagnostics import Diagnostic, Severity, Span
-from swarmctl.field_types import KEY, ConsistencyError
+from swarmctl.field_types import KEY
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.stand_ins import absent_keys, likely_kinds, most_alike, stand_ins
-from swarmctl.spec.validation import M, Misfit, examined
+from swarmctl.spec.validation import M, Misfit, examined, is_contradiction
 from swarmctl.spec.validation_fixes import choices, kinds_at, without_tag
 from swarmctl.yamltext.compose import pairs_of, span_of
 from swarmctl.yamltext.scalars import number_or_text
@@ -75,7 +75,9 @@ class Repair(Generic[M]):
                 return value, source
             if len(misfits) > MOST_FAULTS or any(one.error is None for one in misfits):
                 return None, source
-            if not self.change([self._ways(one, source) for one in misfits]):
+            places = {tuple(one.error["loc"]): one for one in reversed(misfits)}  # contradictions share one
+            ways = [self._ways(one, source) for one in reversed(places.values())]
+            if not self.change([one for one in ways if one]) or not any(ways):
                 return None, source
         return None, source
 
@@ -178,7 +180,7 @@ def _ways_of(misfit: Misfit, loc: Loc, source: Source, model: type[BaseModel], n
         return [changes]
     if kind == "extra_forbidden":
         return _without_key(loc, tagged[:-1], source, model, number)
-    if isinstance(error.get("ctx", {}).get("error"), ConsistencyError):  # which part is wrong is open
+    if is_contradiction(error):  # which part is wrong is open
         return [[Change(loc[:2], value=REMOVED)]] if loc[:1] == ("types",) else []
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return [[Change((*loc, "kind"), value=one)] for one in likely_kinds(given, kinds_at(loc))]

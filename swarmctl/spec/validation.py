@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple, TypeVar
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from swarmctl.diagnostics import Diagnostic, Fix
-from swarmctl.field_types import KEY
+from swarmctl.field_types import KEY, ConsistencyError
 from swarmctl.spec.model_lookup import known_keys
 from swarmctl.spec.validation_fixes import fix_for, without_tag
 from swarmctl.spec.validation_messages import diagnostic
@@ -40,13 +40,37 @@ def validated(model: type[M], source: Source) -> tuple[M | None, list[Diagnostic
 
 def examined(model: type[M], source: Source) -> tuple[M | None, list[Misfit]]:
     """Like `validated`, with the errors that lead to the findings."""
-    try:
-        return model.model_validate(source.data), []
-    except ValidationError as errors:
-        if errors.error_count() > MAX_FINDINGS:
-            many = _of_many(model, source, errors.error_count())
-            return None, [Misfit(finding, None) for finding in many]
-        return None, _misfits(errors, source, model)
+    known = set[Any]()  # checks that raised: the next validation goes on behind them
+    found: list[Misfit] = []
+    while True:
+        checks = len(known)
+        try:
+            value = model.model_validate(source.data, context=known)
+        except ValidationError as errors:
+            if errors.error_count() > MAX_FINDINGS:
+                many = _of_many(model, source, errors.error_count())
+                return None, [Misfit(finding, None) for finding in many]
+            found += _behind(found, _misfits(errors, source, model))
+            if len(known) == checks or not all(is_contradiction(one.error) for one in found):
+                return None, found
+        else:
+            return (value, []) if not found else (None, found)
+
+
+def is_contradiction(error: Any) -> bool:
+    """True for one of pydantic's errors about parts that are valid by themselves."""
+    return isinstance(error.get("ctx", {}).get("error"), ConsistencyError)
+
+
+def _behind(known: Sequence[Misfit], found: Iterable[Misfit]) -> list[Misfit]:
+    """Returns what is found in models around those with known contradictions, and not compared with these."""
+    places = [without_tag(tuple(one.error["loc"])) for one in known]
+
+    def is_compared(error: Any) -> bool:
+        loc, parts = without_tag(tuple(error["loc"])), error["ctx"]["error"].parts
+        return any(place[: len(loc)] == loc and parts.issuperset(place[len(loc) :][:1]) for place in places)
+
+    return [one for one in found if not (is_contradiction(one.error) and is_compared(one.error))]
 
 
 def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
@@ -71,8 +95,17 @@ def _misfits(errors: ValidationError, source: Source, model: type[M]) -> list[Mi
             _with_fix(error, source, diagnostic(error, source, model), fix_for(error, source, model)),
             error,
         )
-        for error in _causes(errors.errors(include_url=False), model)
+        for together in _causes(errors.errors(include_url=False), model)
+        for error in _each(together)
     ]
+
+
+def _each(error: Any) -> list[Any]:
+    """Returns an error for each of the contradictions in one model."""
+    if not is_contradiction(error):
+        return [error]
+    first = error["ctx"]["error"]
+    return [{**error, "ctx": {**error["ctx"], "error": one}} for one in (first, *first.others)]
 
 
 def _with_fix(error: Any, source: Source, found: Diagnostic, fix: Fix | None) -> Diagnostic:
