@@ -19,6 +19,10 @@ class Verbs(LazyVerbs):
 
     verbs = (
         Verb("init", "Write a valid spec to DIR/swarm.yaml and the schemas for editors to DIR/.swarmctl."),
+        Verb(
+            "import",
+            "Draft a spec from launch files and scripts, an Ansible inventory or a Clearpath robot.yaml.",
+        ),
         Verb("validate", "Check specs."),
         Verb(
             "spec",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib import import_module
+from keyword import iskeyword
 from typing import Any, ClassVar
 
 import typer
@@ -16,7 +17,8 @@ class Verb(TyperCommand):
     """A verb as the list of verbs and shell completion show it: a name and the first sentence of its help.
 
     Args:
-        name: the function in the verb's module, or the ``typer.Typer`` with the verbs below this one.
+        name: the function in the verb's module, or the ``typer.Typer`` with the verbs below this one; a word
+            of Python has a ``_`` behind it there.
         help: the first sentence of the function's docstring, or of the ``help`` of the ``typer.Typer``.
         codes: its own exit codes, beside those of every verb.
         module: the module in ``swarmctl.cli.verbs``, if it is not called as the verb.
@@ -24,11 +26,13 @@ class Verb(TyperCommand):
 
     def __init__(self, name: str, help: str, *codes: int, module: str = "") -> None:  # noqa: A002
         super().__init__(name, help=help)
-        self._name, self._codes, self._module = name, codes, module or name
+        self._name, self._codes = name, codes
+        self._function = f"{name}_" if iskeyword(name) else name
+        self._module = module or self._function
 
     def load(self) -> Any:
         """Imports the module; returns the command that parses the verb's arguments and runs it."""
-        found = getattr(import_module(f"swarmctl.cli.verbs.{self._module}"), self._name)
+        found = getattr(import_module(f"swarmctl.cli.verbs.{self._module}"), self._function)
         home = typer.Typer(rich_markup_mode=None)
         if isinstance(found, typer.Typer):
             home.add_typer(found, name=self._name, cls=_Group)

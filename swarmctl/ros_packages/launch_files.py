@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from swarmctl.ros_packages.launched import Fault, Launched, Node, Place, Refusal, Setting
+from swarmctl.ros_packages.launched import Fault, Launched, Machine, Node, Place, Refusal, Setting
 from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted
 from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
@@ -107,6 +107,7 @@ class _Run:
         except XmlError as error:
             self.broken(scope, Place(shown, error.line), str(error))
             return
+        self.launched.files[shown] = None
         if len(found) != 1:
             self.broken(scope, Place(shown, 1), "it has no element <launch>, or several")
             return
@@ -168,6 +169,10 @@ class _Run:
                 return None if value is None else value is wanted
         return True
 
+    def optional(self, scope: _Scope, tag: Tag, key: str) -> str | None:
+        """The value of an attribute; empty if it is left out."""
+        return self.value(scope, tag, key) if key in tag.attributes else ""
+
     def value(self, scope: _Scope, tag: Tag, key: str) -> str | None:
         folder = posixpath.join(f"$(find {scope.package.name})", posixpath.dirname(scope.path))
         found = substituted(tag.attributes[key], scope.arguments, folder)
@@ -210,14 +215,25 @@ class _Run:
         package, kind, name = (self.value(scope, tag, key) for key in ("pkg", "type", "name"))
         inner = scope.inner()
         inner.namespace = self.namespace(scope, tag)
+        found = self.launched
+        first, first_variable, first_file = (
+            len(found.parameters),
+            len(found.environment),
+            len(found.rosparams),
+        )
         for child in tag.children:
             if child.name in {"remap", "param", "env", "rosparam"}:
                 self.child(inner, child)
         if package is not None and scope.certain:
-            self.launched.packages.setdefault(package, self.place(scope, tag))
+            found.packages.setdefault(package, self.place(scope, tag))
         full = _joined(inner.namespace, name)
-        node = Node(full, package, kind, inner.remaps, self.place(scope, tag), scope.certain)
-        self.launched.nodes.append(node)
+        node = Node(
+            full, package, kind, inner.remaps, self.place(scope, tag), scope.certain,
+            self.optional(scope, tag, "machine"), self.optional(scope, tag, "args"),
+            tuple(found.parameters[first:]), tuple(found.environment[first_variable:]),
+            tuple(found.rosparams[first_file:]),
+        )  # fmt: skip
+        found.nodes.append(node)
 
     def include(self, scope: _Scope, tag: Tag) -> None:
         file = self.value(scope, tag, "file")
@@ -231,6 +247,7 @@ class _Run:
                 self.child(passing, child)
         package, path = self.found(scope, tag, file)
         if package is None or len(scope.chain) >= _MAX_INCLUDES:
+            self.launched.unfound.append(self.place(scope, tag))
             return
         inner = _Scope(
             package, path, self.namespace(scope, tag), {**(scope.arguments if passes_all else {}), **given},
@@ -258,11 +275,13 @@ class _Run:
         name = self.value(scope, tag, "name")
         value = self.value(scope, tag, "value") if "value" in tag.attributes else None
         if name is not None and scope.certain:
-            self.launched.parameters.append(Setting(name, value, self.place(scope, tag)))
+            kind = self.optional(scope, tag, "type") or ""
+            self.launched.parameters.append(Setting(name, value, self.place(scope, tag), kind))
         if "textfile" in tag.attributes:
             self.found(scope, tag, self.value(scope, tag, "textfile"))
 
     def rosparam(self, scope: _Scope, tag: Tag) -> None:
+        self.launched.rosparams.append(self.place(scope, tag))
         if "file" in tag.attributes and tag.attributes.get("command", "load") == "load":
             self.found(scope, tag, self.value(scope, tag, "file"))
 
@@ -277,7 +296,14 @@ class _Run:
             self.launched.environment.append(Setting(name, value, self.place(scope, tag)))
 
     def machine(self, scope: _Scope, tag: Tag) -> None:
-        self.launched.machines.append(self.place(scope, tag))
+        name, address, user, port, default = (
+            self.optional(scope, tag, key) for key in ("name", "address", "user", "ssh-port", "default")
+        )
+        found = Machine(
+            name, address, user, port, self.place(scope, tag),
+            is_default=default == "true", has_password="password" in tag.attributes,
+        )  # fmt: skip
+        self.launched.machines.append(found)
 
     def master(self, scope: _Scope, tag: Tag) -> None:
         self.launched.masters.append(self.place(scope, tag))

@@ -40,6 +40,16 @@ class Fault:
 
 
 @dataclass(frozen=True)
+class Setting:
+    """A parameter or an environment variable; None for a value that only the host knows."""
+
+    name: str
+    value: str | None
+    place: Place
+    type: str = ""  # that a parameter declares
+
+
+@dataclass(frozen=True)
 class Node:
     """A node that a launch file starts; None for a name that only the host knows."""
 
@@ -49,15 +59,24 @@ class Node:
     remaps: tuple[tuple[str, str], ...]
     place: Place
     certain: bool  # False below an `if` whose value only the host knows
+    machine: str | None = ""
+    arguments: str | None = ""
+    parameters: tuple[Setting, ...] = ()  # its private ones
+    environment: tuple[Setting, ...] = ()
+    rosparams: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True)
-class Setting:
-    """A parameter or an environment variable; None for a value that only the host knows."""
+class Machine:
+    """A computer on which roslaunch starts nodes over SSH; None for a value that only the host knows."""
 
-    name: str
-    value: str | None
+    name: str | None
+    address: str | None
+    user: str | None
+    port: str | None
     place: Place
+    is_default: bool  # for nodes that name no machine
+    has_password: bool
 
 
 @dataclass
@@ -67,8 +86,11 @@ class Launched:
     nodes: list[Node] = field(default_factory=list)
     parameters: list[Setting] = field(default_factory=list)
     environment: list[Setting] = field(default_factory=list)
-    machines: list[Place] = field(default_factory=list)
+    rosparams: list[Place] = field(default_factory=list)
+    machines: list[Machine] = field(default_factory=list)
     masters: list[Place] = field(default_factory=list)
     packages: dict[str, Place] = field(default_factory=dict)  # that it names, with the first place
+    files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
+    unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
     faults: list[Fault] = field(default_factory=list)
     cost: int = 0

@@ -200,3 +200,25 @@ def test_remaps_hold_for_what_follows_in_their_group() -> None:
 def test_any_file_is_evaluated_or_refused(text: str) -> None:
     found = launched(file(text), a="true")
     assert all(one.place.file == "src/own/launch/main.launch" for one in found.faults)
+
+
+def test_a_machine_and_a_node_on_it_have_their_values() -> None:
+    text = file(
+        '<arg name="a" default="10.0.0.1" />',
+        '<machine name="pi" address="$(arg a)" user="$(env U)" ssh-port="23" default="true" password="" />',
+        '<param name="outer" value="1" />',
+        '<node pkg="p" type="t" name="n" machine="pi" args="-v">',
+        '<param name="inner" type="int" value="2" />',
+        "</node>",
+    )
+    found = launched(text)
+    (machine,), (node,) = found.machines, found.nodes
+    assert (machine.name, machine.address, machine.user, machine.port) == ("pi", "10.0.0.1", None, "23")
+    assert (machine.is_default, machine.has_password) == (True, True)
+    assert (node.machine, node.arguments) == ("pi", "-v")
+    assert [(one.name, one.type) for one in node.parameters] == [("inner", "int")]
+
+
+def test_an_include_that_is_not_here_is_known() -> None:
+    found = launched(file('<include file="$(find elsewhere)/x.launch" />'))
+    assert ([one.line for one in found.unfound], list(found.files)) == ([2], ["src/own/launch/main.launch"])

@@ -90,7 +90,10 @@ def identities(context: RuleContext) -> Iterator[Diagnostic]:
 def other_machines(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that starts nodes on other hosts, or a master."""
     for name, launched in context.launches.items():
-        for tag, places in (("machine", launched.machines), ("master", launched.masters)):
+        for tag, places in (
+            ("machine", [one.place for one in launched.machines]),
+            ("master", launched.masters),
+        ):
             for place in places[:1]:
                 yield Diagnostic(
                     "PKG011",

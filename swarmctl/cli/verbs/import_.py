@@ -1,0 +1,64 @@
+"""``swarmctl import``: drafts a spec from launch files, an Ansible inventory or a Clearpath robot.yaml."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes, file_writes
+
+if TYPE_CHECKING:
+    from swarmctl.importing.drafting import Kind
+
+
+def import_(
+    path: Annotated[
+        Path, typer.Argument(metavar="PATH", help="The folder or the file to import.", show_default=False)
+    ],
+    kind: Annotated[
+        str,
+        typer.Option(
+            "--from", metavar="KIND", help="launch, ansible or clearpath; by default what the files contain."
+        ),
+    ] = "",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write the draft to a file.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
+) -> None:
+    """Draft a spec from launch files and scripts, an Ansible inventory or a Clearpath robot.yaml.
+
+    A comment at each value names the line that it comes from, or why it is a guess. Secrets are left out.
+    """
+    from swarmctl.importing.drafting import DraftError, imported
+
+    spec = out or Path("swarm.yaml")
+    if out is not None and out.exists() and not force:
+        console.fail(f"{out} exists already", "choose another file, or use --force to overwrite it")
+    try:
+        found = imported(path, _kind(kind), spec)
+    except DraftError as error:
+        problem, *help_lines = error.args
+        console.fail(problem, *help_lines)
+    if out is None:
+        print(found.text, end="", flush=True)
+        console.err().print(str(found.counts))
+        console.err().print(f"write it with --out {spec}, then run: swarmctl validate {spec}")
+    else:
+        file_writes.replace(out, found.text.encode())
+        console.err().print(f"{out}: {found.counts}")
+        console.err().print(f"complete it, then run: swarmctl validate {out}")
+
+
+def _kind(word: str) -> Kind | None:
+    from swarmctl.importing.drafting import Kind
+    from swarmctl.suggest import did_you_mean
+
+    kinds = [one.value for one in Kind]
+    if word and word not in kinds:
+        console.fail(
+            f"there is no kind `{word}`", *did_you_mean(word, kinds, "the kinds are"), code=exit_codes.USAGE
+        )
+    return Kind(word) if word else None

@@ -1,0 +1,99 @@
+"""A node of a launch file as a program of a spec: what can be kept, and notes about what cannot."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator
+from typing import Any
+
+from swarmctl.importing.allowed_values import is_allowed, is_secret, name_fact
+from swarmctl.importing.draft import Entry, Fact, Field
+from swarmctl.ros_packages.launched import Node, Setting
+
+_INT = re.compile(r"[-+]?[0-9]{1,18}", re.ASCII)
+_FLOAT = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))([eE][-+]?[0-9]{1,3})?", re.ASCII)
+_WRITTEN_BY_SWARMCTL = ("ROS_",)  # variables that swarmctl sets for every host
+
+
+def program_of(node: Node, where: dict[str, Field], taken: Collection[str]) -> Entry:
+    """Returns the program for a node whose package, executable and name are known.
+
+    ``where`` has its ``host``, its ``robot`` or both.
+    """
+    last = (node.name or "").rpartition("/")[2]
+    fields = dict(where)
+    fields["package"] = Fact(node.package, node.place)
+    fields["executable"] = Fact(node.executable, node.place)
+    remap = {
+        old: new
+        for old, new in node.remaps
+        if is_allowed("graph name", old) and is_allowed("graph name", new)
+    }
+    params = {one.name: _typed(one) for one in node.parameters if _is_kept(one)}
+    environment = {
+        one.name: one.value
+        for one in node.environment
+        if _is_kept(one)
+        and is_allowed("variable", one.name)
+        and not one.name.startswith(_WRITTEN_BY_SWARMCTL)
+    }
+    for key, value in (("params", params), ("remap", remap), ("environment", environment)):
+        if value:
+            fields[key] = Fact(value, node.place)
+    notes = tuple(_notes(node, remap, environment, has_robot="robot" in where))
+    return Entry(name_fact(last, "node", node.place, taken), fields, notes)
+
+
+def driver_notes(node: Node, used: Collection[str]) -> Iterator[str]:
+    """Comments about a driver's parameters but ``used`` ones: swarmctl's own driver does not read them."""
+    settings = [one for one in node.parameters if (one.value or "").lower() not in used]
+    secrets = [one for one in settings if is_secret(one.name, one.value or "")]
+    others = [one.name for one in settings if one not in secrets]
+    for one in secrets:
+        yield f"left out: {one.name} of {one.place}, a secret"
+    if others:
+        yield f"left out: {', '.join(others)}; swarmctl's own driver replaces the node"
+
+
+def _is_kept(one: Setting) -> bool:
+    return (
+        bool(one.name)
+        and one.value is not None
+        and not is_secret(one.name, one.value)
+        and is_allowed("parameter", one.value)
+    )
+
+
+def _notes(
+    node: Node, remap: Collection[str], environment: Collection[str], *, has_robot: bool
+) -> Iterator[str]:
+    for one in (*node.parameters, *node.environment):
+        if is_secret(one.name, one.value or ""):
+            yield f"left out: {one.name} of {one.place}, a secret"
+        elif one.value is None:
+            yield f"left out: {one.name} of {one.place}, which has no value here"
+        elif not _is_kept(one) or (one in node.environment and one.name not in environment):
+            yield f"left out: {one.name} of {one.place}"
+    for old, _ in node.remaps:
+        if old not in remap:
+            yield f"left out: the remap of {old} ({node.place})"
+    if node.arguments != "":
+        yield f"left out: its args ({node.place}); a program has `params`"
+    for place in node.rosparams:
+        yield f"left out: its rosparam ({place}); a program has `params`"
+    namespace = (node.name or "").rpartition("/")[0]
+    if namespace and not has_robot:
+        yield f"left out: its namespace {namespace} ({node.place}); with `robot` a program runs in a robot's"
+
+
+def _typed(one: Setting) -> Any:
+    """The value as roslaunch types it: as declared, or the first of int, double, bool that it looks like."""
+    text = one.value or ""
+    kind = one.type or "auto"
+    if kind in {"int", "auto"} and _INT.fullmatch(text):
+        return int(text)
+    if kind in {"double", "auto"} and (_FLOAT.fullmatch(text) or (kind == "double" and _INT.fullmatch(text))):
+        return float(text)
+    if kind in {"bool", "boolean", "auto"} and text.lower() in {"true", "false"}:
+        return text.lower() == "true"
+    return text

@@ -1,0 +1,59 @@
+"""Drafts of labs for tests, and what `swarmctl validate` reports about them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from swarmctl.diagnostics import Severity
+from swarmctl.importing.drafting import Imported, Kind, imported
+from swarmctl.rules.runner import lint_files
+
+LABS = Path(__file__).parent / "labs"
+
+
+def lab(folder: Path, files: Mapping[str, str]) -> Path:
+    """Writes the files of a lab into a folder."""
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, "utf-8")
+    return folder
+
+
+def draft(path: Path, kind: Kind | None = None) -> Imported:
+    """The draft of a lab; none of its errors is at a line without `fill in`."""
+    found = imported(path, kind, Path("nowhere/swarm.yaml"))
+    assert unmarked_errors(found.text) == []
+    assert str(found.counts).partition("; ")[2].startswith(todo(found.text))
+    return found
+
+
+def data(found: Imported) -> Any:
+    """What a YAML reader makes of a draft."""
+    return yaml.safe_load(found.text)
+
+
+def unmarked_errors(text: str) -> list[str]:
+    """The errors of a spec at lines that do not say that something is to fill in."""
+    spec = Path("nowhere/swarm.yaml")
+    errors = [
+        one
+        for one in lint_files([spec], lambda _: text.encode()).diagnostics
+        if one.severity is Severity.ERROR
+    ]
+    lines = text.split("\n")
+    return [
+        f"{one.span}: {one.message}"
+        for one in errors
+        if not one.span or "fill in" not in lines[one.span.line - 1]
+    ]
+
+
+def todo(text: str) -> str:
+    """The counts of guesses and places to fill in, as the summary has them, from the text of a draft."""
+    guesses, blanks = text.count("# guess: "), text.count(" fill in: ")
+    places = f"{blanks} place{'s' if blanks != 1 else ''} to fill in"
+    return f"{guesses} guess{'es' if guesses != 1 else ''}, {places}"

@@ -1,0 +1,138 @@
+"""Ansible inventories: what is read as Ansible reads it, what is not read, and what is never copied."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarmctl.importing.inventory import COMPUTED, expanded, without_port
+from tests.importing.drafts import data, draft, lab
+
+
+@pytest.mark.parametrize(
+    ("pattern", "names"),
+    [
+        ("k3", ("k3",)),
+        ("pi[01:03]", ("pi01", "pi02", "pi03")),
+        ("pi[8:10]", ("pi8", "pi9", "pi10")),
+        ("pi[1:5:2].lab", ("pi1.lab", "pi3.lab", "pi5.lab")),
+        ("[a:c]-pi[1:2]", ("a-pi1", "a-pi2", "b-pi1", "b-pi2", "c-pi1", "c-pi2")),
+    ],
+)
+def test_ranges_are_those_of_ansible(pattern: str, names: tuple[str, ...]) -> None:
+    assert expanded(pattern) == names
+
+
+@pytest.mark.parametrize(
+    "pattern", ["pi[1:999999999]", "[1:999][1:999][1:999]", "pi[3:1]", "pi[a:3]", "pi[1:5:0]"]
+)
+def test_a_range_that_is_none_or_too_long_is_not_read(pattern: str, tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"inventory.ini": f"[pis]\nk3-pi\n{pattern}\n"}))
+    assert list(data(found)["hosts"]) == ["k3-pi"]
+    assert "#   inventory.ini:3: " in found.text
+
+
+def test_the_more_specific_variable_wins(tmp_path: Path) -> None:
+    files = {
+        "inventory.ini": "[a]\nx\ny\nz\nw ansible_user=line\n[b:children]\na\n"
+        "[a:vars]\nansible_user=child\n[b:vars]\nansible_user=parent\nansible_port=23\n"
+        "[all:vars]\nansible_port=24\n",
+        "group_vars/b/users.yml": "ansible_user: file-of-parent\n",
+        "host_vars/y.yml": "ansible_user: file-of-host\n",
+        "host_vars/w": "ansible_user: file-of-w\n",
+    }
+    hosts = data(draft(lab(tmp_path, files)))["hosts"]
+    users = {name: one["user"] for name, one in hosts.items()}
+    assert users == {"x": "child", "y": "file-of-host", "z": "child", "w": "file-of-w"}
+    assert {one["port"] for one in hosts.values()} == {23}
+
+
+def test_both_formats_give_the_same_hosts(tmp_path: Path) -> None:
+    ini = "[pis]\nk3 ansible_host=10.0.0.1 ansible_port=2222\n[pis:vars]\nansible_user=pi\n"
+    tree = "{hosts: {k3: {ansible_host: 10.0.0.1, ansible_port: 2222}}, vars: {ansible_user: pi}}"
+    first = draft(lab(tmp_path / "a", {"hosts.ini": ini}))
+    second = draft(lab(tmp_path / "b", {"hosts.yaml": f"all: {{children: {{pis: {tree}}}}}"}))
+    assert data(first)["hosts"] == data(second)["hosts"]
+    assert data(first)["hosts"] == {"k3": {"address": "10.0.0.1", "user": "pi", "port": 2222}}
+
+
+def test_a_template_is_not_guessed(tmp_path: Path) -> None:
+    files = {"hosts.ini": '[pis]\nk3 ansible_host="{{ base }}.11"\n"pi-{{ n }}"\n'}
+    found = draft(lab(tmp_path, files))
+    assert "# address: 192.168.77.11  # fill in: ansible_host of hosts.ini:2 is computed" in found.text
+    assert "#   hosts.ini:3: a template computes the host's name" in found.text
+
+
+@pytest.mark.parametrize(
+    ("variables", "why"),
+    [
+        ("ansible_connection=winrm", "Windows"),
+        ("ansible_shell_type=powershell", "Windows"),
+        ("ansible_connection=local", "runs Ansible"),
+        ("ansible_connection=community.docker.docker", "SSH"),
+    ],
+)
+def test_a_computer_without_ssh_is_no_host(variables: str, why: str, tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"hosts.ini": f"[pis]\nk3\nother {variables}\n"}))
+    assert list(data(found)["hosts"]) == ["k3"]
+    assert why in next(line for line in found.text.split("\n") if "#   hosts.ini:3: " in line)
+
+
+def test_aliases_of_aliases_cost_no_time(tmp_path: Path) -> None:
+    lines = ["g0: &g0 {hosts: {k3: }}"]
+    lines += [f"g{n}: &g{n} {{children: {{a: *g{n - 1}, b: *g{n - 1}}}}}" for n in range(1, 60)]
+    assert list(data(draft(lab(tmp_path, {"hosts.yml": "\n".join(lines)})))["hosts"]) == ["k3"]
+
+
+def test_groups_that_contain_each_other_end(tmp_path: Path) -> None:
+    files = {"hosts.ini": "[a]\nk3\n[a:children]\nb\n[b:children]\na\n[b:vars]\nansible_user=pi\n"}
+    assert data(draft(lab(tmp_path, files)))["hosts"]["k3"]["user"] == "pi"
+
+
+def test_an_encrypted_file_is_not_read(tmp_path: Path) -> None:
+    files = {"hosts.ini": "[pis]\nk3\n", "host_vars/k3.yml": "$ANSIBLE_VAULT;1.1;AES256\n6231\n"}
+    assert "#   host_vars/k3.yml: the whole file is encrypted" in draft(lab(tmp_path, files)).text
+
+
+def test_a_broken_file_of_variables_shows_no_line_of_it(tmp_path: Path) -> None:
+    files = {"hosts.ini": "[pis]\nk3\n", "host_vars/k3.yml": 'ansible_password: "hunter2\n'}
+    found = draft(lab(tmp_path, files))
+    assert "#   host_vars/k3.yml:" in found.text
+    assert "hunter2" not in found.text
+
+
+NAMES = st.text(st.sampled_from("aK3é_.-: #'\"\\{},&*!|>%@`\t\n\u2028\x85"), min_size=1, max_size=12)
+VALUES = st.text(st.characters(max_codepoint=0xFFFF, exclude_categories=["Cs"]), max_size=12)
+KEYS = ("ansible_user", "ansible_host", "ansible_port", "robot_type", "ros_master_uri", "note")
+SECRET_KEYS = (
+    "ansible_password",
+    "ansible_ssh_pass",
+    "ansible_become_pass",
+    "wifi_token",
+    "my_secret",
+    "vault_x",
+)
+SECRET = "Xq7-never-shown"
+
+
+@settings(max_examples=25)
+@given(
+    st.lists(NAMES, min_size=1, max_size=4, unique=True),
+    st.sampled_from(KEYS),
+    VALUES,
+    st.sampled_from(SECRET_KEYS),
+)
+def test_no_inventory_changes_the_structure(names: list[str], key: str, value: str, secret: str) -> None:
+    hosts = {name: {key: value, secret: SECRET} for name in names} | {"k3-pi": {"ansible_host": "10.0.0.1"}}
+    with tempfile.TemporaryDirectory() as folder:
+        found = draft(lab(Path(folder), {"hosts.yml": json.dumps({"all": {"hosts": hosts}})}))
+    read = data(found)
+    assert SECRET not in found.text
+    assert set(read) <= {"version", "name", "mode", "leader", "hub", "hosts", "robots", "links"}
+    assert all(set(one) <= {"address", "user", "port"} for one in read["hosts"].values())
+    assert len(read["hosts"]) == len({without_port(name)[0] for name in hosts if not COMPUTED.search(name)})

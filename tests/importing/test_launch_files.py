@@ -1,0 +1,190 @@
+"""Launch files and scripts: robots, programs, hosts and the mode that their masters show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from swarmctl.importing.known_drivers import driven_type
+from swarmctl.spec.catalog import load_catalog
+from tests.importing.drafts import data, draft, lab
+
+TYPES = load_catalog().types
+
+
+@pytest.mark.parametrize(
+    ("package", "executable", "kind"),
+    [
+        ("newswarm", "koala", "koala"),
+        ("khepera3_driver", "driver_node", "khepera3"),
+        ("epuck_driver_cpp", "epuck_driver_cpp", "epuck"),
+        ("e-puck2_driver", "node.py", "epuck2"),
+        ("koala_navigation", "planner", ""),
+        ("newswarm", "koala_planner", ""),
+        ("rosserial_python", "serial_node.py", ""),
+        ("epuck_driver", "koala_follower", ""),
+        ("kobuki_node", "kobuki", ""),
+    ],
+)
+def test_a_driver_is_known_by_all_words_of_its_name(package: str, executable: str, kind: str) -> None:
+    assert driven_type(package, executable, TYPES) == kind
+
+
+def script(host: str, master: str, ip: str = "") -> str:
+    own = f"export ROS_IP={ip}" if ip else f"export ROS_HOSTNAME={host}"
+    return f"export ROS_MASTER_URI=http://{master}:11311\n{own}\n"
+
+
+SHARED = {"a/env.sh": script("a", "a"), "b/env.sh": script("b", "a")}
+TALKER = '<launch><node pkg="p" type="t" name="talker" /></launch>'
+FKIE = '<launch><node pkg="fkie_mas_sync" type="mas-sync" name="sync" /></launch>'
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        ({**SHARED, "a/x.launch": TALKER}, {"mode": "leader", "leader": "a"}),
+        ({**SHARED, "b/x.launch": TALKER}, {"mode": "central", "hub": "a"}),
+        ({"a.sh": script("a", "localhost"), "b.sh": script("b", "b")}, {"mode": "standalone"}),
+        ({"a.sh": script("a", "a"), "x.launch": TALKER}, {"mode": "single-minded", "leader": "a"}),
+        (
+            {"a.sh": script("a", "a"), "b.sh": script("b", "a"), "c.sh": script("c", "c"), "m.launch": FKIE},
+            {"mode": "combined", "multimaster": {"packages": "fkie_mas"}},
+        ),
+        (
+            {"setup.sh": "ROS_MASTER_URI=http://a:11311", "b.sh": "ROS_IP=10.0.0.2"},
+            {"mode": "central", "hub": "a"},
+        ),
+    ],
+)  # fmt: skip
+def test_the_masters_show_the_mode(
+    files: Mapping[str, str], expected: Mapping[str, object], tmp_path: Path
+) -> None:
+    found = data(draft(lab(tmp_path, files)))
+    keys = found.keys() & {"mode", "leader", "hub", "multimaster"}
+    assert {key: found[key] for key in keys} == expected
+
+
+def test_hosts_with_one_master_are_an_island(tmp_path: Path) -> None:
+    files = {"a.sh": script("a", "a"), "b.sh": script("b", "a"), "c.sh": script("c", "c")}
+    islands = data(draft(lab(tmp_path, files)))["islands"]
+    assert {name: one["hosts"] for name, one in islands.items()} == {"a": ["a", "b"], "c": ["c"]}
+
+
+def test_another_port_of_a_master_is_kept(tmp_path: Path) -> None:
+    files = {"a.sh": "ROS_MASTER_URI=http://a:11312\nROS_HOSTNAME=a\n"}
+    assert data(draft(lab(tmp_path, files)))["hosts"]["a"]["master_port"] == 11312
+
+
+@pytest.mark.parametrize("value", ["$(hostname -I)", "`hostname`", '"$IP"', "${IP:-10.0.0.1}"])
+def test_what_a_shell_computes_is_not_guessed(value: str, tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"a.sh": f"export ROS_HOSTNAME=a\nexport ROS_IP={value}\n"}))
+    assert "#   a.sh:2: ROS_IP is computed by the shell" in found.text
+    assert data(found)["hosts"] == {"a": {"address": "a"}}
+
+
+def test_a_variable_that_is_set_twice_is_not_guessed(tmp_path: Path) -> None:
+    files = {"a.sh": "ROS_HOSTNAME=a\nif x; then\n  ROS_IP=10.0.0.1\nelse\n  ROS_IP=10.0.0.2\nfi\n"}
+    assert "#   a.sh:5: ROS_IP is set more than once" in draft(lab(tmp_path, files)).text
+
+
+def launch(*lines: str) -> Mapping[str, str]:
+    text = "\n".join(("<launch>", *lines, "</launch>"))
+    return {"a.sh": "ROS_HOSTNAME=a\nROS_IP=10.0.0.1\n", "x.launch": text}
+
+
+@pytest.mark.parametrize(
+    ("port", "link"),
+    [
+        ("10:00:E8:C5:64:37", {"kind": "bluetooth", "mac": "10:00:e8:c5:64:37"}),
+        ("/dev/ttyS0", {"kind": "serial", "device": "/dev/ttyS0"}),
+        ("/dev/ttyUSB0", None),
+        ("/dev/rfcomm0", None),
+    ],
+)
+def test_a_line_that_keeps_its_name_is_taken(
+    port: str, link: Mapping[str, str] | None, tmp_path: Path
+) -> None:
+    node = f'<node pkg="epuck_driver" type="driver" name="e1"><param name="port" value="{port}" /></node>'
+    found = draft(lab(tmp_path, launch(node)))
+    assert data(found).get("links") == (link and [{**link, "host": "a", "robot": "e1"}])
+
+
+def test_parameters_have_the_types_that_roslaunch_gives_them(tmp_path: Path) -> None:
+    values = {"a": "20", "b": "0.5", "c": "1e3", "d": "True", "e": "text"}
+    params = [f'<param name="{name}" value="{one}" />' for name, one in values.items()]
+    params += ['<param name="f" value="7" type="str" />', '<param name="g" value="7" type="double" />']
+    found = draft(lab(tmp_path, launch('<node pkg="p" type="t" name="n">', *params, "</node>")))
+    wanted = {"a": 20, "b": 0.5, "c": 1000.0, "d": True, "e": "text", "f": "7", "g": 7.0}
+    assert data(found)["programs"]["n"]["params"] == wanted
+
+
+def test_an_argument_without_a_value_is_not_read(tmp_path: Path) -> None:
+    text = launch('<arg name="robot" />', '<node pkg="p" type="t" name="$(arg robot)" />')
+    assert (
+        "#   x.launch:3: the argument `robot` is given when it is launched" in draft(lab(tmp_path, text)).text
+    )
+
+
+def test_an_included_file_is_not_read_twice(tmp_path: Path) -> None:
+    inner = '<launch><arg name="n" /><node pkg="p" type="t" name="$(arg n)" /></launch>'
+    outer = '<include file="$(dirname)/inner.launch"><arg name="n" value="{}" /></include>'
+    files = {**launch(outer.format("left"), outer.format("right")), "inner.launch": inner}
+    found = draft(lab(tmp_path, files))
+    assert list(data(found)["programs"]) == ["left", "right"]
+    assert "Not read" not in found.text
+
+
+def test_a_package_in_the_folder_is_found(tmp_path: Path) -> None:
+    files = {
+        **launch('<include file="$(find demo)/launch/d.launch" />'),
+        "src/demo/package.xml": "<package><name>demo</name></package>",
+        "src/demo/launch/d.launch": TALKER,
+    }
+    assert list(data(draft(lab(tmp_path, files)))["programs"]) == ["talker"]
+
+
+HOSTILE = [
+    "a: b",
+    "x # y",
+    'q"uote',
+    "new\nline",
+    "{a, b}",
+    "- list",
+    "&anchor",
+    "!tag",
+    "\u2028",
+    "\u202e",
+    "%x",
+]
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_a_hostile_text_stays_a_text(text: str, tmp_path: Path) -> None:
+    from xml.sax.saxutils import quoteattr
+
+    value = quoteattr(text, {"\n": "&#10;"})
+    inner = f'<param name={value} value={value} /><env name="E" value={value} />'
+    node = f'<node pkg="p" type="t" name={value}>{inner}</node>'
+    machine = f"<machine name={value} address={value} user={value} />"
+    found = draft(lab(tmp_path, launch(node, machine)))
+    assert set(data(found)) <= {
+        "version",
+        "name",
+        "mode",
+        "hub",
+        "leader",
+        "hosts",
+        "robots",
+        "links",
+        "programs",
+    }
+    (program,) = data(found)["programs"].values()
+    assert set(program) <= {"host", "package", "executable", "params", "environment"}
+
+
+def test_a_launch_file_above_the_limits_is_named(tmp_path: Path) -> None:
+    files = {**launch(), "y.launch": f"<launch>{'<group>' * 100}{'</group>' * 100}</launch>"}
+    assert "#   y.launch: it, or all launch files together, are too large" in draft(lab(tmp_path, files)).text
