@@ -1,4 +1,4 @@
-"""Changes to a user's file: shown as a diff, or written atomically with mode and owner kept."""
+"""Changes to a user's files: shown as a diff, or written atomically with mode and owner kept."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import difflib
 import os
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,14 +32,38 @@ def difference(change: Change) -> str:
     )
 
 
-def write(change: Change) -> None:
-    """Replace a file atomically. Byte order mark, mode and owner stay; symbolic links stay links."""
-    path = Path(change.file).resolve()
-    if not os.access(path, os.W_OK) or path.read_bytes() != change.read:
-        why = "it is read-only" if not os.access(path, os.W_OK) else "it changed meanwhile"
-        console.fail(f"{change.file} was not written: {why}")
-    mark = codecs.BOM_UTF8 if change.read.startswith(codecs.BOM_UTF8) else b""
-    replace(Path(change.file), mark + change.after.encode())
+def write(changes: Sequence[Change]) -> None:
+    """Replace files, all of them or none. Byte order mark, mode and owner stay; symbolic links stay links.
+
+    Ends the program before anything is written if a file is read-only, or changed since it was read.
+    """
+    untouched = "; no file was changed" if len(changes) > 1 else ""
+    by_path: dict[Path, Change] = {}
+    for change in changes:
+        path = Path(change.file).resolve()
+        same = by_path.setdefault(path, change)
+        why = "it is read-only" if not os.access(path, os.W_OK) else ""
+        why = why or ("it changed meanwhile" if path.read_bytes() != change.read else "")
+        why = why or (f"it is the same file as {same.file}" if same.after != change.after else "")
+        if why:
+            console.fail(f"{change.file} was not written: {why}{untouched}")
+    drafts: dict[Path, Path] = {}
+    done: list[Path] = []
+    path = Path()
+    try:
+        for path, change in by_path.items():
+            mark = codecs.BOM_UTF8 if change.read.startswith(codecs.BOM_UTF8) else b""
+            drafts[path] = _draft(path, mark + change.after.encode())
+        for path, draft in drafts.items():
+            draft.replace(path)
+            done.append(path)
+    except OSError as error:
+        for one in done:
+            _replace(one, by_path[one].read)
+        console.fail(f"cannot write {by_path[path].file}: {error.strerror or error}{untouched}")
+    finally:
+        for draft in drafts.values():
+            draft.unlink(missing_ok=True)
 
 
 def replace(path: Path, content: bytes) -> None:
@@ -53,7 +78,13 @@ def replace(path: Path, content: bytes) -> None:
 
 
 def _replace(path: Path, content: bytes) -> None:
-    descriptor, draft = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    _draft(path, content).replace(path)
+
+
+def _draft(path: Path, content: bytes) -> Path:
+    """Returns a file beside ``path`` with ``content``, and with its mode and owner."""
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    draft = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
@@ -65,8 +96,8 @@ def _replace(path: Path, content: bytes) -> None:
             if (owned.st_uid, owned.st_gid) != (os.geteuid(), os.getegid()):
                 os.chown(draft, owned.st_uid, owned.st_gid)
         else:
-            Path(draft).chmod(0o644)
-        Path(draft).replace(path)
+            draft.chmod(0o644)
     except BaseException:
-        Path(draft).unlink(missing_ok=True)
+        draft.unlink(missing_ok=True)
         raise
+    return draft

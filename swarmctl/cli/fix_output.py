@@ -22,8 +22,7 @@ def apply_fixes(specs: Iterable[SpecFiles], *, unsafe: bool, quiet: bool) -> Non
 
     for spec in specs:
         fixable, changes = _changes(spec, unsafe=unsafe)
-        for change in changes:
-            file_writes.write(change)
+        file_writes.write(changes)
         for found in _chosen(fixable, unsafe=unsafe).made if not quiet else ():
             title = found.fix.title if found.fix else ""
             console.err().print(printable(f"fixed {found.code} {found.span}: {title}"))

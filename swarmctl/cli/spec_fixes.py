@@ -29,8 +29,13 @@ def checked(spec: SpecFiles) -> Checked:
 
 def _corrected(found: Iterable[Diagnostic], fixed: Fixed) -> int:
     """Counts the findings whose fix is made; several may have the same fix."""
-    made = {(one.code, one.fix.title) for one in fixed.made if one.fix is not None}
-    return sum(one.fix is not None and (one.code, one.fix.title) in made for one in found)
+
+    def change(one: Diagnostic) -> tuple[str, str, frozenset[str]] | None:
+        edits = one.fix.edits if one.fix else ()
+        return (one.code, one.fix.title, frozenset(edit.span.file for edit in edits)) if one.fix else None
+
+    made = set(map(change, fixed.made))
+    return sum(one.fix is not None and change(one) in made for one in found)
 
 
 class SpecFixes:

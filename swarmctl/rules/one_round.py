@@ -52,7 +52,9 @@ def all_at_once(draft: Draft, rules: Sequence[Rule]) -> tuple[Diagnostic, ...]:
 
 def _repaired(draft: Draft, rules: Sequence[Rule], number: int) -> _Repaired:
     assert draft.root is not None
-    repair = Repair(Spec, draft.root, draft.path, draft.texts, number, complete=draft.is_complete)
+    repair = Repair(
+        Spec, draft.root, draft.path, draft.texts, number, complete=draft.is_complete, trees=draft.trees
+    )
     repair.mark(draft.diagnostics)
     if not draft.is_complete:
         repair.change(absent_sections(draft.root))

@@ -93,6 +93,7 @@ class Draft:
     diagnostics: tuple[Diagnostic, ...] = ()
     private_keys: tuple[str, ...] = ()
     packages_for: Callable[[Spec], Packages] = lambda _: NO_PACKAGES  # searched when a document needs them
+    trees: Sequence[yaml.Node] = ()  # of the spec and of each file laid over it
 
     def document(self, spec: Spec, source: Source, catalog: Catalog) -> Document:
         """Returns the document of a spec that the draft makes."""
@@ -197,6 +198,7 @@ def draft_from(document: Document, reported: Sequence[Diagnostic]) -> Draft:
         tuple(reported),
         document.private_keys,
         lambda _: document.packages,
+        source.trees,
     )
 
 
@@ -204,24 +206,25 @@ def source_of_text(text: str, path: str) -> Source:
     """Returns the data and positions of one spec's text, with its includes and ranges."""
     budget = LoadBudget()
     root, _ = tree_of(text, Path(path), ProjectFiles.beside(Path(path), budget))
-    joined, _ = _one([root] if root is not None else [], budget.texts)
+    joined, _, _ = _one([root] if root is not None else [], budget.texts)
     return source_of(joined, path, budget.texts)[0]
 
 
 def _draft(
     trees: Sequence[yaml.Node], found: Sequence[Diagnostic], path: str, budget: LoadBudget, catalog: Catalog
 ) -> Draft:
-    root, wrong = _one(trees, budget.texts)
+    root, trees, wrong = _one(trees, budget.texts)
     if has_errors(found):  # an overlay may change what was not read
         wrong = [one for one in wrong if not one.code.startswith("OVER")]
     if (other_version := version_finding(root, path, SPEC_VERSIONS)) is not None:
         wrong.append(other_version)
-    return Draft(root, path, budget.texts, catalog, (*catalog.diagnostics, *found, *wrong))
+    diagnostics = (*catalog.diagnostics, *found, *wrong)
+    return Draft(root, path, budget.texts, catalog, diagnostics, trees=trees if len(trees) > 1 else ())
 
 
 def document_of(draft: Draft) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """Returns the document that a draft makes, and its warnings; with errors there is no document."""
-    source, wrong = source_of(draft.root, draft.path, draft.texts)
+    source, wrong = source_of(draft.root, draft.path, draft.texts, draft.trees)
     diagnostics = [*draft.diagnostics, *wrong]
     if not draft.is_sound or source.data is None:
         return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(draft.path))
@@ -246,8 +249,10 @@ def homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
     ]
 
 
-def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Node | None, list[Diagnostic]]:
-    """The one tree that the layers make.
+def _one(
+    trees: Sequence[yaml.Node], texts: Mapping[str, str]
+) -> tuple[yaml.Node | None, Sequence[yaml.Node], list[Diagnostic]]:
+    """The one tree that the layers make, and their own, with what is wrong.
 
     Ranges are written out first, so that what is laid over a range may mean one of its elements.
     """
@@ -256,12 +261,12 @@ def _one(trees: Sequence[yaml.Node], texts: Mapping[str, str]) -> tuple[yaml.Nod
         written = [ranges.expand(tree) for tree in trees]
         trees, diagnostics = [tree for tree, _ in written], [one for _, found in written for one in found]
     if not trees:
-        return None, diagnostics
+        return None, trees, diagnostics
     root = trees[0]
     for over in trees[1:]:
         root, found = overlaid(root, over)
         diagnostics += found
-    return root, diagnostics
+    return root, trees, diagnostics
 
 
 def _empty(path: str) -> Diagnostic:

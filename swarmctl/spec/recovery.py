@@ -48,9 +48,10 @@ class Repair(Generic[M]):
         number: int,
         *,
         complete: bool = True,
+        trees: Sequence[yaml.Node] = (),
     ) -> None:
         self.model, self.path, self.texts, self.number = model, path, texts, number
-        self.root = root
+        self.root, self.trees = root, trees
         self.found: Counter[Diagnostic] = Counter()  # a range may make the same one for each element
         self.most_ways = 1  # of the place that can be repaired in most ways
         self.whole = complete  # False once a section of the spec is not what the text has
@@ -64,7 +65,7 @@ class Repair(Generic[M]):
     def value(self) -> tuple[M | None, Source]:
         """Returns the model and its source, repaired; None if that does not succeed."""
         for _ in range(_ROUNDS):
-            source, wrong = source_of(self.root, self.path, self.texts)
+            source, wrong = source_of(self.root, self.path, self.texts, self.trees)
             self.report(wrong)
             self._open_sections(one.span for one in wrong if one.severity is Severity.ERROR)
             if source.data is None:
@@ -82,8 +83,10 @@ class Repair(Generic[M]):
         return None, source
 
     def report(self, found: Iterable[Diagnostic]) -> None:
-        """Keeps findings, except those about what was changed."""
-        self.found |= Counter(one for one in found if not self.is_changed(one))
+        """Keeps findings, except those about what was changed, and those of a place under another name."""
+        known = {(one.code, one.span) for one in self.found}
+        new = (one for one in found if (one.code, one.span) not in known or one in self.found)
+        self.found |= Counter(one for one in new if not self.is_changed(one))
 
     def mark(self, found: Iterable[Diagnostic]) -> None:
         """Counts the places of findings as changed: the tree has something likely there."""
@@ -176,7 +179,11 @@ class Repair(Generic[M]):
 def _ways_of(misfit: Misfit, loc: Loc, source: Source, model: type[BaseModel], number: int) -> Ways:
     error, fix = misfit.error, misfit.finding.fix
     kind, tagged, given = error["type"], tuple(error["loc"]), error.get("input")
-    if fix is not None and source.root is not None and (changes := changes_of(source.root, fix.edits)):
+    if (
+        fix is not None
+        and source.root is not None
+        and (changes := changes_of(source.root, fix.edits, source.trees))
+    ):
         return [changes]
     if kind == "extra_forbidden":
         return _without_key(loc, tagged[:-1], source, model, number)

@@ -43,10 +43,13 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
 _KINDS = frozenset(kind for kinds in _PLACES.values() for kind in kinds)
 
 
-def mentions(data: Any, kind: str, name: str) -> Iterator[Loc]:
-    """Yields every place that mentions this host, robot, ..., but nothing else of that name."""
+def mentions(data: Any, kind: str, name: str, whole: Any = None) -> Iterator[Loc]:
+    """Yields every place that mentions this host, robot, ..., but nothing else of that name.
+
+    ``whole`` is the data of the spec of which ``data`` is one layer.
+    """
     for pattern, kinds in _PLACES.items():
-        if next((one for one in kinds if name in _named(data, one)), None) == kind:
+        if next((one for one in kinds if name in _named(whole or data, one)), None) == kind:
             for loc, value in _at(data, pattern.split(".")):
                 if value == name:
                     yield loc
@@ -63,11 +66,16 @@ def mentioned(data: Any, kinds: Collection[str]) -> Iterator[tuple[tuple[str, ..
 
 
 def rename(source: Source, kind: str, old: str, new: str) -> Edits:
-    """Another name for one of the ``hosts``, ``robots``, ...: there and in every mention."""
-    if new in _named(source.data, kind):
+    """Another name for one of the ``hosts``, ``robots``, ...: there and in every mention, in all layers."""
+    if any(new in _named(one.data, kind) for one in (source, *source.layers)):
         return ()
     edits = [rename_key(source, (kind, old), new)]
     edits += [_reworded(source, loc, new) for loc in mentions(source.data, kind, old)]
+    known = {edit.span for one in edits for edit in one}
+    for layer in source.layers:
+        replaced = [rename_key(layer, (kind, old), new)] if old in _named(layer.data, kind) else []
+        replaced += [_reworded(layer, loc, new) for loc in mentions(layer.data, kind, old, source.data)]
+        edits += [one for one in replaced if not one or known.isdisjoint(edit.span for edit in one)]
     return joined(edits) if all(edits) else ()
 
 

@@ -84,11 +84,16 @@ def _key_fix(source: Source, loc: Loc, meant: Guess) -> Fix | None:
     beside = source.data
     for step in loc[:-1]:
         beside = beside[step]
-    if meant.only is None or meant.only in beside:
+    if meant.only is None or (meant.only in beside and _in_one_file(source, loc, (*loc[:-1], meant.only))):
         return None
     return make_fix(
         f"rename the key to `{meant.only}`", rename_key(source, loc, meant.only), safe=meant.certain
     )
+
+
+def _in_one_file(source: Source, *keys: Loc) -> bool:
+    """False for keys of which one is in a file laid over the other's, and replaces what that has."""
+    return len({source.span(loc, key=True).file for loc in keys}) == 1
 
 
 def _word_fix(source: Source, loc: Loc, meant: Guess) -> Fix | None:

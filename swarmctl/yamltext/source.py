@@ -45,6 +45,7 @@ class Source:
     data: Any
     root: yaml.Node | None = field(repr=False)
     texts: Mapping[str, str] = field(repr=False)  # by file, as the marks name them
+    trees: Sequence[yaml.Node] = field(default=(), repr=False)  # that `root` is made of, if they are several
     _keys: dict[int, dict[str, Pair]] = field(default_factory=dict, repr=False, compare=False)
 
     def copies(self, node: yaml.Node) -> int:
@@ -66,6 +67,11 @@ class Source:
                 pairs = node.value if isinstance(node, yaml.MappingNode) else ((item,) for item in node.value)
                 waiting += [one for pair in pairs for one in pair]
         return counts
+
+    @cached_property
+    def layers(self) -> tuple[Source, ...]:
+        """What a spec and each file laid over it have by themselves, also what another one replaces."""
+        return tuple(source_of(tree, self.path, self.texts)[0] for tree in self.trees)
 
     @property
     def text(self) -> str:
@@ -121,13 +127,15 @@ def parse(text: str, path: str, budget: LoadBudget | None = None) -> tuple[Sourc
         return source, [*([problem] if problem else []), *found]
 
 
-def source_of(root: yaml.Node | None, path: str, texts: Mapping[str, str]) -> tuple[Source, list[Diagnostic]]:
-    """Builds the data of a tree; no data after errors that leave it incomplete."""
+def source_of(
+    root: yaml.Node | None, path: str, texts: Mapping[str, str], trees: Sequence[yaml.Node] = ()
+) -> tuple[Source, list[Diagnostic]]:
+    """Builds the data of a tree, made of ``trees``; no data after errors that leave it incomplete."""
     builder = _Builder()
     data = None if root is None else builder.build(root)
     if any(found.code in _INCOMPLETE for found in builder.diagnostics):
         root, data = None, None
-    return Source(path, data, root, texts), builder.diagnostics
+    return Source(path, data, root, texts, trees), builder.diagnostics
 
 
 def _without_value(key: str, span: Span) -> Diagnostic:

@@ -112,14 +112,21 @@ def _node(value: Any, start: Any, end: Any) -> yaml.Node:
     return yaml.ScalarNode(PLAIN, literal(value), start, end)
 
 
-def changes_of(root: yaml.Node, edits: Sequence[Edit]) -> tuple[Change, ...]:
-    """Returns what ``edits`` of a text change in its tree; nothing if they are more than new words."""
+def changes_of(root: yaml.Node, edits: Sequence[Edit], trees: Sequence[yaml.Node] = ()) -> tuple[Change, ...]:
+    """Returns what ``edits`` of a text change in its tree; nothing if they are more than new words.
+
+    What is only in one of the ``trees`` that the tree is made of is a word that another one replaces.
+    """
     texts = {(one.span.file, one.span.line, one.span.column): one.text for one in edits}
     found: list[Change] = []
+    words: set[tuple[str, int, int]] = set()
 
     def word(node: yaml.Node) -> str | None:
         mark = node.start_mark
-        return texts.get((mark.name, mark.line + 1, mark.column + 1))
+        place = (mark.name, mark.line + 1, mark.column + 1)
+        if place in texts:
+            words.add(place)
+        return texts.get(place)
 
     def search(node: yaml.Node, loc: Loc) -> None:
         if len(loc) > MAX_DEPTH or not isinstance(node, yaml.CollectionNode):
@@ -140,7 +147,10 @@ def changes_of(root: yaml.Node, edits: Sequence[Edit]) -> tuple[Change, ...]:
     if any((one.span.line, one.span.column) == (one.span.end_line, one.span.end_column) for one in edits):
         return ()
     search(root, ())
-    return tuple(found) if len(found) == len(texts) else ()
+    changes, used = tuple(found), len(words)
+    for tree in trees if used < len(texts) else ():
+        search(tree, ())
+    return changes if len(changes) == used and len(words) == len(texts) else ()
 
 
 def _read(text: str) -> yaml.Node:

@@ -56,11 +56,10 @@ def migrate(
         file_writes.Change(read(Path(file)), file, read(Path(file)).decode("utf-8-sig"), text)
         for file, text in found.texts.items()
     ]
-    for change in changes:
-        if write:
-            file_writes.write(change)
-        else:
-            print(file_writes.difference(change), end="")
+    if write:
+        file_writes.write(changes)
+    for change in changes if not write else ():
+        print(file_writes.difference(change), end="")
     for line in found.notes:
         console.err().print(f"note: {line}", markup=False)
     done = "is now of" if write and changes else "would be of" if changes else "is already of"

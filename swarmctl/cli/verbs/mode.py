@@ -56,7 +56,7 @@ def convert(
         console.fail(f"{spec} cannot be converted to mode `{to}` automatically", *found)
     change = _change(document, conversion)
     if write:
-        file_writes.write(change)
+        file_writes.write([change])
         console.err().print(f"{spec}: mode {to}, {len(conversion.changes)} changes")
     else:
         print(file_writes.difference(change), end="")
