@@ -111,7 +111,15 @@ def without_echoes(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """What is wrong at a place makes a warning about the same place idle."""
     diagnostics = list(diagnostics)
     wrong = {found.span for found in diagnostics if found.severity is Severity.ERROR}
-    return [found for found in diagnostics if found.severity is Severity.ERROR or found.span not in wrong]
+    ends = {(span.file, span.end_line, span.end_column) for span in wrong if span}
+
+    def is_echo(span: Span | None) -> bool:
+        if span in wrong or span is None or (span.line, span.column) != (span.end_line, span.end_column):
+            return span in wrong
+        # nothing is written there: it is about the key before it
+        return any((span.file, span.line, span.column - blanks) in ends for blanks in (0, 1))
+
+    return [found for found in diagnostics if found.severity is Severity.ERROR or not is_echo(found.span)]
 
 
 def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -31,6 +31,7 @@ _MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
 _ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
 
 _BESIDE_ADDRESSES = (  # what people write along with an address
+    (r"[{$<\[]", "a spec has no variables or placeholders; write the address itself"),
     ("//", "leave out what stands before the name of the host, and behind it"),
     ("@", "write the account under `user`, and only the address here"),
     ("/", "write the size of the network in its link, as `subnet`"),

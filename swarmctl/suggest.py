@@ -22,6 +22,12 @@ _OTHER_WORDS = {
     "hostname": "address",
     "ip": "address",
     "username": "user",
+    "ansible_host": "address",
+    "ansible_user": "user",
+    "ansible_port": "port",
+    "ip_address": "address",
+    "mac_address": "mac",
+    "serial_number": "serial",
     "login": "user",
     "robot": "robots",
     "host": "hosts",
@@ -50,7 +56,24 @@ _OTHER_WORDS = {
 }
 # Those of them that mean nothing else.
 _SYNONYMS = frozenset(
-    {"username", "login", "baudrate", "vid", "pid", "bdaddr", "wifi", "wireless", "rfcomm", "bt"}
+    {
+        "username",
+        "login",
+        "baudrate",
+        "vid",
+        "pid",
+        "bdaddr",
+        "wifi",
+        "wireless",
+        "rfcomm",
+        "bt",
+        "ansible_host",
+        "ansible_user",
+        "ansible_port",
+        "ip_address",
+        "mac_address",
+        "serial_number",
+    }
 )
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 from types import UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
@@ -70,6 +71,31 @@ def _unit_of(annotation: Any) -> Unit | None:
 
 def _unit_in(metadata: Iterable[Any]) -> Unit | None:
     return next((one for one in metadata if isinstance(one, Unit)), None)
+
+
+def accepts(loc: tuple[str | int, ...], model: type[BaseModel], value: Any) -> bool:
+    """Returns True if ``value`` may stand at ``loc`` of a ``model``, as far as it can be judged by itself."""
+    for place in types_at(loc[:-1], model) if loc else ():
+        if is_model(place) and str(loc[-1]) not in place.model_fields:
+            continue
+        kinds = [None] if is_model(place) else _arguments(place, loc[-1])
+        for kind in kinds:
+            adapter = _of_field(place, str(loc[-1])) if kind is None else TypeAdapter(kind)
+            try:
+                adapter.validate_python(value, strict=True)
+            except ValidationError:
+                continue
+            return True
+    return False
+
+
+@cache
+def _of_field(model: type[BaseModel], name: str) -> TypeAdapter[Any]:
+    field = model.model_fields[name]
+    kind: Any = field.annotation
+    for part in field.metadata:
+        kind = Annotated[kind, part]
+    return TypeAdapter(kind)
 
 
 def is_model(place: Any) -> bool:

@@ -11,13 +11,15 @@ from pydantic import BaseModel, ValidationError
 
 from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.field_types import KEY, ConsistencyError
-from swarmctl.spec.model_lookup import known_keys
+from swarmctl.spec.model_lookup import accepts, known_keys
+from swarmctl.spec.stray_characters import value_within
 from swarmctl.spec.validation_fixes import fix_for, without_tag
 from swarmctl.spec.validation_messages import diagnostic
 from swarmctl.suggest import nearest
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.invisible import first_invisible, named, without_invisible
 from swarmctl.yamltext.limits import MAX_FINDINGS
+from swarmctl.yamltext.scalars import number_or_text
 from swarmctl.yamltext.source import Source
 
 M = TypeVar("M", bound=BaseModel)
@@ -92,7 +94,7 @@ def _beginning(data: Any) -> Any:
 def _misfits(errors: ValidationError, source: Source, model: type[M]) -> list[Misfit]:
     return [
         Misfit(
-            _with_fix(error, source, diagnostic(error, source, model), fix_for(error, source, model)),
+            _with_fix(error, source, model, fix_for(error, source, model)),
             error,
         )
         for together in _causes(errors.errors(include_url=False), model)
@@ -108,19 +110,36 @@ def _each(error: Any) -> list[Any]:
     return [{**error, "ctx": {**error["ctx"], "error": one}} for one in (first, *first.others)]
 
 
-def _with_fix(error: Any, source: Source, found: Diagnostic, fix: Fix | None) -> Diagnostic:
+def _with_fix(error: Any, source: Source, model: type[M], fix: Fix | None) -> Diagnostic:
     """Returns the finding with its fix; characters that nobody sees are named first."""
+    found = diagnostic(error, source, model)
     loc, given = without_tag(tuple(error["loc"])), error.get("input")
     in_key = error["type"] == "extra_forbidden" or loc[-1:] == (KEY,)
     text = str(loc[-1]) if error["type"] == "extra_forbidden" else given
     place = first_invisible(text) if isinstance(text, str) else None
     if place is None:
-        return replace(found, fix=fix)
+        found = replace(found, fix=fix)
+        return found if in_key else _without_strays(error, source, model, found)
     help_ = f"its character {place + 1} is {named(text[place])}: write a blank, or remove it"
     plain = without_invisible(text)
     if fix is None and not in_key:
         fix = make_fix(f"write `{plain}`", replace_value(source, loc, plain), safe=True)
     return replace(found, help=(help_, *found.help), fix=fix)
+
+
+def _without_strays(error: Any, source: Source, model: type[M], found: Diagnostic) -> Diagnostic:
+    """Returns the finding with help about characters around the value, if it would be right without them."""
+    tagged, given = tuple(error["loc"]), error.get("input")
+    within = isinstance(given, str) and value_within(
+        given, lambda text: accepts(tagged, model, number_or_text(text))
+    )
+    if not within:
+        return found
+    value, help_ = within
+    fix = make_fix(
+        f"write `{value}`", replace_value(source, without_tag(tagged), number_or_text(value)), safe=True
+    )
+    return replace(found, help=(help_,), fix=fix if "#" not in help_ else None)
 
 
 def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:
@@ -130,7 +149,10 @@ def _causes(errors: Iterable[Any], model: type[BaseModel]) -> list[Any]:
     """
     kept = list(errors)
     meant = {
-        (*error["loc"][:-1], nearest(str(error["loc"][-1]), known_keys(tuple(error["loc"][:-1]), model)))
+        (
+            *error["loc"][:-1],
+            nearest(str(error["loc"][-1]).partition(":")[0], known_keys(tuple(error["loc"][:-1]), model)),
+        )
         for error in kept
         if error["type"] == "extra_forbidden"
     }

@@ -6,6 +6,7 @@ import ast
 import ipaddress
 import json
 import re
+import unicodedata
 from typing import Any
 
 from pydantic import BaseModel
@@ -15,7 +16,7 @@ from swarmctl.field_types import MESSAGE_TYPE
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.model import KINDS
-from swarmctl.spec.model_lookup import known_keys, link_keys
+from swarmctl.spec.model_lookup import accepts, is_model, known_keys, link_keys, types_at
 from swarmctl.spec.pattern_texts import NAME
 from swarmctl.spec.references import rename_at, renaming
 from swarmctl.suggest import Guess, guess
@@ -26,8 +27,8 @@ from swarmctl.yamltext.source import Loc, Source
 
 NUMBERS = ("int_type", "float_type")
 BOOLEANS = {
-    "yes": "true", "on": "true", "y": "true", "true": "true",
-    "no": "false", "off": "false", "n": "false", "false": "false",
+    "yes": "true", "on": "true", "y": "true", "true": "true", "enabled": "true", "1": "true",
+    "no": "false", "off": "false", "n": "false", "false": "false", "disabled": "false", "0": "false",
 }  # fmt: skip
 # Places whose `kind` chooses what they hold: the steps to them (None is any name), the kinds, the noun.
 _UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
@@ -38,6 +39,7 @@ _UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
     (("types", None, "sensors", None), tuple(SENSORS), "sensor"),
 )
 _CHOICE = re.compile(r"'(?:[^'\\]|\\.)*'|[-+]?[0-9]+")  # as pydantic lists them: 'a', 'b' or 1
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _ONE_WORD = re.compile("[A-Za-z0-9_./:~-]+", re.ASCII)
 _RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
@@ -65,7 +67,7 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
     if kind in ("literal_error", "enum"):
         return _choice_fix(source, loc, given, choices(error))
     if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME:
-        name = legal_name(given)
+        name = None if names_run_together(source, loc, given) else legal_name(given)
         return (
             renaming(given, name, rename_at(source, loc, given, name), safe=_is_respelt(given))
             if name
@@ -77,7 +79,24 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
         return make_fix(f"write `{name}`", replace_value(source, loc, name), safe=True) if other else None
     if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
         return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant), safe=True)
+    if kind == "model_type" and (key := only_key(tagged, model, given)):
+        return make_fix(f"write {{{key}: {given}}}", replace_value(source, loc, {key: given}), safe=False)
+    if kind == "string_type" and not accepts(tagged, model, written(source, loc)) and loc[-1] != "mac":
+        return None
     return _value_fix(kind, source, loc, given)
+
+
+def only_key(tagged: Loc, model: type[BaseModel], given: Any) -> str:
+    """Returns the key of the only value that a mapping needs, if ``given`` may be that value, or nothing."""
+    fields = {
+        name: one
+        for place in types_at(tuple(tagged), model)
+        if is_model(place)
+        for name, one in place.model_fields.items()
+    }
+    needed = [name for name, one in fields.items() if one.is_required()]
+    known = len(needed) == 1 and len(fields) > 1 and isinstance(given, str)
+    return needed[0] if known and accepts((*tagged, needed[0]), model, given) else ""
 
 
 def _key_fix(source: Source, loc: Loc, meant: Guess) -> Fix | None:
@@ -128,6 +147,10 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
         return make_fix("remove the quotes", replace_value(source, loc, meant), safe=True)
     if kind == "bool_type" and (word := BOOLEANS.get(str(given).lower())):
         return make_fix(f"write `{word}`", replace_value(source, loc, word == "true"), safe=True)
+    if kind in ("int_from_float", "int_type") and isinstance(given, float) and given.is_integer():
+        return make_fix(f"write {given:.0f}", replace_value(source, loc, int(given)), safe=True)
+    if kind in ("tuple_type", "list_type") and is_list_in_braces(given):
+        return make_fix("write square brackets", replace_value(source, loc, list(given)), safe=True)
     if kind in ("tuple_type", "list_type") and isinstance(given, str) and _ONE_WORD.fullmatch(given):
         return make_fix("put it in brackets", replace_value(source, loc, [given]), safe=True)
     if kind == "value_error" and loc[-1] == "subnet" and (subnet := _subnet(given)):
@@ -195,14 +218,29 @@ def is_number(given: Any) -> bool:
     )
 
 
+def is_list_in_braces(given: Any) -> bool:
+    """Returns True for ``{a, b}``: keys without values."""
+    return isinstance(given, dict) and len(given) > 0 and not any(one is not None for one in given.values())
+
+
 def is_too_long(given: Any) -> bool:
     """Returns True if ``given`` is a whole number with too many digits."""
     return isinstance(given, str) and _DIGITS.fullmatch(given) is not None and not is_number(given)
 
 
+def names_run_together(source: Source, loc: Loc, given: str) -> list[str]:
+    """Returns the names of the spec that ``given``, an entry of a list, has without commas between them."""
+    sections = [one for one in source.data.values() if isinstance(one, dict)]
+    words = given.split()
+    known = all(any(word in section for section in sections) for word in words)
+    return words if known and len(words) > 1 and loc and isinstance(loc[-1], int) else []
+
+
 def legal_name(given: str) -> str | None:
-    """Returns the nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``."""
-    name = "-".join(_LETTERS.findall(given.lower())) if given.isprintable() else ""
+    """Returns the nearest name that a spec allows: ``k3-pi`` for ``K3_Pi``, ``kaefer`` for ``Käfer``."""
+    plain = unicodedata.normalize("NFKD", unicodedata.normalize("NFC", given).lower().translate(_UMLAUTS))
+    plain = "".join(char for char in plain if not unicodedata.combining(char))
+    name = "-".join(_LETTERS.findall(plain)) if given.isprintable() else ""
     return name if re.fullmatch(NAME, name, re.ASCII) else None
 
 

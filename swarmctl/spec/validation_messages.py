@@ -11,19 +11,22 @@ from pydantic import BaseModel
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import KEY, ConsistencyError
-from swarmctl.spec.model_lookup import described, known_keys, unit_at
+from swarmctl.spec.model_lookup import accepts, described, known_keys, unit_at
 from swarmctl.spec.pattern_texts import NAME, PATTERN_TEXTS
 from swarmctl.spec.validation_fixes import (
     BOOLEANS,
     NUMBERS,
     choices,
+    is_list_in_braces,
     is_number,
     is_too_long,
     keys_at,
     kinds_at,
     kinds_with,
     legal_name,
+    names_run_together,
     noun_at,
+    only_key,
     unescaped,
     without_tag,
 )
@@ -132,7 +135,8 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
             if given is None
             else f"must be {_TYPES[kind]}, not {shown}"
         )
-        help_ = (_NUMBERS_THAT_RANGE,) if quoted and not text else _help_for_type(kind, given, tagged, model)
+        meant = text if kind == "string_type" and text else given
+        help_ = (_NUMBERS_THAT_RANGE,) if quoted and not text else _help_for_type(kind, meant, tagged, model)
         return Diagnostic("SPEC003", f"{_subject(loc)} {wrong}", span, help=help_)
     if kind == "value_error":  # raised by a validator of ours, which puts the fix last
         raised = error["ctx"]["error"]
@@ -145,6 +149,8 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
         return Diagnostic("SPEC003", message, span, help=(make_fix,) if make_fix else ())
     message = f"{_subject(loc)} cannot be {_shown(given)}"
     if kind == "string_pattern_mismatch":
+        if words := names_run_together(source, loc, given):
+            return Diagnostic("SPEC003", message, span, help=(f"write commas: {', '.join(words)}",))
         return Diagnostic("SPEC003", message, span, help=(_pattern_help(error["ctx"]["pattern"], given),))
     unit = unit_at(tagged, model)
     bound = _bound(kind, error.get("ctx", {}), unit)
@@ -176,6 +182,9 @@ def _help_for_unknown(
     known = keys_at(tagged, model)
     if given is None and key[:1].isdigit():  # {wheel_separation: 0,285}
         return ("within braces a comma ends a value; write a decimal point, not a comma",)
+    before, colon, behind = key.partition(":")
+    if given is None and colon and before in known:  # {serial:FTDI1234}
+        return (f"write a blank behind the colon: {before}: {legible(behind).strip()}",)
     if not known and tagged[0] == "links" and (elsewhere := kinds_with(key)):
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
     return did_you_mean(key, known, "the keys here are")
@@ -225,21 +234,39 @@ def _short(text: str) -> str:
 def _help_for_type(
     kind: str, given: Any, loc: tuple[str | int, ...], model: type[BaseModel]
 ) -> tuple[str, ...]:
-    if kind == "string_type" and isinstance(given, (int, float)):
+    if kind == "string_type" and accepts(loc, model, given):
         return ("put it in quotes to make it text",)
     if kind in NUMBERS and is_number(given):
         return ("remove the quotes to make it a number",)
-    if kind in NUMBERS and is_too_long(given):
-        return ("no number here has more than 18 digits",)
+    if kind in NUMBERS and (simple := _plain_number(given)):
+        return (simple,)
     if kind == "bool_type" and str(given).lower() in BOOLEANS:
         return (f"write `{BOOLEANS[str(given).lower()]}`",)
-    if _TYPES[kind] == "a list" and isinstance(given, str):
-        return (f"put it in brackets: [{_short(legible(given))}]",)
+    if _TYPES[kind] == "a list" and (items := _items_in(given)):
+        return (items,)
+    if kind == "dict_type" and isinstance(given, tuple):
+        return ("write each entry under its name: `NAME:` in place of `-`",)
+    if kind == "model_type" and (key := only_key(loc, model, given)):
+        return (f"write {{{key}: {given}}}",)
     if kind == "model_attributes_type":  # an entry of a union, text apart by its kind
         return (f"it begins with `kind`, one of {', '.join(kinds_at(loc))}",)
     text = described(loc, model) if loc else ""
     keys = ", ".join(f"`{key}`" for key in known_keys(loc, model)) if _TYPES[kind] == "a mapping" else ""
     return tuple(filter(None, (text and f"`{loc[-1]}`: {text}", keys and f"its keys are {keys}")))
+
+
+def _plain_number(given: Any) -> str:
+    """Help about a number that is written in an odd way; empty for anything else."""
+    if is_too_long(given):
+        return "no number here has more than 18 digits"
+    return f"write {given:.0f}" if isinstance(given, float) and given.is_integer() else ""
+
+
+def _items_in(given: Any) -> str:
+    """Help about a list that is written without its brackets, or in others; empty for anything else."""
+    if is_list_in_braces(given):
+        return f"write square brackets: [{_short(', '.join(given))}]"
+    return f"put it in brackets: [{_short(legible(given).strip('()'))}]" if isinstance(given, str) else ""
 
 
 def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:

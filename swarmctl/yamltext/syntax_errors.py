@@ -21,8 +21,16 @@ _NO_COLON = ("this key has no colon", "write it like `name: lab`")
 
 # A part of libyaml's message, our message, and our help.
 _MESSAGES = (
-    ("expected ',' or '}'", "this bracket is not closed, or a comma is missing in it", "close it with `}`"),
-    ("expected ',' or ']'", "this bracket is not closed, or a comma is missing in it", "close it with `]`"),
+    (
+        "expected ',' or '}'",
+        "this bracket is not closed, or a comma is missing in it",
+        "close it with `}`, or write the comma",
+    ),
+    (
+        "expected ',' or ']'",
+        "this bracket is not closed, or a comma is missing in it",
+        "close it with `]`, or write the comma",
+    ),
     ("unexpected end of stream", *_NOT_CLOSED),
     (
         "mapping values are not allowed",
@@ -42,6 +50,21 @@ _MESSAGES = (
     ("could not find expected ':'", *_NO_COLON),
     ("another document", "a second document begins here", "a spec is one document; remove the line `---`"),
     (
+        "expected <document start>",
+        "this line does not belong to what stands above it",
+        "a spec is one document of lines like `name: lab`",
+    ),
+    (
+        "expected alphabetic or numeric character",
+        "a name is missing behind this sign",
+        "put text that starts with `*` or `&` in quotes; a list names each entry",
+    ),
+    (
+        "mapping keys are not allowed",
+        "a value cannot be `?`",
+        "write the value, or put it in quotes if it is text",
+    ),
+    (
         "undefined alias",
         "this alias has no anchor",
         "put text that starts with `*` in quotes",
@@ -53,6 +76,7 @@ _MESSAGES = (
         "use single quotes for text with backslashes",
     ),
 )
+_AFTER_SLIPS = ("mapping values are not allowed", "could not find expected ':'")
 _OPENED = (
     "expected ',' or",
     "unexpected end of stream",
@@ -60,7 +84,25 @@ _OPENED = (
 )  # where it was opened is more useful than where its end was expected
 
 _WORD_END = re.compile(r"[^\s,{}\[\]\"']*[^\s,:{}\[\]\"']$")
-_WORD_ALONE = re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+)[ \t]*")
+# Lines that YAML takes for the beginning of text which the next line continues.
+_SLIPS_OF_LINES = (
+    (re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+)[ \t]*"), *_NO_COLON),
+    (
+        re.compile(r"[ \t]*(?:- +)?(?P<word>[A-Za-z0-9_-]+:)[^\s:].*"),
+        "a blank is missing behind this colon",
+        "write it like `name: lab`",
+    ),
+    (
+        re.compile(r"[ \t]*(?P<word>-)[A-Za-z].*"),
+        "a blank is missing behind this dash",
+        "begin an entry of a list with `- `",
+    ),
+    (
+        re.compile("[ \t]*(?P<word>[\u2010-\u2015\u2212\u2022*]) .*"),
+        "this is not the dash of a list",
+        "begin an entry of a list with `- `, the hyphen of the keyboard",
+    ),
+)
 _BRACKET = re.compile(r"\[[0-9][0-9,*-]*\][^\s,:{}\[\]]*")
 
 
@@ -75,8 +117,8 @@ def syntax_error(error: yaml.MarkedYAMLError, text: str, name: str) -> Diagnosti
     if opened := _quote_over_lines(text, mark):
         ends = Note(at(mark), "its text ends before this")
         return Diagnostic("YAML001", _NOT_CLOSED[0], opened, notes=(ends,), help=_NOT_CLOSED[1:])
-    if "mapping values are not allowed" in problem and (key := _key_above(text, mark)):
-        return Diagnostic("YAML001", _NO_COLON[0], key, help=(_NO_COLON[1],))
+    if any(words in problem for words in _AFTER_SLIPS) and (slip := _slip_in_line(text, mark, name)):
+        return slip
     message, fix = f"this is not YAML: {problem}", ""
     for words, plain, help_ in _MESSAGES:
         if words in problem:
@@ -128,15 +170,17 @@ def _quote_over_lines(text: str, mark: yaml.Mark) -> Span | None:
     return Span(mark.name, line, column, line, column + 1)
 
 
-def _key_above(text: str, mark: yaml.Mark) -> Span | None:
-    """Returns the position of a lone word on the line before a block: a key without its colon."""
+def _slip_in_line(text: str, mark: yaml.Mark, name: str) -> Diagnostic | None:
+    """Returns what is wrong with the line before an error, where YAML took that line for text."""
     before = re.split("\r\n|[\r\n]", text[: mark.index])[: mark.line]
     while before and not before[-1].strip():
         before.pop()
-    word = _WORD_ALONE.fullmatch(before[-1]) if before else None
-    if word is None:
-        return None
-    return Span(mark.name, len(before), word.start("word") + 1, len(before), word.end("word") + 1)
+    for form, message, help_ in _SLIPS_OF_LINES if before else ():
+        if found := form.fullmatch(before[-1]):
+            line, (start, end) = len(before), found.span("word")
+            span = Span(name, line, start + 1, line, end + 1)
+            return Diagnostic("YAML001", message, span, help=(help_,))
+    return None
 
 
 def _range_around(text: str, index: int) -> str:
@@ -147,6 +191,8 @@ def _range_around(text: str, index: int) -> str:
 
 def _odd_character(text: str, mark: yaml.Mark) -> tuple[str, str]:
     char = text[mark.index : mark.index + 1]
+    if text.startswith("```", mark.index):
+        return "three backticks are Markdown, not YAML", "remove the lines that begin with them"
     if char == "\t":
         return "a tab cannot indent YAML", "indent with spaces"
     return f"text cannot start with `{char}`", "put the text in quotes"
