@@ -86,3 +86,11 @@ def test_a_commit_waits_until_its_specs_are_right(
     wrong = pre_commit(project, env, "run", "--all-files")
     assert wrong.returncode == 1
     assert "error[SPEC003]: `mode` cannot be `leadr`\n --> hall/big.swarm.yaml:3:7" in wrong.stdout
+
+    config["repos"][0]["hooks"][0]["args"] = ["--fix"]
+    (project / ".pre-commit-config.yaml").write_text(yaml.safe_dump(config))
+    git(project, "add", "-A")
+    fixed = pre_commit(project, env, "run", "--all-files")
+    assert fixed.returncode == 1
+    assert "files were modified by this hook" in fixed.stdout
+    assert "mode: leader" in (project / "hall/big.swarm.yaml").read_text("utf-8")
