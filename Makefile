@@ -15,7 +15,7 @@ TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 # Tests wait more than they compute.
 WORKERS := $(shell expr $$(nproc) \* 2 + 1)
-LABS := $(shell expr $$(nproc) + 1)
+LABS := $(shell expr $$(nproc) + 2)
 # The tests start some thousand processes: each would compile the package anew.
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)

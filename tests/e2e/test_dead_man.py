@@ -42,6 +42,7 @@ LAPTOP, PI = "laptop", "pi"
 OUT = 2.0  # s for which a cable or a network is out
 KEPT = 6.0  # s within which a network delivers what it has kept
 LOOKS = 40.0  # at the robots in the time of a bound, at least: what is found is then 2.5 % of it off
+TRIES = 3  # of a fault, where a busy machine lets the watch look less often
 PATIENCE = 15.0  # s
 
 
@@ -85,8 +86,8 @@ class Scene:
         within(PATIENCE, self.all_move, "not every robot obeys")
 
 
-@pytest.fixture
-def scene(swarm: LabSwarm, watch: Watch) -> Iterator[Scene]:
+@contextmanager
+def driving(swarm: LabSwarm, watch: Watch) -> Iterator[Scene]:
     with commanding(swarm, LAPTOP, SPEEDS) as commander:
         scene = Scene(swarm, watch, commander)
         commander.command(1.0)
@@ -94,6 +95,12 @@ def scene(swarm: LabSwarm, watch: Watch) -> Iterator[Scene]:
         time.sleep(0.3)
         yield scene
     swarm.settle()
+
+
+@pytest.fixture
+def scene(swarm: LabSwarm, watch: Watch) -> Iterator[Scene]:
+    with driving(swarm, watch) as scene:
+        yield scene
 
 
 Fault = Callable[[Scene], AbstractContextManager[float]]  # entered with the moment, undone on leaving
@@ -227,6 +234,12 @@ FAULTS: Mapping[str, Fault] = {
 GHOSTS = "network back, its publisher dead by then"
 
 
+def often_enough(watch: Watch, fault: str, since: float) -> bool:
+    """Whether the watch can judge; a robot may stand at its first look after the fault."""
+    bound = Page().bound(fault)
+    return watch.rate(since - bound) * bound >= LOOKS
+
+
 @pytest.fixture
 def keeps(note: Note, regenerating: bool, watch: Watch) -> Callable[[str, float, Mapping[str, Stop]], None]:
     """Writes figures down, and compares them with what the page promises."""
@@ -238,9 +251,7 @@ def keeps(note: Note, regenerating: bool, watch: Watch) -> Callable[[str, float,
         bound = page.bound(fault)
         for robot, stop in stops.items():
             note(f"{fault}: {robot}", f"{stop.seconds:.2f} s, {stop.metres:.3f} m", f"<= {bound:g} s")
-        assert (
-            watch.rate(since - bound) * bound >= LOOKS
-        )  # a robot may stand at the first look after the fault
+        assert often_enough(watch, fault, since)
         assert {robot: stop for robot, stop in stops.items() if stop.seconds > bound} == {}
         assert {robot: stop for robot, stop in stops.items() if stop.metres > bound * SPEEDS[robot]} == {}
 
@@ -249,10 +260,13 @@ def keeps(note: Note, regenerating: bool, watch: Watch) -> Callable[[str, float,
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_whatever_fails_robots_stand_in_time(
-    fault: str, scene: Scene, keeps: Callable[[str, float, Mapping[str, Stop]], None]
+    fault: str, swarm: LabSwarm, watch: Watch, keeps: Callable[[str, float, Mapping[str, Stop]], None]
 ) -> None:
-    with FAULTS[fault](scene) as moment:
-        stops = scene.watch.stops(moment, PATIENCE)
+    for _ in range(TRIES):
+        with driving(swarm, watch) as scene, FAULTS[fault](scene) as moment:
+            stops = watch.stops(moment, PATIENCE)
+        if often_enough(watch, fault, moment):
+            break
     keeps(fault, moment, stops)
 
 
