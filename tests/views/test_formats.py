@@ -200,7 +200,9 @@ def test_a_github_command_is_one_line_with_all_details(report: Report) -> None:
         properties, message = decoded(command)
         assert properties["file"] == printable(found.span.file if found.span else one.spec)
         assert printable(found.message) in message
-        assert all(f"\nhelp: {printable(line)}" in message for line in found.help)
+        title = found.fix.title if found.fix else None
+        assert all(f"\nhelp: {printable(line)}" in message for line in found.help if line != title)
+        assert title is None or f"fix: {printable(title)}" in message
 
 
 def test_github_gets_columns_only_on_one_line() -> None:
@@ -232,6 +234,19 @@ def test_junit_follows_its_schema(report: Report) -> None:
     JUNIT.assertValid(root)
     text = "".join(root.itertext())
     assert all(printable(found.message) in text for found in report.diagnostics)
+
+
+def test_junit_counts_the_fixes_of_each_spec() -> None:
+    suites = etree.fromstring(junit.render(sample.report()).encode("utf-8"))
+    counts = [[one.get("value") for one in suite.iter("property")] for suite in suites]
+    assert counts == [["3", "1"], ["0", "0"], ["0", "0"]]
+
+
+@given(reports)
+def test_gitlab_names_every_way_to_fix(report: Report) -> None:
+    for one, found in zip(json.loads(gitlab.render(report)), report.diagnostics, strict=True):
+        ways = (*found.help, *([found.fix.title] if found.fix else ()))
+        assert all(way in one["description"] for way in ways)
 
 
 def test_the_sample_follows_the_schema_of_junit() -> None:

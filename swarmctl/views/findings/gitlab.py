@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 
 from swarmctl.diagnostics import Diagnostic, Severity
-from swarmctl.views.findings.report import Report, file_of, fingerprints, sentence
+from swarmctl.views.findings.report import Report, file_of, fingerprints, sentence, ways_to_fix
 
 _SEVERITY = {Severity.ERROR: "critical", Severity.WARNING: "minor"}
 
@@ -35,4 +35,5 @@ def render(report: Report) -> str:
 
 def _description(found: Diagnostic) -> str:
     """One line, the only one that a merge request shows."""
-    return f"{sentence(found)} ({'; '.join(found.help)})" if found.help else sentence(found)
+    ways = ways_to_fix(found)
+    return f"{sentence(found)} ({ways})" if ways else sentence(found)

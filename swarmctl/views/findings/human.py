@@ -9,7 +9,7 @@ from rich.text import Text
 from swarmctl.diagnostics import Diagnostic, Severity, Span
 from swarmctl.views.escape import printable
 from swarmctl.views.findings.excerpt import View, clipped, covered, marked, view
-from swarmctl.views.findings.report import Checked, counted, fixes_in
+from swarmctl.views.findings.report import Checked, counted, fixes_in, remedies
 
 MOST_SHOWN = 50
 _STYLE = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
@@ -47,11 +47,7 @@ def finding(found: Diagnostic, lines: Mapping[str, Sequence[str]], width: int | 
         if found.span is None or note.span.file != found.span.file or note.span.file not in lines:
             text.append(f"{' ' * gutter}::: ", _GUTTER)
             text.append(f"{printable(str(note.span))} {printable(note.text)}\n")
-    fix = found.fix
-    lines_below = [("help", line) for line in found.help if fix is None or line != fix.title]
-    if fix is not None:
-        lines_below.append(("fix" if fix.safe else "unsafe fix", fix.title))
-    for what, line in lines_below:
+    for what, line in remedies(found):
         text.append(f"{' ' * gutter} = ", _GUTTER).append(what, "bold green")
         text.append(f": {printable(line)}\n")
     return text

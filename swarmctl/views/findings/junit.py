@@ -27,6 +27,9 @@ def render(report: Report) -> str:
 
 def _suite(root: Element, report: Report, one: Checked) -> None:
     suite = SubElement(root, "testsuite", {"name": printable(one.spec)})
+    properties = SubElement(suite, "properties")
+    for name, count in (("fixable", one.fixable), ("moreFixable", one.more_fixable)):
+        SubElement(properties, "property", {"name": name, "value": str(count)})
     cases: dict[tuple[str, str], list[Diagnostic]] = {}
     for found in one.diagnostics:
         cases.setdefault((file_of(one, found), found.code), []).append(found)

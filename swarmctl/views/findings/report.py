@@ -85,9 +85,22 @@ def sentence(found: Diagnostic) -> str:
 
 
 def more(found: Diagnostic) -> Iterator[str]:
-    """Yields the notes and help lines of a finding."""
+    """Yields the notes of a finding, and the ways to fix it."""
     yield from (f"{note.span}: {note.text}" for note in found.notes)
-    yield from (f"help: {line}" for line in found.help)
+    yield from (f"{what}: {line}" for what, line in remedies(found))
+
+
+def remedies(found: Diagnostic) -> Iterator[tuple[str, str]]:
+    """Yields the lines of help, then the fix that a program can apply, each with the word for what it is."""
+    fix = found.fix
+    yield from (("help", line) for line in found.help if fix is None or line != fix.title)
+    if fix is not None:
+        yield ("fix" if fix.safe else "unsafe fix", fix.title)
+
+
+def ways_to_fix(found: Diagnostic) -> str:
+    """Returns the ways to fix a finding in one line."""
+    return "; ".join(line if what == "help" else f"{what}: {line}" for what, line in remedies(found))
 
 
 def place(one: Checked, found: Diagnostic) -> str:

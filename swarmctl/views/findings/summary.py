@@ -6,7 +6,7 @@ import re
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.views.escape import printable
-from swarmctl.views.findings.report import Checked, Report, outcome, place, sentence
+from swarmctl.views.findings.report import Checked, Report, outcome, place, sentence, ways_to_fix
 
 MOST_SHOWN = 500  # GitHub refuses a summary of more than 1 MiB
 _LONGEST = 300
@@ -27,7 +27,7 @@ def render(report: Report) -> str:
 
 
 def _row(one: Checked, found: Diagnostic) -> str:
-    cells = (found.severity.value, place(one, found), found.code, sentence(found), "; ".join(found.help))
+    cells = (found.severity.value, place(one, found), found.code, sentence(found), ways_to_fix(found))
     return f"| {' | '.join(map(_cell, cells))} |"
 
 
