@@ -41,8 +41,8 @@ _KINDS: Mapping[str, TypeAdapter[Any]] = {
     "baud": TypeAdapter(Baud),
 }
 _SECRET = re.compile(
-    r"pass(?![a-z])|passwd|password|passphrase|pwd|secret|token|credential|vault|psk|private_?key|api_?key"
-    r"|access_?key|(?<![a-z])pin(?![a-z])|(?<![a-z])auth(?![a-z])",
+    r"(?<!com)(?<!by)pass(?![a-z])|passwd|password|passphrase|pwd|secret|token|credential|vault|psk"
+    r"|(?<![a-z])(key|pin|auth)(?![a-z])|(api|access|private|auth)_?key|(?-i:[a-z]Key)",
     re.I,
 )
 _KEY_FILES = ("ansible_ssh_private_key_file", "ansible_private_key_file")

@@ -32,6 +32,7 @@ _KEY_FILES = ("ansible_ssh_private_key_file", "ansible_private_key_file")
 _CONNECTIONS = ("ansible_connection", "connection")
 _SSH = {"", "ssh", "smart", "paramiko", "paramiko_ssh"}
 _WINDOWS = {"winrm", "psrp"}
+_SSH_OPTIONS = ("ansible_ssh_common_args", "ansible_ssh_extra_args", "ansible_ssh_args")
 _MASTER = ("ros_master_uri", "ROS_MASTER_URI")
 _TYPE = ("robot_type", "swarmctl_type")
 _READ = {
@@ -164,7 +165,7 @@ def _notes(variables: Variables) -> Iterator[str]:
     """Comments about what is left out: secrets by their key, and the key file, which ssh has to know."""
     for key, one in sorted(variables.items()):
         if one.is_vault or is_secret(key, one.value):
-            yield f"left out: {key} of {one.place}, a secret"
+            yield f"left out: {key} of {one.place}, which may be a secret"
     found = _first(variables, _KEY_FILES)
     if found is not None and not COMPUTED.search(found.value):
         yield f"key file {found.value} ({found.place}): write it as IdentityFile in ~/.ssh/config"
@@ -176,6 +177,8 @@ def _without_key(hosts: Collection[_Host]) -> Iterator[Unread]:
         for key, one in host.variables.items():
             if key in _READ and key not in _OF_HOSTS and COMPUTED.search(one.value):
                 yield Unread(one.place, f"{key} is computed by a template")
+            elif key in _SSH_OPTIONS:
+                yield Unread(one.place, f"{key}: a jump host is `via`; other options belong in ~/.ssh/config")
             elif key not in _READ and not one.is_vault and not is_secret(key, one.value):
                 yield Unread(one.place, f"a spec has no key for {key}")
 

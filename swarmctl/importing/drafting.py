@@ -60,7 +60,7 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
     if isinstance(folder, Diagnostic):
         raise DraftError(folder.message, *folder.help)
     found = _kinds(folder)
-    chosen = _chosen(path, found, kind, _unread(folder))
+    chosen = _chosen(path, folder, found, kind)
     files = found[chosen]
     if chosen is not Kind.LAUNCH and len(files) > 1:
         example = next((one for one in files if "/" not in one), files[0])
@@ -70,10 +70,12 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
             f"name one of them: swarmctl import {path / example}",
         )
     draft = _draft(folder, chosen, files, load_catalog(spec.parent / "robots").types)
-    if not draft.hosts:
+    if not (draft.hosts or draft.robots or draft.programs):
         why = tuple(f"{one.place}: {one.why}" for one in draft.unread[:5])
         raise DraftError(
-            f"`{path}` names no host that swarmctl could log into", *why, "swarmctl init writes a first spec"
+            f"`{path}` names no host, robot or program that can be imported",
+            *why,
+            "swarmctl init writes a first spec",
         )
     return checked(draft, spec)
 
@@ -135,9 +137,7 @@ def _unread(folder: LabFolder) -> Sequence[str]:
     return [f"{one.place}: {one.why}" for one in found[:5]]
 
 
-def _chosen(
-    path: Path, found: Mapping[Kind, Sequence[str]], kind: Kind | None, unread: Sequence[str]
-) -> Kind:
+def _chosen(path: Path, folder: LabFolder, found: Mapping[Kind, Sequence[str]], kind: Kind | None) -> Kind:
     """The kind that is given, or the only one there is."""
     if kind is not None:
         if kind in found:
@@ -149,7 +149,7 @@ def _chosen(
         raise DraftError(
             f"`{path}` has nothing that can be imported",
             f"import reads {'; '.join(_WHAT.values())}",
-            *unread,
+            *_unread(folder),
             "name the file or the folder that has it, or begin with: swarmctl init",
         )
     if len(found) > 1:

@@ -55,6 +55,9 @@ def lab_folder(path: Path) -> LabFolder | Diagnostic:
             return text
         texts[path.name] = text
     for relative in _beside(files, path) if is_file else _below(files, folder, "", 0, [_MAX_FOLDERS]):
+        if files.exhausted:
+            unread.append(Unread(Place(relative, 0), "it, and what follows, are too many files or too large"))
+            break
         if relative not in texts:
             found = _text(files, folder / relative)
             if isinstance(found, Diagnostic):

@@ -46,7 +46,7 @@ class LabHosts:
             return
         values = {"user": machine.user, "port": number(machine.port or "")}
         fields = {key: Fact(one, place) for key, one in values.items() if one and is_allowed(key, one)}
-        notes = (f"left out: password of {place}, a secret",) if machine.has_password else ()
+        notes = (f"left out: password of {place}, which may be a secret",) if machine.has_password else ()
         self.machines[name] = self.add(Mention(name, address, place, fields, notes))
         if machine.is_default:
             self.default = self.machines[name]

@@ -50,7 +50,7 @@ def driver_notes(node: Node, used: Collection[str]) -> Iterator[str]:
     secrets = [one for one in settings if is_secret(one.name, one.value or "")]
     others = [one.name for one in settings if one not in secrets]
     for one in secrets:
-        yield f"left out: {one.name} of {one.place}, a secret"
+        yield f"left out: {one.name} of {one.place}, which may be a secret"
     if others:
         yield f"left out: {', '.join(others)}; swarmctl's own driver replaces the node"
 
@@ -69,7 +69,7 @@ def _notes(
 ) -> Iterator[str]:
     for one in (*node.parameters, *node.environment):
         if is_secret(one.name, one.value or ""):
-            yield f"left out: {one.name} of {one.place}, a secret"
+            yield f"left out: {one.name} of {one.place}, which may be a secret"
         elif one.value is None:
             yield f"left out: {one.name} of {one.place}, which has no value here"
         elif not _is_kept(one) or (one in node.environment and one.name not in environment):

@@ -60,7 +60,7 @@ INVENTORY = "[pis]\nk3 ansible_host=10.0.0.1\n"
         ({"a.ini": INVENTORY, "b/hosts": INVENTORY}, ["."], "swarmctl import a.ini"),
         ({"a.ini": INVENTORY, "x.launch": "<launch/>"}, ["."], "swarmctl import . --from ansible"),
         ({"a.ini": INVENTORY}, [".", "--from", "launch"], "swarmctl import . --from ansible"),
-        ({"x.launch": "<launch/>"}, ["."], "`.` names no host that swarmctl could log into"),
+        ({"x.launch": "<launch/>"}, ["."], "`.` names no host, robot or program that can be imported"),
         ({"x.launch": "<launch>"}, ["."], "x.launch:1: it is not well-formed XML"),
     ],
 )

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from swarmctl.importing.drafting import DraftError
 from tests.importing.drafts import LABS, draft, lab
 
 SECRETS = ("raspberry", "hunter2", "correcthorse", "62313365", "s3cr3t-t0ken", "axisroot", "1972", "lab-pw")
@@ -29,3 +34,20 @@ def test_what_validate_refuses_is_to_fill_in(tmp_path: Path) -> None:
     inventory = "[epucks]\na ansible_host=10.0.0.1\nb ansible_host=10.0.0.1\n"
     found = draft(lab(tmp_path, {"inventory.ini": inventory}))
     assert "fill in: " in next(line for line in found.text.split("\n") if "b:" in line)
+
+
+PIECES = [
+    *("[a]", "[a:vars]", "[a:children]", "a", "b[1:3]", "x=y", "ansible_host=10.0.0.1", "{{ z }}", "#", ";"),
+    *("export ", "ROS_IP=", "ROS_MASTER_URI=http://a:b", "$(x)", "<launch>", "</launch>", "</group>"),
+    *("<machine name='m' address='n'/>", "<node pkg='p' type='koala' name='/'/>", "<group ns='$(arg q)'>"),
+    *("all:", "  hosts:", "  - ", "system:", "platform: &p", "*p", "hosts: {a: *p}", "!vault", "'", '"'),
+    *("\n", "\n", "\n  ", " ", "\t", "\u2028", "\x00", "\ufeff"),
+]
+FILES = ["x.launch", "hosts.ini", "hosts", "robot.yaml", "env.sh"]
+
+
+@settings(max_examples=30)
+@given(st.lists(st.sampled_from(PIECES), max_size=14), st.sampled_from(FILES))
+def test_odd_files_are_drafted_or_refused(pieces: list[str], name: str) -> None:
+    with tempfile.TemporaryDirectory() as folder, suppress(DraftError):
+        draft(lab(Path(folder), {name: "".join(pieces)}))
