@@ -136,3 +136,24 @@ def test_no_inventory_changes_the_structure(names: list[str], key: str, value: s
     assert set(read) <= {"version", "name", "mode", "leader", "hub", "hosts", "robots", "links"}
     assert all(set(one) <= {"address", "user", "port"} for one in read["hosts"].values())
     assert len(read["hosts"]) == len({without_port(name)[0] for name in hosts if not COMPUTED.search(name)})
+
+
+def test_what_is_encrypted_is_left_out(tmp_path: Path) -> None:
+    files = {"hosts.ini": "[pis]\nk3\n", "host_vars/k3.yml": "ansible_user: !vault |\n  $ANSIBLE_VAULT;1.1\n"}
+    found = draft(lab(tmp_path, files))
+    assert "# left out: ansible_user of host_vars/k3.yml:1, which may be a secret" in found.text
+    assert "# user: robot  # fill in: ansible_user of host_vars/k3.yml:1 is encrypted" in found.text
+
+
+def test_a_master_beside_the_inventory_is_a_host(tmp_path: Path) -> None:
+    files = {"hosts.ini": "[pis]\na\nb\n[pis:vars]\nros_master_uri=http://10.0.0.1:11311\n"}
+    found = data(draft(lab(tmp_path, files)))
+    assert (found["mode"], found["hub"]) == ("central", "master")
+    assert found["hosts"]["master"] == {"address": "10.0.0.1"}
+
+
+def test_options_of_ssh_are_not_copied(tmp_path: Path) -> None:
+    files = {"hosts.ini": "[pis]\na ansible_ssh_common_args='-o ProxyJump=me@gate'\n"}
+    found = draft(lab(tmp_path, files))
+    assert "#   hosts.ini:2: ansible_ssh_common_args: a jump host is `via`" in found.text
+    assert "me@gate" not in found.text

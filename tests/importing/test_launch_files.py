@@ -38,6 +38,7 @@ def script(host: str, master: str, ip: str = "") -> str:
 
 
 SHARED = {"a/env.sh": script("a", "a"), "b/env.sh": script("b", "a")}
+INNER = '<launch><arg name="n" /><node pkg="p" type="t" name="$(arg n)" /></launch>'
 TALKER = '<launch><node pkg="p" type="t" name="talker" /></launch>'
 FKIE = '<launch><node pkg="fkie_mas_sync" type="mas-sync" name="sync" /></launch>'
 
@@ -129,21 +130,23 @@ def test_an_argument_without_a_value_is_not_read(tmp_path: Path) -> None:
 
 
 def test_an_included_file_is_not_read_twice(tmp_path: Path) -> None:
-    inner = '<launch><arg name="n" /><node pkg="p" type="t" name="$(arg n)" /></launch>'
     outer = '<include file="$(dirname)/inner.launch"><arg name="n" value="{}" /></include>'
-    files = {**launch(outer.format("left"), outer.format("right")), "inner.launch": inner}
+    files = {**launch(outer.format("left"), outer.format("right")), "inner.launch": INNER}
     found = draft(lab(tmp_path, files))
     assert list(data(found)["programs"]) == ["left", "right"]
     assert "Not read" not in found.text
 
 
 def test_a_package_in_the_folder_is_found(tmp_path: Path) -> None:
+    argument = '<arg name="n" value="talker" />'
     files = {
-        **launch('<include file="$(find demo)/launch/d.launch" />'),
+        **launch(f'<include file="$(find demo)/launch/d.launch">{argument}</include>'),
         "src/demo/package.xml": "<package><name>demo</name></package>",
-        "src/demo/launch/d.launch": TALKER,
+        "src/demo/launch/d.launch": INNER,
     }
-    assert list(data(draft(lab(tmp_path, files)))["programs"]) == ["talker"]
+    found = draft(lab(tmp_path, files))
+    assert list(data(found)["programs"]) == ["talker"]
+    assert "Not read" not in found.text
 
 
 HOSTILE = [
@@ -188,3 +191,21 @@ def test_a_hostile_text_stays_a_text(text: str, tmp_path: Path) -> None:
 def test_a_launch_file_above_the_limits_is_named(tmp_path: Path) -> None:
     files = {**launch(), "y.launch": f"<launch>{'<group>' * 100}{'</group>' * 100}</launch>"}
     assert "#   y.launch: it, or all launch files together, are too large" in draft(lab(tmp_path, files)).text
+
+
+def test_a_password_in_an_address_is_left_out(tmp_path: Path) -> None:
+    url = '<param name="stream" value="rtsp://admin:hunter2@10.0.0.9/live" />'
+    found = draft(lab(tmp_path, launch(f'<node pkg="p" type="t" name="n">{url}</node>')))
+    assert "# left out: stream of x.launch:2, which may be a secret" in found.text
+    assert "hunter2" not in found.text
+
+
+def test_too_much_is_named_and_not_read(tmp_path: Path) -> None:
+    files = {f"{number:02}.sh": "#" * 250_000 for number in range(18)}
+    found = draft(
+        lab(tmp_path, {**files, "00.sh": "ROS_HOSTNAME=a\nROS_IP=10.0.0.1\n", "x.sh": "#" * 300_000})
+    )
+    assert "#   x.sh: it is larger than 256 KiB" not in found.text  # it is beyond the limit on all files
+    assert "and what follows, are too many files or too large" in found.text
+    (tmp_path / "01.sh").write_text("#" * 300_000)
+    assert "#   01.sh: it is larger than 256 KiB" in draft(tmp_path).text
