@@ -58,7 +58,8 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
         raise DraftError(f"there is no file or folder `{path}`", f"import reads {'; '.join(_WHAT.values())}")
     folder = lab_folder(path)
     if isinstance(folder, Diagnostic):
-        raise DraftError(folder.message, *folder.help)
+        place = f"{folder.span}: " if folder.span else ""
+        raise DraftError(f"{place}{folder.message}", *folder.help)
     found = _kinds(folder)
     chosen = _chosen(path, folder, found, kind)
     files = found[chosen]

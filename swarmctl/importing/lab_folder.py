@@ -61,7 +61,8 @@ def lab_folder(path: Path) -> LabFolder | Diagnostic:
         if relative not in texts:
             found = _text(files, folder / relative)
             if isinstance(found, Diagnostic):
-                unread.append(Unread(Place(relative, 0), found.message))
+                line = found.span.line if found.span else 0
+                unread.append(Unread(Place(relative, line), found.message))
             else:
                 texts[relative] = found
     packages = NO_PACKAGES if is_file else packages_in(((folder, ""),))

@@ -92,3 +92,12 @@ def test_a_link_out_of_the_folder_is_not_read(name: str, tmp_path: Path, capsys:
     (tmp_path / "in" / name).symlink_to(tmp_path / "out/secret")
     assert run(["import", "in"]) == exit_codes.OK
     assert not re.search("leaked|10.9.9.9", capsys.readouterr().out)
+
+
+def test_a_file_that_is_not_utf8_is_named_with_its_line(tmp_path: Path, capsys: Captured) -> None:
+    (tmp_path / "x.launch").write_bytes(b"<launch>\n\xff</launch>")
+    assert run(["import", "x.launch"]) == exit_codes.ERROR
+    assert "error: x.launch:2:1: the byte 0xFF is not valid UTF-8" in capsys.readouterr().err
+    (tmp_path / "hosts.ini").write_text(INVENTORY, "utf-8")
+    assert run(["import", "."]) == exit_codes.OK
+    assert "#   x.launch:2: the byte 0xFF is not valid UTF-8" in capsys.readouterr().out

@@ -129,3 +129,10 @@ def test_schemas_are_refreshed_by_schema_out(tmp_path: Path, root: Path) -> None
     assert run(["schema", "--out", str(tmp_path / ".swarmctl")]) == exit_codes.OK
     fresh = (tmp_path / ".swarmctl/swarm.schema.json").read_bytes()
     assert fresh == (root / "schemas/swarm.schema.json").read_bytes()
+
+
+def test_the_name_keeps_the_digits_of_the_folder(tmp_path: Path) -> None:
+    assert run(["init", str(tmp_path / "2024 lab")]) == exit_codes.OK
+    swarm, _ = load_swarm(tmp_path / "2024 lab/swarm.yaml")
+    assert swarm is not None
+    assert swarm.name == "swarm-2024-lab"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -46,6 +45,7 @@ def init(
     No file is overwritten. After an upgrade: swarmctl schema --out DIR/.swarmctl
     """
     from swarmctl.diagnostics import has_errors
+    from swarmctl.importing.allowed_values import valid_name
     from swarmctl.scaffold.starting_spec import starting_spec
     from swarmctl.spec.catalog import load_catalog
     from swarmctl.spec.model import Mode
@@ -56,7 +56,7 @@ def init(
         raise typer.Exit(exit_codes.ERROR)
     chosen = Mode(_known("mode", mode, [one.value for one in Mode]))
     robots = _robots(robot or _ROBOTS, catalog)
-    text = starting_spec(name or _name_of(folder), chosen, robots, catalog.types)
+    text = starting_spec(name or valid_name(folder.resolve().name, "swarm"), chosen, robots, catalog.types)
     spec = folder / "swarm.yaml"
     _check(text, spec, catalog)
     _write({spec: text.encode(), **schema_files(folder / ".swarmctl")})
@@ -96,12 +96,6 @@ def _known(what: str, word: str, known: Iterable[str]) -> str:
             f"there is no {what} `{word}`", *did_you_mean(word, known, "there are"), code=exit_codes.USAGE
         )
     return word
-
-
-def _name_of(folder: Path) -> str:
-    """The name of the folder, as far as it is a valid name for a swarm."""
-    found = re.search(r"[a-z][a-z0-9-]{,30}", re.sub(r"[^a-z0-9]+", "-", folder.resolve().name.lower()))
-    return found[0] if found else "swarm"
 
 
 def _check(text: str, spec: Path, catalog: Catalog) -> None:
