@@ -35,7 +35,7 @@ _BESIDE_ADDRESSES = (  # what people write along with an address
     ("//", "leave out what stands before the name of the host, and behind it"),
     ("@", "write the account under `user`, and only the address here"),
     ("/", "write the size of the network in its link, as `subnet`"),
-    ("^[^:]+:[0-9]+$", "write the port of its SSH server under `port`, and only the address here"),
+    ("^[^:]+:[0-9]+$", "write only the address here; the port of an SSH server is the `port` of its host"),
     ("_", "names of hosts have letters, digits, hyphens and dots"),
 )
 

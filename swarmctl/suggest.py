@@ -53,6 +53,11 @@ _OTHER_WORDS = {
     "uart": "serial",
     "rfcomm": "bluetooth",
     "bt": "bluetooth",
+    "rs232": "serial",
+    "usb": "serial",
+    "args": "params",
+    "env": "environment",
+    "pkg": "package",
 }
 # Those of them that mean nothing else.
 _SYNONYMS = frozenset(

@@ -66,18 +66,25 @@ def doubts_about_wheels(robot_type: RobotType) -> Iterator[Doubt]:
 def _size(kinematics: Kinematics) -> Iterator[_Quantity]:
     separation, radius = kinematics.wheel_separation, kinematics.wheel_radius
     at = ("kinematics", "wheel_separation")
-    yield _length("separation", separation, f"the wheels are {separation:g} m apart", at)
+    proportion = RANGES["proportion"]
+    by_radius = (proportion.low * radius, proportion.high * radius) if radius else ()
+    help_ = _meant_beside("separation", separation, by_radius)
+    yield _Quantity("separation", separation, f"the wheels are {separation:g} m apart", at, help_)
     if radius is not None:
         message = f"the wheels have a radius of {radius:g} m"
-        yield _length("radius", radius, message, ("kinematics", "wheel_radius"))
+        by_separation = (separation / proportion.high, separation / proportion.low)
+        of_radius = _meant_beside("radius", radius, by_separation)
+        yield _Quantity("radius", radius, message, ("kinematics", "wheel_radius"), of_radius)
         ratio = separation / radius
         message = f"wheels with a radius of {radius:g} m are {separation:g} m apart: {ratio:.3g} radii"
-        yield _Quantity("proportion", ratio, message, at)
+        yield _Quantity("proportion", ratio, message, at, help_)
 
 
-def _length(range_: str, metres: float, message: str, at: tuple[str | int, ...]) -> _Quantity:
+def _meant_beside(range_: str, metres: float, beside: tuple[float, ...]) -> str:
+    """Returns the advice for a length: the unit that fits the other length, else any that is sensible."""
     sensible = RANGES[range_]
-    return _Quantity(range_, metres, message, at, meant(metres, sensible.low, sensible.high))
+    fitting = meant(metres, *beside) if beside else CHECK
+    return fitting if fitting != CHECK else meant(metres, sensible.low, sensible.high)
 
 
 def meant(metres: float, low: float, high: float) -> str:

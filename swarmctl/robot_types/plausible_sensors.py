@@ -104,8 +104,10 @@ def _distances(sensor: Range, at: tuple[str | int, ...]) -> Iterator[Doubt]:
     if any(step > 0 for step in steps) and any(step < 0 for step in steps):
         message = "its distances rise and fall with the reading: one distance has several readings"
         yield Doubt("SENSE014", message, (*at, "distances"), "usual: one direction", "check the pairs")
-    if table[0][0] > sensor.max_reading:
-        message = f"all readings of its table are above `max_reading`, {sensor.max_reading}"
+    if table[-1][0] > sensor.max_reading:
+        message = (
+            f"its table goes up to a reading of {table[-1][0]:g}, above `max_reading`, {sensor.max_reading}"
+        )
         yield Doubt("SENSE014", message, (*at, "distances"), "never read", "check `max_reading`")
     for key in ("none_from", "invalid_from"):
         least = getattr(sensor, key)

@@ -61,6 +61,7 @@ class Repair(Generic[M]):
         self._tried: Counter[Loc] = Counter()
         self._made = 0
         self._left_out: set[Loc] = set()  # places that may be missing because their keys were left out
+        self._removed: set[Loc] = set()  # places that are missing because they were removed
 
     def value(self) -> tuple[M | None, Source]:
         """Returns the model and its source, repaired; None if that does not succeed."""
@@ -132,8 +133,10 @@ class Repair(Generic[M]):
         for one in chosen:
             if len(one.loc) == 1 and one.key is None and self._is_section(str(one.loc[0])):
                 self.whole = False
-            if len(one.loc) == 2 and one.value is REMOVED:
-                self.lost.add(str(one.loc[1]))
+            if one.value is REMOVED:
+                self._removed.add(one.loc)
+                if len(one.loc) == 2:
+                    self.lost.add(str(one.loc[1]))
         self.root, places = changed(self.root, chosen)
         for place in places:
             self._mark(place)
@@ -149,8 +152,15 @@ class Repair(Generic[M]):
         if error is None:
             return False
         loc = without_tag(tuple(error["loc"]))
+        if is_contradiction(error):
+            parts = error["ctx"]["error"].parts
+            return any(
+                place[: len(loc)] == loc and parts.issuperset(place[len(loc) :][:1])
+                for place in self._removed
+            )
         left_out = loc[:-1] in self._left_out or (len(loc) == 1 and not self.whole)
-        return error["type"] == "missing" and left_out
+        is_removed = any(loc[: len(place)] == place for place in self._removed)
+        return error["type"] == "missing" and (left_out or is_removed)
 
     def lose(self, kinds: Collection[str], name: str) -> None:
         """Notes an unknown name of one of ``kinds``, which may be one that is wrong in its section."""

@@ -78,7 +78,9 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
         name = f"{other['package']}/{other['message']}" if other else ""
         return make_fix(f"write `{name}`", replace_value(source, loc, name), safe=True) if other else None
     if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
-        return make_fix(f"write `{raised.meant}`", replace_value(source, loc, raised.meant), safe=True)
+        return make_fix(
+            f"write `{raised.meant}`", replace_value(source, loc, number_or_text(raised.meant)), safe=True
+        )
     if kind == "model_type" and (key := only_key(tagged, model, given)):
         return make_fix(f"write {{{key}: {given}}}", replace_value(source, loc, {key: given}), safe=False)
     if kind == "string_type" and not accepts(tagged, model, written(source, loc)) and loc[-1] != "mac":

@@ -30,7 +30,7 @@ from swarmctl.spec.validation_fixes import (
     unescaped,
     without_tag,
 )
-from swarmctl.suggest import did_you_mean
+from swarmctl.suggest import did_you_mean, guess, suggestion
 from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
 from swarmctl.yamltext.invisible import legible
@@ -59,6 +59,11 @@ _BOUNDS = {
 }
 _LONG_VALUE = re.compile("`([^`]{61,})`")
 _LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
+_IN_SSH_CONFIG = "write `IdentityFile` in ~/.ssh/config, or add the key to ssh-agent"
+_LOGIN = {  # what people write to log in to a host
+    "password": "swarmctl logs in with SSH keys only; `ssh-copy-id` puts yours on the host",
+    **dict.fromkeys(("key", "key_file", "ssh_key", "identity_file", "private_key"), _IN_SSH_CONFIG),
+}
 _NUMBERS_THAT_RANGE = (
     "a range in quotes is text; name each number, {each: [8081, 8082]}, or put it on a line without quotes"
 )
@@ -187,7 +192,13 @@ def _help_for_unknown(
         return (f"write a blank behind the colon: {before}: {legible(behind).strip()}",)
     if not known and tagged[0] == "links" and (elsewhere := kinds_with(key)):
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
-    return did_you_mean(key, known, "the keys here are")
+    if tagged[0] == "hosts" and key in _LOGIN:
+        return (_LOGIN[key],)
+    meant = guess(key, known)
+    holders = [one for one in known if key in known_keys((*tagged[:-1], one), model)]
+    if not meant.words and holders:
+        return (f"`{key}` belongs under {' or '.join(f'`{one}`' for one in holders)}",)
+    return suggestion(meant, known, "the keys here are")
 
 
 def _inside(loc: Loc) -> str:

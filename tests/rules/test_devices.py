@@ -47,6 +47,8 @@ def codes(link: str) -> list[str]:
         ("musb-hdrc.1", "DEV003"),
         ("vhci_hcd.0", "DEV003"),
         ("10c4:ea60", "DEV003"),
+        ("usb-FTDI_FT232R_USB_UART_A600dXyz-if00-port0", "DEV003"),
+        ("usb-1", ""),
         ("00:15:83:3D", ""),
     ],
 )

@@ -18,6 +18,7 @@ _UDEVADM = "(`udevadm info -a` shows the serial number)"
 _CONTROLLER = re.compile(
     r"[0-9a-f]{4}:[0-9a-f]{2}:[0-9a-f]{2}\.[0-7]|[0-9a-f]{8}\.usb|.*(_hcd|-hcd|-hdrc)\..+", re.IGNORECASE
 )
+_BY_ID_NAME = re.compile(r"usb-.+_(?P<serial>[^_]+)-if[0-9a-f]{2}(-port[0-9]+)?")
 _IDS = re.compile(r"[0-9a-fA-F]{4}:[0-9a-fA-F]{4}")
 # CP210x leave the factory as 0001 (Silicon Labs AN721); clones repeat 0, 1 or a row of digits.
 FACTORY = re.compile(r"0*[01]?|0*123456(78(9[0A]?)?)?|[fF]+")
@@ -111,6 +112,16 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
                     "use the ATTRS{serial} next to the adapter's own ATTRS{idVendor}"
                     if whole
                     else f'usb: {{serial: ..., vendor: "{serial[:4]}", product: "{serial[5:]}"}} {_UDEVADM}',
+                ),
+            )
+        elif found := _BY_ID_NAME.fullmatch(serial):
+            yield Diagnostic(
+                "DEV003",
+                f"`{serial}` is not the serial number of a USB adapter",
+                context.span("links", index, "usb", "serial"),
+                label="its name in /dev/serial/by-id",
+                help=(
+                    f"the number is probably its last part: usb: {{serial: {found['serial']}}} {_UDEVADM}",
                 ),
             )
         elif link.usb.vendor is None and link.usb.product is None and FACTORY.fullmatch(serial):

@@ -35,6 +35,8 @@ def clashes(context: RuleContext) -> Iterator[Diagnostic]:
         for other in others:
             if not first.runs or first.what == other.what == SSH:  # ID001 reports the latter
                 continue
+            if (first.host, first.what) == (other.host, other.what):  # the hub of two islands, by mistake
+                continue
             pair = frozenset((first.host, other.host))
             if pair not in reported or (other.runs and not reported[pair][1].runs):
                 reported[pair] = (first, other)

@@ -21,6 +21,7 @@ _SEARCH_PATHS = {
 _VARIABLE = re.compile(r"\$\{?[A-Za-z_][A-Za-z0-9_]*\}?", re.ASCII)
 _HOME = re.compile(r"(?:^|(?<=:))~(?=/|$)")
 _SUBSTITUTION = re.compile(r"\$\([a-z]+[^)]*\)?")
+_EXPANDED_BY_ROS = "ROSCONSOLE_FORMAT"  # rosconsole replaces ${severity}, ${message} and the like
 _COMMAND = re.compile(r"`[^`]+`")
 
 _LAUNCH = (".launch", ".xml", ".test")
@@ -61,7 +62,7 @@ def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
         values: list[tuple[str, str, Value]] = [
             ("environment", key, value)
             for key, value in program.environment.items()
-            if _lost(key, value) is None
+            if _lost(key, value) is None and key != _EXPANDED_BY_ROS
         ]
         if program.package is not None:
             values += [("params", key, value) for key, value in program.params.items()]

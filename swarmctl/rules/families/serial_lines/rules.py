@@ -247,12 +247,16 @@ def _no_such_sensor(
     known = (*sensors, DIAGNOSTICS)
     loc, meant = (*place, "rates", sensor), guess(sensor, known)
     near = meant.only
+    others = sorted(name for name, one in context.types.items() if sensor in one.sensors)
     return Diagnostic(
         "LINE005",
         f"{who} sensor `{sensor}`",
         context.span(*loc, key=True),
         label="unknown sensor",
-        help=did_you_mean(sensor, known, "the sensors are"),
+        help=(
+            *((f"types with a `{sensor}`: {', '.join(f'`{one}`' for one in others)}",) if others else ()),
+            *did_you_mean(sensor, known, "the sensors are"),
+        ),
         fix=make_fix(f"rename it to `{near}`", rename_key(context.source, loc, near), safe=meant.certain)
         if near
         else None,

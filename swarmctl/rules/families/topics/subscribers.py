@@ -51,7 +51,7 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
         one, meant = next((pair for pair in found if pair[1].words), found[0])
         near = meant.only
         more = f" and {len(found) - 1} more" if len(found) > 1 else ""
-        loc = (*one.loc, "topic")
+        loc, swapped = _written(context, one)
         declared = isinstance(one.loc[-1], int)
         yield Diagnostic(
             "TOPIC002",
@@ -59,6 +59,7 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
             context.span(*loc),
             label="waits forever without an error",
             help=(
+                *((f"`remap` has the node's own name first: {{{swapped}}}",) if swapped else ()),
                 *(suggestion(meant, (), "") if declared else ()),
                 *(
                     (f"read `{near}`, which is published: {_reading(programs[owner], near)}",)
@@ -72,6 +73,20 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
             if near and declared
             else None,
         )
+
+
+def _written(context: RuleContext, one: Endpoint) -> tuple[tuple[str | int, ...], str]:
+    """Returns the place of a topic's name, and the entry meant by a `remap` that is the wrong way round."""
+    place = (*one.loc, "topic")
+    if not isinstance(one.loc[-1], int):
+        return place, ""
+    program = context.spec.programs[one.owner]
+    name = program.subscribes[one.loc[-1]].topic
+    if name in program.remap:
+        return ("programs", one.owner, "remap", name), ""
+    given = next((old for old, new in program.remap.items() if new == name), "")
+    swapped = f"{name}: {given}" if context.publishers.of(given) else ""
+    return place, swapped
 
 
 def _reading(program: Program, topic: str) -> str:
