@@ -24,6 +24,7 @@ from swarmctl.field_types import (
 )
 from swarmctl.importing.draft import Fact
 from swarmctl.ros_packages.launched import Place
+from swarmctl.swarm.names import TAKEN
 
 _LONGEST_NAME = 31
 _KINDS: Mapping[str, TypeAdapter[Any]] = {
@@ -83,6 +84,7 @@ def name_fact(text: str, prefix: str, place: Place | None, taken: Collection[str
 def valid_name(text: str, prefix: str) -> str:
     """Returns text as a name of the spec: lower case, hyphens; ``prefix`` before what is no letter."""
     name = re.sub("[^a-z0-9]+", "-", text.lower()).strip("-")
-    if not name[:1].isalpha():
+    is_reserved = name == "localhost" if prefix == "host" else name in TAKEN
+    if not name[:1].isalpha() or is_reserved:
         name = f"{prefix}-{name}"
     return name[:_LONGEST_NAME].rstrip("-")

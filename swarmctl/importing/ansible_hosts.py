@@ -31,6 +31,7 @@ _EXAMPLES = {"address": "192.168.77.11", "user": "robot", "port": 22}
 _KEY_FILES = ("ansible_ssh_private_key_file", "ansible_private_key_file")
 _CONNECTIONS = ("ansible_connection", "connection")
 _SSH = {"", "ssh", "smart", "paramiko", "paramiko_ssh"}
+_HERE = "is the computer that runs Ansible; add it as a host if robots depend on it"
 _WINDOWS = {"winrm", "psrp"}
 _SSH_OPTIONS = ("ansible_ssh_common_args", "ansible_ssh_extra_args", "ansible_ssh_args")
 _MASTER = ("ros_master_uri", "ROS_MASTER_URI")
@@ -59,10 +60,13 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, Robot
     text = folder.texts[path]
     inventory = yaml_inventory(path, text) if path.endswith((*YAML, ".json")) else ini_inventory(path, text)
     unread = [*inventory.unread, *_add_variable_files(inventory, folder, posixpath.dirname(path))]
+    source, called = f"the Ansible inventory {path}", Fact("lab", None, "an inventory has no name")
+    if excess := inventory.excess():
+        return Draft(source, called, unread=(Unread(Place(path, 0), excess), *unread))
     hosts: list[_Host] = []
     for name, groups in inventory.memberships().items():
         variables = _merged(inventory, name, groups)
-        if why := _no_host(variables):
+        if why := _no_host(name, variables):
             unread.append(Unread(inventory.hosts[name], f"host `{name}`: {why}"))
         else:
             entry = _entry(name, inventory.hosts[name], variables, {one.entry.key for one in hosts})
@@ -76,8 +80,8 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, Robot
     arranged = arrangement([one.key for one in entries], masters, ())
     lines = [unknown_line(one.key, one.key, types.get(one.value("type"))) for one in robots]
     return Draft(
-        f"the Ansible inventory {path}",
-        Fact("lab", None, "an inventory has no name"),
+        source,
+        called,
         arranged.first,
         tuple(entries),
         robots,
@@ -121,7 +125,7 @@ def _first(variables: Mapping[str, Variable], names: Collection[str]) -> Variabl
     return next((variables[name] for name in names if name in variables), None)
 
 
-def _no_host(variables: Variables) -> str:
+def _no_host(name: str, variables: Variables) -> str:
     """Says why swarmctl cannot log into a host by SSH; empty if it can."""
     found = _first(variables, _CONNECTIONS)
     connection = found.value.rpartition(".")[2] if found else ""
@@ -129,7 +133,10 @@ def _no_host(variables: Variables) -> str:
     if connection in _WINDOWS or (shell and shell.value in {"powershell", "cmd"}):
         return "it runs Windows, and a host needs Linux with systemd"
     if connection == "local":
-        return "`connection=local` is the computer that runs Ansible; add it as a host if robots depend on it"
+        return f"`connection=local` {_HERE}"
+    address = _first(variables, _HOST_KEYS["address"])
+    if (own := address.value if address else name) in OWN:
+        return f"`{own}` {_HERE}"
     return "" if connection in _SSH else "it is not reached by SSH"
 
 
@@ -173,6 +180,7 @@ def _notes(variables: Variables) -> Iterator[str]:
 
 def _without_key(hosts: Collection[_Host]) -> Iterator[Unread]:
     """Variables that a spec has no key for, or whose value a template computes."""
+    unknown: dict[str, dict[Place, None]] = {}
     for host in hosts:
         for key, one in host.variables.items():
             if key in _READ and key not in _OF_HOSTS and COMPUTED.search(one.value):
@@ -180,7 +188,10 @@ def _without_key(hosts: Collection[_Host]) -> Iterator[Unread]:
             elif key in _SSH_OPTIONS:
                 yield Unread(one.place, f"{key}: a jump host is `via`; other options belong in ~/.ssh/config")
             elif key not in _READ and not one.is_vault and not is_secret(key, one.value):
-                yield Unread(one.place, f"a spec has no key for {key}")
+                unknown.setdefault(key, {})[one.place] = None
+    for key, places in unknown.items():
+        more = f", which is set in {len(places)} places" if len(places) > 1 else ""
+        yield Unread(next(iter(places)), f"a spec has no key for {key}{more}")
 
 
 def _masters(hosts: Collection[_Host]) -> tuple[Mapping[str, Fact], Sequence[Entry]]:

@@ -11,6 +11,8 @@ from swarmctl.importing.inventory import COMPUTED, Inventory, Variable, expanded
 from swarmctl.ros_packages.launched import Place
 
 _SECTION = re.compile(r"\[([^\[\]:]+)(?::(hosts|children|vars))?\]\s*(?:[#;].*)?")
+_LONGEST = 10_000  # characters of a line
+_SHELL = re.compile(r"[\"'\\#]")  # without these characters, spaces alone separate words
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
@@ -19,11 +21,14 @@ def is_ini_inventory(path: str, text: str) -> bool:
 
     Other files have sections too: unless its name says so, no line of an inventory is unknown.
     """
-    if text.startswith("#!") or (not _SECTION.search(text) and "ansible_" not in text):
+    is_named = posixpath.basename(path).startswith(("inventory", "hosts"))
+    has_mark = "ansible_" in text or _SECTION.search(text) is not None
+    if text.startswith("#!") or not (has_mark or is_named):
         return False
     read = ini_inventory("", text)
-    is_named = posixpath.basename(path).startswith(("inventory", "hosts"))
-    return bool(read.hosts) and (is_named or "ansible_" in text or not read.unread)
+    if is_named and has_mark:
+        return bool(read.hosts or read.unread)
+    return bool(read.hosts) and ("ansible_" in text or not read.unread)
 
 
 def ini_inventory(path: str, text: str) -> Inventory:
@@ -62,8 +67,10 @@ def _variable(found: Inventory, group: str, line: str, place: Place) -> str:
 
 
 def _host(found: Inventory, group: str, line: str, place: Place) -> str:
+    if found.is_full or len(line) > _LONGEST:
+        return "the inventory has too many hosts" if found.is_full else "the line is too long"
     try:
-        pattern, *words = shlex.split(line, comments=True)
+        pattern, *words = shlex.split(line, comments=True) if _SHELL.search(line) else line.split()
     except ValueError:
         return "its quotes do not match"
     if COMPUTED.search(pattern):
@@ -78,11 +85,6 @@ def _host(found: Inventory, group: str, line: str, place: Place) -> str:
     names = expanded(pattern)
     if isinstance(names, str):
         return names
-    if found.is_full(len(names)):
-        return "the inventory has too many hosts"
     if port:
         variables.setdefault("ansible_port", Variable(port, place))
-    for name in names:
-        found.add_host(name, group, place)
-        found.host_variables.setdefault(name, {}).update(variables)
-    return ""
+    return found.add_hosts(names, group, variables, place)

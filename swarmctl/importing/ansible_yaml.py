@@ -78,18 +78,14 @@ def _group(found: Inventory, path: str, name: str, node: yaml.Node, seen: set[tu
 
 def _host(found: Inventory, group: str, pattern: str, variables: Variables, place: Place) -> None:
     pattern, port = without_port(pattern)
-    names = expanded(pattern)
+    names = "the inventory has too many hosts" if found.is_full else expanded(pattern)
     if COMPUTED.search(pattern):
         names = "a template computes the host's name"
-    if isinstance(names, str) or found.is_full(len(names)):
-        why = names if isinstance(names, str) else "the inventory has too many hosts"
-        found.unread.append(Unread(place, why))
-        return
     if port:
         variables.setdefault("ansible_port", Variable(port, place))
-    for name in names:
-        found.add_host(name, group, place)
-        found.host_variables.setdefault(name, {}).update(variables)
+    why = names if isinstance(names, str) else found.add_hosts(names, group, variables, place)
+    if why:
+        found.unread.append(Unread(place, why))
 
 
 def _variables(path: str, node: yaml.Node | None) -> Variables:

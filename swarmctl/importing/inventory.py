@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from swarmctl.importing.draft import Unread
 from swarmctl.ros_packages.launched import Place
 
 MAX_HOSTS = 2_000
+_MAX_GROUPS = 300
+_MAX_VALUES = 100_000  # of variables of hosts, with those of their groups
 COMPUTED = re.compile(r"\{[{%#]")  # of Jinja
 _RANGE = re.compile(r"\[([0-9]+|[A-Za-z]):([0-9]+|[A-Za-z])(?::([0-9]{1,6}))?\]", re.ASCII)
 
@@ -43,24 +45,39 @@ class Inventory:
     groups: dict[str, Group] = field(default_factory=lambda: {"all": Group()})
     host_variables: dict[str, Variables] = field(default_factory=dict)
     unread: list[Unread] = field(default_factory=list)
+    values: int = 0  # how many times a host, or a variable of a host, is written or expanded
 
     def group(self, name: str) -> Group:
         """Returns a group, a new one if there is none of this name."""
         return self.groups.setdefault(name, Group())
 
-    def add_host(self, name: str, group: str, place: Place) -> None:
-        """Adds a host to a group, once."""
-        for one in dict.fromkeys(("all", group)):
-            self.group(one).hosts.setdefault(name, place)
+    def add_hosts(self, names: Sequence[str], group: str, variables: Variables, place: Place) -> str:
+        """Adds hosts with their variables to a group; says so if they are too many."""
+        self.values += len(names) * (1 + len(variables))
+        if len(self.hosts) + len(names) > MAX_HOSTS or self.is_full:
+            return "the inventory has too many hosts"
+        for name in names:
+            for one in dict.fromkeys(("all", group)):
+                self.group(one).hosts.setdefault(name, place)
+            self.host_variables.setdefault(name, {}).update(variables)
+        return ""
 
     @property
     def hosts(self) -> Mapping[str, Place]:
         """Every host and the line that names it first."""
         return self.groups["all"].hosts
 
-    def is_full(self, more: int) -> bool:
-        """Returns True if the inventory would have too many hosts."""
-        return len(self.hosts) + more > MAX_HOSTS
+    @property
+    def is_full(self) -> bool:
+        """True if no further host is worth reading."""
+        return self.values > _MAX_VALUES
+
+    def excess(self) -> str:
+        """Says what the inventory has too much of to be worked out; empty if nothing."""
+        if len(self.groups) > _MAX_GROUPS:
+            return f"it has more than {_MAX_GROUPS} groups"
+        of_groups = sum(len(one.variables) for one in self.groups.values())
+        return "it has too many variables" if len(self.hosts) * of_groups > _MAX_VALUES else ""
 
     def depths(self) -> Mapping[str, int]:
         """The depth of each group below `all`; a group that contains itself counts once."""

@@ -34,6 +34,7 @@ class LabHosts:
     entries: dict[str, Entry] = field(default_factory=dict)
     machines: dict[str, str] = field(default_factory=dict)  # hosts by the names of roslaunch
     folders: dict[str, set[str]] = field(default_factory=dict)  # hosts by the folders of their scripts
+    names: dict[str, str] = field(default_factory=dict)  # hosts by each of their names and addresses
     masters: dict[str, Fact] = field(default_factory=dict)  # the host of each host's master
     default: str = ""  # the host of nodes that name no machine
     unread: list[Unread] = field(default_factory=list)
@@ -48,6 +49,7 @@ class LabHosts:
         fields = {key: Fact(one, place) for key, one in values.items() if one and is_allowed(key, one)}
         notes = (f"left out: password of {place}, which may be a secret",) if machine.has_password else ()
         self.machines[name] = self.add(Mention(name, address, place, fields, notes))
+        self.names.setdefault(name, self.machines[name])
         if machine.is_default:
             self.default = self.machines[name]
 
@@ -93,21 +95,19 @@ class LabHosts:
             known = self.known(mention.name)
         if known:
             self.entries[known] = _merged(self.entries[known], mention)
-            return known
-        name = name_fact(mention.name, "host", mention.place, self.entries, mention.guess)
-        fields = {"address": _address(mention), **mention.fields}
-        self.entries[str(name.value)] = Entry(name, fields, mention.notes)
-        return str(name.value)
+        else:
+            name = name_fact(mention.name, "host", mention.place, self.entries, mention.guess)
+            known = str(name.value)
+            fields = {"address": _address(mention), **mention.fields}
+            self.entries[known] = Entry(name, fields, mention.notes)
+            self.names |= {one: known for one in (known, name.was) if one and one not in self.names}
+        if address := self.entries[known].value("address"):
+            self.names.setdefault(str(address), known)
+        return known
 
     def known(self, text: str) -> str:
         """Returns the host with this address or name; empty if there is none."""
-        wanted = {text} if is_ip(text) else {text, _short(text)}
-        for key, entry in self.entries.items():
-            names = {key, entry.name.was, str(entry.value("address"))}
-            names |= {one for one, host in self.machines.items() if host == key}
-            if wanted & (names - {""}):
-                return key
-        return ""
+        return self.names.get(text) or ("" if is_ip(text) else self.names.get(_short(text), ""))
 
     def of_file(self, path: str, hub: str) -> Field:
         """Returns the host on which a launch file is started, as far as names show it."""

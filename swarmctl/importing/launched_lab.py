@@ -128,7 +128,8 @@ def _masters(hosts: LabHosts, hub: str) -> Mapping[str, Fact]:
 
 
 def _arranged(hosts: LabHosts, hub: str, found: _Found) -> Arrangement:
-    if hosts.machines and not hub and not hosts.masters and len(hosts.entries) > 1:
+    several = bool(hosts.masters or found.multimaster)
+    if hosts.machines and not hub and not several and len(hosts.entries) > 1:
         mode = Fact(Mode.CENTRAL.value, None, _ONE_MASTER)
         return Arrangement(
             {"mode": mode, "hub": Blank(next(iter(hosts.entries)), "where roslaunch is started")}

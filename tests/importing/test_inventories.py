@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import tempfile
+import time
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from swarmctl.importing.drafting import DraftError
 from swarmctl.importing.inventory import COMPUTED, expanded, without_port
 from tests.importing.drafts import data, draft, lab
 
@@ -157,3 +159,49 @@ def test_options_of_ssh_are_not_copied(tmp_path: Path) -> None:
     found = draft(lab(tmp_path, files))
     assert "#   hosts.ini:2: ansible_ssh_common_args: a jump host is `via`" in found.text
     assert "me@gate" not in found.text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "".join(f"[g{one}]\np[1:2000]\n" for one in range(9000)),
+        "[g0]\np1\n" + "".join(f"[g{one + 1}:children]\ng{one}\n" for one in range(9000)),
+        "[a]\np[1:2000]\n[a:vars]\n" + "".join(f"v{one}=1\n" for one in range(20_000)),
+        "[a]\np[1:2000] " + " ".join(f"v{one}=1" for one in range(1_000)) + "\n",
+        '[a]\np1 x="' + "a" * 250_000 + '"\n',
+    ],
+    ids=["many groups of all hosts", "a chain of groups", "many variables", "of each host", "a long line"],
+)
+def test_a_huge_inventory_is_refused_at_once(tmp_path: Path, text: str) -> None:
+    (tmp_path / "hosts.ini").write_text(text)
+    started = time.process_time()
+    with pytest.raises(DraftError, match="no host"):
+        draft(tmp_path)
+    assert time.process_time() - started < 1.5
+
+
+def test_the_computer_that_runs_ansible_is_no_host(tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"hosts": "[all]\nlocalhost ansible_user=ros\npi ansible_host=10.0.0.2\n"}))
+    assert list(data(found)["hosts"]) == ["pi"]
+    assert "hosts:2: host `localhost`: `localhost` is the computer that runs Ansible" in found.text
+
+
+def test_a_host_may_not_be_called_localhost(tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"hosts": "localhost ansible_host=10.0.0.2\n"}))
+    assert list(data(found)["hosts"]) == ["host-localhost"]
+
+
+def test_an_unknown_variable_is_named_once(tmp_path: Path) -> None:
+    text = "".join(f"pi{one} ansible_host=10.0.0.{one} wheel={one}\n" for one in (1, 2, 3))
+    found = draft(lab(tmp_path, {"hosts": text}))
+    assert found.text.count("wheel") == 1
+    assert "hosts:1: a spec has no key for wheel, which is set in 3 places" in found.text
+
+
+def test_an_inventory_may_be_a_list_of_hosts(tmp_path: Path) -> None:
+    assert list(data(draft(lab(tmp_path, {"hosts": "pi1\npi2\n"})))["hosts"]) == ["pi1", "pi2"]
+
+
+def test_a_file_of_addresses_and_names_is_no_inventory(tmp_path: Path) -> None:
+    with pytest.raises(DraftError, match="nothing that can be imported"):
+        draft(lab(tmp_path, {"hosts": "127.0.0.1 localhost\n10.0.0.2 pi\n"}))

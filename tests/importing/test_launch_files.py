@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -209,3 +210,25 @@ def test_too_much_is_named_and_not_read(tmp_path: Path) -> None:
     assert "and what follows, are too many files or too large" in found.text
     (tmp_path / "01.sh").write_text("#" * 300_000)
     assert "#   01.sh: it is larger than 256 KiB" in draft(tmp_path).text
+
+
+def test_many_machines_are_read_at_once(tmp_path: Path) -> None:
+    machines = "".join(f'<machine name="p{n}" address="10.0.{n // 250}.{n % 250}"/>' for n in range(3000))
+    folder = lab(tmp_path, {"a.launch": f"<launch>{machines}</launch>"})
+    started = time.process_time()
+    assert len(data(draft(folder))["hosts"]) == 3000
+    assert time.process_time() - started < 10  # a search through all hosts for each takes minutes
+
+
+def test_the_multimaster_shows_several_masters(tmp_path: Path) -> None:
+    text = (
+        '<launch><machine name="a" address="10.0.0.1"/><machine name="b" address="10.0.0.2"/>'
+        '<node pkg="fkie_master_discovery" type="master_discovery" name="d"/></launch>'
+    )
+    found = data(draft(lab(tmp_path, {"a.launch": text})))
+    assert (found["mode"], found["multimaster"]) == ("standalone", {"packages": "fkie_multimaster"})
+
+
+def test_a_program_may_not_have_a_reserved_name(tmp_path: Path) -> None:
+    text = '<launch><machine name="a" address="10.0.0.1"/><node pkg="p" type="e" name="master"/></launch>'
+    assert list(data(draft(lab(tmp_path, {"a.launch": text})))["programs"]) == ["node-master"]
