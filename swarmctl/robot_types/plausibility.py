@@ -76,7 +76,7 @@ def _size(kinematics: Kinematics) -> Iterator[_Quantity]:
         of_radius = _meant_beside("radius", radius, by_separation)
         yield _Quantity("radius", radius, message, ("kinematics", "wheel_radius"), of_radius)
         ratio = separation / radius
-        message = f"wheels with a radius of {radius:g} m are {separation:g} m apart: {ratio:.3g} radii"
+        message = f"wheels with a radius of {radius:g} m are {separation:g} m apart: {rounded(ratio)} radii"
         yield _Quantity("proportion", ratio, message, at, help_)
 
 
@@ -95,17 +95,22 @@ def meant(metres: float, low: float, high: float) -> str:
     return CHECK
 
 
+def rounded(value: float) -> str:
+    """Returns a number with three digits; thousands have all digits before the point."""
+    return f"{value:.0f}" if 999.5 <= value < 1e7 else f"{value:.3g}"
+
+
 def _motion(kinematics: Kinematics) -> Iterator[_Quantity]:
     speed, at = kinematics.wheel_speed_max, ("kinematics", "wheel_speed_max")
     yield _Quantity("speed", speed, f"the wheels go {speed:g} m/s", at)
     if kinematics.wheel_radius is not None:
         turns = speed / (2 * math.pi * kinematics.wheel_radius)
         yield _Quantity(
-            "revolutions", turns, f"at {speed:g} m/s a wheel makes {turns:.3g} turns in a second", at
+            "revolutions", turns, f"at {speed:g} m/s a wheel makes {rounded(turns)} turns in a second", at
         )
     separation = kinematics.wheel_separation
     turning = 2 * speed / separation
-    message = f"at {speed:g} m/s, with wheels {separation:g} m apart, it turns at {turning:.3g} rad/s"
+    message = f"at {speed:g} m/s, with wheels {separation:g} m apart, it turns at {rounded(turning)} rad/s"
     yield _Quantity("turning", turning, message, at)
 
 
@@ -127,7 +132,7 @@ def _units(robot_type: RobotType) -> Iterator[_Quantity]:
         yield _speed_units(speed, scale, at)
         if counting and speed * scale.speed_units_per_mps >= RANGES["speed units"].low:
             ratio = scale.speed_units_per_mps * scale.metres_per_count
-            message = f"one count in a second is {ratio:.3g} units of speed"
+            message = f"one count in a second is {rounded(ratio)} units of speed"
             yield _Quantity("unit of counts", ratio, message, (*at, "speed_units_per_mps"))
     sketch = robot_type.sketch
     if sketch is not None and sketch.odometry is not None and radius is not None:
@@ -142,7 +147,7 @@ def _units(robot_type: RobotType) -> Iterator[_Quantity]:
 def _speed_units(speed: float, scale: Scale, at: tuple[str | int, ...]) -> _Quantity:
     """Full speed in units; the ones that are too few are the subject of `standstills`."""
     units = max(speed * scale.speed_units_per_mps, RANGES["speed units"].low)
-    message = f"full speed, {speed:g} m/s, is {units:.3g} units of speed"
+    message = f"full speed, {speed:g} m/s, is {rounded(units)} units of speed"
     return _Quantity("speed units", units, message, (*at, "speed_units_per_mps"))
 
 
@@ -156,7 +161,7 @@ def standstills(robot_type: RobotType, settings: RobotSettings) -> Iterator[Doub
     for index, scale in enumerate(kinematics.scales):
         units = speed * scale.speed_units_per_mps
         place = at if of_limit else ("kinematics", "scales", index, "speed_units_per_mps")
-        step = f"a unit of speed is {1 / scale.speed_units_per_mps:.3g} m/s"
+        step = f"a unit of speed is {rounded(1 / scale.speed_units_per_mps)} m/s"
         help_ = "raise the limit" if of_limit else "check `speed_units_per_mps`, and `wheel_speed_max`"
         if units < sensible.least:
             message = f"its full speed of {speed:g} m/s is rounded to 0 units of speed: it never moves"
@@ -242,7 +247,7 @@ def doubts_about_calibration(robot_type: RobotType, settings: RobotSettings) -> 
     measured, of_type = settings.calibration.wheel_separation, robot_type.kinematics.wheel_separation
     if measured is not None:
         ratio = measured / of_type
-        message = f"a `wheel_separation` of {measured:g} m is {ratio:.3g} times its type's {of_type:g} m"
+        message = f"a `wheel_separation` of {measured:g} m is {rounded(ratio)} times its type's {of_type:g} m"
         at = ("settings", "calibration", "wheel_separation")
         help_ = meant(measured, of_type / 2, of_type * 2)
         found = _Quantity("separation by type", ratio, message, at, help_).doubt("SENSE003", "SENSE004")

@@ -159,14 +159,20 @@ def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
         if not one.publishes or one.topic not in timeouts or program.executable != "joy_node":
             continue
         reader, timeout = timeouts[one.topic]
-        rate = program.params.get("autorepeat_rate", 0.0)
-        if program.package == "joy" and isinstance(rate, (int, float)) and rate * timeout <= 1:
+        value = program.params.get("autorepeat_rate", 0.0)
+        is_text = isinstance(value, str)  # roscpp takes its own default, 0, for a parameter of another type
+        rate = 0.0 if isinstance(value, str) else value
+        if program.package == "joy" and rate * timeout <= 1:
             given = "autorepeat_rate" in program.params
             loc = ("programs", one.owner, *(("params", "autorepeat_rate") if given else ()))
             yield Diagnostic(
                 "PROG024",
                 f"program `{one.owner}` repeats nothing in time, and `{reader}` stops after {timeout:g} s",
                 context.span(*loc, key=not given),
-                label=f"repeats {rate:g} times a second",
-                help=("add to its params: autorepeat_rate: 20.0",),
+                label="text; joy_node expects a number" if is_text else f"repeats {rate:g} times a second",
+                help=(
+                    "write a number without quotes, such as 20.0"
+                    if is_text
+                    else "add to its params: autorepeat_rate: 20.0",
+                ),
             )
