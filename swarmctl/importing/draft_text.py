@@ -12,7 +12,7 @@ GUESS = "guess: "
 FILL_IN = "fill in: "
 BELOW = "its `fill in` is below"  # where a value is missing, validate reports the name above it
 _LONGEST = 100  # characters of an entry on one line
-_NO_HOST = Blank({"k3-pi": {"address": "192.168.77.11"}}, "no host was found; write one a computer")
+_ADDRESS = {"address": "192.168.77.11"}
 _NO_ROBOT = Blank(
     {"k3": {"type": "khepera3", "host": "k3-pi"}}, "no robot was found; write each, and its link"
 )
@@ -43,7 +43,7 @@ def lines_of(draft: Draft) -> list[Line]:
         Line("version: 1"),
         _field("", "name", draft.name),
         *_first(draft.first),
-        *_section("hosts", draft.hosts, set(), _NO_HOST),
+        *_section("hosts", draft.hosts, set(), _no_host(draft)),
         *_section("robots", draft.robots, unlinked, _NO_ROBOT),
         *_links(draft.links),
         *(_section("programs", draft.programs, set(), None) if draft.programs else ()),
@@ -78,6 +78,13 @@ def one_line(text: str) -> str:
         char if char.isprintable() else char.encode("unicode_escape", "surrogatepass").decode()
         for char in text
     )
+
+
+def _no_host(draft: Draft) -> Blank:
+    """An example of a host, with a Bluetooth adapter if a robot has a Bluetooth line."""
+    lines = [one.value for one in draft.links if isinstance(one, Fact)]
+    adapter = {"bluetooth": ["hci0"]} if any(one["kind"] == "bluetooth" for one in lines) else {}
+    return Blank({"k3-pi": {**_ADDRESS, **adapter}}, "no host was found; write one a computer")
 
 
 def _head(draft: Draft) -> Iterator[Line]:

@@ -46,7 +46,8 @@ def program_of(node: Node, where: dict[str, Field], taken: Collection[str]) -> E
 
 def driver_notes(node: Node, used: Collection[str]) -> Iterator[str]:
     """Comments about a driver's parameters but ``used`` ones: swarmctl's own driver does not read them."""
-    settings = [one for one in node.parameters if (one.value or "").lower() not in used]
+    kept = {one.lower() for one in used}
+    settings = [one for one in node.parameters if (one.value or "").lower() not in kept]
     secrets = [one for one in settings if is_secret(one.name, one.value or "")]
     others = [one.name for one in settings if one not in secrets]
     for one in secrets:

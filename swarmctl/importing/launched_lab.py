@@ -146,7 +146,8 @@ def _nodes(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
             key = (node.name, node.machine, node.place)
             if key not in seen:
                 seen.add(key)
-                yield path, replace(node, place=_normal(node.place))
+                settings = tuple(replace(one, place=_normal(one.place)) for one in node.parameters)
+                yield path, replace(node, place=_normal(node.place), parameters=settings)
 
 
 def _why_not(node: Node) -> str:
@@ -180,6 +181,8 @@ def _add_robot(found: _Found, node: Node, host: Field, kind: str, types: Mapping
     fields: dict[str, Field] = {"type": Fact(kind, node.place, why), "host": host}
     line = line_of(str(name.value), _name(host), types.get(kind), node.parameters)
     used = list(map(str, line.value.values())) if isinstance(line, Fact) else []
+    if isinstance(line, Fact) and isinstance(host, Blank):
+        line = replace(line, guess=f"`{host.example}` stands for its host, which is to fill in")
     found.robots[str(name.value)] = Entry(name, fields, tuple(driver_notes(node, used)))
     found.lines.append(line)
     if namespace:

@@ -204,4 +204,4 @@ def test_an_inventory_may_be_a_list_of_hosts(tmp_path: Path) -> None:
 
 def test_a_file_of_addresses_and_names_is_no_inventory(tmp_path: Path) -> None:
     with pytest.raises(DraftError, match="nothing that can be imported"):
-        draft(lab(tmp_path, {"hosts": "127.0.0.1 localhost\n10.0.0.2 pi\n"}))
+        draft(lab(tmp_path, {"hosts": "127.0.0.1 localhost\n10.0.0.2 pi\nrouter\n"}))

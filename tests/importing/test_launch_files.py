@@ -232,3 +232,21 @@ def test_the_multimaster_shows_several_masters(tmp_path: Path) -> None:
 def test_a_program_may_not_have_a_reserved_name(tmp_path: Path) -> None:
     text = '<launch><machine name="a" address="10.0.0.1"/><node pkg="p" type="e" name="master"/></launch>'
     assert list(data(draft(lab(tmp_path, {"a.launch": text})))["programs"]) == ["node-master"]
+
+
+DRIVERS = """<launch>
+<node pkg="koala_driver" type="koala_node" name="koala"><param name="port" value="/dev/ttyS0"/></node>
+<node pkg="epuck_driver" type="epuck_driver" name="e"><param name="id" value="10:00:E8:C5:64:37"/></node>
+</launch>"""
+
+
+def test_a_parameter_that_is_kept_is_not_left_out(tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"a.launch": DRIVERS, "env.sh": script("pi", "pi", "10.0.0.1")}))
+    assert "device: /dev/ttyS0" in found.text
+    assert "left out" not in found.text
+
+
+def test_the_example_of_a_host_fits_the_lines_of_robots(tmp_path: Path) -> None:
+    found = draft(lab(tmp_path, {"a.launch": DRIVERS}))
+    assert "# k3-pi: {address: 192.168.77.11, bluetooth: [hci0]}" in found.text
+    assert found.text.count("# guess: `k3-pi` stands for its host, which is to fill in (a.launch:") == 2
