@@ -204,7 +204,13 @@ def test_a_probe_that_is_not_there_is_an_error_before_any_host() -> None:
 
 
 #: Where the names of built-in plugins, and what only ROS 1 has, may stand.
-HOMES = ("plugins.py", "render/ros1/", "render/multimaster/fkie", "render/multimaster/static")
+HOMES = (
+    "plugins.py",
+    "render/ros1/",
+    "render/multimaster/fkie",
+    "render/multimaster/static",
+    "importing/",  # what labs of ROS 1 have
+)
 NAMES = {*MIDDLEWARES.names(), *MULTIMASTERS.names(), "melodic", "kinetic"}
 ROS1 = re.compile(r"^ros-noetic-|^(roscore|rosmaster|roslaunch|rospy)$|\.launch$")
 #: Rules about ROS 1 may name these; each is marked `ros1=True` or asks the middleware.

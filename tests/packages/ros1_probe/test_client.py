@@ -31,7 +31,7 @@ from tests.timing import at_most
 ODOM = "nav_msgs/Odometry"
 
 
-def call(uri: str, method: str = "getPid", seconds: float = 0.3) -> Any:
+def call(uri: str, method: str = "getPid", seconds: float = 0.8) -> Any:
     return asyncio.run(client.call(uri, method, seconds=seconds))
 
 
@@ -129,8 +129,8 @@ BOMB = (  # a valid answer, whose value grows from an entity
 )
 
 LIARS = {
-    "silent": (silent, "no answer within 0.3 s"),
-    "dripping": (dripping, "no answer within 0.3 s"),
+    "silent": (silent, "no answer within 0.8 s"),
+    "dripping": (dripping, "no answer within 0.8 s"),
     "closes at once": (lambda connection: None, "the connection ended early"),
     "endless header": (endless_header, "does not speak HTTP"),
     "no HTTP": (lambda connection: connection.sendall(b"SSH-2.0-x\r\n\r\n"), "does not speak HTTP"),
@@ -153,7 +153,7 @@ def test_a_bad_master_is_an_error_in_words_and_in_time(behave: Any, complaint: s
         began = time.monotonic()
         with pytest.raises(PeerError, match=complaint):
             call(f"http://127.0.0.1:{port}")
-        assert time.monotonic() - began < at_most(1.0)
+        assert time.monotonic() - began < at_most(1.5)
 
 
 def test_nobody_there_is_an_error_in_words() -> None:
