@@ -1,9 +1,10 @@
-"""The executables and launch files of programs exist in their packages, where these are found."""
+"""The packages of programs, their executables and launch files exist, where packages are found."""
 
 from __future__ import annotations
 
 import posixpath
 from collections.abc import Iterator
+from dataclasses import replace
 
 from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.ros_packages.package import Package
@@ -79,6 +80,32 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
             else did_you_mean(program.launch, package.launch_paths(), f"launch files of {package.name}"),
             fix=_write(context, loc, meant),
         )
+
+
+@rule("PKG016", ros1=True)
+def misspelt(context: RuleContext) -> Iterator[Diagnostic]:
+    """A package that is nowhere, and named like one that is found but for a typing error."""
+    found = context.document.packages.by_name
+    for loc, name in _named(context) if found else ():
+        meant = guess(name, found)
+        if name not in found and name not in context.messages.packages and meant.certain:
+            near = found[meant.words[0]]
+            yield Diagnostic(
+                "PKG016",
+                f"package `{name}` is not beside the spec, but `{near.name}` is ({near.folder})",
+                context.span(*loc),
+                label="probably misspelt",
+                help=did_you_mean(name, found, "packages"),
+                fix=_write(context, loc, replace(meant, certain=False)),  # a host may have a package so named
+            )
+
+
+def _named(context: RuleContext) -> Iterator[tuple[Loc, str]]:
+    for name, program in context.spec.programs.items():
+        if program.package is not None:
+            yield ("programs", name, "package"), program.package
+        for index, one in enumerate(program.requires):
+            yield ("programs", name, "requires", index), one
 
 
 def _write(context: RuleContext, loc: Loc, meant: Guess) -> Fix | None:
