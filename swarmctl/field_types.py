@@ -27,6 +27,10 @@ _HOSTNAME = re.compile(
 _NO_LINE = re.compile(
     "/dev/(null|zero|full|u?random|k?mem|console|tty[0-9]*|(sd|nvme|mmcblk|input|hid|video|bus).*)"
 )
+_PLACEHOLDER = re.compile(
+    r"to-?do|tbd|fixme|change-?me|placeholder|xxx|([0-9]{1,3}|x{1,3})(\.([0-9]{1,3}|x{1,3})){3}",
+    re.ASCII | re.IGNORECASE,
+)
 _MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
 _ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
 
@@ -50,10 +54,21 @@ def _address(value: str) -> str:
                 (hint_text for form, hint_text in _BESIDE_ADDRESSES if re.search(form, value)), _ADDRESS_HINT
             )
             raise ValueError(f"`{value}` is neither an IP address nor a host name; {hint}") from None
+        if _PLACEHOLDER.fullmatch(value):
+            raise ValueError(
+                f"`{value}` is a placeholder; write the address, which `hostname -I` shows on the host"
+            ) from None
         return value
     if "%" in value:
         raise ValueError("an address carries no interface; drop what follows `%`")
     return value
+
+
+def _time_server(value: str) -> str:
+    """The address of an NTP server, which has no port and no account of its own."""
+    if re.search("^[^:]+:[0-9]+$", value):
+        raise ValueError(f"`{value}` has a port; write only the address: NTP always uses port 123")
+    return _address(value)
 
 
 def _mac(value: str) -> str:
@@ -173,6 +188,7 @@ NetworkName = Annotated[Name, Field(examples=["lab"])]
 IslandName = Annotated[Name, Field(examples=["west"])]
 ProgramName = Annotated[Name, Field(examples=["joystick"])]
 Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
+TimeServer = Annotated[str, Field(examples=["ntp.lab.example"]), AfterValidator(_time_server)]
 Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
 Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
 Folder = Annotated[

@@ -59,6 +59,8 @@ _OTHER_WORDS = {
     "env": "environment",
     "pkg": "package",
 }
+# Keys of other tools that only look like keys of the spec.
+_FOREIGN = frozenset({"master_uri", "ros_master_uri"})
 # Those of them that mean nothing else.
 _SYNONYMS = frozenset(
     {
@@ -124,6 +126,8 @@ def is_near(word: str, other: str) -> bool:
 
 @lru_cache(maxsize=4096)  # one wrong name may stand in ten thousand places
 def _guess(word: str, known: tuple[str, ...]) -> Guess:
+    if word.lower() in _FOREIGN:
+        return Guess()
     if (other := _OTHER_WORDS.get(word)) in known and other is not None:
         return Guess((other,), word in _SYNONYMS or typing_errors(word, other) == 1)
     errors = {one: typing_errors(word, one) for one in known if is_near(word, one)}

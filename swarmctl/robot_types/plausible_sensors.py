@@ -12,6 +12,7 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensible_ranges import LARGEST_SWING, NARROWEST_CONE, RANGES, WIDEST_CONE
 from swarmctl.robot_types.sensors import Axes, Battery, Inertial, Magnetic, Place, Range
 
+_COMMON_ANGLE = math.radians(15)  # headings of robots are multiples of it
 _FEW = 3  # sensors that point nowhere else prove nothing
 
 
@@ -74,6 +75,13 @@ def _angles(sensor: Range, at: tuple[str | int, ...]) -> Iterator[Doubt]:
         at = (*at, "elements", 0, "heading_deg")
         message = "all headings are within 3.15 degrees of ahead, and as radians they point outwards"
         yield Doubt("SENSE013", message, at, "usual: sensors look away from the robot's centre", help_)
+    elif (crossed := _first_crossed(sensor.elements)) is not None:
+        one, at = sensor.elements[crossed], (*at, "elements", crossed, "heading_deg")
+        message = (
+            f"the sensor `{one.name}` sits on the {_side(one.y)} and looks to the {_side(one.heading_deg)}"
+        )
+        label = "all beside the axis look across the robot"
+        yield Doubt("SENSE013", message, at, label, "headings count to the left: change the sign of each")
 
 
 def _in_radians(elements: Sequence[Place]) -> bool:
@@ -82,11 +90,31 @@ def _in_radians(elements: Sequence[Place]) -> bool:
     A place shows a direction: sensors look away from the centre, more or less.
     """
     around = [one for one in elements if abs(math.atan2(one.y, one.x)) > math.radians(20)]
-    if len(around) < _FEW or any(abs(one.heading_deg) > math.pi + 0.01 for one in elements):
+    few = len(around) < _FEW and not (around and all(_is_common_in_radians(one) for one in around))
+    if few or any(abs(one.heading_deg) > math.pi + 0.01 for one in elements):
         return False
     as_radians = sum(_apart(math.atan2(one.y, one.x), one.heading_deg) for one in around)
     as_degrees = sum(_apart(math.atan2(one.y, one.x), math.radians(one.heading_deg)) for one in around)
     return as_radians < as_degrees / 2
+
+
+def _is_common_in_radians(one: Place) -> bool:
+    """True for a fraction of a degree that is, as radians, one of the usual headings, as 0.785 is."""
+    steps = one.heading_deg / _COMMON_ANGLE
+    is_whole = one.heading_deg.is_integer()
+    return not is_whole and round(steps) != 0 and abs(steps - round(steps)) * _COMMON_ANGLE < 0.002
+
+
+def _first_crossed(elements: Sequence[Place]) -> int | None:
+    """The first sensor beside the axis if all of them, on both sides, look across the robot's front."""
+    beside = [index for index, one in enumerate(elements) if one.y and 5 <= abs(one.heading_deg) < 90]
+    sides = {elements[index].y > 0 for index in beside}
+    crossed = all(elements[index].y * elements[index].heading_deg < 0 for index in beside)
+    return beside[0] if len(sides) == 2 and crossed else None
+
+
+def _side(value: float) -> str:
+    return "left" if value > 0 else "right"
 
 
 def _apart(first: float, second: float) -> float:

@@ -33,6 +33,7 @@ from swarmctl.field_types import (
     RobotName,
     RobotTypeName,
     Subnet,
+    TimeServer,
     UsbText,
     Value,
 )
@@ -296,7 +297,7 @@ class Time(Model):
         None,
         description="The host whose clock the others follow; the hub by default where there is one.",
     )
-    servers: tuple[Address, ...] = Field(
+    servers: tuple[TimeServer, ...] = Field(
         (),
         examples=[["ntp.lab.example"]],
         description="NTP servers that the root follows while it can reach them.",

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 NAME = "^[a-z][a-z0-9-]{0,30}$"
+ADAPTER = "^hci[0-9]{1,2}$"
 
 PATTERN_TEXTS: Mapping[str, str] = {
     NAME: "names are lower-case letters, digits and hyphens, a letter first, 31 at most",
     "^[A-Za-z_][A-Za-z0-9_.-]{0,31}$": "accounts are letters, digits and _ . -, a letter or _ first",
-    "^hci[0-9]{1,2}$": "adapters are called hci0, hci1, ...",
+    ADAPTER: "adapters are called hci0, hci1, ...",
     "^[A-Za-z0-9:._/+=@,#&()-]([A-Za-z0-9:._/+=@,#&() -]{0,62}[A-Za-z0-9:._/+=@,#&()-])?$": (
         "letters, digits, blanks within and : . _ / + = @ , # & ( ) - only, 64 at most, "
         "as `udevadm info -a` shows it"

@@ -11,8 +11,9 @@ from pydantic import BaseModel
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import KEY, ConsistencyError
+from swarmctl.robot_types.plausibility import meant as length_meant
 from swarmctl.spec.model_lookup import accepts, described, known_keys, unit_at
-from swarmctl.spec.pattern_texts import NAME, PATTERN_TEXTS
+from swarmctl.spec.pattern_texts import ADAPTER, NAME, PATTERN_TEXTS
 from swarmctl.spec.validation_fixes import (
     BOOLEANS,
     NUMBERS,
@@ -64,6 +65,7 @@ _LOGIN = {  # what people write to log in to a host
     "password": "swarmctl logs in with SSH keys only; `ssh-copy-id` puts yours on the host",
     **dict.fromkeys(("key", "key_file", "ssh_key", "identity_file", "private_key"), _IN_SSH_CONFIG),
 }
+_MASTER_URI = "leave it out: ROS_MASTER_URI comes from the address of the hub or leader, and `master_port`"
 _NUMBERS_THAT_RANGE = (
     "a range in quotes is text; name each number, {each: [8081, 8082]}, or put it on a line without quotes"
 )
@@ -161,6 +163,8 @@ def _bad_value(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
     bound = _bound(kind, error.get("ctx", {}), unit)
     if unit and isinstance(text := _at(source.data, loc), str):
         message = f"{_subject(loc)} cannot be {_shown(text)}"
+    if kind == "less_than_equal" and loc[-1] in ("wheel_separation", "wheel_radius"):
+        return Diagnostic("SPEC003", message, span, label=bound, help=(length_meant(given, 0.001, 1),))
     text = described(tagged, model)
     return Diagnostic("SPEC003", message, span, label=bound, help=(text,) if text and not bound else ())
 
@@ -194,6 +198,8 @@ def _help_for_unknown(
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
     if tagged[0] == "hosts" and key in _LOGIN:
         return (_LOGIN[key],)
+    if key.lower() in ("master_uri", "ros_master_uri"):
+        return (_MASTER_URI,)
     meant = guess(key, known)
     holders = [one for one in known if key in known_keys((*tagged[:-1], one), model)]
     if not meant.words and holders:
@@ -261,6 +267,8 @@ def _help_for_type(
         return (f"write {{{key}: {given}}}",)
     if kind == "model_attributes_type":  # an entry of a union, text apart by its kind
         return (f"it begins with `kind`, one of {', '.join(kinds_at(loc))}",)
+    if kind == "string_type" and loc[:1] == ("hosts",) and "bluetooth" in loc:
+        return (PATTERN_TEXTS[ADAPTER],)
     text = described(loc, model) if loc else ""
     keys = ", ".join(f"`{key}`" for key in known_keys(loc, model)) if _TYPES[kind] == "a mapping" else ""
     return tuple(filter(None, (text and f"`{loc[-1]}`: {text}", keys and f"its keys are {keys}")))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.catalog import load_catalog
@@ -19,6 +20,7 @@ from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
 Named = tuple[str | None, Loc]  # a name, if one is set, and its place
+_LEADING_ZEROS = re.compile(r"(?<![0-9])0+(?=[0-9])")
 _SHOWN = 5  # hosts of a loop in a message
 
 
@@ -43,6 +45,9 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     likely, used = LikelyNames(context), Counter(word for _, _, word, _ in unknown)
     words = {what: tuple(known) for what, known, _, _ in unknown}
     unread = _unread(context) if unknown else {}
+    ranges: dict[Span, list[str]] = {}
+    for _, _, word, loc in unknown:
+        ranges.setdefault(context.span(*loc), []).append(word)
     for what, _, word, loc in unknown:
         meant = likely.guess(word, words[what], loc)
         help_ = unread.get(word) if what == "robot type" else None
@@ -51,9 +56,23 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
             f"unknown {what} `{word}`",
             context.span(*loc),
             label="not defined",
-            help=(help_,) if help_ else suggestion(meant, words[what], f"known {what}s"),
+            help=(help_,)
+            if help_
+            else _of_a_range(ranges[context.span(*loc)], words[what])
+            or suggestion(meant, words[what], f"known {what}s"),
             fix=None if help_ else _fix(likely, word, loc, meant, used[word]),
         )
+
+
+def _of_a_range(missing: list[str], known: tuple[str, ...]) -> tuple[str, ...]:
+    """Help about a range of which several names are not defined; empty for a single name."""
+    shown = [f"`{one}`" for one in dict.fromkeys(missing)]
+    if len(shown) < 2:
+        return ()
+    names = ", ".join(shown) if len(shown) <= _SHOWN else f"{shown[0]} to {shown[-1]} ({len(shown)} names)"
+    bare = {_LEADING_ZEROS.sub("", one) for one in missing}
+    zeros = ("the names that are defined have no leading zeros",) if bare <= set(known) else ()
+    return (f"of this range these are not defined: {names}", *zeros)
 
 
 def _unread(context: RuleContext) -> Mapping[str, str]:

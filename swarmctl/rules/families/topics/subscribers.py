@@ -66,7 +66,7 @@ def dangling_subscribers(context: RuleContext) -> Iterator[Diagnostic]:
                     if near and not declared
                     else ()
                 ),
-                *(() if declared else _GAMEPAD if programs[owner].use else _GAMEPAD[1:]),
+                *(() if declared else _gamepad_help(context, programs[owner])),
                 *(_DECLARE if declared else ()),
             ),
             fix=make_fix(f"write `{near}`", replace_value(context.source, loc, near), safe=False)
@@ -92,6 +92,18 @@ def _written(context: RuleContext, one: Endpoint) -> tuple[tuple[str | int, ...]
 def _reading(program: Program, topic: str) -> str:
     """Returns how a program of gamepads is set to read ``topic``."""
     return f"params: {{topic: {topic}}}" if program.use else f"remap: {{joy: {topic}}}"
+
+
+def _gamepad_help(context: RuleContext, program: Program) -> tuple[str, ...]:
+    """Returns how a program gets a gamepad's state: from a joy_node that is there, or from one to add."""
+    first = _GAMEPAD[:1] if program.use else ()
+    there = next((name for name, one in context.spec.programs.items() if one.executable == "joy_node"), None)
+    if there is None:
+        return (*first, *_GAMEPAD[1:])
+    topics = [one.topic for one in context.endpoints if one.publishes and one.owner == there]
+    if len(topics) == 1:
+        return (*first, f"or read what `{there}` publishes: {_reading(program, topics[0])}")
+    return (*first, f"or check what `{there}` publishes")
 
 
 def _may_read_a_gamepad(program: Program) -> bool:
