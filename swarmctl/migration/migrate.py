@@ -5,7 +5,6 @@ Each file laid over a spec is migrated by itself, since what it hides below it h
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from swarmctl.diagnostics import Diagnostic, Edit, Span, has_errors
 from swarmctl.migration.steps import Change, Step
 from swarmctl.migration.versions import KEY, SPEC_VERSIONS, Versions, declared
 from swarmctl.yamltext import edits, ranges
+from swarmctl.yamltext.comments import lost_comments
 from swarmctl.yamltext.files import Read
 from swarmctl.yamltext.include import tree_of
 from swarmctl.yamltext.limits import LoadBudget
@@ -130,16 +130,5 @@ def _source(layer: Path, read: Read, texts: Mapping[str, str]) -> Source:
 def _lost_comments(texts: Mapping[str, str], read: Read) -> Iterator[str]:
     """Yields the comments that stood beside a removed key."""
     for file, text in texts.items():
-        before = read(Path(file)).decode("utf-8-sig")
-        left = Counter(comment for _, comment in _comments(text))
-        for line, comment in _comments(before):
-            left[comment] -= 1
-            if left[comment] < 0:
-                yield f"{file}:{line}: the comment of a removed key is gone: {comment}"
-
-
-def _comments(text: str) -> Iterator[tuple[int, str]]:
-    for number, line in enumerate(text.splitlines(), start=1):
-        before, sign, rest = line.partition("#")
-        if sign and (not before or before[-1].isspace()):
-            yield number, f"# {rest.strip()}"
+        for line, comment in lost_comments(read(Path(file)).decode("utf-8-sig"), text):
+            yield f"{file}:{line}: the comment of a removed key is gone: {comment}"

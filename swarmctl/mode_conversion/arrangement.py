@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.mode_conversion.infer import commander_line_host, named_hub
-from swarmctl.spec.model import Bluetooth, Mode, Spec
+from swarmctl.spec.model import Bluetooth, Mode
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.index import Line, SwarmIndex
 
@@ -43,11 +43,11 @@ class ArrangementError(Exception):
 
 def arranged(index: SwarmIndex, mode: Mode) -> Arrangement:
     """The swarm in ``mode``. Raises ArrangementError if hosts for it are missing or a commander is lost."""
-    spec, hosts = index.spec, index.line_hosts
+    spec, hosts, ros_hosts = index.spec, index.line_hosts, _ros_hosts(index)
     hub = _central_host(index, mode)
     programs = {name: one.host for name, one in spec.programs.items() if one.host is not None}
     granted = () if mode is spec.mode else implicit_commanders(index)
-    if mode is not Mode.SINGLE_MINDED and len(spec.hosts) < 2:
+    if mode is not Mode.SINGLE_MINDED and len(ros_hosts) < 2:
         raise ArrangementError(
             f"mode `{mode.value}` needs a second computer, but `{hub}` is the only host",
             "add a host, or stay in mode `single-minded`",
@@ -59,7 +59,7 @@ def arranged(index: SwarmIndex, mode: Mode) -> Arrangement:
     if mode in (Mode.SINGLE_MINDED, Mode.LEADER):
         _refuse_other_commanders(index, mode, hub, hosts, granted)
         granted = ()
-    islands = _islands(spec, hub) if mode is Mode.COMBINED else {}
+    islands = _islands(index, hub) if mode is Mode.COMBINED else {}
     return Arrangement(mode, hub, hosts, programs, granted, islands)
 
 
@@ -107,13 +107,13 @@ def _central_host(index: SwarmIndex, mode: Mode) -> str:
     if mode is Mode.LEADER and mode is not spec.mode and len(set(commanders)) == 1 and commanders[0]:
         return commanders[0]
     commander = next((one for one in commanders if one is not None), None)
-    return named_hub(spec) or commander or spec.time.root or next(iter(spec.hosts))
+    return named_hub(spec) or commander or spec.time.root or _ros_hosts(index)[0]
 
 
 def _spread(index: SwarmIndex, hub: str) -> dict[str, str]:
     """Robots distributed over the hosts: each to its own `host`, else in turn, the hub first."""
     spec = index.spec
-    hosts = [hub, *(name for name in spec.hosts if name != hub)]
+    hosts = [hub, *(name for name in _ros_hosts(index) if name != hub)]
     radios = [name for name in hosts if spec.hosts[name].bluetooth] or hosts
     by_radio = {link.robot for _, link in index.lines if isinstance(link, Bluetooth)}
     spread: dict[str, str] = {}
@@ -131,11 +131,17 @@ def _spread(index: SwarmIndex, hub: str) -> dict[str, str]:
     return spread
 
 
-def _islands(spec: Spec, hub: str) -> Islands:
+def _ros_hosts(index: SwarmIndex) -> list[str]:
+    """The hosts that may run ROS: all but those used only as SSH jump hosts."""
+    return [name for name in index.spec.hosts if name not in index.jump_hosts]
+
+
+def _islands(index: SwarmIndex, hub: str) -> Islands:
     """The declared islands; else one of the hub alone and one of all other hosts."""
+    spec = index.spec
     if len(spec.islands) > 1:
         return {name: island.model_dump(exclude_none=True) for name, island in spec.islands.items()}
-    rest = [name for name in spec.hosts if name != hub]
+    rest = [name for name in _ros_hosts(index) if name != hub]
     return {
         "main": {"mode": "central", "hub": hub, "hosts": (hub,)},
         "rest": {"mode": "central", "hub": rest[0], "hosts": tuple(rest)},

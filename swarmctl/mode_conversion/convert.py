@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from swarmctl.mode_conversion.arrangement import Arrangement, arranged, moved_lines
-from swarmctl.spec.load import Document, source_of_text
+from swarmctl.mode_conversion.effects import effects
+from swarmctl.spec.load import Document, load_text, source_of_text
 from swarmctl.spec.model import Bluetooth, Mode, Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.modes import MULTIMASTER, ROLES
@@ -42,12 +43,14 @@ def converted(document: Document, mode: Mode) -> Conversion:
     _placement(text, index, plan)
     _control(text, spec, plan)
     _clock(text, index, plan)
+    after, _ = load_text(text.source.text, document.source.path, document.catalog)
+    changed = effects(index, SwarmIndex(after)) if after is not None else ()
     return Conversion(
         text.source.text,
         tuple(text.done),
         tuple(_by_hand(index, plan)),
         tuple(text.undone),
-        tuple(_notes(spec, plan)),
+        (*_notes(spec, plan), *changed),
     )
 
 

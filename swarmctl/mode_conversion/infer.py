@@ -49,7 +49,8 @@ def _by_authority(index: SwarmIndex, hub: str, because: list[str]) -> tuple[Mode
     if others:
         because.append(f"`{'`, `'.join(others)}` are commanded from hosts other than `{hub}`")
         return Mode.CENTRAL, hub, tuple(because)
-    if index.spec.hub is not None:
+    island = next(iter(index.spec.islands.values()), None)
+    if index.spec.hub is not None or (island is not None and island.hub is not None):
         because.append(f"`{hub}` is declared as `hub`, so each robot's own programs may command it")
         return Mode.CENTRAL, hub, tuple(because)
     if led:

@@ -131,3 +131,17 @@ def test_an_include_survives_and_a_change_in_its_file_is_refused(
     assert run(["mode", "convert", str(spec), "--to", "single-minded", "--write"]) == exit_codes.ERROR
     assert "swarmctl spec --expanded" in capsys.readouterr().err
     assert spec.read_text("utf-8") == whole
+
+
+def test_the_mode_is_inferred_where_no_edit_is_possible(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = "version: 1\nname: alone\nmode: central\nhub: pc\nhosts: {pc: {address: 10.0.0.1}}\n"
+    line = "links: [{kind: serial, host: pc, robot: koala, usb: {serial: A1}}]\n"
+    spec.write_text(f"{text}robots: {{koala: {{type: koala, host: pc}}}}\n{line}", "utf-8")
+    assert run(["mode", "infer", str(spec)]) == exit_codes.ERROR
+    printed = capsys.readouterr()
+    assert printed.out.startswith("the mode is single-minded, but central is declared\n")
+    assert "no edit makes it central: mode `central` needs a second computer" in printed.err
+    assert run(["mode", "infer", str(spec), "--json"]) == exit_codes.ERROR
+    assert json.loads(capsys.readouterr().out)["edit"] == ""

@@ -12,6 +12,7 @@ from swarmctl.cli import console, exit_codes, file_writes, options
 if TYPE_CHECKING:
     from swarmctl.mode_conversion.convert import Conversion
     from swarmctl.spec.load import Document
+    from swarmctl.spec.model import Mode
 
 mode = typer.Typer(
     name="mode", no_args_is_help=True, help="Infer the mode of a spec, or convert it to another mode."
@@ -27,7 +28,7 @@ def infer(spec: options.Spec, overlays: options.Overlays = None, json: options.J
     document = console.read_document(spec)
     found, declared = inferred(SwarmIndex(document)), document.spec.mode
     same = found.mode is declared
-    edit = "" if same else file_writes.difference(_change(document, _converted(document, declared.value)))
+    edit, problem = ("", "") if same else _edit(document, declared)
     if json:
         modes = {"mode": found.mode.value, "declared": declared.value, "hub": found.hub}
         console.print_json({"v": 1, **modes, "because": list(found.because), "edit": edit})
@@ -38,6 +39,8 @@ def infer(spec: options.Spec, overlays: options.Overlays = None, json: options.J
             console.out().print(f"  {line}")
         if edit:
             console.out().print(f"\nedit to make it {declared.value}:\n\n{edit}", end="")
+        if problem:
+            console.err().print(f"no edit makes it {declared.value}: {problem}")
     raise typer.Exit(exit_codes.OK if same else exit_codes.ERROR)
 
 
@@ -81,6 +84,20 @@ def _converted(document: Document, to: str) -> Conversion:
         return converted(document, Mode(to))
     except ArrangementError as error:
         console.fail(*error.args)
+
+
+def _edit(document: Document, to: Mode) -> tuple[str, str]:
+    """The edit that makes the wiring that of mode ``to``, or none and the reason."""
+    from swarmctl.mode_conversion.arrangement import ArrangementError
+    from swarmctl.mode_conversion.convert import converted
+
+    try:
+        conversion = converted(document, to)
+    except ArrangementError as error:
+        return "", str(error.args[0])
+    if found := _wrong(document, conversion):
+        return "", found[0]
+    return file_writes.difference(_change(document, conversion)), ""
 
 
 def _wrong(document: Document, conversion: Conversion) -> list[str]:
