@@ -81,7 +81,7 @@ def _angles(sensor: Range, at: tuple[str | int, ...]) -> Iterator[Doubt]:
             f"the sensor `{one.name}` sits on the {_side(one.y)} and looks to the {_side(one.heading_deg)}"
         )
         label = "all beside the axis look across the robot"
-        yield Doubt("SENSE013", message, at, label, "headings count to the left: change the sign of each")
+        yield Doubt("SENSE016", message, at, label, "headings count to the left: change the sign of each")
 
 
 def _in_radians(elements: Sequence[Place]) -> bool:

@@ -27,7 +27,7 @@ def implausible_wheels(context: RuleContext) -> Iterator[Diagnostic]:
             yield _of_type(context, name, doubt)
 
 
-@rule("SENSE011", "SENSE012", "SENSE013", "SENSE014", "SENSE015")
+@rule("SENSE011", "SENSE012", "SENSE013", "SENSE014", "SENSE015", "SENSE016")
 def implausible_sensors(context: RuleContext) -> Iterator[Diagnostic]:
     """Sensors of a robot type that sit, look or measure as none does."""
     for name, kind in context.document.own_types.items():
