@@ -65,7 +65,7 @@ _LOGIN = {  # what people write to log in to a host
     "password": "swarmctl logs in with SSH keys only; `ssh-copy-id` puts yours on the host",
     **dict.fromkeys(("key", "key_file", "ssh_key", "identity_file", "private_key"), _IN_SSH_CONFIG),
 }
-_MASTER_URI = "leave it out: ROS_MASTER_URI comes from the address of the hub or leader, and `master_port`"
+_MASTER_URI = "leave it out: the master's URI comes from the address of the hub or leader, and `master_port`"
 _NUMBERS_THAT_RANGE = (
     "a range in quotes is text; name each number, {each: [8081, 8082]}, or put it on a line without quotes"
 )

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
+from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.catalog import load_catalog
@@ -45,23 +46,20 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     likely, used = LikelyNames(context), Counter(word for _, _, word, _ in unknown)
     words = {what: tuple(known) for what, known, _, _ in unknown}
     unread = _unread(context) if unknown else {}
-    ranges: dict[Span, list[str]] = {}
-    for _, _, word, loc in unknown:
-        ranges.setdefault(context.span(*loc), []).append(word)
-    for what, _, word, loc in unknown:
-        meant = likely.guess(word, words[what], loc)
-        help_ = unread.get(word) if what == "robot type" else None
-        yield Diagnostic(
-            "REF001",
-            f"unknown {what} `{word}`",
-            context.span(*loc),
-            label="not defined",
-            help=(help_,)
-            if help_
-            else _of_a_range(ranges[context.span(*loc)], words[what])
-            or suggestion(meant, words[what], f"known {what}s"),
-            fix=None if help_ else _fix(likely, word, loc, meant, used[word]),
-        )
+    for span, alike in groupby(unknown, key=lambda one: context.span(*one[3])):
+        same = list(alike)
+        of_range = _of_a_range([word for _, _, word, _ in same], words[same[0][0]])
+        for what, _, word, loc in same:
+            meant = likely.guess(word, words[what], loc)
+            help_ = unread.get(word) if what == "robot type" else None
+            yield Diagnostic(
+                "REF001",
+                f"unknown {what} `{word}`",
+                span,
+                label="not defined",
+                help=(help_,) if help_ else of_range or suggestion(meant, words[what], f"known {what}s"),
+                fix=None if help_ else _fix(likely, word, loc, meant, used[word]),
+            )
 
 
 def _of_a_range(missing: list[str], known: tuple[str, ...]) -> tuple[str, ...]:
