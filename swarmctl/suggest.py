@@ -60,7 +60,7 @@ _OTHER_WORDS = {
     "pkg": "package",
 }
 # Keys of other tools that only look like keys of the spec.
-_FOREIGN = frozenset({"master_uri", "ros_master_uri"})
+FOREIGN = frozenset({"master_uri", "ros_master_uri"})
 # Those of them that mean nothing else.
 _SYNONYMS = frozenset(
     {
@@ -126,7 +126,7 @@ def is_near(word: str, other: str) -> bool:
 
 @lru_cache(maxsize=4096)  # one wrong name may stand in ten thousand places
 def _guess(word: str, known: tuple[str, ...]) -> Guess:
-    if word.lower() in _FOREIGN:
+    if word.lower() in FOREIGN:
         return Guess()
     if (other := _OTHER_WORDS.get(word)) in known and other is not None:
         return Guess((other,), word in _SYNONYMS or typing_errors(word, other) == 1)

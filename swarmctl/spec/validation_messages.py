@@ -31,7 +31,7 @@ from swarmctl.spec.validation_fixes import (
     unescaped,
     without_tag,
 )
-from swarmctl.suggest import did_you_mean, guess, suggestion
+from swarmctl.suggest import FOREIGN, did_you_mean, guess, suggestion
 from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
 from swarmctl.yamltext.invisible import legible
@@ -198,7 +198,7 @@ def _help_for_unknown(
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
     if tagged[0] == "hosts" and key in _LOGIN:
         return (_LOGIN[key],)
-    if key.lower() in ("master_uri", "ros_master_uri"):
+    if key.lower() in FOREIGN:
         return (_MASTER_URI,)
     meant = guess(key, known)
     holders = [one for one in known if key in known_keys((*tagged[:-1], one), model)]
