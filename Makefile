@@ -8,7 +8,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 # tool:package pairs; a tool that is there already is not installed again
 LAB_TOOLS := mmdebstrap:mmdebstrap systemd-nspawn:systemd-container ip:iproute2 ssh:openssh-client
-TEST_TOOLS := sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrdude
+TEST_TOOLS := check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc avr-gcc:gcc-avr avrdude:avrdude \
+  rviz:rviz Xvfb:xvfb
 # path:package pairs, for what is no program
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
@@ -20,7 +21,7 @@ LABS := $(shell expr $$(nproc) + 2)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test check busy experiments dead-man motion fuzz lint format generated bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test check busy experiments dead-man motion fuzz lint format generated man bench lock clean distclean lab-tools test-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -69,6 +70,9 @@ generated: $(VENV)/.dev ## regenerate schemas and reference pages from the model
 	$(BIN)/swarmctl schema swarm --markdown > docs/swarm-reference.md
 	$(BIN)/swarmctl schema robot-type --markdown > docs/robot-type-reference.md
 	$(BIN)/swarmctl rules --format markdown > docs/rules.md
+
+man: $(VENV)/.run ## manual pages of all verbs in build/man; read one with man -M build/man swarmctl-plan
+	$(BIN)/python tools/man_pages.py build/man/man1
 
 bench: $(VENV)/.dev ## run every benchmark
 	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done

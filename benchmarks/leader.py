@@ -29,9 +29,8 @@ from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
 from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.runner import load_swarm
-from swarmctl.swarm.names import namespace
+from swarmctl.swarm.names import robot_namespace
 from swarmctl.swarm.resolved import Swarm
-from swarmctl.swarm.topics import driver_topics
 
 HOST = "leader"
 BARE = "bare"
@@ -166,9 +165,9 @@ class Leader:
     def topics(self) -> dict[str, float]:
         """The rates that the drivers are to reach, Hz by topic."""
         return {
-            f"{namespace(name)}/{one.name}": one.rate
+            f"{robot_namespace(name, None)}/{one.name}": one.rate
             for name, robot in self.swarm.robots.items()
-            for one in driver_topics(robot.type, robot.settings, robot.driver)
+            for one in robot.topics
             if not one.name.startswith("/")
         }
 
@@ -211,7 +210,7 @@ class Measured:
 
 def measured(leader: Leader, seconds: float) -> Measured:
     robots = leader.swarm.robots
-    speeds = [f"{namespace(name)}={SPEEDS[robot.type_name]}" for name, robot in robots.items()]
+    speeds = [f"{robot_namespace(name, None)}={SPEEDS[robot.type_name]}" for name, robot in robots.items()]
     with leader.running("drive.py", *speeds, "/bare=0") as drive:
         with leader.running("bare.py", "/bare", 10, 5):
             move(drive, 1.0)
@@ -260,7 +259,7 @@ def shown(swarm: Swarm, found: Measured, wanted: Mapping[str, float]) -> bool:
     print(f"{'driver of':12}{'CPU %':>8}{'x bare':>8}{'subscr. %':>9}{'RSS MB':>8}{'PSS MB':>8}{'topics':>8}")
     for name in swarm.robots:
         own, subscribed = found.drivers[name], found.subscribed[name]
-        topics = sum(topic.startswith(f"{namespace(name)}/") for topic in wanted)
+        topics = sum(topic.startswith(f"{robot_namespace(name, None)}/") for topic in wanted)
         print(
             f"{name:12}{own.cpu:8.2f}{own.cpu / found.bare.cpu:8.1f}{subscribed.cpu:9.2f}"
             f"{own.resident:8.1f}{own.share:8.1f}{topics:8}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any
 
 from pydantic import (
@@ -12,12 +12,17 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    PlainValidator,
+    TypeAdapter,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WrapValidator,
     model_validator,
 )
+from pydantic.json_schema import JsonSchemaValue
 
 from swarmctl.units import Unit
 
@@ -32,6 +37,12 @@ _PLACEHOLDER = re.compile(
     re.ASCII | re.IGNORECASE,
 )
 _MAC = re.compile(r"[0-9a-fA-F]{2}(:[0-9a-fA-F]{2}){5}", re.ASCII)
+RADIO_RATES = {"250K": 250_000, "1M": 1_000_000, "2M": 2_000_000}  # bits per second on the air
+RADIO_ADDRESS = "E7E7E7E7E7"  # of a Crazyflie as it leaves the factory
+LAST_CHANNEL = 125  # 2400 MHz and 1 MHz more for each channel (nRF24LU1+ product specification)
+LAST_DONGLE = 15  # crazyflie_cpp has places for 16
+_RADIO = re.compile(r"radio://([0-9]{1,4})/([0-9]{1,4})/([^/]+)(?:/([^/]*))?", re.ASCII)
+_RADIO_EXAMPLE = f"radio://0/80/2M/{RADIO_ADDRESS}"
 _ADDRESS_HINT = "four numbers up to 255 without leading zeros, like 192.168.77.10, or a name like k3-pi.local"
 
 _BESIDE_ADDRESSES = (  # what people write along with an address
@@ -84,6 +95,43 @@ def _no_path(value: str) -> str:
             f"write what `udevadm info -a {value}` shows as ATTRS{{serial}}"
         )
     return value
+
+
+def _robot_address(value: str) -> str:
+    """The address of a robot's own network interface: IPv4, or a name that its host resolves."""
+    try:
+        ip = ipaddress.ip_address(value)
+    except ValueError:
+        if _PLACEHOLDER.fullmatch(value):
+            raise ValueError(f"`{value}` is a placeholder; write the address of the robot") from None
+        return _address(value)
+    if ip.version == 6:
+        raise ValueError(f"`{value}` is an IPv6 address; write the IPv4 address of the robot")
+    if ip.is_unspecified or ip.is_multicast or int(ip) >> 28 == 0xF:
+        raise ValueError(f"`{value}` is no address of a robot; write the one that its host reaches it at")
+    return value
+
+
+def _radio_uri(value: str) -> str:
+    """The URI of a Crazyflie's radio link in its full form: address included, upper case behind `radio:`."""
+    found = _RADIO.fullmatch(value)
+    if found is None:
+        raise ValueError(
+            f"`{value}` is no URI of a radio; write dongle, channel, data rate and address "
+            f"like {_RADIO_EXAMPLE}"
+        )
+    dongle, channel, rate, address = found.groups()
+    if int(dongle) > LAST_DONGLE:
+        raise ValueError(f"a host has the dongles 0 to {LAST_DONGLE}, not {dongle}")
+    if int(channel) > LAST_CHANNEL:
+        raise ValueError(f"a Crazyradio has the channels 0 to {LAST_CHANNEL}, not {channel}")
+    if rate.upper() not in RADIO_RATES:
+        raise ValueError(f"`{rate}` is no data rate of a Crazyradio; write {', '.join(RADIO_RATES)}")
+    if address is not None and not re.fullmatch("[0-9a-fA-F]{10}", address):
+        raise ValueError(
+            f"`{address}` is no radio address; write ten hexadecimal digits like {RADIO_ADDRESS}"
+        )
+    return f"radio://{int(dongle)}/{int(channel)}/{rate.upper()}/{(address or RADIO_ADDRESS).upper()}"
 
 
 def _group(value: str) -> str:
@@ -184,10 +232,33 @@ RobotTypeName = Annotated[
     ),
 ]
 ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
+X_SELECTION = "x-selection"  # the word of a JSON Schema for a name in whose place a selection may stand
+
+
+class Selectable:
+    """Marks the names of a list in which selections may stand; the model has what these mean."""
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Notes it for the schema of a file, in which selections are written."""
+        return {**handler(schema), X_SELECTION: True}
+
+
+SelectedHost = Annotated[HostName, Selectable()]
+SelectedRobot = Annotated[RobotName, Selectable()]
+Selection = Annotated[
+    str,
+    Field(
+        max_length=4096,
+        description="Hosts and robots: ep-*, ep-[1-6], @lab, type:epuck2, host:k3-pi, a&b, !c.",
+        examples=["ep-*"],
+    ),
+]
 NetworkName = Annotated[Name, Field(examples=["lab"])]
 IslandName = Annotated[Name, Field(examples=["west"])]
 ProgramName = Annotated[Name, Field(examples=["joystick"])]
 Address = Annotated[str, Field(examples=["192.168.77.10"]), AfterValidator(_address)]
+RobotAddress = Annotated[str, Field(examples=["192.168.10.1"]), AfterValidator(_robot_address)]
+RadioUri = Annotated[str, Field(examples=[_RADIO_EXAMPLE]), AfterValidator(_radio_uri)]
 TimeServer = Annotated[str, Field(examples=["ntp.lab.example"]), AfterValidator(_time_server)]
 Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
 Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
@@ -212,6 +283,8 @@ UsbText = Annotated[
     ),
     AfterValidator(_no_path),
 ]
+# As the kernel names a device of a USB port: the bus, then the ports of the hubs on the way.
+UsbPort = Annotated[str, Field(pattern=r"^[0-9]{1,3}-[0-9]{1,3}(\.[0-9]{1,3}){0,6}$", examples=["1-1.3"])]
 # The kernel writes these ids in lower case, and udev compares letter by letter.
 HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
 GraphName = Annotated[
@@ -223,6 +296,17 @@ GraphName = Annotated[
         examples=["cmd_vel"],
     ),
 ]
+NAMESPACE = r"^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$"
+Namespace = Annotated[str, Field(pattern=NAMESPACE, max_length=200, examples=["k3/arm"])]
+FrameName = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z{][A-Za-z0-9_/{}.-]*$",
+        max_length=200,
+        description="A frame of tf; it may have placeholders.",
+        examples=["odom"],
+    ),
+]
 MESSAGE_TYPE = r"^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$"
 TypeName = Annotated[str, Field(pattern=MESSAGE_TYPE, examples=["geometry_msgs/Twist"])]
 # As catkin takes them; NAME008 is about those that it warns of.
@@ -231,6 +315,15 @@ FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$", examp
 LaunchFile = Annotated[
     str,
     Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$", max_length=255),
+]
+#: A file by its path from the folder of the spec, or from that of a program's files.
+FilePath = Annotated[
+    str,
+    Field(
+        pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(?:/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$",
+        max_length=255,
+        examples=["config/slam.yaml"],
+    ),
 ]
 EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 Printable = Annotated[
@@ -243,8 +336,7 @@ _PARAMETER_LIMITS = (
     "let the program read the rest from a file"
 )
 _PARAMETER_KINDS = (
-    "a parameter is text, a finite number, true or false; write one of these, and each entry of a list or "
-    "mapping as a parameter of its own"
+    "a parameter is text, a finite number, true or false, or a list or mapping of these; write one of them"
 )
 # The text of a parameter may be a whole file, such as a robot_description: lines and tabs are kept.
 ParameterText = Annotated[
@@ -264,3 +356,32 @@ def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
 
 
 Value = Annotated[bool | int | float | ParameterText, WrapValidator(_one_word)]
+
+
+class _AnyParameter:
+    """Metadata of a type: what a parameter server holds, as it is in the file."""
+
+    examples = (0.5,)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        return PlainValidator(_parameter).__get_pydantic_core_schema__(source, handler)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        kinds = ("boolean", "integer", "number", "string", "array", "object")
+        return {"anyOf": [{"type": kind} for kind in kinds]}
+
+
+def _parameter(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        for key, one in value.items():
+            _parameter(key if isinstance(key, str) else None)
+            _parameter(one)
+        return value
+    if isinstance(value, (tuple, list)):
+        return tuple(_parameter(one) for one in value)
+    return _SCALAR.validate_python(value, strict=True)
+
+
+_SCALAR: TypeAdapter[Any] = TypeAdapter(Value, config=ConfigDict(allow_inf_nan=False))
+#: A parameter: a Value, a list or a mapping of parameters.
+Parameter = Annotated[Any, _AnyParameter()]

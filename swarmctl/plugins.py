@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, PlainValidator, TypeAdapter
 
@@ -78,10 +78,19 @@ MULTIMASTERS = Registry(
 )
 
 
+class Names(Protocol):
+    """Names that are known when a spec is read."""
+
+    def names(self) -> tuple[str, ...]:
+        """Returns every name that a spec can use."""
+
+    def __contains__(self, name: object) -> bool: ...
+
+
 class NameIn:
     """Annotation of a model's field that holds a name of ``registry``; validates as a ``Literal`` does."""
 
-    def __init__(self, registry: Registry) -> None:
+    def __init__(self, registry: Names) -> None:
         self._registry = registry
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:

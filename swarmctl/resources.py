@@ -1,5 +1,6 @@
 """Folders of the files that swarmctl ships: beside the package in a checkout, inside it in a wheel."""
 
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,11 @@ _PACKAGE = Path(__file__).resolve().parent
 def _folder(name: str) -> Path:
     installed = _PACKAGE / "data" / name
     return installed if installed.is_dir() else _PACKAGE.parent / name
+
+
+def cache_folder() -> Path:
+    """Returns the operator's folder of what swarmctl can make or fetch again (XDG base directories)."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "swarmctl"
 
 
 def templates() -> Path:
@@ -35,7 +41,7 @@ def make_robot_packages_importable() -> None:
 
     They are shipped as files and not installed; in a checkout and in a wheel they are imported from there.
     """
-    for package in ("agent", "common", "driver", "ros1_probe", "rosserial"):
-        path = str(templates() / "packages" / package)
+    for package in sorted((templates() / "packages").glob("*/swarm_*")):
+        path = str(package.parent)
         if path not in sys.path:
             sys.path.append(path)

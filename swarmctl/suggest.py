@@ -17,7 +17,7 @@ _SEPARATORS = re.compile("[-_. ]")
 _PARTS = re.compile("[-_. /]")
 _DIGITS = re.compile("[0-9]+")
 
-# What people write first, where the spec uses another word.
+# What people write first, where the spec uses another word; of several, the one that is known there.
 _OTHER_WORDS = {
     "hostname": "address",
     "ip": "address",
@@ -39,7 +39,8 @@ _OTHER_WORDS = {
     "baudrate": "baud",
     "port": "device",
     "tty": "device",
-    "parameters": "settings",
+    "parameters": "settings params",
+    "node": "executable",
     "params": "settings",
     "model": "type",
     "serial": "usb",
@@ -55,7 +56,6 @@ _OTHER_WORDS = {
     "bt": "bluetooth",
     "rs232": "serial",
     "usb": "serial",
-    "args": "params",
     "env": "environment",
     "pkg": "package",
 }
@@ -128,7 +128,8 @@ def is_near(word: str, other: str) -> bool:
 def _guess(word: str, known: tuple[str, ...]) -> Guess:
     if word.lower() in FOREIGN:
         return Guess()
-    if (other := _OTHER_WORDS.get(word)) in known and other is not None:
+    other = next((one for one in _OTHER_WORDS.get(word, "").split() if one in known), None)
+    if other is not None:
         return Guess((other,), word in _SYNONYMS or typing_errors(word, other) == 1)
     errors = {one: typing_errors(word, one) for one in known if is_near(word, one)}
     if not errors:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+from swarmctl.cli.app import Verbs
 from tests import ROOT
 
 
@@ -31,7 +32,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(root / name, copy)
-    for name in ("swarmctl", "templates", "schemas"):
+    for name in ("swarmctl", "templates", "schemas", "tools"):
         shutil.copytree(root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", ".*_cache"))
     pip = [
         sys.executable,
@@ -116,6 +117,20 @@ def test_it_begins_a_swarm_with_the_schemas_that_it_brings(
         assert (tmp_path / "lab/.swarmctl" / schema.name).read_bytes() == schema.read_bytes()
 
 
+def test_every_module_of_it_can_be_imported(installed: Path, tmp_path: Path) -> None:
+    """``driver test`` imports the driver's packages only when it runs: a missing one is not seen before."""
+    code = """
+import importlib, pkgutil, swarmctl
+from swarmctl.resources import make_robot_packages_importable
+make_robot_packages_importable()
+for module in pkgutil.walk_packages(swarmctl.__path__, "swarmctl."):
+    if not module.name.endswith(".__main__"):
+        importlib.import_module(module.name)
+"""
+    imported = ran(installed / "python", "-I", "-c", code, cwd=tmp_path)
+    assert (imported.returncode, imported.stderr) == (0, "")
+
+
 def test_every_template_and_schema_is_in_it(wheel: Path, root: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     for folder in ("templates", "schemas"):
@@ -124,8 +139,14 @@ def test_every_template_and_schema_is_in_it(wheel: Path, root: Path) -> None:
                 assert f"swarmctl/data/{file.relative_to(root)}" in packed
 
 
+def test_pip_installs_a_manual_page_for_each_verb(installed: Path) -> None:
+    pages = {page.name for page in (installed.parent / "share/man/man1").iterdir()}
+    assert {"swarmctl.1", *(f"swarmctl-{verb.name}.1" for verb in Verbs.verbs)} < pages
+    assert ".B swarmctl lab unplug" in (installed.parent / "share/man/man1/swarmctl-lab-unplug.1").read_text()
+
+
 def test_nothing_else_is_in_it(wheel: Path) -> None:
-    names = zipfile.ZipFile(wheel).namelist()
+    names = [one for one in zipfile.ZipFile(wheel).namelist() if "/data/share/man/man1/" not in one]
     assert {name.split("/")[0].split("-")[0] for name in names} == {"swarmctl"}
     assert not [name for name in names if name.endswith(".pyc") or "_cache" in name]
 

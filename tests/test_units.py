@@ -225,12 +225,13 @@ def test_editors_accept_units(value: Any, valid: bool) -> None:
 
 # Numbers that measure nothing: counts, ids, ratios, and what has the unit of another key.
 WITHOUT = {
-    "version", "port", "master_port", "priority", "cores", "channel", "rfcomm_channel", "bytesize",
-    "stopbits", "counter_bits", "counts_per_turn", "pulses_per_turn", "distance_scale", "max_reading",
+    "version", "port", "local_ports", "master_port", "priority", "cores", "channel", "rfcomm_channel",
+    "bytesize", "stopbits", "counter_bits", "counts_per_turn", "pulses_per_turn", "distance_scale",
+    "max_reading",
     "none_from", "none_below", "invalid_from", "stride", "first", "order", "zero", "scale", "offset",
     "max", "values", "extra", "request", "reply", "begins", "linear", "angular", "firmware_below",
-    "speed_units_per_mps", "distances", "params", "options", "encoder", "enable", "forward", "backward",
-    "pwm_min", "kp", "ki", "width", "height", "zoom", "modes", "chip",
+    "speed_units_per_mps", "distances", "params", "args", "options", "encoder", "enable", "forward",
+    "backward", "pwm_min", "kp", "ki", "width", "height", "zoom", "modes", "chip",
 }  # fmt: skip
 
 

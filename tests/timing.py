@@ -3,7 +3,8 @@
 What has to happen at some time gets `PATIENCE`; a long limit costs nothing when the test passes. A bound
 that was chosen for a quiet machine goes through `at_most`, which scales it by a calibration of this moment.
 A bound that a promise states is never scaled: `RunQueue` measures how long the machine kept the processes
-concerned from running in the same window, and only that is added. Pure computation is measured in CPU time
+concerned from running in the same window, and only that is added; `withheld` measures the same of all
+processes, where those concerned are unknown or have ended. Pure computation is measured in CPU time
 (`cpu_at_most`).
 """
 
@@ -77,6 +78,20 @@ class RunQueue:
                 with suppress(OSError, IndexError):
                     delays[str(file)] = int(file.read_text().split()[1]) / 1e9
         return delays
+
+
+def withheld() -> float:
+    """Return the seconds since boot in which some process waited for a CPU, or the hypervisor had one.
+
+    Its growth in a window is at least the delay that the machine added to any chain of events in it (kernel:
+    accounting/psi.rst, filesystems/proc.rst). A kernel without the first counts the second alone.
+    """
+    stolen = int(Path("/proc/stat").read_text().split("\n", 1)[0].split()[8]) / os.sysconf("SC_CLK_TCK")
+    try:
+        some = Path("/proc/pressure/cpu").read_text().split("\n", 1)[0]
+    except OSError:
+        return stolen
+    return stolen + int(some.rpartition("total=")[2]) / 1e6
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from swarm_driver.protocols import RosserialProtocol
 from motion_quality.papers import FORMULAS, Formula, OnBoard
 from motion_quality.paths import Wheels
 from swarmctl.lab.emulators import TYPES, Robot, emulator
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.spec.catalog import load_catalog
 
@@ -39,13 +40,13 @@ class Entrant:
 
 def left_out() -> dict[str, str]:
     """Types that do not drive here, each with the reason."""
-    types = load_catalog().types
+    types = with_protocol(load_catalog().types)
     return {name: UNKNOWN for name in sorted(types) if _emulator_of(name) not in TYPES}
 
 
 def entrants() -> Iterator[Entrant]:
     """By type and firmware."""
-    types = load_catalog().types
+    types = with_protocol(load_catalog().types)
     for name in sorted(types.keys() - left_out().keys()):
         params = params_of(types[name], robot="robot", namespace="/robot", port="/dev/robot")
         config = parse({**params, "commanders": []})

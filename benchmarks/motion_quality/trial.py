@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 
+from swarm_command.command_mailbox import CommandMailbox
 from swarm_driver.actuators import ActuatorSettings
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config
 from swarm_driver.driver import Driver, Phase
 from swarm_driver.kinematics import Pose

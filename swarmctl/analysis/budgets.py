@@ -1,4 +1,4 @@
-"""All budgets of one swarm: lines, Bluetooth adapters, boards, hosts and networks."""
+"""All budgets of one swarm: links of robots, radio adapters, boards, hosts and networks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from swarmctl.analysis.bluetooth_load import BluetoothBudget, bluetooth_budgets
 from swarmctl.analysis.host_load import HostBudget, host_budgets
+from swarmctl.analysis.ip_link_load import IpLinkBudget, ip_link_budgets
 from swarmctl.analysis.network_load import NetworkBudget, network_budgets
+from swarmctl.analysis.radio_load import DongleBudget, dongle_budgets
 from swarmctl.analysis.rosserial_load import RosserialBudget, rosserial_budgets
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.swarm.bridges import bridges_of
@@ -19,6 +21,8 @@ class Budgets:
 
     lines: tuple[SerialBudget, ...]
     radios: tuple[BluetoothBudget, ...]
+    dongles: tuple[DongleBudget, ...]
+    ip_links: tuple[IpLinkBudget, ...]
     boards: tuple[RosserialBudget, ...]
     hosts: tuple[HostBudget, ...]
     networks: tuple[NetworkBudget, ...]
@@ -28,6 +32,8 @@ class Budgets:
         return {
             "lines": [one.to_json() for one in self.lines],
             "radios": [one.to_json() for one in self.radios],
+            "dongles": [one.to_json() for one in self.dongles],
+            "ip_links": [one.to_json() for one in self.ip_links],
             "boards": [one.to_json() for one in self.boards],
             "hosts": [one.to_json() for one in self.hosts],
             "networks": [one.to_json() for one in self.networks],
@@ -40,6 +46,8 @@ def budgets_of(index: SwarmIndex) -> Budgets:
     return Budgets(
         lines=tuple(lines.values()),
         radios=bluetooth_budgets(index, {number: one.load for number, one in lines.items()}),
+        dongles=tuple(dongle_budgets(index)),
+        ip_links=tuple(ip_link_budgets(index)),
         boards=tuple(rosserial_budgets(index)),
         hosts=tuple(host_budgets(index, bridges_of(index))),
         networks=tuple(network_budgets(index)),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from swarmctl.analysis.serial_load import line_kind
 from swarmctl.render.middleware import middleware_of
-from swarmctl.spec.model import Bluetooth
+from swarmctl.spec.link_model import Bluetooth, IpLink, Serial
 from swarmctl.swarm.index import SwarmIndex
 
 
@@ -89,8 +89,12 @@ def _hops(index: SwarmIndex, by: str, origin: str, to: str, robot: str) -> Itera
     if origin != to:
         yield Hop("host", to)
     link = index.line_of(robot)
-    if isinstance(link, Bluetooth) and (adapter := index.adapter_of(link)) is not None:
+    if link is not None and (adapter := index.adapter_of(link)) is not None:
         yield Hop("adapter", f"{link.host}/{adapter}")
-    if link is not None:
+    if isinstance(link, IpLink) and (network := index.ends_of(link).network) is not None:
+        yield Hop("network", network.name)
+    if isinstance(link, (Serial, Bluetooth)):
         yield Hop("line", robot, line_kind(link))
+    elif link is not None:
+        yield Hop("line", robot, link.kind)
     yield Hop("robot", robot, index.spec.robots[robot].type)

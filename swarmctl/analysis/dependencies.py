@@ -3,7 +3,8 @@
 An edge leads from what is needed to what needs it: a node works only while everything before it works. Two
 hosts talk over any network that they share, and no host counts as a router; so a network is needed where it
 is the only one. Nodes find each other through their masters: open connections outlive a master, but nothing
-can join any more, and so what needs a dead master counts as lost. A middleware may have no masters.
+can join any more, and so what needs a dead master counts as lost; so it is with the multimaster between two
+islands. A middleware may have no masters.
 """
 
 from __future__ import annotations
@@ -17,15 +18,16 @@ from typing import Generic, TypeVar
 import networkx as nx
 
 from swarmctl.render.middleware import middleware_of
-from swarmctl.spec.model import Bluetooth
-from swarmctl.swarm import names
+from swarmctl.render.multimaster.base import MultimasterProvider, provider_of, runs_on
+from swarmctl.spec.link_model import IpLink, RobotLink
+from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.topics import COMMAND
+from swarmctl.swarm.resolved import Island
 
 Part = tuple[str, str]  # kind and name of something that can fail
 Node = tuple[str, ...]  # a part, or what works by parts: its kind comes first
 K = TypeVar("K")
-KINDS = ("host", "master", "network", "program", "adapter", "line", "robot")
+KINDS = ("host", "master", "multimaster", "network", "program", "adapter", "line", "robot")
 #: No nodes of the graph, which keeps it small: only the driver needs them, so its node stands for them.
 _SERVE_ONE_DRIVER = frozenset({"line", "robot"})
 
@@ -66,6 +68,8 @@ class Dependencies:
         self.graph.add_nodes_from((*nodes, *(("driver", robot) for robot in robots)))
         for island in index.islands if self.masters else ():
             self.graph.add_edge(("host", island.hub), ("master", island.name))
+        for island in self._joined:
+            self.graph.add_edge(("host", island.hub), ("multimaster", island.name))
         for program, host in index.program_hosts.items():
             self._add(("program", program), *([("host", host)] if host else []))
         self.graph.add_edges_from(
@@ -80,14 +84,25 @@ class Dependencies:
         index, spec = self.index, self.index.spec
         found: list[Part] = [("host", name) for name in spec.hosts]
         found += [("master", island.name) for island in index.islands if self.masters]
+        found += [("multimaster", island.name) for island in self._joined]
         found += [("network", link.name) for _, link in index.networks]
         found += [("program", name) for name in spec.programs]
         for _, link in index.lines:
-            if isinstance(link, Bluetooth):
-                found += self._adapter(link)
+            found += self._adapter(link)
             found.append(("line", link.robot))
         found += [("robot", name) for name in spec.robots]
         return tuple(dict.fromkeys(found))
+
+    @cached_property
+    def _joined(self) -> tuple[Island, ...]:
+        """The islands whose hubs run the multimaster."""
+        islands, provider = self.index.islands, self._provider
+        to = {name for bridge in bridges_of(self.index) for name in bridge.to}
+        return tuple(one for one in islands if runs_on(provider, len(islands), one.name in to))
+
+    @cached_property
+    def _provider(self) -> MultimasterProvider:
+        return provider_of(self.index.spec.multimaster)
 
     @cached_property
     def _rank(self) -> Mapping[Node, int]:
@@ -108,7 +123,7 @@ class Dependencies:
         self.graph.add_edges_from((one, node) for one in needed)
         return node
 
-    def _adapter(self, link: Bluetooth) -> list[Part]:
+    def _adapter(self, link: RobotLink) -> list[Part]:
         name = self.index.adapter_of(link)
         return [] if name is None else [("adapter", f"{link.host}/{name}")]
 
@@ -116,8 +131,10 @@ class Dependencies:
         host, link = self.index.driving[robot], self.index.line_of(robot)
         if host is not None:
             yield ("host", host)
-        if isinstance(link, Bluetooth):
+        if link is not None:
             yield from self._adapter(link)
+        if isinstance(link, IpLink) and (network := self.index.ends_of(link).network) is not None:
+            yield ("network", network.name)
 
     def _commands(self) -> dict[str, list[Node]]:
         """By robot, one node for each way from a commander of `control` to the host of its driver.
@@ -128,7 +145,7 @@ class Dependencies:
         for control in self.index.spec.control:
             origin = self.index.commander_host(control.by)
             for robot in control.of:
-                way = self._connection(origin, self.index.driving[robot])
+                way = self._crossing(origin, self.index.driving[robot])
                 if way is not None and control.by in self.index.spec.programs:
                     way = self._way(way, ("program", control.by))
                 if way is not None:
@@ -141,7 +158,7 @@ class Dependencies:
         found: dict[tuple[str, str], list[Node]] = {}
         for one in self.index.endpoints:
             for host, publisher in () if one.publishes else publishers.get(one.topic, ()):
-                connection = self._connection(host, one.host)
+                connection = self._crossing(host, one.host)
                 if connection is not None:
                     found.setdefault((one.topic, one.owner), []).append(self._way(connection, publisher))
         return found
@@ -158,8 +175,8 @@ class Dependencies:
             one.topic: [] for one in index.endpoints if not one.publishes
         }
         for topic, publishers in found.items():
-            namespace, name = names.split_topic(topic)
-            robot = index.robot_by_namespace.get(namespace) if name != COMMAND else None
+            namespace, _ = index.split_topic(topic)
+            robot = None if topic in index.robots_by_command else index.robot_by_namespace.get(namespace)
             host = index.driving[robot] if robot else None
             if robot is not None and host is not None:
                 publishers.append((host, ("driver", robot)))
@@ -167,6 +184,17 @@ class Dependencies:
             if one.publishes and one.host and one.topic in found:
                 found[one.topic].append((one.host, ("program", one.owner)))
         return found
+
+    def _crossing(self, origin: str | None, to: str | None) -> Node | None:
+        """The node of what goes from one host to another, by the multimaster if they are on two islands."""
+        connection = self._connection(origin, to)
+        if connection is None or origin is None or to is None:
+            return None
+        first, second = self.index.home[origin].name, self.index.home[to].name
+        if first == second:
+            return connection
+        ends = (second,) if self._provider.only_receivers else (first, second)
+        return self._add(("crossing", origin, to), connection, *(("multimaster", one) for one in ends))
 
     def _connection(self, one: str | None, other: str | None) -> Node | None:
         """The node of a connection between nodes on two hosts; None if these cannot talk."""

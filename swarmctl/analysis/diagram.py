@@ -7,12 +7,11 @@ from dataclasses import asdict, dataclass
 
 from swarmctl.analysis.dependencies import Dependencies
 from swarmctl.render.middleware import middleware_of
-from swarmctl.spec.model import Bluetooth, NetworkLink, Serial
+from swarmctl.spec.link_model import IpLink, NetworkLink, Radio, RobotLink, Serial
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
-from swarmctl.swarm.topics import COMMAND
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Edge:
-    """A connection of two nodes, by their ids. Kinds: network, serial, bluetooth, runs, commands, data."""
+    """A connection of two nodes, by their ids. Kinds: network, runs, commands, data, kinds of links."""
 
     kind: str
     start: str
@@ -126,25 +125,40 @@ def _edges(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
     for link in index.spec.links:
         if isinstance(link, NetworkLink):
             yield from (Edge("network", f"host:{host}", f"network:{link.name}") for host in link.hosts)
-        elif isinstance(link, Bluetooth):
-            adapter = index.adapter_of(link) or ""
-            yield Edge("bluetooth", f"host:{link.host}", f"robot:{link.robot}", adapter)
-        elif isinstance(link, Serial):
-            yield Edge("serial", f"host:{link.host}", f"robot:{link.robot}", link.device or "usb")
+        else:
+            yield Edge(link.kind, f"host:{link.host}", f"robot:{link.robot}", _label(index, link))
+    for name, host in index.driving.items():
+        if host is not None and not index.lines_of[name]:
+            yield Edge("runs", f"host:{host}", f"robot:{name}")
     for name, host in index.program_hosts.items():
         if host is not None:
             yield Edge("runs", f"host:{host}", f"program:{name}")
     for control in index.spec.control:
         for robot in control.of:
-            yield Edge("commands", _commander(index, control.by), f"robot:{robot}", COMMAND)
+            if (command := index.command_topics.get(robot)) is not None:
+                label = command.topic.removeprefix(f"{index.namespaces[robot]}/")
+                yield Edge("commands", _commander(index, control.by), f"robot:{robot}", label)
     yield from _data(index, bridged)
+
+
+def _label(index: SwarmIndex, link: RobotLink) -> str:
+    """What identifies a robot's link at its host: device, adapter, address, or dongle with channel."""
+    match link:
+        case Serial():
+            return link.device or "usb"
+        case IpLink():
+            port = index.ends_of(link).port
+            return f"{link.address}:{port}" if port is not None else link.address
+        case Radio():
+            return f"{link.dongle}, channel {link.channel}"
+    return index.adapter_of(link) or ""
 
 
 def _data(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
     """The topics that programs receive from robots and from each other."""
     publishers = {one.topic: f"program:{one.owner}" for one in index.endpoints if one.publishes}
     for topic, program in Dependencies(index).flows.keys:
-        robot = index.robot_by_namespace.get(topic.rpartition("/")[0])
+        robot = index.robot_by_namespace.get(index.split_topic(topic)[0])
         source = publishers.get(topic) or (f"robot:{robot}" if robot else None)
         if source is not None:
             label = f"{topic} (bridged)" if topic in bridged else topic

@@ -13,6 +13,7 @@ from swarmctl.swarm.resolved import Bridge
 
 # MB. A driver may take 60 (its bar). A Linux without a desktop takes 100 to 200, as Raspberry Pi OS Lite.
 DRIVER_MB = 60
+GATE_MB = 40  # its bar
 SYSTEM_MB = 200
 SMALL_MB = 1024  # computers with no more memory than this are slow as well: Raspberry Pi 1 to 3, Zero
 SMALL_NODES = 20  # that such a computer's master should serve at most; a rule of thumb
@@ -61,7 +62,8 @@ def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostB
     """Yields the budget of every host whose kind of computer is declared, in the order of the spec."""
     drivers: Counter[str | None] = Counter(index.driving.values())
     programs: dict[str, list[tuple[str, int]]] = {}
-    nodes = drivers.copy()
+    gates = Counter(index.driving[robot] for robot in index.gated)
+    nodes = drivers + gates
     for name, host in index.program_hosts.items():
         if host is not None:
             nodes[host] += 1
@@ -81,6 +83,7 @@ def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostB
             ("master", master_mb if name in served else 0),
             ("multimaster", provider.memory_mb if name in joining else 0),
             (f"{drivers[name]} driver{'s' if drivers[name] > 1 else ''}", drivers[name] * DRIVER_MB),
+            (f"{gates[name]} gate{'s' if gates[name] > 1 else ''}", gates[name] * GATE_MB),
             *programs.get(name, ()),
         ]
         needed = tuple(part for part in parts if part[1])

@@ -1,4 +1,4 @@
-"""What is lost if one part of a swarm (host, master, network, program, adapter, line, robot) fails. Pure."""
+"""What is lost if one part of a swarm fails: host, master, multimaster, network, program, robot. Pure."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Impact:
     programs: tuple[str, ...] = ()
     data: tuple[tuple[str, str], ...] = ()  # topics, each with a running program that no longer receives it
     shared: bool = False  # one of the masters served several hosts
-    optional: frozenset[str] = field(default=frozenset())  # all optional robots
+    optional: frozenset[str] = field(default=frozenset())  # all optional robots and programs
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -38,12 +38,18 @@ class Impact:
         return tuple(robot for robot in self.robots if robot not in self.optional)
 
     @property
+    def missed_programs(self) -> tuple[str, ...]:
+        """The programs that end and are not optional."""
+        return tuple(program for program in self.programs if program not in self.optional)
+
+    @property
     def weight(self) -> tuple[int, ...]:
-        """How much is lost, to sort by: robots first, and of equal ones those that lose drivers."""
+        """How much is lost, to sort by: robots and programs, and of equal sums the one with more robots."""
         drivers = len([robot for robot in self.drivers if robot not in self.optional])
-        missed = drivers + len([robot for robot in self.command if robot not in self.optional])
-        robots = len(self.drivers) + len(self.command)
-        return missed, drivers, robots, len(self.masters), len(self.programs), len(self.data)
+        missed = len(self.missed)
+        robots, programs = len(self.robots), len(self.programs)
+        both = missed + len(self.missed_programs)
+        return both, missed, drivers, robots, len(self.masters), programs, len(self.data)
 
     @property
     def harmless(self) -> bool:
@@ -52,8 +58,9 @@ class Impact:
 
     @property
     def single_point(self) -> bool:
-        """True if more is lost with the part than the robot it belongs to."""
-        return len(self.robots) > 1 or self.shared or (self.kind == "program" and bool(self.robots))
+        """True if more is lost with the part than the robot, or the program, that it belongs to."""
+        several = len(self.robots) > 1 or len(self.missed_programs) > 1
+        return several or self.shared or (self.kind == "program" and bool(self.robots))
 
     def to_json(self) -> dict[str, object]:
         """Returns the value as JSON data, as docs/graph.md describes it."""
@@ -65,7 +72,7 @@ class Impact:
             "masters": list(self.masters),
             "programs": list(self.programs),
             "data": [{"topic": topic, "program": program} for topic, program in self.data],
-            "optional": [robot for robot in self.robots if robot in self.optional],
+            "optional": [name for name in (*self.robots, *self.programs) if name in self.optional],
         }
 
 
@@ -73,7 +80,9 @@ def impacts(index: SwarmIndex) -> tuple[Impact, ...]:
     """Returns one entry for each part, the worst first; equal ones by kind, then in the order of the spec."""
     dependencies = Dependencies(index)
     shared = {island.name for island in index.islands if len(island.hosts) > 1}
-    optional = frozenset(name for name in index.spec.robots if _is_optional(index, name))
+    robots = [name for name in index.spec.robots if _is_optional(index, name)]
+    programs = [name for name in index.spec.programs if _may_be_missing(index, name)]
+    optional = frozenset([*robots, *programs])
     nodes = {part: dependencies.node_of(part) for part in dependencies.parts}
     lost = {node: _lost(dependencies, node, shared) for node in dict.fromkeys(nodes.values())}
     found = [Impact(kind, name, *lost[node], optional) for (kind, name), node in nodes.items()]
@@ -106,3 +115,9 @@ def _is_optional(index: SwarmIndex, robot: str) -> bool:
     """True if the robot is optional, or the host that drives it."""
     host = index.driving[robot]
     return index.spec.robots[robot].optional or (host is not None and index.spec.hosts[host].optional)
+
+
+def _may_be_missing(index: SwarmIndex, program: str) -> bool:
+    """True if the program is optional, or the host that it runs on."""
+    host = index.program_hosts[program]
+    return index.spec.programs[program].optional or (host is not None and index.spec.hosts[host].optional)

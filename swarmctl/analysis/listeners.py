@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster.base import provider_of
 from swarmctl.spec.model import Spec
+from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import SSH, Listener, ssh_port
 from swarmctl.swarm.resolved import Island
 
@@ -25,3 +26,12 @@ def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
 def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
     """Returns the ports that belong to a master, counted from its own."""
     return (0, *(provider_of(spec.multimaster).offsets if len(islands) > 1 else ()))
+
+
+def robot_listeners(index: SwarmIndex) -> Iterator[Listener]:
+    """Yields the ports on which drivers receive from robots with an address, in the order of ``links``."""
+    for number, ends in index.ip_links.items():
+        link = ends.link
+        for place, port in enumerate(ends.local_ports):
+            loc = ("links", number, "local_ports", place) if link.local_ports else ("links", number, "robot")
+            yield Listener(link.host, port, f"the driver of `{link.robot}`", loc, link.kind)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from swarmctl.analysis.ip_link_load import ip_link_budgets
 from swarmctl.analysis.rosserial_load import message_bytes
 from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
 from swarmctl.spec.model import Control
-from swarmctl.swarm import names
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE, driver_topics
 
 # Mbit/s between two hosts. 802.11g carries about 22, and a packet goes to the access point and on from there;
 # a Raspberry Pi up to 3B has fast ethernet, 94 with TCP.
@@ -24,7 +23,7 @@ Subscribers = Mapping[str, set[str]]  # by topic, the hosts that subscribe to it
 
 @dataclass(frozen=True)
 class Flow:
-    """A topic that is sent from one host to another over a network."""
+    """A topic that is sent from one host to another over a network, or the link of a robot with its host."""
 
     topic: str
     origin: str
@@ -71,12 +70,16 @@ class NetworkBudget:
 def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
     """Yields the budget of every network, in the order of the spec.
 
-    Two hosts use the first network they share.
+    Two hosts use the first network they share, a robot with an address the one in which that lies.
     """
     carried: dict[str, list[Flow]] = {}
     for flow in _flows(index):
         if shared := index.shared_networks(flow.origin, flow.to):
             carried.setdefault(shared[0], []).append(flow)
+    for one in ip_link_budgets(index):
+        if one.network is not None:
+            flow = Flow(f"{one.kind} link of {one.robot}", one.host, one.robot, one.needed_mbps * 1e6 / 8)
+            carried.setdefault(one.network, []).append(flow)
     for _, link in index.networks:
         capacity = link.capacity_mbps or CAPACITY[link.kind]
         yield NetworkBudget(link.name, link.kind, capacity, tuple(carried.get(link.name, ())))
@@ -116,22 +119,21 @@ def _subscribers(index: SwarmIndex) -> Subscribers:
 
 
 def _command_flows(index: SwarmIndex, control: Control, rates: Mapping[str, float]) -> Iterator[Flow]:
-    origin, size = index.commander_host(control.by), message_bytes(COMMAND_TYPE, None) or 0
+    origin = index.commander_host(control.by)
     for robot in control.of:
-        to = index.driving[robot]
-        if origin is not None and to is not None and origin != to:
-            topic = f"{names.namespace(robot)}/{COMMAND}"
-            yield Flow(topic, origin, to, rates.get(robot, COMMAND_RATE) * on_the_wire(size))
+        to, command = index.driving[robot], index.command_topics.get(robot)
+        if origin is not None and to is not None and origin != to and command is not None:
+            size = message_bytes(command.type, None) or 0
+            yield Flow(command.topic, origin, to, rates.get(robot, COMMAND_RATE) * on_the_wire(size))
 
 
 def _sensor_flows(index: SwarmIndex, subscribers: Subscribers) -> Iterator[Flow]:
-    namespaces = {names.split_topic(topic)[0] for topic in subscribers}
+    namespaces = {index.split_topic(topic)[0] for topic in subscribers}
     for namespace, name in index.robot_by_namespace.items():
         host = index.driving[name] if namespace in namespaces else None
         if host is None:
             continue
-        robot = index.spec.robots[name]
-        for one in driver_topics(index.types[robot.type], index.settings_of(name), robot.driver):
+        for one in index.driver_topics(name):
             yield from _flows_of(f"{namespace}/{one.name}", host, subscribers, one.rate, one.size)
 
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from swarmctl.robot_types.effective_settings import equipped, rates_of, waits_of
-from swarmctl.robot_types.protocols import DriverProtocol
+from swarmctl.robot_types.protocols import DriverProtocol, length_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import Range, Sensor, Wheels
-from swarmctl.spec.model import Bluetooth, Serial
+from swarmctl.spec.link_model import Bluetooth, Serial
+from swarmctl.swarm.command_topics import COMMAND
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.topics import COMMAND
 
 FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 COMMAND_RATE = 10.0  # Hz of commands if no program declares its rate
@@ -159,18 +159,17 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
     """
     command_rate = command_rates(index)
     loads: dict[tuple[object, ...], SerialLoad] = {}
-    polled = {name for name, one in index.types.items() if one.driver_protocol is not None}
-    for number, link in index.lines:
-        robot = index.spec.robots[link.robot]
-        if robot.type not in polled:
+    for number, link, robot_type in index.native_lines:
+        if robot_type.driver_protocol is None or link.robot not in index.driven_robots:
             continue
+        robot = index.spec.robots[link.robot]
         kind = line_kind(link)
         baud = link.baud if isinstance(link, Serial) else None
         commands = command_rate.get(link.robot, COMMAND_RATE)
         key = (robot.type, kind, baud, commands, robot.settings.of_sensors)
         load = loads.get(key)
         if load is None:
-            robot_type, layers = index.types[robot.type], index.document.settings_layers(link.robot)
+            layers = index.document.settings_layers(link.robot)
             rates = rates_of(robot_type, *layers)
             load = load_of(equipped(robot_type, *layers), kind, baud or robot_type.link.baud, commands, rates)
             loads[key] = load
@@ -190,9 +189,8 @@ def command_rates(index: SwarmIndex) -> dict[str, float]:
     """Returns how often a robot receives commands, Hz; only robots for which a program declares a rate."""
     rates: dict[str, float] = {}
     for one in index.endpoints:
-        if one.publishes and one.rate is not None and one.topic.endswith(f"/{COMMAND}"):
-            robot = index.robot_by_namespace.get(one.topic.removesuffix(f"/{COMMAND}"))
-            if robot is not None:
+        if one.publishes and one.rate is not None:
+            for robot in index.robots_by_command.get(one.topic, ()):
                 rates[robot] = max(one.rate, rates.get(robot, 0.0))
     return rates
 
@@ -225,7 +223,7 @@ def _queries(
     robot_type: RobotType, protocol: DriverProtocol, rates: Mapping[str, float], waits: Mapping[str, float]
 ) -> Iterator[Exchange]:
     """One exchange for each query, at the rate of its fastest sensors and named after them."""
-    for name, query in protocol.queries.items():
+    for name in protocol.queries:
         fed = {key: one for key, one in robot_type.sensors.items() if (one.read or key) == name}
         on = tuple((key, rates[key]) for key in fed if rates[key] > 0)
         if not on:
@@ -233,7 +231,9 @@ def _queries(
         highest = max(rate for _, rate in on)
         digits = max(_digits(robot_type, one) for one in fed.values())
         label = " + ".join(key for key, rate in on if rate == highest)
-        yield Exchange(label, highest, *query.length(digits), sensors=on, wait=waits.get(name, 0.0))
+        yield Exchange(
+            label, highest, *length_of(protocol, name, digits), sensors=on, wait=waits.get(name, 0.0)
+        )
 
 
 def _digits(robot_type: RobotType, sensor: Sensor) -> int:

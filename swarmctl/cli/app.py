@@ -26,7 +26,7 @@ class Verbs(LazyVerbs):
         Verb("validate", "Check specs."),
         Verb(
             "spec",
-            "Print the effective spec: overlays and includes merged, ranges expanded, defaults applied.",
+            "Print the effective spec: files merged, ranges and selections expanded, defaults applied.",
         ),
         Verb("migrate", "Migrate a spec to a newer version of the format."),
         Verb("render", "Write the release of each host to DIR/HOST."),
@@ -34,6 +34,12 @@ class Verbs(LazyVerbs):
         Verb(
             "trust",
             "Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec.",
+            HOSTS_UNREACHABLE,
+        ),
+        Verb(
+            "prepare",
+            "Install on each host what it lacks: account, packages, groups, built workspace.",
+            HOSTS_FAILED,
             HOSTS_UNREACHABLE,
         ),
         Verb(

@@ -19,6 +19,7 @@ from swarmctl.cli import exit_codes
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.diagnostics import Diagnostic
@@ -90,6 +91,34 @@ def _console(*, stderr: bool, terminal: bool, coloured: bool) -> Console:
     return console
 
 
+def columns() -> int | None:
+    """The columns of the terminal that results go to; None if they go to a file or a pipe."""
+    return out().width if out().is_terminal else None
+
+
+def show(text: Text | str, *, error: bool = False) -> None:
+    """Print lines on stdout or stderr; those wider than the terminal go on below, 4 blanks further in."""
+    from rich.text import Text
+
+    from swarmctl.views.width import wrapped
+
+    stream = err() if error else out()
+    width = stream.width if stream.is_terminal else None
+    lines = (text if isinstance(text, Text) else Text(text)).split("\n", allow_blank=True)
+    indents = (len(line.plain) - len(line.plain.lstrip(" ")) + 4 for line in lines)
+    fitting = [wrapped(line, width, indent) for line, indent in zip(lines, indents, strict=True)]
+    stream.print(Text("\n").join(fitting))
+
+
+def show_next(line: str, *, error: bool = False) -> None:
+    """Print the command that comes next, after an ``error`` on stderr; nothing without one or a terminal."""
+    from rich.text import Text
+
+    stream = err() if error else out()
+    if line and stream.is_terminal:
+        stream.print(Text(f"next: {line}", "dim"))
+
+
 def print_json(document: Any) -> None:
     """Print one JSON document on stdout."""
     json.dump(document, sys.stdout, indent=2, ensure_ascii=True)
@@ -132,19 +161,30 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
 def read_document(spec: SpecFiles) -> Document:
     """The checked document of a spec; prints its findings and exits if there are errors."""
     from swarmctl.cli.spec_fixes import checked
-    from swarmctl.rules.runner import load_checked
+    from swarmctl.cli.spec_loading import loaded
     from swarmctl.views.findings import human
 
-    document, diagnostics = load_checked(*spec.files, workspaces=spec.workspaces)
+    document, diagnostics = loaded(spec)
     print_diagnostics(diagnostics)
     if document is None:
-        err().print(human.verdict(checked(spec), passes=False))
+        found = checked(spec)
+        err().print(human.verdict(found, passes=False))
+        show_next(spec.fix_command(found.fixable, found.more_fixable), error=True)
         raise typer.Exit(exit_codes.ERROR)
     return document
 
 
-def read_spec(spec: SpecFiles) -> Swarm:
-    """The resolved swarm of a spec; prints its findings and exits if there are errors."""
+def read_spec(spec: SpecFiles, lab: str = "") -> Swarm:
+    """The resolved swarm of a spec; prints its findings and exits if there are errors.
+
+    Packages are there as they were built for its hosts, or for those of ``lab``.
+    """
+    return swarm_of(read_document(spec), lab)
+
+
+def swarm_of(document: Document, lab: str = "") -> Swarm:
+    """Returns the resolved swarm of a document, with the builds of its packages."""
+    from swarmctl.deploy.build_store import with_builds
     from swarmctl.swarm.resolve import resolve
 
-    return resolve(read_document(spec))
+    return with_builds(resolve(document), lab)

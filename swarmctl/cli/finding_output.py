@@ -59,7 +59,7 @@ def _print_findings(report: Report) -> None:
     console.print_diagnostics(report.diagnostics)
     for one in report.checked:
         passes = report.passes(one)
-        (console.out() if passes else console.err()).print(human.verdict(one, passes=passes))
+        console.show(human.verdict(one, passes=passes), error=not passes)
 
 
 def _text(report: Report, form: Format) -> str:

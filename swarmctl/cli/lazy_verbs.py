@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
-from swarmctl.cli import exit_codes
+from swarmctl.cli import exit_codes, spec_args
 
 
 class Verb(TyperCommand):
@@ -38,7 +38,13 @@ class Verb(TyperCommand):
             home.add_typer(found, name=self._name, cls=_Group)
         else:
             home.command(self._name, epilog=exit_codes.epilog(*self._codes))(found)
-        return typer.main.get_group(home).commands[self._name]
+        return _with_usual_spec(typer.main.get_group(home).commands[self._name])
+
+
+def _install_completion(*arguments: Any) -> Any:
+    from swarmctl.cli.install_completion import ask_and_install
+
+    return ask_and_install(*arguments)
 
 
 class _Option(TyperOption):
@@ -46,6 +52,32 @@ class _Option(TyperOption):
 
     def process_value(self, ctx: Any, value: Any) -> Any:
         return None if value is None else super().process_value(ctx, value)
+
+
+class _BesideSpec(TyperCommand):
+    """A verb of a spec and of something in it, whose SPEC may be left out in the folder of ``swarm.yaml``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Inserts SPEC if the first argument is no file."""
+        first = self.make_parser(ctx).parse_args(list(args))[0].get("spec")
+        left_out = isinstance(first, str) and not spec_args.is_spec(first) and spec_args.usual() is not None
+        return super().parse_args(ctx, [spec_args.USUAL, *args] if left_out else args)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """While SPEC may still be left out, the shell offers what follows it, too."""
+        params: list[Any] = super().get_params(ctx)
+        spec, following = [one for one in params if one.param_type_name == "argument"][:2]
+        if ctx.resilient_parsing and spec_args.usual() is not None:
+            spec.shell_complete = following.shell_complete
+        return params
+
+
+def _with_usual_spec(verb: Any) -> Any:
+    for one in (verb, *getattr(verb, "commands", {}).values()):
+        words = [param.name for param in one.params if param.param_type_name == "argument"]
+        if words[:1] == ["spec"] and len(words) > 1:
+            one.__class__ = _BesideSpec
+    return verb
 
 
 class _Group(TyperGroup):
@@ -56,6 +88,8 @@ class _Group(TyperGroup):
         options = super().get_params(ctx)
         for option in options:
             option.__class__ = _Option
+            if option.name == "install_completion":
+                option.callback = _install_completion
         return options
 
 

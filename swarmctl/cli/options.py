@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +14,7 @@ from swarmctl.cli.spec_args import SpecFiles
 if TYPE_CHECKING:
     from swarmctl.remote.transport import Target
     from swarmctl.render.bundle import Bundle
+    from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Swarm
 
 _SPEC: Any = {
@@ -52,13 +53,28 @@ LabName = Annotated[
         "--lab-name", metavar="NAME", help="The name of the lab, if it differs from the name of the swarm."
     ),
 ]
-Limit = Annotated[
-    list[str] | None, typer.Option("--limit", metavar="HOST", help="Only this host (repeatable).")
-]
+
+
+def _offered(context: typer.Context, incomplete: str) -> list[str]:
+    from swarmctl.cli import complete  # the help needs none of it
+
+    return complete.selections(context, incomplete)
+
+
+_LIMIT: Any = {
+    "metavar": "SELECTION",
+    "autocompletion": _offered,
+    "help": "Only these hosts, or those of these robots: pi-*, @group, type:epuck2, !k3 (repeatable).",
+}
+Limit = Annotated[list[str] | None, typer.Option("--limit", **_LIMIT)]
+HostOrLimit = Annotated[list[str] | None, typer.Option("--host", "--limit", **_LIMIT)]
 Parallel = Annotated[
     int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Number of hosts at the same time.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+Details = Annotated[
+    bool, typer.Option("--details", "-v", help="Show every host and every step, equal ones too.")
+]
 
 Color = Annotated[
     console.Colour | None,
@@ -69,22 +85,14 @@ Color = Annotated[
 ]  # fmt: skip
 
 
-def chosen(known: Iterable[str], limit: list[str] | None) -> list[str]:
-    """The hosts in ``--limit``, or all hosts without it; exits with an error for an unknown name."""
-    from swarmctl.suggest import did_you_mean
-
-    names = list(known)
-    for name in limit or ():
-        if name not in names:
-            console.fail(
-                f"--limit: there is no host called `{name}`", *did_you_mean(name, names, "the hosts are")
-            )
-    return [name for name in names if not limit or name in limit]
-
-
 def in_lab(lab: bool, lab_name: str) -> bool:
     """True if the hosts are those of a lab. The journal of real deploys leaves them out."""
     return lab or bool(lab_name)
+
+
+def lab_of(document: Document, lab: bool, lab_name: str) -> str:
+    """The name of the lab that the options mean; empty for the real hosts."""
+    return lab_name or document.spec.name if in_lab(lab, lab_name) else ""
 
 
 def targets(spec: SpecFiles, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
@@ -101,13 +109,16 @@ def secrets(spec: SpecFiles, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
     from swarmctl.deploy.secrets import SecretError, found
 
     names = dict.fromkeys(name for bundle in wanted.values() for name in bundle.secrets)
+    found_forms = {one for bundle in wanted.values() for one in bundle.secret_forms.items()}
+    forms = dict(sorted(found_forms, reverse=True))  # a variable's, `line`, comes after a file's, `text`
     try:
-        return found(names, spec.first.parent)
+        return found(names, spec.first.parent, forms=forms)
     except SecretError as error:
         console.fail(str(error), error.fix)
 
 
 def _lab_targets(name: str, spec: SpecFiles, swarm: Swarm) -> Mapping[str, Target]:
+    from swarmctl.cli import next_command
     from swarmctl.lab import lab as labs
     from swarmctl.lab.errors import LabError
     from swarmctl.lab.hosts import network
@@ -117,11 +128,12 @@ def _lab_targets(name: str, spec: SpecFiles, swarm: Swarm) -> Mapping[str, Targe
         operator = labs.operator(name)
         network.enter(operator.namespace)
     except LabError as error:
-        console.fail(str(error), *(error.help_lines or (f"swarmctl lab up {spec}",)))
+        name = name if name != swarm.name else ""
+        console.fail(str(error), *next_command.in_lab_errors(error.help_lines, spec, name))
     return {
         host.name: Target(
             host.name,
-            host.address,
+            operator.addresses.get(host.name, host.address),
             host.user,
             host.port,
             operator.keys.get(host.name, ()),

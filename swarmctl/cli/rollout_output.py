@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 from swarmctl.cli import console, exit_codes
 
 if TYPE_CHECKING:
+    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.prepare import Prepared
     from swarmctl.deploy.rollout import Outcome, Removed, Result
     from swarmctl.remote.parallel_hosts import Event
-    from swarmctl.swarm.resolved import Host
+    from swarmctl.swarm.resolved import Host, Swarm
 
-    Events = Iterator[Event[Outcome]] | Iterator[Event[Removed]]
+    Events = Iterator[Event[Outcome]] | Iterator[Event[Removed]] | Iterator[Event[Prepared]]
 
 
 def results(events: Events, hosts: list[str], *, quiet: bool) -> Mapping[str, Result]:
@@ -30,32 +32,15 @@ def note(text: str) -> None:
     console.err().print(text)
 
 
-def report(found: Mapping[str, Result], absent: Sequence[str] = ()) -> None:
-    """Print a line per host, how to fix failures, and a summary. ``absent``: unreachable optional hosts."""
-    from rich.text import Text
+def report(
+    swarm: Swarm, found: Mapping[str, Result], absent: Sequence[str] = (), *, details: bool = False
+) -> None:
+    """Print the results of the hosts and a summary. ``absent``: unreachable optional hosts."""
+    from swarmctl.views.equal_hosts import names_of
+    from swarmctl.views.rollout import RolloutView
 
-    from swarmctl.deploy.rollout import Outcome
-    from swarmctl.remote.transport import HostError
-    from swarmctl.views import progress
-    from swarmctl.views.escape import printable
-
-    for name, result in found.items():
-        console.out().print(Text.assemble((name, "bold"), "  ", progress.verdict(result)))
-        if isinstance(result, HostError) and result.hint:
-            console.out().print(Text.assemble(("  help", "bold green"), f": {printable(result.hint)}"))
-        for remark in result.plan.notes if isinstance(result, Outcome) else ():
-            console.out().print(Text(f"  note: {printable(remark)}", "dim"))
-    errors = {name: result for name, result in found.items() if isinstance(result, HostError)}
-    failed = {name: error for name, error in errors.items() if name not in absent}
-    changed = sum(not isinstance(result, HostError) and result.changed for result in found.values())
-    text = f"{changed} of {len(found)} hosts changed"
-    if absent:
-        text += f"; optional and unreachable: {', '.join(absent)}"
-    if failed:
-        text += f"; failed: {', '.join(failed)}"
-    if any(error.retryable for error in failed.values()):
-        text += "; run the same command again when these hosts are reachable"
-    console.out().print(text)
+    view = RolloutView(names_of(swarm), details=details, width=console.columns())
+    console.out().print(view.text(found, absent))
 
 
 @contextmanager
@@ -93,8 +78,51 @@ def absent(found: Mapping[str, Result], hosts: Mapping[str, Host]) -> tuple[str,
     return tuple(
         name
         for name, result in found.items()
-        if hosts[name].optional and isinstance(result, HostError) and not result.reached
+        if name in hosts and hosts[name].optional and isinstance(result, HostError) and not result.reached
     )
+
+
+def unfit(found: Mapping[str, Result], hint: str = "") -> str:
+    """The hosts that lack what their part of the swarm needs, as a list; empty if none does.
+
+    ``hint``: only those whose hint begins with it.
+    """
+    from swarmctl.remote.transport import HostError, Kind
+    from swarmctl.yamltext import hostlist
+
+    errors = ((name, one) for name, one in found.items() if isinstance(one, HostError))
+    lacking = [name for name, one in errors if one.kind is Kind.UNFIT and one.hint.startswith(hint)]
+    return hostlist.written(lacking)
+
+
+def errors(found: Mapping[str, Result]) -> list[str]:
+    """The kinds of the errors of hosts."""
+    from swarmctl.remote.transport import HostError
+
+    return [result.kind.value for result in found.values() if isinstance(result, HostError)]
+
+
+def advise_again(
+    verb: str,
+    spec: SpecFiles,
+    found: Mapping[str, Result],
+    absent: Sequence[str] = (),
+    *,
+    lab: bool,
+    lab_name: str,
+) -> None:
+    """After failures: pin new keys, or run ``verb`` again on the hosts that were out of reach."""
+    from swarmctl.cli import next_command
+    from swarmctl.remote.transport import HostError, Kind
+
+    failed = {name: one for name, one in found.items() if isinstance(one, HostError) and name not in absent}
+    keys = [name for name, error in failed.items() if error.kind is Kind.HOST_KEY]
+    again = [name for name, error in failed.items() if error.retryable]
+    if keys and not (lab or lab_name):
+        next_command.advise("trust", spec, *next_command.where(limit=[next_command.selection(keys)]))
+    elif again:
+        limit = [next_command.selection(again)]
+        next_command.advise(verb, spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
 
 
 def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequence[str] = ()) -> int:
@@ -112,6 +140,7 @@ def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequenc
 
 
 def _entry(result: Result) -> dict[str, Any]:
+    from swarmctl.deploy.prepare import Prepared
     from swarmctl.deploy.rollout import Outcome
     from swarmctl.remote.transport import HostError
 
@@ -119,7 +148,8 @@ def _entry(result: Result) -> dict[str, Any]:
         return {"error": {"kind": result.kind.value, "message": result.message, "hint": result.hint}}
     if isinstance(result, Outcome):
         return {"changed": result.changed, "plan": result.plan.to_json(), "units": dict(result.units)}
-    return {"changed": result.changed}
+    steps = {"steps": [step.to_json() for step in result.steps]} if isinstance(result, Prepared) else {}
+    return {"changed": result.changed, **steps}
 
 
 def _shown(events: Events, hosts: list[str]) -> Iterable[Any]:

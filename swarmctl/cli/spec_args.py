@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
 import typer
+
+USUAL = "swarm.yaml"  # the spec of a verb that names none, if the current folder has it
 
 
 @dataclass(frozen=True)
@@ -19,6 +22,19 @@ class SpecFiles:
     def first(self) -> Path:
         """The spec's own file; the others are overlays."""
         return self.files[0]
+
+    def command(self, verb: str, *more: str) -> str:
+        """Returns the command line ``swarmctl VERB SPEC MORE``; SPEC is left out where it may be."""
+        overlays = self.files[1:]
+        named = [] if self.first == Path(USUAL) and not overlays else [str(self.first)]
+        named += [word for file in overlays for word in ("-f", str(file))]
+        return shlex.join(["swarmctl", *verb.split(), *named, *more])
+
+    def fix_command(self, fixable: int, guesses: int) -> str:
+        """Returns the command that applies the safe fixes, or else shows the guesses; empty without any."""
+        options = ["--fix"] if fixable else ["--unsafe-fixes", "--diff"]
+        workspaces = [word for folder in self.workspaces for word in ("--workspace", str(folder))]
+        return self.command("validate", *workspaces, *options) if fixable or guesses else ""
 
     def __str__(self) -> str:
         return " -f ".join(map(str, self.files))
@@ -38,11 +54,24 @@ def given(context: typer.Context, spec: SpecFiles | None) -> SpecFiles | None:
 
 
 def needed(context: typer.Context, spec: SpecFiles | None) -> SpecFiles | None:
-    """The same, for a verb that requires a spec. Raises ``typer.BadParameter`` without one."""
-    found = given(context, spec)
+    """The same, for a verb that requires a spec: without one, ``swarm.yaml`` of the current folder.
+
+    Raises ``typer.BadParameter`` without that, too.
+    """
+    found = given(context, spec) or given(context, usual())
     if found is None and not context.resilient_parsing:
-        raise typer.BadParameter("missing argument SPEC, the YAML file of the swarm")
+        raise typer.BadParameter(f"missing argument SPEC, the YAML file of the swarm; no {USUAL} is here")
     return found
+
+
+def usual() -> SpecFiles | None:
+    """Returns the spec of the current folder, if it has one."""
+    return file(USUAL) if Path(USUAL).is_file() else None
+
+
+def is_spec(word: str) -> bool:
+    """Returns True if the first argument of a verb is the file of a spec, rather than a robot or a host."""
+    return word.endswith((".yaml", ".yml")) or "/" in word or Path(word).is_file()
 
 
 def each(context: typer.Context, specs: list[SpecFiles] | None) -> list[SpecFiles | None]:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 def checked(spec: SpecFiles) -> Checked:
     """The findings in a spec, and how many ``--fix`` and ``--unsafe-fixes`` would correct."""
-    from swarmctl.rules.runner import load_checked
+    from swarmctl.cli.spec_loading import loaded
     from swarmctl.views.findings.report import Checked
 
-    document, found = load_checked(*spec.files, workspaces=spec.workspaces)
+    document, found = loaded(spec)
     if all(one.fix is None for one in found):
         return Checked(str(spec), document, found)
     fixable = SpecFixes(spec).fixable()

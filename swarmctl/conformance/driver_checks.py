@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from swarm_command.command_mailbox import CommandMailbox
 from swarm_driver.actuators import ActuatorSettings
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.driver import Driver, Phase
 from swarm_driver.kinematics import Pose
 

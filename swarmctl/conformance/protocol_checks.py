@@ -18,6 +18,7 @@ from swarmctl.robot_types.sensors import SENSORS
 _ROUNDS = 3  # of every query
 _CLOSE = 0.7  # of the reply timeout; longer replies are almost too late
 _WARMTH = (-20.0, 90.0)  # plausible degrees Celsius
+_UNCONFIRMED = "sent; the robot answers no command"
 
 
 def confirms_stop(bench: Bench) -> Iterator[Result]:
@@ -26,7 +27,11 @@ def confirms_stop(bench: Bench) -> Iterator[Result]:
     try:
         attempts = bench.stop()
     except LinkLostError as error:
-        yield Result("stop", Verdict.FAIL, f"{error} at {bench.config.serial.baud} baud", hint)
+        figure = f"{error} at {bench.config.serial.baud} baud"
+        yield Result("stop", Verdict.FAIL, figure, hint, bench.port.received)
+        return
+    if not bench.confirms:
+        yield Result("stop", Verdict.OK, _UNCONFIRMED)
         return
     figure = "confirmed" if attempts == 1 else f"confirmed at attempt {attempts}"
     yield Result("stop", Verdict.OK if attempts <= 2 else Verdict.WARN, figure, "" if attempts <= 2 else hint)
@@ -42,7 +47,8 @@ def reports_firmware(bench: Bench) -> Iterator[Result]:
         bench.firmware = bench.ask_twice(request).text or "unknown"
         scale = bench.scale
     except (*FAILED_EXCHANGE, LinkLostError) as error:
-        yield Result("firmware", Verdict.FAIL, str(error), "fix `identify`, or the bounds in `scales`")
+        fix = "fix `identify`, or the bounds in `scales`"
+        yield Result("firmware", Verdict.FAIL, str(error), fix, bench.port.received)
         return
     yield Result("firmware", Verdict.OK, f"{bench.firmware}: {scale.speed_units_per_mps:g} units are 1 m/s")
 
@@ -53,7 +59,13 @@ def accepts_setup(bench: Bench) -> Iterator[Result]:
         try:
             bench.ask(request)
         except FAILED_EXCHANGE as error:  # noqa: PERF203
-            yield Result(f"setup {request.name}", Verdict.FAIL, str(error), "fix `setup` of the protocol")
+            yield Result(
+                f"setup {request.name}",
+                Verdict.FAIL,
+                str(error),
+                "fix `setup` of the protocol",
+                bench.port.received,
+            )
         else:
             yield Result(f"setup {request.name}", Verdict.OK, "confirmed")
 
@@ -64,16 +76,19 @@ def answers_queries(bench: Bench) -> Iterator[Result]:
     on = [one for one in bench.config.sensors if one.rate > 0 or not SENSORS[one.kind].settings_key]
     for name in dict.fromkeys(sensor.read for sensor in on):
         sensors = [one for one in on if one.read == name]
-        yield from _answers(bench, name, sensors)
+        if bench.config.readable(sensors[0], bench.firmware):
+            yield from _answers(bench, name, sensors)
+        else:
+            other = f"not sent: the firmware is not {bench.config.firmware_of[name]}'s"
+            yield Result(f"query {name}", Verdict.OK, other)
 
 
 def _answers(bench: Bench, name: str, sensors: list[Sensor]) -> Iterator[Result]:
     try:
         replies = [bench.query(name).values for _ in range(_ROUNDS)]
     except FAILED_EXCHANGE as error:
-        yield Result(
-            f"query {name}", Verdict.FAIL, str(error), f"fix the query `{name}`: its request or its reply"
-        )
+        fix = f"fix the query `{name}`: its request or its reply"
+        yield Result(f"query {name}", Verdict.FAIL, str(error), fix, bench.port.received)
         return
     for sensor in sensors:
         values = [reply[sensor.first : sensor.first + sensor.count] for reply in replies]
@@ -119,6 +134,7 @@ def sets_actuators(bench: Bench) -> Iterator[Result]:
                 Verdict.FAIL,
                 str(error),
                 f"fix `send` or `reply` of `{actuator.name}`",
+                bench.port.received,
             )
         else:
             yield Result(f"actuator {actuator.name}", Verdict.OK, f"0 to {actuator.max} and back to 0")
@@ -187,6 +203,8 @@ def _recovered(check: str, bench: Bench, fix: str) -> Result:
         attempts = bench.stop()
     except LinkLostError as error:
         return Result(check, Verdict.FAIL, f"a stop is not confirmed: {error}", fix)
+    if not bench.confirms:
+        return Result(check, Verdict.OK, f"a stop is {_UNCONFIRMED}")
     figure = f"{attempts}, {time.monotonic() - began:.2f} s"
     if attempts <= 2:  # a driver sends everything twice before it closes the port
         return Result(check, Verdict.OK, f"a stop is confirmed at attempt {figure}")

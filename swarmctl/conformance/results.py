@@ -18,16 +18,19 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Result:
-    """One line of the table: the check, its verdict, the figure, and how to fix it."""
+    """One line of the table: the check, its verdict, the figure, how to fix it, and the bytes it received."""
 
     check: str
     verdict: Verdict
     figure: str = ""
     fix: str = ""
+    received: bytes | None = None  # of the exchange that failed
 
     def to_json(self) -> dict[str, Any]:
         """Returns the entry of ``driver test --json``."""
-        return asdict(self) | {"verdict": self.verdict.value}
+        known = {key: value for key, value in asdict(self).items() if key != "received"}
+        received = {} if self.received is None else {"received": self.received.hex(" ")}
+        return known | received | {"verdict": self.verdict.value}
 
 
 def passed(results: Iterable[Result]) -> bool:

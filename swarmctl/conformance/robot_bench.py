@@ -15,7 +15,7 @@ from swarm_driver.polled_robot import PolledProtocol, linked
 from swarm_driver.port import PortError
 from swarm_driver.protocols import PythonProtocol, RosserialProtocol
 from swarm_driver.relay import Relay
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 
 from swarmctl.conformance.motion_base import (
     Fixes,
@@ -155,8 +155,13 @@ class Bench(SerialBench):
         except FAILED_EXCHANGE:
             return self.ask(request)
 
+    @property
+    def confirms(self) -> bool:
+        """Whether the robot answers a command, and so a stop."""
+        return self.link.codec.speed(*STANDSTILL).answered
+
     def stop(self) -> int:
-        """Stops the robot, which confirms it. Raises ``LinkLostError`` without a confirmation."""
+        """Stops the robot, which confirms it if it can; ``LinkLostError`` if it does not."""
         for attempt in range(1, _STOPS + 1):
             try:
                 self.link.set_speed(*STANDSTILL)

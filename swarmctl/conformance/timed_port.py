@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 
 from swarm_driver.link import BytePort
 
+MOST_KEPT = 512  # received bytes
+
 
 @dataclass
 class TimedPort:
@@ -16,10 +18,12 @@ class TimedPort:
     port: BytePort
     clock: Callable[[], float] = time.monotonic
     written: list[tuple[float, bytes]] = field(default_factory=list)
+    received: bytes = b""  # since something was written last
     _held: bytes = b""
 
     def write(self, data: bytes) -> None:
         """Writes and records ``data``."""
+        self.received = b""
         self.port.write(data)
         self.written.append((self.clock(), data))
 
@@ -28,12 +32,17 @@ class TimedPort:
         if self._held:
             held, self._held = self._held, b""
             return held
-        return self.port.read(timeout)
+        return self._received(timeout)
 
     def wait(self, timeout: float) -> None:
         """Waits until there is something to ``read``, or for ``timeout`` seconds."""
         if not self._held:
-            self._held = self.port.read(timeout)
+            self._held = self._received(timeout)
+
+    def _received(self, timeout: float) -> bytes:
+        data = self.port.read(timeout)
+        self.received = (self.received + data)[-MOST_KEPT:]
+        return data
 
     def drain(self) -> None:
         """Discards what has arrived."""

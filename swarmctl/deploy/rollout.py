@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -16,12 +16,15 @@ from swarm_agent.messages import (
     UnitState,
 )
 
+from swarmctl.deploy.fitness import Fitness, refused
+from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
+from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.observed_host import Observed, from_answer
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem
+from swarmctl.plan.preflight import UNFIT
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Session, Target, Transport
-from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
 _NO_SECRETS: Mapping[str, str] = MappingProxyType({})
@@ -48,7 +51,7 @@ class Removed:
     changed: bool
 
 
-Result = Outcome | Removed | HostError
+Result = Outcome | Removed | Prepared | HostError
 
 
 def observe(
@@ -59,13 +62,20 @@ def observe(
     diff: bool = False,
     parallel: int = parallel_hosts.PARALLEL,
     secrets: Mapping[str, str] = _NO_SECRETS,
+    launch_files: LaunchFiles | None = None,
 ) -> Plan:
-    """Observe every host and plan it; the plan of an unreachable host contains the reason."""
+    """Observe every host and plan it; the plan of an unreachable host contains the reason.
+
+    ``launch_files``: those to be read on hosts and checked.
+    """
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
         bundle = bundles[target.host]
         with agent_client.talk(session) as host:
-            return reconcile(bundle, look(host, bundle, contents=diff, secrets=secrets), diff=diff)
+            observed = look(host, bundle, contents=diff, secrets=secrets)
+            if launch_files is not None:
+                launch_files.read(host, bundle)
+            return reconcile(bundle, observed, diff=diff)
 
     plans = {
         event.host: _planned(bundles[event.host], parallel_hosts.result_of(event))
@@ -75,7 +85,8 @@ def observe(
         if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
     }
     swarm = next(iter(bundles.values())).swarm
-    return Plan(swarm, tuple(plans[name] for name in bundles))
+    hosts = (plans[name] for name in bundles)
+    return Plan(swarm, tuple(launch_files.checked(one) for one in hosts) if launch_files else tuple(hosts))
 
 
 def deploy(
@@ -86,24 +97,50 @@ def deploy(
     parallel: int = parallel_hosts.PARALLEL,
     stop: parallel_hosts.Stop | None = None,
     secrets: Mapping[str, str] = _NO_SECRETS,
+    stopping: Collection[str] = (),
+    launch_files: LaunchFiles | None = None,
 ) -> Iterator[parallel_hosts.Event[Outcome]]:
-    """Deploy to every host its bundle. One connection per host; failures stay with their host."""
+    """Deploy to every host its bundle. One connection per host; failures stay with their host.
+
+    If one of the hosts ``stopping`` is unfit, no host is changed; a host that is away stops none.
+    ``launch_files``: those to be read on hosts; a host is unfit if the rules find an error in them.
+    """
+    awaited = {*stopping, *(launch_files.hosts if launch_files else ())} & bundles.keys()
+    at_once = parallel >= len(bundles)
+    check = launch_files.checked if launch_files is not None else _unchanged
+    known: list[HostPlan] = []
+    if awaited and not at_once:  # they cannot all be held at the same time
+        seen = observe(
+            bundles, targets, transport, parallel=parallel, secrets=secrets, launch_files=launch_files
+        )
+        known = [one for one in seen.hosts if one.problem and one.problem.kind == UNFIT]
+    fitness = Fitness(awaited if at_once else (), stopping, check, known)
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Outcome:
         bundle = bundles[target.host]
         with agent_client.talk(session) as host:
-            plan = reconcile(bundle, look(host, bundle, secrets=secrets))
+            observed = look(host, bundle, secrets=secrets)
+            if launch_files is not None and at_once:
+                launch_files.read(host, bundle)
+            plan = reconcile(bundle, observed)
+            fitness.observed(plan)
+            if launch_files is not None:
+                plan = fitness.checked(plan)
             if plan.problem:
-                raise HostError(ErrorKind.REFUSED, plan.problem.message, plan.problem.hint)
+                raise refused(plan.problem)
             if not plan.steps:
                 return Outcome(plan)
+            fitness.hold()
             if due := plan.targets(Kind.SECRET):
                 host.ask(_keep_secrets(bundle.swarm), _offer(due, secrets))
-            return Outcome(plan, apply(host, plan, bundle, note)["units"])
+            return Outcome(plan, apply(host, plan, bundle, note, observed.kept)["units"])
 
-    return parallel_hosts.run(
+    for event in parallel_hosts.run(
         _chosen(targets, bundles), work, transport=transport, parallel=parallel, stop=stop
-    )
+    ):
+        if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped):
+            fitness.left_out(event.host)
+        yield event
 
 
 def remove(
@@ -149,6 +186,10 @@ def look(
     return from_answer(host.ask(request, offered), bundle)
 
 
+def _unchanged(plan: HostPlan) -> HostPlan:
+    return plan
+
+
 def _keep_secrets(swarm: str) -> KeepSecretsRequest:
     return {"verb": "keep_secrets", "swarm": swarm, "who": agent_client.operator()}
 
@@ -158,9 +199,13 @@ def _offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:
 
 
 def apply(
-    host: agent_client.Conversation, plan: HostPlan, bundle: Bundle, note: Callable[[str], None]
+    host: agent_client.Conversation,
+    plan: HostPlan,
+    bundle: Bundle,
+    note: Callable[[str], None],
+    kept: Collection[str],
 ) -> ApplyAnswer:
-    """Let the host's agent execute the plan, as one transaction."""
+    """Let the host's agent execute the plan, as one transaction. Files whose digest is ``kept`` stay here."""
     request: ApplyRequest = {
         "verb": "apply",
         "swarm": bundle.swarm,
@@ -174,7 +219,8 @@ def apply(
         "reload": list(plan.targets(Kind.RELOAD)),
     }
     payload = agent_client.pack(
-        bundle.manifest_bytes, {file.path: (file.content, file.mode) for file in bundle.files}
+        bundle.manifest_bytes,
+        {file.path: (file.content, file.mode) for file in bundle.files if file.digest not in kept},
     )
     answer: ApplyAnswer = host.ask(request, payload, on_note=note, timeout=APPLY_TIMEOUT)
     return answer

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from urllib.parse import urlsplit
 
+from swarmctl.health import unit_conditions
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.observations import (
     DeviceSeen,
@@ -18,9 +20,11 @@ from swarmctl.health.observations import (
 from swarmctl.swarm.topics import DriverTopic
 
 LOWEST_SHARE = 0.7  # of the expected rate
-MOST_RESTARTS = 3  # of a unit since it was started by hand or by a deploy
+MOST_RESTARTS = 3  # of a unit; one more within RESTART_WINDOW makes it unhealthy
+RESTART_WINDOW = 600.0  # s; a start by hand or by a deploy begins a new count
 LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
 _PERIODS_TO_JUDGE = 2.0
+_MOST_NAMED = 3
 
 
 class State(str, Enum):
@@ -86,19 +90,19 @@ def clock(ahead: float) -> Verdict:
 
 
 def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
-    """Checks that a systemd unit runs and does not restart in a loop."""
-    journal = f"on {host}: journalctl -u {name} -n 20"
+    """Checks that a systemd unit runs, that no process of it is stopped, and that it keeps running."""
+    journal = f"on {host}: sudo journalctl -u {name} -n 50"
     if seen is None:
         return unknown("was not checked")
     if seen.load == "not-found":
         return bad("does not exist on the host", "run swarmctl deploy")
-    if seen.sub == "auto-restart" or seen.restarted:
-        return bad(f"crash loop: {_times(seen.restarts)}, last result {seen.result or 'unknown'}", journal)
+    if (troubled := _troubled(name, host, seen, journal)) is not None:
+        return troubled
     if seen.skipped:
-        hint = f"on {host}: systemctl status {name}"
-        return Verdict(State.SKIPPED, "a condition of the unit is not met on this host", hint)
+        why, hint = unit_conditions.explained(host, name, seen.unmet)
+        return Verdict(State.SKIPPED, f"is skipped: {why}", hint)
     if seen.active == "failed":
-        return bad(f"failed: {seen.result or 'unknown'}", journal)
+        return bad(f"failed: {_ending(seen)}", journal)
     if seen.active == "activating":
         return Verdict(State.WARNING, _with("is starting", seen.text), journal)
     if not seen.runs:
@@ -106,6 +110,20 @@ def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
     if seen.restarts >= MOST_RESTARTS:
         return Verdict(State.WARNING, f"{_times(seen.restarts)} since it was started", journal)
     return ok(_with("runs", seen.text))
+
+
+def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | None:
+    """Checks what a unit that runs may hide: stopped processes, and restarts one after the other."""
+    if seen.stopped:
+        numbers = " ".join(one.partition(" ")[0] for one in seen.stopped)
+        text = f"a signal has stopped its process{'es' if len(seen.stopped) > 1 else ''} "
+        return bad(text + ", ".join(seen.stopped), f"on {host}: sudo kill -CONT {numbers}")
+    if seen.sub == "auto-restart" or seen.restarted:
+        return bad(f"crash loop: {_times(seen.restarts)}, last result {_ending(seen)}", journal)
+    if seen.recent > MOST_RESTARTS:
+        text = f"{_times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {_ending(seen)}"
+        return bad(text, f"{journal}; once it is fixed: sudo systemctl reset-failed {name}")
+    return None
 
 
 def master(host: ExpectedHost, seen: MasterSeen | None, run_id: str = "") -> Verdict:
@@ -167,6 +185,11 @@ def driver(
         return unknown(f"{robot.node} was not checked")
     runs = process is not None and process.runs
     if not seen.registered:
+        if process is not None and runs and process.recent:
+            text = f"{robot.node} {absent(host)}: its unit was {_times(process.recent)}, last result"
+            return bad(
+                f"{text} {_ending(process)}", f"on {robot.host}: sudo journalctl -u {robot.unit} -n 50"
+            )
         why = " although its unit runs" if runs else ""
         why += "; the master may have been restarted" if runs and host.master_uri else ""
         return bad(f"{robot.node} {absent(host)}{why}", restart)
@@ -178,10 +201,12 @@ def driver(
     if other := moved(host, seen):
         hint = "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"
         return bad(f"{robot.node} {other}", hint if host.master_uri else restart)
-    if robot.command not in seen.subscribes:
-        return bad(f"{robot.node} does not subscribe to {robot.command}: commands are lost", restart)
-    if (kind := seen.subscribes[robot.command]) not in (robot.command_type, "*"):
-        return bad(f"{robot.node} subscribes to {robot.command} as {kind} instead of {robot.command_type}")
+    command, wanted = robot.takes
+    if command and command not in seen.subscribes:
+        lost = "commands are lost" if robot.gate is None else "no command that passes the gate reaches it"
+        return bad(f"{robot.node} does not subscribe to {command}: {lost}", restart)
+    if command and (kind := seen.subscribes[command]) not in (wanted, "*"):
+        return bad(f"{robot.node} subscribes to {command} as {kind} instead of {wanted}")
     own = process.pid if process is not None and robot.guarded else 0
     if own and seen.pid and own != seen.pid:
         text = f"{robot.node} is process {seen.pid}, but its unit runs {own}: a second driver has its name"
@@ -205,6 +230,8 @@ def topic(wanted: DriverTopic, node: NodeSeen) -> Verdict:
         return bad("is not published")
     if wanted.type not in (published_as, seen.type if seen else ""):
         return bad(f"has type {published_as} instead of {wanted.type}")
+    if not wanted.rate:
+        return ok("is published")
     if seen is None:
         return unknown("was not measured")
     if seen.error:
@@ -220,7 +247,22 @@ def _rate(wanted: DriverTopic, seen: TopicSeen) -> Verdict:
     if seen.rate is None:
         return bad(f"one message in {seen.seconds:g} s, {wanted.rate:g} Hz expected")
     text = f"measured {seen.rate:.1f} Hz of {wanted.rate:g}"
-    return ok(text) if seen.rate >= LOWEST_SHARE * wanted.rate else bad(text)
+    if seen.rate >= LOWEST_SHARE * wanted.rate:
+        return ok(text)
+    stalled = seen.age is not None and seen.age * wanted.rate > _PERIODS_TO_JUDGE
+    return bad(f"{text}, the last message {seen.age:.1f} s ago" if stalled else text)
+
+
+def listed(texts: Sequence[str]) -> str:
+    """Returns the texts with commas between them; of many the first three, and how many more there are."""
+    more = [f"{len(texts) - _MOST_NAMED} more"] if len(texts) > _MOST_NAMED else []
+    return ", ".join([*texts[:_MOST_NAMED], *more])
+
+
+def _ending(seen: UnitSeen) -> str:
+    """How the unit ended: systemd's result, which is ``success`` while it runs again, and the exit code."""
+    known = [one for one in (seen.result, seen.exit) if one and not (seen.exit and one == "success")]
+    return ", ".join(known) or "unknown"
 
 
 def _times(restarts: int) -> str:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from swarmctl.health.checks import State, Verdict, bad, ok
+from swarmctl.health.checks import State, Verdict, bad, listed, ok
 from swarmctl.health.expected_graph import ExpectedRobot
-from swarmctl.health.observations import Answer, SenderSeen
-
-_MOST_NAMED = 3
+from swarmctl.health.observations import Answer, Report, SenderSeen
 
 
 def senders(robot: ExpectedRobot, hub: Answer) -> Iterator[tuple[str, SenderSeen]]:
@@ -24,20 +22,57 @@ def may_command(robot: ExpectedRobot, node: str, seen: SenderSeen) -> bool:
     return any(commander.includes(node, seen.host) for commander in robot.commanders)
 
 
-def unauthorised(robot: ExpectedRobot, hub: Answer) -> Verdict:
-    """Checks for unauthorised publishers: a warning if the driver rejects them, else bad."""
+def unauthorised(robot: ExpectedRobot, hub: Answer, report: Report | None) -> Verdict:
+    """Checks for unauthorised publishers: a warning if the driver or the gate rejects them, else bad.
+
+    ``report``: what that node reports; "rejected" is its word, not a guess.
+    """
     found = [(node, seen) for node, seen in senders(robot, hub) if not may_command(robot, node, seen)]
     if not found:
-        return ok("no unauthorised publisher")
-    named = [f"{node} on {seen.host}" for node, seen in found[:_MOST_NAMED]]
-    more = [f"{len(found) - _MOST_NAMED} more"] if len(found) > _MOST_NAMED else []
+        return _lately(robot, report) if robot.guard else ok(_unguarded(robot))
+    named = listed([f"{node} on {seen.host}" for node, seen in found])
     who, them = ("publisher", "it") if len(found) == 1 else ("publishers", "them")
-    effect = "rejected by the driver" if robot.guarded else "the driver obeys any publisher"
+    text = f"unauthorised {who} {named} on {robot.command}"
     return Verdict(
-        State.WARNING if robot.guarded else State.BAD,
-        f"unauthorised {who} {', '.join([*named, *more])} on {robot.command}; {effect}",
+        State.WARNING if robot.guard else State.BAD,
+        f"{text}; {_effect(robot, found, report)}",
         f"stop {them}, or add {them} to `control` (allowed now: {_names(robot)})",
     )
+
+
+def _lately(robot: ExpectedRobot, report: Report | None) -> Verdict:
+    """Checks for senders that have ended: a person who tries by hand is done before anybody looks.
+
+    Driver and gate name them for a minute, but not those that may command and waited for a higher priority.
+    """
+    if report is None or not report.strangers:
+        return ok("no unauthorised publisher")
+    return Verdict(
+        State.WARNING,
+        f"within the last minute the {robot.guard} rejected {report.strangers}",
+        f"to let a sender command {robot.name}, add it to `control` (allowed now: {_names(robot)})",
+    )
+
+
+def _effect(robot: ExpectedRobot, found: Sequence[tuple[str, SenderSeen]], report: Report | None) -> str:
+    if not robot.guard:
+        return _unguarded(robot)
+    rejected = [node for node, _ in found if report is not None and node in report.refused]
+    others = [node for node, _ in found if node not in rejected]
+    if not others:
+        return f"rejected by the {robot.guard}"
+    them = "it" if len(found) == 1 else listed(others) if rejected else "them"
+    silent = (
+        f"the {robot.guard} has received no command of {them}"
+        if report is not None and report.refused_all
+        else f"the {robot.guard} does not report whether it rejects {them}"
+    )
+    return f"{listed(rejected)} rejected by the {robot.guard}, {silent}" if rejected else silent
+
+
+def _unguarded(robot: ExpectedRobot) -> str:
+    why = f", as it is ungated: {robot.ungated}" if robot.ungated else ""
+    return f"the driver obeys any publisher{why}"
 
 
 def types(robot: ExpectedRobot, hub: Answer) -> Verdict:

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
-from swarmctl.health import bridge_checks, checks, command_sources, program_checks
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.health import (
+    bridge_checks,
+    checks,
+    command_sources,
+    gate_checks,
+    launched_checks,
+    node_names,
+    program_checks,
+    time_checks,
+)
+from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.node_names import Conflicts
 from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import HOST, Diagnosis, Findings
 from swarmctl.remote.transport import HostError, Kind
@@ -13,8 +26,15 @@ from swarmctl.remote.transport import HostError, Kind
 _AWAY = (Kind.UNREACHABLE, Kind.LOST)
 
 
-def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -> Diagnosis:
-    """Compares expected and observed; links symptoms to causes. A host without outcome was not probed."""
+def diagnose(
+    graph: ExpectedGraph,
+    outcomes: Mapping[str, Answer | HostError],
+    launch_files: Mapping[str, Sequence[Diagnostic]] = MappingProxyType({}),
+) -> Diagnosis:
+    """Compares expected and observed; links symptoms to causes. A host without outcome was not probed.
+
+    ``launch_files``: what the rules find in those that were read on hosts, by host.
+    """
     found = Findings()
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
     gates = {}
@@ -22,20 +42,34 @@ def diagnose(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError]) -
         outcome = outcomes.get(host.name, HostError(Kind.STOPPED, "was not probed"))
         gates[host.name] = _reached(found, host, outcome)
     present = [(host, answers[host.name]) for host in graph.hosts if host.name in answers]
+    names = node_names.compare(found, graph, answers)
     for host, answer in present:
         _system(found, host, answer, answers.get(host.hub))
+        if faults := launch_files.get(host.name):
+            found.add("launch files", host.name, launched_checks.files(faults), host=host)
     with_master = [(host, answer) for host, answer in present if host.master_uri]
     for host, answer in sorted(with_master, key=lambda one: not one[0].is_hub):
         _master(found, host, answer, answers.get(host.hub), gates.get(host.hub, ""))
     for host in graph.hosts:
+        clocks = time_checks.clock_programs(graph, host)
+        program_checks.compare(
+            found, host, clocks, answers.get(host.name), gate=gates[host.name], names=names
+        )
+    time_checks.compare(found, graph, answers)
+    for host in graph.hosts:
         for robot in host.robots:
             if host.name in answers:
-                _command_sources(found, robot, answers.get(host.hub))
-                _robot(found, host, robot, answers[host.name])
+                _command_sources(found, robot, answers.get(host.hub), answers[host.name])
+                _robot(found, host, robot, answers[host.name], names)
+                _gate(found, host, robot, answers[host.name], hub=answers.get(host.hub), names=names)
             else:
                 not_probed = checks.unknown("its host could not be probed")
                 found.add("robot", robot.name, not_probed, robot=robot, after=[gates[host.name]])
-        program_checks.compare(found, host, answers.get(host.name), gates[host.name])
+        clocks = time_checks.clock_programs(graph, host)
+        others = [one for one in host.programs if one not in clocks]
+        program_checks.compare(
+            found, host, others, answers.get(host.name), gate=gates[host.name], names=names
+        )
     bridge_checks.compare(found, graph, answers, gates)
     return Diagnosis(tuple(found.by_key.values()))
 
@@ -60,6 +94,7 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
         found.add("clock", host.name, checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
     of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit)}
+    of_others |= {robot.gate.unit for robot in host.robots if robot.gate is not None}
     of_others |= {program.unit for program in host.programs}
     for name in host.release.units:
         if name not in of_others:
@@ -102,14 +137,18 @@ def _master(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
         found.add("master", host.name, verdict, host=host, after=[gate, f"master {host.hub}", probe])
 
 
-def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None) -> None:
+def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None, own: Answer) -> None:
     """Checks the publishers of a robot's command topic that the master of its island lists."""
     if hub is not None and robot.command in hub.commanders:
-        found.add("authority", robot.name, command_sources.unauthorised(robot, hub), robot=robot)
+        guard = own.nodes.get(robot.guard_node)
+        report = guard.report if guard is not None else None
+        found.add("authority", robot.name, command_sources.unauthorised(robot, hub, report), robot=robot)
         found.add("command type", robot.name, command_sources.types(robot, hub), robot=robot)
 
 
-def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer) -> None:
+def _robot(
+    found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer, names: Conflicts
+) -> None:
     """Checks a robot, from its line to its topics."""
     probe_devices, probe_ros = (f"probe {host.name} {part}" for part in ("devices", "ros"))
     master, release = f"master {host.name}", f"release {host.name}"
@@ -117,16 +156,21 @@ def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: An
     if robot.line_unit is not None:
         line = _unit(found, host, robot.line_unit, answer, robot=robot)
     undeployed = [release] if answer.release is None else []
-    device = found.add(
+    time = f"{time_checks.TIME} {host.hub}"
+    device = "" if not robot.device else found.add(
         "device", robot.name, checks.device(robot, answer.devices.get(robot.device)),
         robot=robot, after=[probe_devices, line, *undeployed],
     )  # fmt: skip
     process, node = answer.units.get(robot.unit), answer.nodes.get(robot.node)
     starting = [master, device] if process is not None and process.active == "activating" else []
-    unit = _unit(found, host, robot.unit, answer, robot=robot, after=starting)
+    rivals = names.of(host.name, robot.unit)
+    unit = _unit(found, host, robot.unit, answer, robot=robot, after=[*rivals, *starting])
+    if not robot.node:
+        _launched(found, host, robot, answer, [*rivals, master, probe_ros, device, unit, release])
+        return
     driver = found.add(
         "driver", robot.name, checks.driver(robot, host, process, node),
-        robot=robot, after=[master, probe_ros, unit, release],
+        robot=robot, after=[*rivals, master, probe_ros, unit, release],
     )  # fmt: skip
     if node is None or not node.alive:
         return
@@ -141,6 +185,64 @@ def _robot(found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: An
         )
     for topic in robot.topics:
         found.add(
-            "topic", f"{topic.name} of {robot.name}", checks.topic(topic, node),
-            robot=robot, after=[device, unit, report, driver, probe_ros, release],
+            "topic", f"{topic.name} of {robot.name}", _of_robot(checks.topic(topic, node), robot),
+            robot=robot, after=[device, unit, report, driver, probe_ros, release, time],
         )  # fmt: skip
+
+
+def _gate(
+    found: Findings,
+    host: ExpectedHost,
+    robot: ExpectedRobot,
+    answer: Answer,
+    *,
+    hub: Answer | None,
+    names: Conflicts,
+) -> None:
+    """Checks the gate in front of a vendor's driver, after that driver."""
+    gate = robot.gate
+    if gate is None:
+        return
+    master, probe_ros = f"master {host.name}", f"probe {host.name} ros"
+    process, node = answer.units.get(gate.unit), answer.nodes.get(gate.node)
+    rivals = names.of(host.name, gate.unit)
+    unit = _unit(found, host, gate.unit, answer, robot=robot, after=rivals)
+    runs = found.add(
+        "gate", robot.name, gate_checks.runs(robot, gate, host, process, node),
+        robot=robot, after=[*rivals, master, probe_ros, unit, f"release {host.name}"],
+    )  # fmt: skip
+    wiring = ""
+    if hub is not None and gate.output in hub.commanders:
+        others = gate_checks.other_inputs(robot, gate, hub, answer)
+        # A driver that takes its commands elsewhere is no symptom: it is what is wrong.
+        driver = [] if others else [f"unit {_unit_subject(host.name, robot.unit)}", f"driver {robot.name}"]
+        verdict = gate_checks.bypassed(robot, gate, hub, others)
+        wiring = found.add("wiring", robot.name, verdict, robot=robot, after=[runs, *driver])
+    if node is not None and node.report is not None:
+        found.add(
+            "gate report", robot.name, checks.report(node.report),
+            robot=robot, after=[wiring, f"authority {robot.name}"],
+        )  # fmt: skip
+
+
+def _launched(
+    found: Findings, host: ExpectedHost, robot: ExpectedRobot, answer: Answer, after: list[str]
+) -> None:
+    """Checks the nodes that the launch file of a robot's driver starts, and its topics."""
+    seen, after = answer.launched.get(robot.unit), [*after, f"probe {host.name} launched"]
+    verdict = launched_checks.driver(robot, host, seen)
+    driver = found.add("driver", robot.name, verdict, robot=robot, after=after)
+    if seen is None or seen.error:
+        return
+    for topic in robot.topics:
+        found.add(
+            "topic", f"{topic.name} of {robot.name}", _of_robot(launched_checks.topic(topic, seen), robot),
+            robot=robot, after=[*after, driver, f"{time_checks.TIME} {host.hub}"],
+        )  # fmt: skip
+
+
+def _of_robot(verdict: Verdict, robot: ExpectedRobot) -> Verdict:
+    """The verdict with a hint at the link of a robot that no device connects."""
+    if verdict.state is not State.BAD or verdict.hint or not robot.reach:
+        return verdict
+    return Verdict(verdict.state, verdict.message, robot.reach)

@@ -9,7 +9,7 @@ from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster.base import provider_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Island, Robot, Swarm
-from swarmctl.swarm.topics import DIAGNOSTICS, driver_topics
+from swarmctl.swarm.topics import DIAGNOSTICS
 
 
 @dataclass(frozen=True)
@@ -52,14 +52,15 @@ def _publishing(topic: str, swarm: Swarm, origin: Island, robots: Mapping[str, R
     if topic == DIAGNOSTICS:
         yield from (robot for host in origin.hosts for robot in swarm.robots_on(host))
         return
-    space, name = names.split_topic(topic)
-    robot = robots.get(space)
-    if robot is not None and robot.host in origin.hosts and _publishes(robot, name):
+    robot = next((robots[space] for space in names.above(topic) if space in robots), None)
+    if robot is None or robot.host not in origin.hosts:
+        return
+    if _publishes(robot, topic[len(robot.namespace) + 1 :]):
         yield robot
 
 
 def _publishes(robot: Robot, topic: str) -> bool:
-    return any(one.name == topic for one in driver_topics(robot.type, robot.settings, robot.driver))
+    return any(one.name == topic for one in robot.topics)
 
 
 @dataclass(frozen=True)

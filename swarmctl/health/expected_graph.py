@@ -13,8 +13,9 @@ from swarmctl.health.expected_bridges import (
     multimaster_of,
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
-from swarmctl.render.middleware import ExpectedDriver, Middleware, middleware_of
+from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, Middleware, middleware_of
 from swarmctl.resources import HostModule
+from swarmctl.spec.link_model import IpLink, Radio
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
     Commander,
@@ -41,21 +42,42 @@ class ExpectedRobot:
     """A robot, its driver and its line. ``line_unit`` is the unit that creates the device, if one does.
 
     ``guarded``: swarmctl's driver, which is its unit's main process and rejects unauthorised publishers.
+    ``gate`` does that in front of another driver; ``ungated``: why nothing does.
     """
 
     name: str
+    namespace: str  # in ROS, without a slash in front
     host: str
     optional: bool
     unit: str
     line_unit: str | None
     node: str
-    device: str
+    device: str  # empty for a robot without a line
     adapter: str  # what makes the device appear, for people
     topics: tuple[DriverTopic, ...]
     command: str
     command_type: str
     commanders: tuple[Commander, ...]
     guarded: bool
+    gate: ExpectedGate | None = None
+    ungated: str = ""
+    reach: str = ""  # what to check if nothing comes from a robot without a line
+
+    @property
+    def guard(self) -> str:
+        """Who rejects unauthorised publishers: the driver, the gate, or nobody (empty)."""
+        return "driver" if self.guarded else "gate" if self.gate is not None else ""
+
+    @property
+    def takes(self) -> tuple[str, str]:
+        """The topic on which the driver itself takes commands, with its type; empty if it takes none."""
+        gate = self.gate
+        return (gate.output, gate.output_type) if gate is not None else (self.command, self.command_type)
+
+    @property
+    def guard_node(self) -> str:
+        """The node that takes commands and reports whom it obeys."""
+        return self.gate.node if self.gate is not None else self.node
 
 
 @dataclass(frozen=True)
@@ -85,7 +107,8 @@ class ExpectedHost:
 class ExpectedGraph:
     """A healthy swarm, with its hosts in the order of the spec.
 
-    ``addresses`` maps each island to what may stand for a host in the URIs of its nodes.
+    ``addresses`` maps each island to what may stand for a host in the URIs of its nodes. ``simulated_time``:
+    nodes take their time from /clock.
     """
 
     swarm: str
@@ -93,6 +116,7 @@ class ExpectedGraph:
     probe: HostModule
     bridges: tuple[ExpectedBridge, ...] = ()
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    simulated_time: bool = False
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
@@ -111,7 +135,9 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
     hosts = (_host(swarm, middleware, swarm.hosts[name], release) for name, release in releases.items())
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
     places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
-    return ExpectedGraph(swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places)
+    return ExpectedGraph(
+        swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places, swarm.use_sim_time
+    )
 
 
 def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) -> ExpectedHost:
@@ -139,6 +165,7 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
 def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> ExpectedRobot:
     return ExpectedRobot(
         name=robot.name,
+        namespace=robot.namespace[1:],
         host=host.name,
         optional=robot.optional or host.optional,
         unit=driver.unit,
@@ -146,18 +173,32 @@ def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> Ex
         if isinstance(robot.line, RfcommLine)
         else None,
         node=driver.node,
-        device=robot.line.path,
+        device=robot.line.path if robot.line is not None else "",
         adapter=_adapter(robot),
         topics=driver.publishes,
         command=driver.command,
         command_type=driver.command_type,
         commanders=robot.commanders,
         guarded=driver.guarded,
+        gate=driver.gate,
+        ungated=driver.ungated,
+        reach=_reach(robot),
     )
+
+
+def _reach(robot: Robot) -> str:
+    match robot.link:
+        case IpLink(address=address):
+            return f"on {robot.host}: ping -c 3 {address}; without an answer it is off or elsewhere"
+        case Radio(uri=uri):
+            return f"switch the robot on, and plug in the Crazyradio; both must have the values of {uri}"
+    return ""
 
 
 def _adapter(robot: Robot) -> str:
     match robot.line:
+        case UsbLine(usb=usb) if usb.path:
+            return f"the USB adapter in port {usb.path}"
         case UsbLine(usb=usb):
             return f"the USB adapter with serial number {usb.serial}"
         case RfcommLine(mac=mac):

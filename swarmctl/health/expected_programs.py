@@ -6,12 +6,17 @@ from dataclasses import dataclass
 
 from swarmctl.render.bundle import package
 from swarmctl.render.middleware import middleware_of
+from swarmctl.spec.program_model import Container
 from swarmctl.swarm.resolved import Host, Program, Swarm
+from swarmctl.swarm.topics import DriverTopic
 
 
 @dataclass(frozen=True)
 class ExpectedProgram:
-    """A program and its unit. ``node`` is empty if nothing names it; topics are (name, type) pairs."""
+    """A program and its unit. ``node`` is empty if nothing names it; topics are (name, type) pairs.
+
+    ``measured``: those that it publishes at a declared rate.
+    """
 
     name: str
     host: str
@@ -22,6 +27,9 @@ class ExpectedProgram:
     install_hint: str  # how the host gets these packages
     publishes: tuple[tuple[str, str], ...]
     subscribes: tuple[tuple[str, str], ...]
+    oneshot: bool = False  # it ends, and its exit code is checked
+    measured: tuple[DriverTopic, ...] = ()
+    container: Container | None = None
 
 
 def programs_of(swarm: Swarm, host: Host) -> tuple[ExpectedProgram, ...]:
@@ -48,4 +56,7 @@ def _program(swarm: Swarm, host: Host, program: Program) -> ExpectedProgram:
         install_hint="; ".join(middleware.install_hints([package(one) for one in packages])),
         publishes=node.publishes,
         subscribes=node.subscribes,
+        oneshot=declared.lifecycle == "oneshot",
+        measured=node.measured,
+        container=declared.container,
     )

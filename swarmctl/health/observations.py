@@ -8,7 +8,11 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class UnitSeen:
-    """A systemd unit. ``restarted`` counts the restarts during the probe."""
+    """A systemd unit. ``restarted`` counts the restarts during the probe, ``recent`` the latest ones.
+
+    ``exit``: how its main process ended last; ``stopped``: processes that a signal or a debugger has stopped,
+    as number and name; ``unmet``: conditions of its file that are not met, for one that is ``skipped``.
+    """
 
     load: str
     active: str
@@ -19,11 +23,27 @@ class UnitSeen:
     restarts: int
     restarted: int
     skipped: bool
+    recent: int = 0
+    exit: str = ""
+    stopped: tuple[str, ...] = ()
+    unmet: tuple[str, ...] = ()
 
     @property
     def runs(self) -> bool:
         """True if systemd reports the unit as active or reloading."""
         return self.active in ("active", "reloading")
+
+
+@dataclass(frozen=True)
+class ImageSeen:
+    """The image of a container. ``built_for``: its architecture; ``machine``: the host's (uname(2));
+    ``error``: why nothing is known of it.
+    """
+
+    there: bool
+    built_for: str
+    machine: str
+    error: str
 
 
 @dataclass(frozen=True)
@@ -37,26 +57,51 @@ class MasterSeen:
 
 
 @dataclass(frozen=True)
+class SimulatedTimeSeen:
+    """What a master has of simulated time. ``used``: nodes that start now take it.
+
+    ``count``: messages of the clock within ``seconds``; ``moved``: by how many s they moved the time, None
+    without two of them; ``now``: the time of the last.
+    """
+
+    used: bool
+    publishers: tuple[str, ...] = ()
+    count: int = 0
+    moved: float | None = None
+    seconds: float = 0.0
+    now: float | None = None
+    error: str = ""
+
+
+@dataclass(frozen=True)
 class TopicSeen:
-    """The messages of a topic within ``seconds``. ``rate`` in Hz, None before the second message."""
+    """The messages of a topic within ``seconds``. ``rate`` in Hz, None before the second message.
+
+    ``age``: s since the last message when the listening ended, None before the first.
+    """
 
     count: int
     rate: float | None
     seconds: float
     type: str
     error: str
+    age: float | None = None
 
 
 @dataclass(frozen=True)
 class Report:
     """A driver's status in /diagnostics; ``level`` as in diagnostic_msgs/DiagnosticStatus.
 
-    ``commander`` is the one that it obeys at the moment.
+    ``commander`` is the one that it obeys at the moment, ``refused`` are the nodes that it rejected lately.
+    ``refused_all``: no other node was. ``strangers``: those of them that may not command it, as text.
     """
 
     level: int
     message: str
     commander: str = ""
+    refused: tuple[str, ...] = ()
+    refused_all: bool = True
+    strangers: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,6 +117,32 @@ class NodeSeen:
     subscribes: Mapping[str, str]
     topics: Mapping[str, TopicSeen]
     report: Report | None
+
+
+@dataclass(frozen=True)
+class EndedSeen:
+    """How a node of a launch file ended (empty if unknown), and after how many s, if known."""
+
+    exit: str
+    lasted: float | None
+
+
+@dataclass(frozen=True)
+class LaunchedSeen:
+    """The nodes found of a unit. ``started`` are those that roslaunch runs; ``ended`` ones stay away."""
+
+    nodes: Mapping[str, NodeSeen]
+    started: tuple[str, ...]
+    ended: Mapping[str, EndedSeen]
+    error: str
+
+
+@dataclass(frozen=True)
+class ConflictSeen:
+    """How often a node was ended by another of the same name, and how many s ago for the last time."""
+
+    count: int
+    ago: float
 
 
 @dataclass(frozen=True)
@@ -122,10 +193,15 @@ class Answer:
     units: Mapping[str, UnitSeen] = field(default_factory=dict)
     master: MasterSeen | None = None
     nodes: Mapping[str, NodeSeen] = field(default_factory=dict)
+    launched: Mapping[str, LaunchedSeen] = field(default_factory=dict)  # by unit
+    conflicts: Mapping[str, Mapping[str, ConflictSeen]] = field(default_factory=dict)  # by unit and node
     commanders: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    receivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     senders: Mapping[str, SenderSeen] = field(default_factory=dict)
     graph: GraphSeen | None = None
+    simulated_time: SimulatedTimeSeen | None = None
     devices: Mapping[str, DeviceSeen] = field(default_factory=dict)
     clock_ahead: float | None = None  # s, against the operator's clock
     boot_id: str = ""
+    images: Mapping[str, ImageSeen] = field(default_factory=dict)  # by unit
     troubles: Mapping[str, str] = field(default_factory=dict)

@@ -7,13 +7,18 @@ from typing import Any, TypeVar
 
 from swarmctl.health.observations import (
     Answer,
+    ConflictSeen,
     DeviceSeen,
+    EndedSeen,
     ForeignNode,
     GraphSeen,
+    ImageSeen,
+    LaunchedSeen,
     MasterSeen,
     NodeSeen,
     Report,
     SenderSeen,
+    SimulatedTimeSeen,
     TopicSeen,
     UnitSeen,
 )
@@ -32,17 +37,32 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
     time = _float_or_none(data.get("time"))
     return Answer(
         release=_text(data.get("release")) or None,
-        units=_each(data.get("units"), _unit),
+        units=_each(_units(data), _unit),
         master=_master(data["master"]) if isinstance(data.get("master"), Mapping) else None,
         nodes=_each(data.get("nodes"), _node),
+        launched=_each(data.get("launched"), _launched),
+        conflicts={_text(unit): _each(found, _conflict) for unit, found in _items(data.get("conflicts"))},
         commanders={_text(name): _texts(found) for name, found in _items(data.get("commanders"))},
+        receivers={_text(name): _texts(found) for name, found in _items(data.get("receivers"))},
         graph=_graph(data["graph"]) if isinstance(data.get("graph"), Mapping) else None,
+        simulated_time=_simulated_time(data.get("simulated_time")),
         senders=_each(data.get("senders"), _sender),
         devices=_each(data.get("devices"), _device),
         clock_ahead=None if time is None or received is None else time - received,
         boot_id=_text(data.get("boot_id")),
+        images=_each(data.get("images"), _image),
         troubles={_text(name): _text(why) for name, why in _items(data.get("troubles"))},
     )
+
+
+def _units(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The state of each unit, with its history and its stopped processes."""
+    histories, stopped = dict(_items(data.get("history"))), dict(_items(data.get("stopped")))
+    return {
+        name: {**state, **dict(_items(histories.get(name))), "stopped": stopped.get(name)}
+        for name, state in _items(data.get("units"))
+        if isinstance(state, Mapping)
+    }
 
 
 def _unit(data: Mapping[str, Any]) -> UnitSeen:
@@ -56,6 +76,19 @@ def _unit(data: Mapping[str, Any]) -> UnitSeen:
         restarts=_count(data.get("restarts")),
         restarted=_count(data.get("restarted")),
         skipped=data.get("skipped") is True,
+        recent=_count(data.get("recent")),
+        exit=_text(data.get("exit")),
+        stopped=_texts(data.get("stopped")),
+        unmet=_texts(data.get("unmet")),
+    )
+
+
+def _image(data: Mapping[str, Any]) -> ImageSeen:
+    return ImageSeen(
+        there=data.get("there") is True,
+        built_for=_text(data.get("built_for")),
+        machine=_text(data.get("machine")),
+        error=_text(data.get("error")),
     )
 
 
@@ -65,6 +98,21 @@ def _master(data: Mapping[str, Any]) -> MasterSeen:
         error=_text(data.get("error")),
         run_id=_text(data.get("run_id")),
         latency=_float_or_none(data.get("latency")) or 0.0,
+    )
+
+
+def _simulated_time(data: Any) -> SimulatedTimeSeen | None:
+    used = _bool_or_none(data.get("used")) if isinstance(data, Mapping) else None
+    if used is None:
+        return None
+    return SimulatedTimeSeen(
+        used=used,
+        publishers=_texts(data.get("publishers")),
+        count=_count(data.get("count")),
+        moved=_float_or_none(data.get("moved")),
+        seconds=_float_or_none(data.get("seconds")) or 0.0,
+        now=_float_or_none(data.get("now")),
+        error=_text(data.get("error")),
     )
 
 
@@ -89,7 +137,25 @@ def _topic(data: Mapping[str, Any]) -> TopicSeen:
         seconds=_float_or_none(data.get("seconds")) or 0.0,
         type=_text(data.get("type")),
         error=_text(data.get("error")),
+        age=_float_or_none(data.get("age")),
     )
+
+
+def _launched(data: Mapping[str, Any]) -> LaunchedSeen:
+    return LaunchedSeen(
+        nodes=_each(data.get("nodes"), _node),
+        started=tuple(_text(name) for name, _ in _items(data.get("starts"))),
+        ended=_each(data.get("ended"), _ended),
+        error=_text(data.get("error")),
+    )
+
+
+def _ended(data: Mapping[str, Any]) -> EndedSeen:
+    return EndedSeen(_text(data.get("exit")), _float_or_none(data.get("lasted")))
+
+
+def _conflict(data: Mapping[str, Any]) -> ConflictSeen:
+    return ConflictSeen(_count(data.get("count")), _float_or_none(data.get("ago")) or 0.0)
 
 
 def _report(data: Any) -> Report | None:
@@ -99,7 +165,16 @@ def _report(data: Any) -> Report | None:
         return None
     worst = max(statuses, key=lambda one: _count(one.get("level")))
     values = dict(_items(worst.get("values")))
-    return Report(_count(worst.get("level")), _text(worst.get("message")), _text(values.get("commander")))
+    refused = values.get("refused nodes", "more")
+    nodes = _text(refused).split()
+    return Report(
+        _count(worst.get("level")),
+        _text(worst.get("message")),
+        _text(values.get("commander")),
+        tuple(one for one in nodes if one.startswith("/")),
+        refused_all=isinstance(refused, str) and all(one.startswith("/") for one in nodes),
+        strangers=_text(values.get("unauthorised senders")),
+    )
 
 
 def _sender(data: Mapping[str, Any]) -> SenderSeen:

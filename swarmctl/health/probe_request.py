@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from swarm_agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
 
-from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.checks import RESTART_WINDOW
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm.topics import DIAGNOSTICS, DriverTopic
 
 LONGEST_LISTENING = 10.0  # s, however slow a topic is
@@ -15,15 +20,23 @@ _PERIODS = 2.5  # a rate is measured from at least two messages
 def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeRequest:
     """The request to the agent of ``host``. ``window``: how long to listen to each topic, s.
 
-    A hub also reports the publishers of its island's command topics, and what it has of other islands.
+    A hub also reports the publishers of its island's command topics, and what it has of other islands; where
+    a gate stands, also those of every other topic on which a driver might take commands.
     """
     island = [one for one in graph.hosts if one.hub == host.name] if host.is_hub else []
+    gated = any(robot.gate is not None for one in island for robot in one.robots)
     robots: list[NodeRequest] = [
-        {"name": robot.node, "topics": {topic.name: listening(topic, window) for topic in robot.topics}}
-        for robot in host.robots
+        {"name": robot.node, "topics": _topics_of(robot, window)} for robot in host.robots if robot.node
+    ]
+    gates: list[NodeRequest] = [
+        {"name": gate.node, "topics": {gate.reports.name: listening(gate.reports, window)}}
+        for gate in (robot.gate for robot in host.robots)
+        if gate is not None
     ]
     programs: list[NodeRequest] = [
-        {"name": program.node, "topics": {}} for program in host.programs if program.node
+        {"name": program.node, "topics": _measured(program, window)}
+        for program in host.programs
+        if program.node
     ]
     return {
         "verb": "probe",
@@ -31,11 +44,51 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "module": graph.probe.name,
         "units": list(host.release.units),
         "master": host.master_uri,
-        "nodes": [*robots, *programs, *_multimaster_nodes(host, window)],
+        "nodes": [*robots, *gates, *programs, *_multimaster_nodes(host, window)],
         "graph": _graph_request(graph, host),
-        "commands": [robot.command for one in island for robot in one.robots],
-        "devices": [robot.device for robot in host.robots],
+        "commands": [topic for one in island for robot in one.robots for topic in _command_topics(robot)],
+        "command_types": list(VELOCITIES) if gated else [],
+        "devices": [robot.device for robot in host.robots if robot.device],
+        "launched": {
+            **{one.unit: _topics_of(one, window) for one in host.robots if not one.node},
+            **{one.unit: _searched(one, window) for one in host.programs if _is_searched(one)},
+        },
+        "advertised": host.advertised,
+        "restart_window": RESTART_WINDOW,
+        "images": {
+            one.unit: {"engine": one.container.engine, "image": one.container.image}
+            for one in host.programs
+            if one.container is not None
+        },
+        "clock": (round(window, 3) if graph.simulated_time else 0.0) if host.master_unit else None,
     }
+
+
+def _topics_of(robot: ExpectedRobot, window: float) -> dict[str, float]:
+    """The topics of a driver, each with the seconds to listen; none where its rate is not known."""
+    return {one.name: listening(one, window) if one.rate else 0.0 for one in robot.topics}
+
+
+def _is_searched(program: ExpectedProgram) -> bool:
+    """Whether the nodes of a program are to be found: it runs for good, and nothing names them."""
+    return not program.node and not program.oneshot
+
+
+def _measured(program: ExpectedProgram, window: float) -> dict[str, float]:
+    return {topic.name: listening(topic, window) for topic in program.measured}
+
+
+def _searched(program: ExpectedProgram, window: float) -> dict[str, float]:
+    """The topics by which the nodes of a program are found, each with the seconds to listen."""
+    declared = (name for name, _ in (*program.publishes, *program.subscribes))
+    return {**dict.fromkeys(declared, 0.0), **_measured(program, window)}
+
+
+def _command_topics(robot: ExpectedRobot) -> Iterator[str]:
+    if robot.command:
+        yield robot.command
+    if robot.gate is not None:
+        yield robot.gate.output
 
 
 def _multimaster_nodes(host: ExpectedHost, window: float) -> list[NodeRequest]:

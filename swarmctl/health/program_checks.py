@@ -1,56 +1,95 @@
-"""Checks of programs: the unit, the node, the topics it publishes and subscribes. Pure."""
+"""Checks of programs: the unit, the nodes, the topics they publish and subscribe. Pure."""
 
 from __future__ import annotations
 
-from swarmctl.health import checks
+from collections.abc import Iterable
+
+from swarmctl.health import checks, image_checks, launched_checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, NodeSeen, UnitSeen
+from swarmctl.health.node_names import Conflicts
+from swarmctl.health.observations import Answer, NodeSeen
 from swarmctl.health.root_cause import Findings
 
 CHECK = "program"
 
 
-def compare(found: Findings, host: ExpectedHost, answer: Answer | None, gate: str) -> None:
-    """Files one finding per program of ``host``. ``gate``: the finding whether the host answered."""
-    for program in host.programs:
+def compare(
+    found: Findings,
+    host: ExpectedHost,
+    programs: Iterable[ExpectedProgram],
+    answer: Answer | None,
+    *,
+    gate: str,
+    names: Conflicts,
+) -> None:
+    """Files one finding for each of ``programs`` of ``host``, and one per topic with a declared rate.
+
+    ``gate``: the finding whether the host answered; ``names``: those of equal node names.
+    """
+    for program in programs:
         if answer is None:
             not_probed = checks.unknown("its host could not be probed")
             found.add(CHECK, program.name, not_probed, program=program, after=[gate])
             continue
-        unit, node = answer.units.get(program.unit), answer.nodes.get(program.node)
-        after = [f"probe {host.name} units"]
+        unit = answer.units.get(program.unit)
+        after = [*names.of(host.name, program.unit), f"probe {host.name} units"]
         if unit is not None and unit.load == "not-found":
             after.append(f"release {host.name}")
         if unit is not None and unit.runs:
-            after += [f"master {host.name}", f"probe {host.name} ros", f"release {host.name}"]
-        found.add(CHECK, program.name, verdict(program, host, unit, node), program=program, after=after)
+            parts = [f"probe {host.name} {part}" for part in ("ros", "launched")]
+            after += [f"master {host.name}", *parts, f"release {host.name}", f"simulated time {host.hub}"]
+        key = found.add(CHECK, program.name, verdict(program, host, answer), program=program, after=after)
+        for topic in program.measured if unit is not None and unit.runs else ():
+            node = publisher(program, answer, topic.name)
+            if node is not None:
+                subject = f"{topic.name} of {program.name}"
+                found.add("topic", subject, checks.topic(topic, node), program=program, after=[*after, key])
 
 
-def verdict(
-    program: ExpectedProgram, host: ExpectedHost, unit: UnitSeen | None, node: NodeSeen | None
-) -> Verdict:
-    """Returns the first problem, from the unit to the topics that the node subscribes."""
+def publisher(program: ExpectedProgram, answer: Answer, topic: str) -> NodeSeen | None:
+    """Returns the node of ``program`` that publishes ``topic``, if one does."""
+    if not program.node:
+        return launched_checks.publisher(topic, answer.launched.get(program.unit))
+    node = answer.nodes.get(program.node)
+    return node if node is not None and node.alive and topic in node.publishes else None
+
+
+def verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Verdict:
+    """Returns the first problem, from the unit to the topics that its nodes have."""
+    unit = answer.units.get(program.unit)
     by_unit = checks.unit(program.unit, host.name, unit)
     if unit is not None and unit.skipped and program.packages:
         return _skipped(program)
-    if by_unit.state not in (State.OK, State.WARNING):
+    if program.container is not None and unit is not None and unit.load != "not-found":
+        seen = answer.images.get(program.unit)
+        by_image = image_checks.problem(program.container, host.name, seen, by_unit)
+        if by_image is not None:
+            return by_image
+    if unit is None or not unit.runs or by_unit.state not in (State.OK, State.WARNING):
         return by_unit
+    if program.oneshot:
+        return checks.ok("ended with exit code 0") if unit.sub == "exited" else by_unit
+    if program.node:
+        wrong = _node(program, host, answer.nodes.get(program.node))
+    else:
+        wrong = launched_checks.problem(program, host, answer.launched.get(program.unit))
+    return wrong if wrong is not None else by_unit
+
+
+def _node(program: ExpectedProgram, host: ExpectedHost, node: NodeSeen | None) -> Verdict | None:
     restart = f"on {host.name}: systemctl restart {program.unit}"
-    if unit is None or not unit.runs or not program.node:
-        return by_unit
     if node is None or node.registered is None:
         return checks.unknown(f"{program.node} was not checked")
     if not node.registered:
-        journal = f"on {host.name}: journalctl -u {program.unit} -n 20"
+        journal = f"on {host.name}: sudo journalctl -u {program.unit} -n 50"
         return checks.bad(f"runs, but its node {program.node} {checks.absent(host)}", journal)
     if not node.alive:
         return checks.bad(f"{program.node} {checks.dead(host, node)}", restart)
     if other := checks.moved(host, node):
         return checks.bad(f"{program.node} {other}", f"check for a second node of this name; else {restart}")
-    wrong = _wrong(program, node)
-    return wrong if wrong is not None else by_unit
+    return _wrong(program, node)
 
 
 def _skipped(program: ExpectedProgram) -> Verdict:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from swarmctl.health import command_sources
+from swarmctl.health import command_sources, launched_checks, program_checks
 from swarmctl.health.bridge_checks import CHECK
 from swarmctl.health.checks import State
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
@@ -14,6 +14,7 @@ from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.observations import Answer, MasterSeen, NodeSeen, UnitSeen
 from swarmctl.health.root_cause import Diagnosis, Finding
 from swarmctl.remote.transport import HostError
+from swarmctl.swarm.topics import DriverTopic
 
 _NONE = Answer()
 _SEVERITY = tuple(State)
@@ -21,12 +22,13 @@ _SEVERITY = tuple(State)
 
 @dataclass(frozen=True)
 class TopicRow:
-    """A topic: the rate measured, if any, and the one expected, in Hz."""
+    """A topic: the rate measured, if any, and the one expected, in Hz; the ``age`` of the last message, s."""
 
     name: str
     type: str
     rate: float | None
     expected: float
+    age: float | None = None
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class RobotRow:
     """
 
     name: str
+    namespace: str  # in ROS, without a slash in front
     state: State
     driver: UnitSeen | None
     node: str
@@ -52,13 +55,14 @@ class RobotRow:
 
 @dataclass(frozen=True)
 class ProgramRow:
-    """A program: its unit and its node, which is unknown for a launch file."""
+    """A program: its unit, its nodes as far as they are known, the topics with a declared rate."""
 
     name: str
     state: State
     unit: UnitSeen | None
     node: str
     alive: bool | None
+    topics: tuple[TopicRow, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,10 @@ class BridgeRow:
 
 @dataclass(frozen=True)
 class HostRow:
-    """A host, and whether it ``has_master`` to reach. The rest is known only of a ``reachable`` one."""
+    """A host, and whether it ``has_master`` to reach. The rest is known only of a ``reachable`` one.
+
+    ``deployed``: whether it has a release of the swarm; None if that is not known.
+    """
 
     name: str
     address: str
@@ -90,6 +97,7 @@ class HostRow:
     robots: tuple[RobotRow, ...]
     bridges: tuple[BridgeRow, ...] = ()
     programs: tuple[ProgramRow, ...] = ()
+    deployed: bool | None = None
 
     @property
     def units_running(self) -> int:
@@ -176,36 +184,51 @@ def _host(
             _robot(robot, seen, worst.get(("robot", robot.name), State.OK), hub) for robot in host.robots
         ),
         programs=tuple(_program(one, seen, worst.get(("program", one.name))) for one in host.programs),
+        deployed=_deployed(answer),
     )
+
+
+def _deployed(answer: Answer | None) -> bool | None:
+    if answer is None or (answer.release is None and "release" in answer.troubles):
+        return None
+    return answer.release is not None
 
 
 def _program(program: ExpectedProgram, answer: Answer, state: State | None) -> ProgramRow:
     unit, node = answer.units.get(program.unit), answer.nodes.get(program.node)
+    launched = answer.launched.get(program.unit)
     skipped = unit is not None and unit.skipped
     return ProgramRow(
         name=program.name,
         state=state or (State.SKIPPED if skipped else State.OK),
         unit=unit,
-        node=program.node,
+        node=program.node or ", ".join(launched.started if launched else ()),
         alive=node.alive if node else None,
+        topics=tuple(
+            _topic(one, program_checks.publisher(program, answer, one.name)) for one in program.measured
+        ),
     )
 
 
 def _robot(robot: ExpectedRobot, answer: Answer, state: State, hub: Answer | None) -> RobotRow:
-    node = answer.nodes.get(robot.node)
-    device = answer.devices.get(robot.device)
+    node, guard = answer.nodes.get(robot.node), answer.nodes.get(robot.guard_node)
+    device, launched = answer.devices.get(robot.device), answer.launched.get(robot.unit)
     return RobotRow(
         name=robot.name,
+        namespace=robot.namespace,
         state=state,
         driver=answer.units.get(robot.unit),
         node=robot.node,
         registered=node.registered if node else None,
         alive=node.alive if node else None,
-        report=node.report.message if node and node.report else "",
+        report=guard.report.message if guard and guard.report else "",
         device=robot.device,
         device_exists=device.exists if device else None,
-        topics=tuple(_topics(robot, node)),
-        commander=node.report.commander if node and node.report else "",
+        topics=tuple(
+            _topic(wanted, node or launched_checks.publisher(wanted.name, launched))
+            for wanted in robot.topics
+        ),
+        commander=guard.report.commander if guard and guard.report else "",
         commanders=_commanders(robot, hub),
     )
 
@@ -217,8 +240,14 @@ def _commanders(robot: ExpectedRobot, hub: Answer | None) -> tuple[str, ...] | N
     return tuple(node for node, seen in found if command_sources.may_command(robot, node, seen))
 
 
-def _topics(robot: ExpectedRobot, node: NodeSeen | None) -> Iterable[TopicRow]:
-    for wanted in robot.topics:
-        seen = node.topics.get(wanted.name) if node else None
-        rate = None if seen is None else 0.0 if seen.rate is None and not seen.count else seen.rate
-        yield TopicRow(wanted.name, wanted.type, None if rate is None else round(rate, 2), wanted.rate)
+def _topic(wanted: DriverTopic, node: NodeSeen | None) -> TopicRow:
+    seen = node.topics.get(wanted.name) if node else None
+    rate = None if seen is None else 0.0 if seen.rate is None and not seen.count else seen.rate
+    age = seen.age if seen is not None else None
+    return TopicRow(
+        wanted.name,
+        wanted.type,
+        None if rate is None else round(rate, 2),
+        wanted.rate,
+        None if age is None else round(age, 2),
+    )

@@ -18,6 +18,7 @@ from swarmctl.importing.draft_text import lines_of, text_of_lines, with_errors
 from swarmctl.importing.env_files import is_env_file
 from swarmctl.importing.lab_folder import LAUNCH, VARIABLES, YAML, LabFolder, lab_folder
 from swarmctl.importing.launched_lab import draft_from_launch
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.package import NO_PACKAGES
 from swarmctl.rules.runner import lint_files
@@ -70,7 +71,7 @@ def imported(path: Path, kind: Kind | None, spec: Path) -> Imported:
             f"`{path}` has {len(files)} {several}: {', '.join(files[:10])}",
             f"name one of them: swarmctl import {path / example}",
         )
-    draft = _draft(folder, chosen, files, load_catalog(spec.parent / "robots").types)
+    draft = _draft(folder, chosen, files, with_protocol(load_catalog(spec.parent / "robots").types))
     if not (draft.hosts or draft.robots or draft.programs):
         why = tuple(f"{one.place}: {one.why}" for one in draft.unread[:5])
         raise DraftError(

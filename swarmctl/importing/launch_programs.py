@@ -8,6 +8,7 @@ from typing import Any
 
 from swarmctl.importing.allowed_values import is_allowed, is_secret, name_fact
 from swarmctl.importing.draft import Entry, Fact, Field
+from swarmctl.robot_types.placeholders import escaped
 from swarmctl.ros_packages.launched import Node, Setting
 
 _INT = re.compile(r"[-+]?[0-9]{1,18}", re.ASCII)
@@ -31,7 +32,7 @@ def program_of(node: Node, where: dict[str, Field], taken: Collection[str]) -> E
     }
     params = {one.name: _typed(one) for one in node.parameters if _is_kept(one)}
     environment = {
-        one.name: one.value
+        one.name: escaped(one.value or "")
         for one in node.environment
         if _is_kept(one)
         and is_allowed("variable", one.name)
@@ -40,8 +41,13 @@ def program_of(node: Node, where: dict[str, Field], taken: Collection[str]) -> E
     for key, value in (("params", params), ("remap", remap), ("environment", environment)):
         if value:
             fields[key] = Fact(value, node.place)
-    notes = tuple(_notes(node, remap, environment, has_robot="robot" in where))
-    return Entry(name_fact(last, "node", node.place, taken), fields, notes)
+    namespace = (node.name or "").rpartition("/")[0].strip("/")
+    if namespace and "robot" not in where and is_allowed("namespace", namespace):
+        fields["namespace"] = Fact(namespace, node.place)
+    notes = list(_notes(node, remap, environment))
+    if namespace and not {"robot", "namespace"} & fields.keys():
+        notes.append(f"left out: its namespace {namespace} ({node.place}), which a spec cannot have")
+    return Entry(name_fact(last, "node", node.place, taken), fields, tuple(notes))
 
 
 def driver_notes(node: Node, used: Collection[str]) -> Iterator[str]:
@@ -65,9 +71,7 @@ def _is_kept(one: Setting) -> bool:
     )
 
 
-def _notes(
-    node: Node, remap: Collection[str], environment: Collection[str], *, has_robot: bool
-) -> Iterator[str]:
+def _notes(node: Node, remap: Collection[str], environment: Collection[str]) -> Iterator[str]:
     for one in (*node.parameters, *node.environment):
         if is_secret(one.name, one.value or ""):
             yield f"left out: {one.name} of {one.place}, which may be a secret"
@@ -82,9 +86,6 @@ def _notes(
         yield f"left out: its args ({node.place}); a program has `params`"
     for place in node.rosparams:
         yield f"left out: its rosparam ({place}); a program has `params`"
-    namespace = (node.name or "").rpartition("/")[0]
-    if namespace and not has_robot:
-        yield f"left out: its namespace {namespace} ({node.place}); with `robot` a program runs in a robot's"
 
 
 def _typed(one: Setting) -> Any:
@@ -97,4 +98,4 @@ def _typed(one: Setting) -> Any:
         return float(text)
     if kind in {"bool", "boolean", "auto"} and text.lower() in {"true", "false"}:
         return text.lower() == "true"
-    return text
+    return escaped(text)

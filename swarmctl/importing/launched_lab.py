@@ -20,6 +20,7 @@ from swarmctl.ros_packages.launch_files import evaluate
 from swarmctl.ros_packages.launched import Fault, Launched, Node, Place, Refusal
 from swarmctl.ros_packages.package import Package
 from swarmctl.spec.model import Mode
+from swarmctl.swarm.names import robot_namespace
 
 _LIMIT = 20_000  # elements of all launch files together
 _ALL = "the-imported-folder"  # as a package, so that its launch files may include each other
@@ -186,6 +187,10 @@ def _add_robot(found: _Found, node: Node, host: Field, kind: str, types: Mapping
     found.robots[str(name.value)] = Entry(name, fields, tuple(driver_notes(node, used)))
     found.lines.append(line)
     if namespace:
+        is_new = namespace not in {one for _, one in found.namespaces}
+        is_other = robot_namespace(str(name.value), None) != f"/{namespace}"
+        if is_new and is_other and is_allowed("namespace", namespace):
+            fields["namespace"] = Fact(namespace, node.place)
         found.namespaces[_name(host), namespace] = str(name.value)
 
 

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.lab import paths, preparation, supervisor_client, supervisor_start
+from swarmctl.lab.driver_stand_ins import StandIn
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.host_startup import BOOT_TIMEOUT, wait_for_hosts
 from swarmctl.lab.hosts import image, network, nspawn, processes
 from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
-from swarmctl.lab.lab_state import read_state
+from swarmctl.lab.lab_state import State, read_state
 from swarmctl.lab.paths import LabPaths, lab_paths
 
 Progress = Callable[[str], None]
@@ -24,13 +25,15 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Operator:
-    """How swarmctl connects to the hosts of a lab; ``keys`` are their public host keys."""
+    """How swarmctl connects to the hosts of a lab: their addresses and their public host keys."""
 
     name: str
+    swarm: str
     namespace: Path
     identity: Path
     known_hosts: Path
     keys: Mapping[str, tuple[str, ...]]
+    addresses: Mapping[str, str]
 
 
 def up(plan: LabPlan, progress: Progress) -> None:
@@ -45,7 +48,10 @@ def up(plan: LabPlan, progress: Progress) -> None:
     preparation.require_cgroups(files)
     if not files.state.exists():
         with _step(progress, "image") as note:
-            note(str(image.ensure(lambda line: progress(f"  image: {line}"))))
+            whole = image.ensure(
+                lambda line: progress(f"  image: {line}"), compilers=plan.compilers, engines=plan.engines
+            )
+            note(str(whole))
     with paths.locked(files.directory):
         state = preparation.load_or_create(files, plan)
         if report := supervisor_client.status(files):
@@ -66,8 +72,12 @@ def up(plan: LabPlan, progress: Progress) -> None:
             if workspace := state.plan.workspace:
                 progress(f"workspace: {workspace.space} is {workspace.place} on every host")
         wait_for_hosts(files, plan, progress, since=time.monotonic())
+    standing = {one.robot for one in plan.stand_ins}
     for robot in plan.robots:
-        progress(_robot_line(robot))
+        if robot.name not in standing:
+            progress(_robot_line(robot))
+    for one in plan.stand_ins:
+        progress(_stand_in_line(one, state))
 
 
 def _robot_line(robot: LabRobot) -> str:
@@ -80,6 +90,15 @@ def _robot_line(robot: LabRobot) -> str:
     )
     file = f", emulated by {robot.emulator}" if robot.emulator.endswith(EMULATOR_SUFFIX) else ""
     return f"robot {robot.name}: {robot.type} on {robot.device}{file}{radio}"
+
+
+def _stand_in_line(one: StandIn, state: State) -> str:
+    if place := state.installed_in(one.package):
+        return f"robot {one.robot}: {one.starter} is in {place}"
+    replaced = ", ".join((one.starter, *state.lacking(one.requires)))
+    lost = ", ".join(state.missing_messages(one))
+    empty = f"; the lab lacks {lost}, so messages of it are not shown: they are empty" if lost else ""
+    return f"robot {one.robot}: a stand-in moves and publishes in place of {replaced}{empty}"
 
 
 def _repair(files: LabPaths, plan: LabPlan, stopped: Sequence[str]) -> None:
@@ -201,13 +220,23 @@ def kill(name: str, host: str) -> None:
         time.sleep(0.02)
 
 
-def start(name: str, host: str, progress: Progress) -> None:
-    """Boots a host and waits until it answers SSH."""
+def start(name: str, hosts: Sequence[str], progress: Progress) -> None:
+    """Boots hosts and waits until they answer SSH."""
     files = lab_paths(name)
-    plan = read_state(files).plan
-    supervisor_client.command(files, "start", plan.host(host).name)
-    only = LabPlan(plan.name, plan.swarm, (plan.host(host),), plan.networks, ())
-    wait_for_hosts(files, only, progress, since=time.monotonic())
+    whole = read_state(files).plan
+    chosen = tuple(whole.host(host) for host in hosts)
+    since = time.monotonic()
+    for host in chosen:
+        supervisor_client.command(files, "start", host.name)
+    only = LabPlan(whole.name, whole.swarm, chosen, whole.networks, ())
+    wait_for_hosts(files, only, progress, since=since)
+
+
+def plan(name: str) -> LabPlan:
+    """Returns the plan that a running lab was booted from. Raises ``LabError`` if it is not up."""
+    files = lab_paths(name)
+    supervisor_client.running(files)
+    return read_state(files).plan
 
 
 def operator(name: str) -> Operator:
@@ -217,14 +246,16 @@ def operator(name: str) -> Operator:
     supervisor_client.running(lab_paths(name))
     return Operator(
         name=name,
+        swarm=plan.swarm,
         namespace=network.namespace_path(files),
         identity=files.identity,
         known_hosts=files.known_hosts,
         keys={host.name: (preparation.public_key(files, host.name),) for host in plan.hosts},
+        addresses={host.name: host.address for host in plan.hosts},
     )
 
 
-def ssh_argv(name: str, host: str, command: Sequence[str] = ()) -> tuple[str, ...]:
+def ssh_argv(name: str, host: str, command: Sequence[str] = (), *, terminal: bool = False) -> tuple[str, ...]:
     """Returns the ssh command for a host. Run it inside the lab's namespace (``network.enter``)."""
     files = lab_paths(name)
     target = read_state(files).plan.host(host)
@@ -243,6 +274,7 @@ def ssh_argv(name: str, host: str, command: Sequence[str] = ()) -> tuple[str, ..
         "-F",
         "/dev/null",
         *options_argv,
+        *(["-t"] if terminal else []),
         "-p",
         str(target.port),
         f"{target.user}@{target.address}",

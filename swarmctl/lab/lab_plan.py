@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
-import ipaddress
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from swarmctl.lab.driver_stand_ins import StandIn, stand_ins_of
 from swarmctl.lab.emulators.emulator_lookup import NOT_MEASURED, Measured, emulator_for
+from swarmctl.lab.emulators.silent_robot import SilentRobot
 from swarmctl.lab.errors import LabError
+from swarmctl.lab.lab_addresses import (
+    addresses_of,
+    check_names,
+    check_overlaps,
+    check_subnets,
+    check_unique,
+    free,
+    networks_of,
+    subnet_on,
+    with_prefix,
+)
 from swarmctl.robot_types.settings import Calibration
-from swarmctl.swarm.addresses import Ip, Subnet, ip_of, subnet_of, usual_subnet
-from swarmctl.swarm.resolved import Network, RfcommLine, Swarm
+from swarmctl.spec.program_model import Container
+from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.resolved import RfcommLine, Swarm
+from swarmctl.swarm.used_packages import in_swarm
 
-OPERATOR = "operator"
-
-UPLINK = "uplink"
 INTERFACE_STEMS = {"wlan": "wlan", "ethernet": "eth"}
 
 
@@ -42,13 +53,17 @@ class Interface:
 
 @dataclass(frozen=True)
 class LabHost:
-    """A Debian host with the address of the spec; its interfaces are in the order of the links."""
+    """A Debian host with the address of the spec; its interfaces are in the order of the links.
+
+    ``alias`` is the name that the spec has instead of an address; every host of the lab resolves it.
+    """
 
     name: str
     address: str
     user: str
     port: int
     interfaces: tuple[Interface, ...]
+    alias: str = ""
 
 
 @dataclass(frozen=True)
@@ -83,7 +98,11 @@ class Workspace:
 
 @dataclass(frozen=True)
 class LabPlan:
-    """Everything that ``lab up`` creates. Equal plans describe the same lab."""
+    """Everything that ``lab up`` creates. Equal plans describe the same lab.
+
+    ``compilers``: its hosts have what builds packages, and what these run with; ``engines``: of
+    containers, such as podman.
+    """
 
     name: str
     swarm: str
@@ -91,6 +110,9 @@ class LabPlan:
     networks: tuple[LabNetwork, ...]
     robots: tuple[LabRobot, ...]
     workspace: Workspace | None = None
+    stand_ins: tuple[StandIn, ...] = ()
+    compilers: bool = False
+    engines: tuple[str, ...] = ()
 
     def host(self, name: str) -> LabHost:
         """Returns the host of that name. Raises ``LabError`` if there is none."""
@@ -103,6 +125,11 @@ class LabPlan:
     def robots_on(self, host: str) -> tuple[LabRobot, ...]:
         """Returns the robots whose lines are on ``host``."""
         return tuple(robot for robot in self.robots if robot.host == host)
+
+    @property
+    def aliases(self) -> tuple[tuple[str, str], ...]:
+        """The names that hosts have instead of an address in the spec, each with its address in the lab."""
+        return tuple((host.alias, host.address) for host in self.hosts if host.alias)
 
     def to_json(self) -> dict[str, Any]:
         """Returns the plan as JSON data; ``from_json`` reads it."""
@@ -126,6 +153,9 @@ class LabPlan:
             workspace=None
             if data["workspace"] is None
             else Workspace(**{**data["workspace"], "folders": tuple(data["workspace"]["folders"])}),
+            stand_ins=tuple(StandIn.from_json(one) for one in data.get("stand_ins", ())),
+            compilers=data.get("compilers", False),
+            engines=tuple(data.get("engines", ())),
         )
 
 
@@ -149,36 +179,51 @@ def plan_of(
 
     ``own``: the user's emulator files by robot type; ``boards``: board files (``write_board``) by robot.
     """
-    addresses = {host.name: _address(host.name, host.address) for host in swarm.hosts.values()}
-    _check_names(addresses)
-    _check_unique(addresses)
-    networks = tuple(_networks(swarm, addresses))
-    subnets = [_subnet(network, addresses) for network in networks]
-    _check_overlaps(networks, subnets)
+    addresses = addresses_of(swarm)
+    check_names(addresses)
+    check_unique(addresses)
+    networks = tuple(networks_of(swarm, addresses))
+    subnets = [subnet_on(network, addresses) for network in networks]
+    check_overlaps(networks, subnets)
     labs: list[LabNetwork] = []
     interfaces: dict[str, list[Interface]] = {host: [] for host in addresses}
     for network, subnet in zip(networks, subnets, strict=True):
-        free = _free(subnet, addresses.values())
+        unused = free(subnet, addresses.values())
         labs.append(
             LabNetwork(
                 name=network.name,
                 kind=network.kind,
                 subnet=str(subnet),
-                operator=_with_prefix(next(free), subnet),
+                operator=with_prefix(next(unused), subnet),
                 multicast=network.multicast is not False,
             )
         )
         for host in network.hosts:
             stem = INTERFACE_STEMS[network.kind]
             number = sum(known.name.startswith(stem) for known in interfaces[host])
-            address = addresses[host] if addresses[host] in subnet else next(free)
-            interfaces[host].append(Interface(f"{stem}{number}", network.name, _with_prefix(address, subnet)))
-    _check_subnets(addresses, interfaces)
+            address = addresses[host] if addresses[host] in subnet else next(unused)
+            interfaces[host].append(Interface(f"{stem}{number}", network.name, with_prefix(address, subnet)))
+    check_subnets(addresses, {host: [one.address for one in own] for host, own in interfaces.items()})
+    emulators = {
+        robot.name: str((boards or {}).get(robot.name) or emulator_for(robot.type_name, own or {}))
+        for robot in swarm.robots.values()
+        if robot.line is not None
+    }
+    stand_ins = tuple(stand_ins_of(swarm, [name for name, found in emulators.items() if found]))
+    silent = {one.robot: SilentRobot.type_name for one in stand_ins}
     return LabPlan(
         name=name or swarm.name,
         swarm=swarm.name,
+        compilers=any(one.built_by for one in in_swarm(swarm)),
         hosts=tuple(
-            LabHost(host.name, host.address, host.user, host.port, tuple(interfaces[host.name]))
+            LabHost(
+                name=host.name,
+                address=str(addresses[host.name]),
+                user=host.user,
+                port=host.port,
+                interfaces=tuple(interfaces[host.name]),
+                alias=host.address if ip_of(host.address) is None else "",
+            )
             for host in swarm.hosts.values()
         ),
         networks=tuple(labs),
@@ -189,99 +234,21 @@ def plan_of(
                 robot.host,
                 robot.line.path,
                 isinstance(robot.line, RfcommLine),
-                str((boards or {}).get(robot.name) or emulator_for(robot.type_name, own or {})),
+                emulators[robot.name] or silent.get(robot.name, ""),
                 _measured(robot.settings.calibration),
             )
             for robot in swarm.robots.values()
+            if robot.line is not None
         ),
+        stand_ins=stand_ins,
+        engines=tuple(sorted({one.engine for one in _containers(swarm)})),
     )
+
+
+def _containers(swarm: Swarm) -> Iterable[Container]:
+    found = (program.declared.container for program in swarm.programs.values())
+    return [one for one in found if one is not None]
 
 
 def _measured(calibration: Calibration) -> Measured:
     return Measured(calibration.distance_scale or 1.0, calibration.wheel_separation or 0.0)
-
-
-def _address(host: str, given: str) -> Ip:
-    found = ip_of(given)
-    if found is None:
-        raise LabError(
-            f"host {host}: the address `{given}` is a name; a lab has no name server",
-            "give the host an IP address in the spec",
-        )
-    return found
-
-
-def _networks(swarm: Swarm, addresses: Mapping[str, Ip]) -> Iterator[Network]:
-    """Yields the swarm's networks, and one per subnet for hosts without a network, so that swarmctl reaches
-    them.
-    """
-    yield from swarm.networks
-    linked = {host for network in swarm.networks for host in network.hosts}
-    alone: dict[Subnet, list[str]] = {}
-    for host, ip in addresses.items():
-        if host not in linked:
-            alone.setdefault(usual_subnet(ip), []).append(host)
-    for number, (subnet, hosts) in enumerate(alone.items()):
-        yield Network(f"{UPLINK}{number or ''}", "ethernet", tuple(hosts), str(subnet), None)
-
-
-def _subnet(network: Network, addresses: Mapping[str, Ip]) -> Subnet:
-    if network.subnet is not None:
-        return subnet_of(network.subnet)
-    found = ", ".join(f"{host} {addresses[host]}" for host in network.hosts)
-    raise LabError(
-        f"the hosts of network {network.name} are in several subnets: {found}", "set the `subnet` of the link"
-    )
-
-
-def _free(subnet: Subnet, taken: Iterable[Ip]) -> Iterator[Ip]:
-    """Yields the unused addresses of ``subnet``, highest first: people number hosts from the lowest."""
-    used = set(taken)
-    last = int(subnet.broadcast_address) - 1
-    for value in range(last, int(subnet.network_address), -1):
-        address = type(subnet.network_address)(value)
-        if address not in used:
-            yield address
-    raise LabError(
-        f"the subnet {subnet} has no free address for swarmctl", "use a larger subnet for the link"
-    )
-
-
-def _with_prefix(address: Ip, subnet: Subnet) -> str:
-    return f"{address}/{subnet.prefixlen}"
-
-
-def _check_names(hosts: Iterable[str]) -> None:
-    if OPERATOR in hosts:
-        raise LabError(
-            f"`{OPERATOR}` is the lab's name for this machine and cannot be a host", "rename the host"
-        )
-
-
-def _check_unique(addresses: Mapping[str, Ip]) -> None:
-    holders: dict[Ip, str] = {}
-    for host, address in addresses.items():
-        if (first := holders.setdefault(address, host)) != host:
-            raise LabError(
-                f"hosts {first} and {host} both have the address {address}", "give each host its own address"
-            )
-
-
-def _check_overlaps(networks: Sequence[Network], subnets: Sequence[Subnet]) -> None:
-    for index, (network, subnet) in enumerate(zip(networks, subnets, strict=True)):
-        for other, another in zip(networks[:index], subnets[:index], strict=True):
-            if subnet.version == another.version and subnet.overlaps(another):
-                raise LabError(
-                    f"networks {other.name} ({another}) and {network.name} ({subnet}) overlap, "
-                    "so routes would be ambiguous",
-                    "use a separate `subnet` for each link",
-                )
-
-
-def _check_subnets(addresses: Mapping[str, Ip], interfaces: Mapping[str, Sequence[Interface]]) -> None:
-    for host, address in addresses.items():
-        if not any(ipaddress.ip_interface(one.address).ip == address for one in interfaces[host]):
-            raise LabError(
-                f"host {host} has the address {address}, which is in none of its networks",
-                "correct the address or the `subnet` of its links",
-            )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from swarmctl.lab.driver_stand_ins import SHARE, StandIn, has_messages, holds
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_plan import LabPlan
 from swarmctl.lab.paths import LabPaths
@@ -19,6 +21,35 @@ class State:
 
     plan: LabPlan
     image: Path
+
+    @property
+    def stand_ins(self) -> tuple[StandIn, ...]:
+        """The stand-ins that hosts get: for packages that are not installed."""
+        return tuple(
+            replace(one, requires=self.lacking(one.requires))
+            for one in self.plan.stand_ins
+            if not self.installed_in(one.package)
+        )
+
+    def installed_in(self, package: str) -> str:
+        """Returns where a ROS package is: the workspace, the image, or nothing."""
+        if any(holds(space / "share", package) for space in self._spaces):
+            return "the workspace"
+        return "the image" if holds(self.image / SHARE, package) else ""
+
+    def lacking(self, packages: Iterable[str]) -> tuple[str, ...]:
+        """Returns the ROS packages that neither the image nor the workspace has."""
+        return tuple(one for one in packages if not self.installed_in(one))
+
+    def missing_messages(self, stand_in: StandIn) -> tuple[str, ...]:
+        """Returns the message packages that hosts lack: topics of these types have no content."""
+        roots = (self.image, *self._spaces)
+        return tuple(one for one in stand_in.messages if not any(has_messages(root, one) for root in roots))
+
+    @property
+    def _spaces(self) -> tuple[Path, ...]:
+        workspace = self.plan.workspace
+        return tuple(map(Path, (workspace.space, *workspace.folders))) if workspace is not None else ()
 
 
 def write_state(files: LabPaths, state: State) -> None:

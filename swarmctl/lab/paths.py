@@ -126,6 +126,11 @@ class HostPaths:
         return self.directory / "pts"
 
     @property
+    def containers(self) -> Path:
+        """The images and containers of the host, if programs of its swarm are containers."""
+        return self.directory / "containers"
+
+    @property
     def log(self) -> Path:
         """The host's console output."""
         return self.directory / "console.log"

@@ -57,7 +57,8 @@ def load_or_create(files: LabPaths, plan: LabPlan) -> State:
                 f"the image {state.image} of lab {plan.name} is gone", "run `swarmctl lab down`, then `up`"
             )
         return state
-    state = State(plan, image.ensure(lambda _: None))
+    whole = image.ensure(lambda _: None, compilers=plan.compilers, engines=plan.engines)
+    state = State(plan, whole)
     write_state(files, state)
     return state
 
@@ -70,9 +71,20 @@ def prepare_disks(files: LabPaths, state: State) -> int:
         disks.generate_key(files.identity, f"swarmctl lab {files.name}")
     files.hosts.mkdir(exist_ok=True)
     authorized = public.read_text()
+    stand_ins = state.stand_ins
 
     def prepare(host: LabHost) -> bool:
-        return disks.prepare(host, files.host(host.name), state.image, authorized, state.plan.workspace)
+        plan = state.plan
+        return disks.prepare(
+            host,
+            files.host(host.name),
+            state.image,
+            authorized,
+            workspace=plan.workspace,
+            stand_ins=[one for one in stand_ins if one.host == host.name],
+            aliases=plan.aliases,
+            engines=plan.engines,
+        )
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         fresh = sum(pool.map(prepare, state.plan.hosts))

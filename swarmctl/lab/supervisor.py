@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from swarmctl.lab import control_socket, supervisor_start
+from swarmctl.lab.driver_stand_ins import StandIn, state_in
 from swarmctl.lab.emulators import TYPES
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX, build_robot
 from swarmctl.lab.emulators.serial_robot import Port
@@ -63,7 +64,12 @@ class HostRunner(threading.Thread):
     """
 
     def __init__(
-        self, host: LabHost, files: LabPaths, groups: nspawn.Cgroups, workspace: Workspace | None
+        self,
+        host: LabHost,
+        files: LabPaths,
+        groups: nspawn.Cgroups,
+        workspace: Workspace | None,
+        engines: tuple[str, ...],
     ) -> None:
         super().__init__(name=host.name, daemon=True)
         self.host = host
@@ -71,7 +77,7 @@ class HostRunner(threading.Thread):
         self._files = files.host(host.name)
         self._namespace = network.namespace_path(files, host.name)
         self._groups = groups
-        self._workspace = workspace
+        self._workspace, self._engines = workspace, engines
         self._change = threading.Condition()
         self._wanted = True
         self._state = STOPPED
@@ -115,6 +121,11 @@ class HostRunner(threading.Thread):
                 with suppress(ProcessLookupError):  # it is already going down
                     os.kill(self._leader, signal.SIGKILL)
 
+    def state_of(self, stand_in: StandIn) -> dict[str, Any]:
+        """Returns the state of a robot whose stand-in runs on this host, as JSON data."""
+        leader = self._leader
+        return state_in(None if leader is None else Path(f"/proc/{leader}/root"), stand_in)
+
     def link_devices(self) -> None:
         """Links the robots' ports into the running host."""
         for line in self.lines:
@@ -146,7 +157,8 @@ class HostRunner(threading.Thread):
             descriptor = os.open(self._files.directory, os.O_PATH | os.O_DIRECTORY)
             address = f"/proc/{os.getpid()}/fd/{descriptor}/{ready.name}"
             messages.bind(address)
-            argv = nspawn.nspawn_argv(self.host, self._files, self._namespace, self._workspace)
+            place = self._files, self._namespace
+            argv = nspawn.nspawn_argv(self.host, *place, self._workspace, self._engines)
             process = subprocess.Popen(
                 nspawn.in_cgroups(argv, folders),
                 stdin=subprocess.DEVNULL,
@@ -203,7 +215,10 @@ class Supervisor:
         for host in plan.hosts:
             for argv in nspawn.mount_argvs(state.image, files.host(host.name)):
                 run(argv)
-        self.runners = {host.name: HostRunner(host, files, groups, plan.workspace) for host in plan.hosts}
+        self.runners = {
+            host.name: HostRunner(host, files, groups, plan.workspace, plan.engines) for host in plan.hosts
+        }
+        self._stand_ins = state.stand_ins
         self.lines: dict[str, RobotLine] = {}
         for robot in plan.robots:
             if robot.emulator:
@@ -235,8 +250,15 @@ class Supervisor:
         verb(subject)
         return {
             "hosts": {name: runner.report() for name, runner in self.runners.items()},
-            "robots": {name: line.report() for name, line in self.lines.items()},
+            "robots": self._robots(),
         }
+
+    def _robots(self) -> dict[str, dict[str, Any]]:
+        found = {name: line.report() for name, line in self.lines.items()}
+        for one in self._stand_ins:
+            plugged = found[one.robot]["plugged"] if one.robot in found else True
+            found[one.robot] = {**self.runners[one.host].state_of(one), "plugged": plugged}
+        return found
 
     def _plug(self, name: str) -> None:
         line = self._line(name)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.mode_conversion.infer import commander_line_host, named_hub
-from swarmctl.spec.model import Bluetooth, Mode
+from swarmctl.spec.link_model import Bluetooth, RobotLink
+from swarmctl.spec.model import Mode
 from swarmctl.swarm.authority import Authority
-from swarmctl.swarm.index import Line, SwarmIndex
+from swarmctl.swarm.index import SwarmIndex
 
 Islands = Mapping[str, Mapping[str, Any]]
 
@@ -148,8 +149,8 @@ def _islands(index: SwarmIndex, hub: str) -> Islands:
     }
 
 
-def moved_lines(index: SwarmIndex, arrangement: Arrangement) -> list[tuple[int, Line, str]]:
-    """The lines that move to another host: index, link, and the new host."""
+def moved_lines(index: SwarmIndex, arrangement: Arrangement) -> list[tuple[int, RobotLink, str]]:
+    """The links of robots that move to another host: index, link, and the new host."""
     hosts = arrangement.driver_hosts
     return [
         (number, link, hosts[link.robot]) for number, link in index.lines if link.host != hosts[link.robot]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.modes import hub_of
+from swarmctl.yamltext import hostlist
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ def infer(index: SwarmIndex) -> Inference:
     elsewhere = sorted({host for host in index.line_hosts.values() if host != hub} | _busy(spec, hub))
     if not elsewhere:
         return Inference(Mode.SINGLE_MINDED, hub, (f"every line and every program is on `{hub}`",))
-    facts = [f"one master, on `{hub}`; robots or programs are also on `{'`, `'.join(elsewhere)}`"]
+    facts = [f"one master, on `{hub}`; robots or programs are also on {_listed(elsewhere)}"]
     return Inference(*_by_authority(index, hub, facts))
 
 
@@ -47,17 +48,21 @@ def _by_authority(index: SwarmIndex, hub: str, because: list[str]) -> tuple[Mode
     led = sorted(robot for by, robot in commands if by == hub and index.line_hosts.get(robot) != hub)
     others = sorted(robot for by, robot in commands if by != hub)
     if others:
-        because.append(f"`{'`, `'.join(others)}` are commanded from hosts other than `{hub}`")
+        because.append(f"{_listed(others)} are commanded from hosts other than `{hub}`")
         return Mode.CENTRAL, hub, tuple(because)
     island = next(iter(index.spec.islands.values()), None)
     if index.spec.hub is not None or (island is not None and island.hub is not None):
         because.append(f"`{hub}` is declared as `hub`, so each robot's own programs may command it")
         return Mode.CENTRAL, hub, tuple(because)
     if led:
-        because.append(f"`{hub}` alone commands the robots of other hosts: `{'`, `'.join(led)}`")
+        because.append(f"`{hub}` alone commands the robots of other hosts: {_listed(led)}")
     else:
         because.append(f"`{hub}` is declared as `leader`, and no other host commands")
     return Mode.LEADER, hub, tuple(because)
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{text}`" for text, _ in hostlist.ranges_of(names))
 
 
 def named_hub(spec: Spec) -> str | None:

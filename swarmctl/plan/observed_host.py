@@ -22,13 +22,17 @@ from swarmctl.render.bundle import Bundle
 
 @dataclass(frozen=True)
 class UnitState:
-    """A systemd unit as ``systemctl show`` reports it. ``skipped``: a condition of the unit is not met."""
+    """A systemd unit as ``systemctl show`` reports it.
+
+    ``skipped``: a condition of the unit is not met; ``unmet``: those that are not met now.
+    """
 
     active: str
     sub: str = ""
     pid: int = 0
     restarts: int = 0
     skipped: bool = False
+    unmet: tuple[str, ...] = ()
 
     @property
     def runs(self) -> bool:
@@ -67,6 +71,11 @@ class Observed:
         units = self.manifest["units"] if self.manifest else ()
         return {unit["name"]: unit["digest"] for unit in units}
 
+    @property
+    def kept(self) -> frozenset[str]:
+        """The digests of the intact files of the deployed release: these need not be sent."""
+        return frozenset(file["sha256"] for path, file in self.files.items() if path not in self.drift)
+
     def takes(self, path: str) -> bool:
         """Returns True if the host has the program, if any, to which the place of ``path`` belongs."""
         absent = self.facts["absent"] if self.facts else ()
@@ -104,6 +113,7 @@ def _unit(state: UnitData) -> UnitState:
         pid=state["pid"],
         restarts=state["restarts"],
         skipped=state["skipped"],
+        unmet=tuple(state["unmet"]),
     )
 
 

@@ -2,18 +2,44 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
+from swarm_agent.messages import Facts
+
+from swarmctl.plan.host_tools import TOOLS
 from swarmctl.plan.observed_host import Observed
+from swarmctl.plan.plan import Problem
 from swarmctl.render.bundle import Bundle
 
-_LACKS = {
-    "chronyd": "chrony: its clock is not synchronised; `apt install chrony`, then deploy again",
-    "bluetoothctl": "bluetoothctl: its robots cannot be paired; `apt install bluez`, then deploy again",
-    "rfcomm": "rfcomm: its Bluetooth robots have no serial line; `apt install bluez`, then deploy again",
-    "avrdude": "avrdude: `swarmctl firmware flash` cannot write its boards; `apt install avrdude`",
-    "iw": "iw: wlan power saving stays on; `apt install iw`, then reboot",
-}
+_OLDEST_PYTHON = (3, 8)
+#: The kind of the problem of a host that cannot run its part.
+UNFIT = "unfit"
+#: How the hint of a problem begins that `swarmctl prepare` solves.
+PREPARE_INSTALLS = "`swarmctl prepare` installs it"
+
+
+def unusable(facts: Facts) -> Problem | None:
+    """Returns why nothing can make the host fit; None if something can."""
+    if not facts["systemd"]:
+        return Problem(UNFIT, "it does not run systemd", "swarmctl needs a host that boots with systemd")
+    if _version(facts["python"]) < _OLDEST_PYTHON:
+        return Problem(
+            UNFIT, f"its Python is {facts['python']}", "swarmctl needs Python 3.8 or newer on a host"
+        )
+    return None
+
+
+def without_secret(bundle: Bundle, observed: Observed) -> Problem | None:
+    """Returns the problem of a program whose secret nobody has; None if there is none."""
+    for unit in bundle.units:
+        missing = [name for name in unit.secrets if observed.secrets.get(name) == "missing"]
+        if unit.program and missing:
+            message = f"program {unit.program} needs the secret {missing[0]}, which is not on the host"
+            return Problem(
+                UNFIT, message, f"write it to `secrets/{missing[0]}` beside the spec (docs/secrets.md)"
+            )
+    return None
 
 
 def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
@@ -25,9 +51,10 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
     for name in bundle.wants:
         # A host that a cable connects to the access point has no radio.
         if not facts["has"].get(name) and not (name == "iw" and not saving):
-            yield f"it lacks {_LACKS[name]}"
+            yield f"it lacks {TOOLS[name].note}"
+    of_programs = {name for unit in bundle.units if unit.program for name in unit.secrets}
     for name, secret in observed.secrets.items():
-        if secret == "missing":
+        if secret == "missing" and name not in of_programs:
             yield (
                 f"the secret {name} is missing on the host and beside the spec; "
                 f"write it to `secrets/{name}` beside the spec (docs/secrets.md)"
@@ -39,3 +66,9 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
     for interface, state in saving.items():
         if state == "on":
             yield f"{interface} has power saving on; `systemctl restart` its wlan unit"
+
+
+def _version(text: str) -> tuple[int, int]:
+    """Major and minor; 0.0 for a text that is no version."""
+    found = re.match(r"(\d{1,4})\.(\d{1,4})", text, re.ASCII)
+    return (int(found[1]), int(found[2])) if found else (0, 0)

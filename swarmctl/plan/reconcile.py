@@ -6,15 +6,16 @@ The host's agent makes files, links and blocks those of the manifest; the steps 
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from swarm_agent.paths import READERS
 
+from swarmctl.health import unit_conditions
 from swarmctl.plan import preflight
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.render.bundle import Bundle, File, package, required
+from swarmctl.render.elf import machines_of
 from swarmctl.render.middleware import middleware_of
 
 _DRIFT = {
@@ -25,7 +26,6 @@ _DRIFT = {
     "foreign": "exists and was not written by swarmctl",
     "extra": "is not part of the release",
 }
-_OLDEST_PYTHON = (3, 8)
 _SECRETS = {"new": "not on the host yet", "other": "has changed"}
 
 
@@ -148,7 +148,10 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
     optional = {unit.name: [package(one) for one in unit.packages] for unit in bundle.units if unit.packages}
     complete = {name for name, packages in optional.items() if not _absent(packages, observed)}
     before, wanted = observed.unit_digests, {unit["name"]: unit for unit in bundle.manifest["units"]}
-    secrets = {unit.name: unit.secret for unit in bundle.units}
+    changed = {
+        unit.name: [one for one in unit.secrets if observed.secrets.get(one) in _SECRETS]
+        for unit in bundle.units
+    }
     for name in reversed(tuple(before)):
         if name not in wanted:
             yield Step(Kind.STOP, name, "no longer part of the spec")
@@ -157,8 +160,8 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
         damaged = [path for path in unit["needs"] if path in observed.drift]
         if name not in before:
             yield Step(Kind.START, name, "new")
-        elif observed.secrets.get(secrets.get(name, "")) in _SECRETS:
-            yield Step(Kind.RESTART, name, f"the secret {secrets[name]} changes")
+        elif secrets := changed.get(name):
+            yield Step(Kind.RESTART, name, f"the secret {secrets[0]} changes")
         elif before[name] != unit["digest"]:
             yield Step(Kind.RESTART, name, _changed_needs(unit["needs"], bundle, observed))
         elif damaged:
@@ -167,6 +170,8 @@ def _unit_steps(bundle: Bundle, observed: Observed) -> Iterator[Step]:
             yield Step(Kind.START, name, f"is {state.active}")
         elif name in complete and state is not None and state.skipped:
             yield Step(Kind.START, name, "the host now has its ROS packages")
+        elif name not in optional and state is not None and state.skipped and not state.unmet:
+            yield Step(Kind.START, name, "its conditions are met now")
 
 
 def _changed_needs(needs: list[str], bundle: Bundle, observed: Observed) -> str:
@@ -202,9 +207,13 @@ def _diffs(bundle: Bundle, observed: Observed) -> dict[str, str]:
 
 def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
     optional = {unit.name: unit for unit in bundle.units if unit.packages}
-    skipped = [name for name, state in observed.units.items() if state.skipped and name not in optional]
+    skipped = [
+        (name, unit_conditions.explained(bundle.host, name, state.unmet))
+        for name, state in observed.units.items()
+        if state.skipped and state.unmet and name not in optional
+    ]
     return (
-        *(f"{name} waits for hardware that is not connected" for name in skipped),
+        *(f"{name} is skipped: {why}; {repair}" for name, (why, repair) in skipped),
         *(
             f"program `{unit.program}` is skipped: the host lacks {_list(absent)}; "
             + _install_hint(bundle, absent)
@@ -227,17 +236,26 @@ def _list(requirements: Iterable[str]) -> str:
 def _unfit(bundle: Bundle, observed: Observed) -> Problem | None:
     """Why this host cannot run its part of the swarm."""
     facts = observed.facts
+    if bundle.unbuilt:
+        names = ", ".join(bundle.unbuilt)
+        message = f"{names} {'are' if len(bundle.unbuilt) > 1 else 'is'} not built for it"
+        return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds and keeps it")
     if not facts:  # the host was not contacted
         return None
-    if not facts["systemd"]:
-        return Problem("unfit", "it does not run systemd", "swarmctl needs a host that boots with systemd")
-    if _version(facts["python"]) < _OLDEST_PYTHON:
-        return Problem(
-            "unfit", f"its Python is {facts['python']}", "swarmctl needs Python 3.8 or newer on a host"
-        )
+    if problem := preflight.unusable(facts):
+        return problem
+    for file in bundle.files:
+        machines = machines_of(file.content)
+        if machines and facts["machine"] not in machines:
+            message = f"its machine is {facts['machine']}, and {file.path} is compiled for {machines[0]}"
+            return Problem(preflight.UNFIT, message, f"build {file.origin or 'it'} for {facts['machine']}")
+    if bundle.platform and (platform := facts.get("platform", bundle.platform)) != bundle.platform:
+        message = f"it is {platform}, and its packages are built for {bundle.platform}"
+        return Problem(preflight.UNFIT, message, "`swarmctl prepare` builds them for it")
     if missing := _absent(bundle.requires, observed):
-        return Problem("unfit", f"it lacks {_list(missing)}", _install_hint(bundle, missing))
-    return None
+        hint = f"{preflight.PREPARE_INSTALLS}; by hand: {_install_hint(bundle, missing)}"
+        return Problem(preflight.UNFIT, f"it lacks {_list(missing)}", hint)
+    return preflight.without_secret(bundle, observed)
 
 
 def _described(kind: str, name: str) -> str:
@@ -246,9 +264,3 @@ def _described(kind: str, name: str) -> str:
 
 def _install_hint(bundle: Bundle, missing: Sequence[str]) -> str:
     return "; ".join(middleware_of(bundle.distro).install_hints(missing))
-
-
-def _version(text: str) -> tuple[int, int]:
-    """Major and minor; 0.0 for a text that is no version."""
-    found = re.match(r"(\d{1,4})\.(\d{1,4})", text, re.ASCII)
-    return (int(found[1]), int(found[2])) if found else (0, 0)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from swarmctl.resources import HostModule, templates
 
-DEPLOY_VERBS = ("observe", "keep_secrets", "apply", "remove")
+DEPLOY_VERBS = ("observe", "launch_files", "keep_secrets", "apply", "remove")
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
 
 Folders = Mapping[str, Path]  # by package

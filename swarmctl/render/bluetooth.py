@@ -24,16 +24,22 @@ def part(swarm: Swarm, host: Host) -> Part:
     return Part(
         files=(script,) if secrets else (),
         units=tuple(_units(swarm, lines)),
-        wants=(*(("rfcomm",) if lines else ()), *(("bluetoothctl",) if secrets else ())),
+        wants=_wants(lines),
         secrets=secrets,
     )
+
+
+def _wants(lines: list[tuple[Robot, RfcommLine]]) -> dict[str, tuple[str, ...]]:
+    robots = tuple(f"robots.{robot.name}" for robot, _ in lines)
+    paired = tuple(f"robots.{robot.name}" for robot, line in lines if line.pin is not None)
+    return {name: entries for name, entries in (("rfcomm", robots), ("bluetoothctl", paired)) if entries}
 
 
 def _units(swarm: Swarm, lines: list[tuple[Robot, RfcommLine]]) -> Iterator[tuple[File, Unit]]:
     """Robot by robot: first the pairing, then the device."""
     for robot, line in lines:
         if line.pin is not None:
-            yield _unit(swarm, robot, line, "pair", needs=(_PAIR,), secret=line.pin)
+            yield _unit(swarm, robot, line, "pair", needs=(_PAIR,), secrets=(line.pin,))
         yield _unit(swarm, robot, line, "rfcomm")
 
 
@@ -42,7 +48,13 @@ def _lines(swarm: Swarm, host: Host) -> Iterator[tuple[Robot, RfcommLine]]:
 
 
 def _unit(
-    swarm: Swarm, robot: Robot, line: RfcommLine, kind: str, *, needs: tuple[str, ...] = (), secret: str = ""
+    swarm: Swarm,
+    robot: Robot,
+    line: RfcommLine,
+    kind: str,
+    *,
+    needs: tuple[str, ...] = (),
+    secrets: tuple[str, ...] = (),
 ) -> tuple[File, Unit]:
     name = names.unit(swarm.name, robot.name, kind)
     values: dict[str, Any] = {
@@ -53,7 +65,7 @@ def _unit(
         "line": line,
         "delay": APART * line.index,
         "again": 5 + APART * line.index,
-        "workspace": None,
+        "workspaces": (),
     }
     file = File(f"units/{name}", render(f"{kind}.service", **values), origin=f"robots.{robot.name}")
-    return file, Unit(name, (file.path, *needs), secret=secret)
+    return file, Unit(name, (file.path, *needs), secrets=secrets)

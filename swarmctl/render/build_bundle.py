@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from swarmctl.render import bluetooth
 from swarmctl.render.bundle import Bundle, File, Unit
@@ -61,10 +61,22 @@ def _bundle(swarm: Swarm, host: Host, parts: tuple[Part, ...]) -> Bundle:
         links=links,
         blocks={path: inside for part in parts for path, inside in part.blocks.items()},
         requires=tuple(dict.fromkeys(name for part in parts for name in part.requires)),
-        wants=tuple(name for part in parts for name in part.wants),
+        wants=tuple(dict.fromkeys(name for part in parts for name in part.wants)),
+        needed_by=_needed_by(parts),
         follows=next((part.follows for part in parts if part.follows), ""),
-        secrets=tuple(name for part in parts for name in part.secrets),
+        platform=next((part.platform for part in parts if part.platform), ""),
+        unbuilt=tuple(dict.fromkeys(name for part in parts for name in part.unbuilt)),
+        secrets=tuple(dict.fromkeys(name for part in parts for name in part.secrets)),
+        secret_forms={name: form for part in parts for name, form in part.secret_forms.items()},
     )
+
+
+def _needed_by(parts: Iterable[Part]) -> dict[str, tuple[str, ...]]:
+    found: dict[str, tuple[str, ...]] = {}
+    for part in parts:
+        for requirement, entries in (*part.requires.items(), *part.wants.items()):
+            found[requirement] = tuple(dict.fromkeys((*found.get(requirement, ()), *entries)))
+    return found
 
 
 def _target_file(swarm: Swarm, target: str, units: list[Unit]) -> File:

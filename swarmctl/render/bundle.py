@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 from swarm_agent import paths
 from swarm_agent.manifest import FORMAT, ManifestData
@@ -15,6 +16,10 @@ from swarmctl.render.manifest import digest_of, file_data, manifest_bytes, relea
 #: The folder of every swarm on a host.
 ROOT = paths.ROOT
 _PACKAGE, _WORKSPACE = "package:", "workspace:"
+
+
+#: What a secret may hold that is no PIN: one line for a variable, any text for a file.
+SecretForm = Literal["line", "text"]
 
 
 def package(name: str) -> str:
@@ -61,7 +66,7 @@ class Unit:
     robot: str = ""
     program: str = ""
     packages: tuple[str, ...] = ()
-    secret: str = ""
+    secrets: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,10 +76,15 @@ class Bundle:
     ``links`` maps an absolute path on the host to a path in the release (a symlink through ``current``);
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
     ``wants`` names programs without which a part of its preparation does nothing (``chronyd``, ``iw``),
-    ``follows`` the host whose clock it follows, ``secrets`` those that its units read, by name;
+    ``follows`` the host whose clock it follows, ``secrets`` those that its units read, by name,
+    and ``secret_forms`` what those of them may hold that are no PIN;
     ``requires`` names what the host must have for its units to run: programs, ``rospy``, ``pyserial``,
-    and what ``package`` and ``workspace`` make of names of ROS packages and places of built workspaces;
-    ``distro`` is the ROS distribution that these belong to.
+    ``tf2_msgs``, and what ``package`` and ``workspace`` make of names of ROS packages and places of built
+    workspaces;
+    ``needed_by`` has for each of ``requires`` and ``wants`` the entries of the spec that need it;
+    ``distro`` is the ROS distribution that these belong to;
+    ``platform`` is the one that its compiled packages are for, empty without any, and ``unbuilt`` names
+    packages whose build is missing.
     """
 
     swarm: str
@@ -85,9 +95,13 @@ class Bundle:
     blocks: Mapping[str, str] = field(default_factory=dict)
     requires: tuple[str, ...] = ()
     wants: tuple[str, ...] = ()
+    needed_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     follows: str = ""
     secrets: tuple[str, ...] = ()
+    secret_forms: Mapping[str, SecretForm] = field(default_factory=dict)
     distro: str = MIDDLEWARES.default
+    platform: str = ""
+    unbuilt: tuple[str, ...] = ()
 
     @property
     def asks(self) -> tuple[str, ...]:

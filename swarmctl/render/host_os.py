@@ -13,7 +13,7 @@ from swarmctl.render import shipped_files
 from swarmctl.render.bundle import ROOT, File, Unit
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
-from swarmctl.spec.model import Usb
+from swarmctl.spec.link_model import Radio, Usb
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of, subnet_of
 from swarmctl.swarm.clocks import followed
@@ -96,7 +96,7 @@ class Preparation:
             (settings, File(_AWAKE, shipped_files.text("host/wlan-awake"), 0o755)),
             ((file, Unit(name, (file.path, _AWAKE))),),
             links={f"{_NETWORK_MANAGER}/swarm-{swarm.name}.conf": settings.path},
-            wants=("iw",),
+            wants={"iw": ("links",)},
         )
 
     def _devices(self, host: Host) -> Iterator[Part]:
@@ -105,8 +105,11 @@ class Preparation:
         adapters = [(robot.name, robot.line.usb) for robot in robots if isinstance(robot.line, UsbLine)]
         bound = [robot.line.index for robot in robots if isinstance(robot.line, RfcommLine)]
         lines = [_adapter(robot, usb) for robot, usb in adapters]
+        radios = any(isinstance(robot.link, Radio) for robot in robots)
         found = {
-            "60": render("swarm.rules", lines=lines, bound=bound) if lines or bound else b"",
+            "60": render("swarm.rules", lines=lines, bound=bound, radios=radios)
+            if lines or bound or radios
+            else b"",
             "90": render("guard.rules", lines=lines) if lines else b"",
         }
         for number, text in found.items():
@@ -117,10 +120,14 @@ class Preparation:
 
 def _clock(text: bytes) -> Part:
     file = File("chrony/block", text, origin="time")
-    return Part((file,), blocks={CHRONY: file.path}, wants=("chronyd",))
+    return Part((file,), blocks={CHRONY: file.path}, wants={"chronyd": ("time",)})
 
 
 def _adapter(robot: str, usb: Usb) -> dict[str, object]:
-    """A robot's adapter, and what udev knows it by: attributes of one USB device."""
+    """A robot's adapter, and what udev knows it by: the port and attributes of one USB device."""
     known = {"serial": usb.serial, "idVendor": usb.vendor, "idProduct": usb.product}
-    return {"robot": robot, "identity": [(key, value) for key, value in known.items() if value]}
+    return {
+        "robot": robot,
+        "port": usb.path,
+        "identity": [(key, value) for key, value in known.items() if value],
+    }

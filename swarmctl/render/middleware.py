@@ -29,10 +29,24 @@ class Master:
 
 
 @dataclass(frozen=True)
+class ExpectedGate:
+    """The gate in front of a driver: its unit, its node, and the topic on which it publishes. Full names."""
+
+    unit: str
+    node: str
+    output: str
+    output_type: str
+    reports: DriverTopic
+
+
+@dataclass(frozen=True)
 class ExpectedDriver:
     """A robot's driver: its unit, its node, what it publishes, and the topic of its commands. Full names.
 
+    ``node`` is empty where a launch file names the nodes.
+
     ``guarded``: it is swarmctl's, the main process of its unit, and rejects unauthorised publishers.
+    ``gate`` rejects them in front of another driver; ``ungated``: why nothing does.
     """
 
     unit: str
@@ -41,16 +55,22 @@ class ExpectedDriver:
     command: str
     command_type: str
     guarded: bool
+    gate: ExpectedGate | None = None
+    ungated: str = ""
 
 
 @dataclass(frozen=True)
 class ExpectedNode:
-    """A program's unit and node (empty if nothing names it); topics are pairs of full name and type."""
+    """A program's unit and node (empty if nothing names it); topics are pairs of full name and type.
+
+    ``measured``: those that it publishes at a declared rate.
+    """
 
     unit: str
     name: str
     publishes: tuple[tuple[str, str], ...]
     subscribes: tuple[tuple[str, str], ...]
+    measured: tuple[DriverTopic, ...] = ()
 
 
 class Middleware(Protocol):
@@ -99,6 +119,18 @@ class Middleware(Protocol):
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Returns the ports that the middleware itself takes on the hub of ``island``."""
+
+    def debian_packages(self, requirement: str) -> tuple[str, ...]:
+        """Returns the Debian packages any of which brings ``requirement``, the best first; or none."""
+
+    def package_source(self, platform: str) -> str:
+        """Returns the server with its Debian packages for a platform that has none itself; or empty text."""
+
+    def packages_of_key(self, key: str, *, headers: bool) -> tuple[str, ...]:
+        """Returns Debian packages of a ROS package that a package.xml names, the best first.
+
+        ``headers``: it is needed to compile.
+        """
 
     def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
         """Yields what to do on a host that lacks ``missing``, entries of ``Bundle.requires``."""

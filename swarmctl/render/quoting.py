@@ -18,6 +18,8 @@ import jinja2
 from swarmctl import resources
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
+#: What roslaunch replaces by the folder of a package.
+FIND = re.compile(r"\$\(find [A-Za-z0-9_-]+\)", re.ASCII)
 _WORD = re.compile(r"[A-Za-z0-9:._/@%+=,-]+", re.ASCII)
 _YAML_WORD = re.compile(
     r"(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z][a-z0-9-]*|[0-9]+(?:\.[0-9]+){3}",
@@ -91,10 +93,11 @@ def environment_file(value: Any) -> str:
 def xml(value: Any) -> str:
     """Returns an attribute of a roslaunch file with its quotes; line ends and tabs are references.
 
-    Raises ``UnsafeValueError`` for substitutions, which cannot be escaped.
+    `$(find PACKAGE)` is the folder of a package to roslaunch. Raises ``UnsafeValueError`` for other
+    substitutions, which cannot be escaped.
     """
     text = _plain(value, spaces="\n\t")
-    if "$(" in text:
+    if "$(" in FIND.sub("", text):
         raise UnsafeValueError(f"{text!r} would be substituted by roslaunch")
     return quoteattr(text)
 
@@ -166,6 +169,7 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".env": environment_file,
     ".bash": shell,
     ".launch": xml,
+    ".urdf": xml,
     ".rules": udev,
     ".hosts": hosts,
     ".chrony": chrony,

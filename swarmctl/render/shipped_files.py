@@ -9,7 +9,8 @@ from swarmctl.render.bundle import File
 
 #: A folder of a release -> the packages of `templates/packages` whose files it holds, side by side.
 _FOLDERS = {
-    "drivers": ("driver", "rosserial", "common"),
+    "drivers": ("driver", "command", "rosserial", "common"),
+    "gate": ("gate", "command", "common"),
     "multimaster": ("multimaster", "common"),
     "teleop": ("teleop",),
 }

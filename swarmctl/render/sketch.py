@@ -9,7 +9,7 @@ from typing import Any
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File
 from swarmctl.render.quoting import render
-from swarmctl.robot_types.protocols import RosserialProtocol
+from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, completed
 from swarmctl.swarm.resolved import Host, Robot, Swarm
 
@@ -58,14 +58,25 @@ class Sketch:
         return {file.path.removeprefix(f"{self.name}/"): file.content for file in self.files}
 
 
-def settings_of(robot: Robot, protocol: RosserialProtocol) -> FirmwareSettings:
-    """Returns the settings of a robot's sketch, with the same numbers as its driver's."""
-    kinematics, measured = robot.type.kinematics, robot.settings.calibration
+def settings_of(robot: Robot) -> FirmwareSettings | None:
+    """Returns the settings of a robot's sketch, with the same numbers as its driver's.
+
+    None for a robot whose sketch swarmctl does not write, or that has no line.
+    """
+    kind = robot.type
+    if (
+        robot.line is None
+        or not isinstance(kind, RobotType)
+        or kind.sketch is None
+        or kind.sketch.firmware is None
+    ):
+        return None
+    protocol, kinematics, measured = kind.sketch, kind.kinematics, robot.settings.calibration
     assert kinematics.wheel_radius is not None  # the type was refused otherwise
     left, right = protocol.publishes
     return FirmwareSettings(
         firmware=completed(robot.settings.firmware),
-        baud=robot.baud or robot.type.link.baud,
+        baud=robot.baud or kind.link.baud,
         command_topic=protocol.subscribes[0].topic,
         left_ticks_topic=left.topic,
         right_ticks_topic=right.topic,
@@ -79,10 +90,8 @@ def settings_of(robot: Robot, protocol: RosserialProtocol) -> FirmwareSettings:
 
 def sketch_of(robot: Robot) -> Sketch | None:
     """Returns the sketch for the robot's board, if swarmctl writes it."""
-    protocol = robot.type.sketch
-    if protocol is None or protocol.firmware is None:
-        return None
-    return sketch(robot.name, settings_of(robot, protocol))
+    settings = settings_of(robot)
+    return sketch(robot.name, settings) if settings is not None else None
 
 
 def files(robot: Robot) -> tuple[File, ...]:
@@ -95,10 +104,10 @@ def files(robot: Robot) -> tuple[File, ...]:
     )
 
 
-def wants(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    """Returns the programs that a host needs to write firmware to its boards."""
-    sketches = (robot.type.sketch for robot in swarm.robots_on(host.name))
-    return ("avrdude",) if any(one is not None and one.firmware for one in sketches) else ()
+def wants(swarm: Swarm, host: Host) -> dict[str, tuple[str, ...]]:
+    """Returns the programs that a host needs to write firmware to its boards, and the robots with these."""
+    robots = tuple(f"robots.{one.name}" for one in swarm.robots_on(host.name) if settings_of(one))
+    return {"avrdude": robots} if robots else {}
 
 
 def sketch(name: str, settings: FirmwareSettings) -> Sketch:

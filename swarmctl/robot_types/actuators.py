@@ -81,5 +81,6 @@ class Actuator(Model):
             yield ConsistencyError("`send` is 80 printable characters at most; shorten it", "send")
         elif self.reply and not is_head(self.reply):
             yield ConsistencyError(
-                "`reply` is what the reply begins with, up to its first comma, without blanks", "reply"
+                "`reply` is what the reply begins with, up to its first separator, without blanks",
+                "reply",
             )

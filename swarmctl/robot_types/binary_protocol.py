@@ -12,7 +12,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from swarmctl.field_types import ConsistencyError, Model, fits_together
-from swarmctl.robot_types.line_protocol import SIDES, Timeout
+from swarmctl.robot_types.line_protocol import SIDES, FirmwareText, Head, Timeout
 
 _BYTE = re.compile(r"[0-9a-fA-F]{2}")
 _PLACE = re.compile(r"\{(?P<name>[a-z]+):(?P<code>[bBhHiIf])\}")
@@ -123,6 +123,7 @@ class BinaryQuery(BinaryExchange):
         "{mode:B}, {width:B} and the like where it repeats how the sensor is set.",
     )
     timeout: Timeout | None = None
+    firmware: FirmwareText | None = None
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -138,6 +139,17 @@ class BinaryQuery(BinaryExchange):
         repeated = tuple(within(settings[one["name"]], one["code"]) for one in places if one)
         reply = f"{' '.join(self.codes)} {count}B".strip()
         return self.model_copy(update={"reply": reply, "begins": repeated or self.begins})
+
+
+class BinaryIdentify(Model):
+    """The request that names the firmware, answered by a line of text. Its version is the first number."""
+
+    send: PlainBytes = Field(
+        examples=["56 0d"], description="The request: bytes in hexadecimal digits, each by itself."
+    )
+    reply: Head = Field(
+        examples=["v"], description="The head that the line begins with; text follows after a comma."
+    )
 
 
 class BinarySpeedCommand(BinaryExchange):

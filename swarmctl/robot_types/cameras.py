@@ -29,6 +29,7 @@ _PIXEL: Mapping[Encoding, tuple[int, str, int]] = {"mono8": (1, "mono8", 1), "rg
 ImageSide = Annotated[int, Field(ge=1, le=640, examples=[40])]
 ChipSide = Annotated[int, Field(ge=1, le=4096)]
 Zoom = Annotated[int, Field(ge=1, le=64, examples=[8])]
+Coordinate = Annotated[float, Field(ge=-1, le=1), Unit("m")]
 _PLACE = re.compile(r"\{(?P<name>mode|width|height|zoom):(?P<code>[bBhHiIft])\}")  # t: in decimal digits
 _PIXELS = "{pixels}"
 
@@ -82,7 +83,7 @@ class Image(Reading):
     """A camera: the pixels of one image, row by row; one a robot at most."""
 
     settings_key: ClassVar[str] = "camera"
-    set_by: ClassVar[set[str]] = {"modes", "chip", "largest", "prepare"}
+    set_by: ClassVar[set[str]] = {"modes", "chip", "largest", "prepare", "field_of_view_deg"}
     faster: ClassVar[str] = "use smaller or grey images"
 
     kind: Literal["image"] = Field(description="A camera.")
@@ -109,11 +110,29 @@ class Image(Reading):
         ge=1, le=65535, examples=[3200], description="Largest image that the robot can send."
     )
     prepare: Preparation = Field(description="The request that sets the camera, once it is to be read.")
+    x: Coordinate = Field(0.0, examples=[0.03], description="Its place, forward of the robot's centre.")
+    y: Coordinate = Field(0.0, description="Left of the robot's centre.")
+    z: Coordinate = Field(
+        0.0, examples=[0.008], description="Above the wheels' axis. It looks straight ahead."
+    )
+    field_of_view_deg: Annotated[float, Field(gt=0, lt=180), Unit("deg")] | None = Field(
+        None,
+        examples=[48],
+        description="How wide the whole chip looks; without it `camera_info` has no focal length.",
+    )
 
     @property
     def count(self) -> int:
         """Bytes of an image."""
         return self.width * self.height * _PIXEL[self.encoding][0]
+
+    @property
+    def derived(self) -> dict[str, float]:
+        """The focal length, in pixels of the image; nothing if the field of view is not known."""
+        if self.field_of_view_deg is None:
+            return {}
+        across = 2 * math.tan(math.radians(self.field_of_view_deg) / 2)
+        return {"focal": round(self.chip[0] / across / self.zoom, 4)}
 
     @property
     def payload(self) -> int:

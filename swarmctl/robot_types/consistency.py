@@ -92,10 +92,16 @@ def _line_errors(robot_type: Parts, protocol: DriverProtocol) -> Iterator[Consis
     yield from _request_errors(protocol)
     yield from _actuator_errors(robot_type, protocol)
     yield from _speed_range_errors(robot_type, protocol)
+    for name, query in protocol.queries.items():
+        if query.firmware is not None and not protocol.identify:
+            yield ConsistencyError(
+                "the driver must request the firmware version first; add `identify`",
+                "protocol", "queries", name, "firmware",
+            )  # fmt: skip
     scales = robot_type.kinematics.scales
     if not scales:
         yield ConsistencyError("the robot has units of its own; add `kinematics.scales`", "kinematics", KEY)
-    if len(scales) > 1 and not getattr(protocol, "identify", None):
+    if len(scales) > 1 and not protocol.identify:
         yield ConsistencyError(
             "with several `scales` the driver must request the firmware version; add `identify`",
             "protocol", "identify",

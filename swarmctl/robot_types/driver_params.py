@@ -44,15 +44,16 @@ def params_of(
             "settle": link.settle,
             "hint": link.hint,
         },
-        "command_timeout": command_timeout_of(robot_type, tuned),
+        "command_timeout": command_timeout_of(tuned),
         **({"waits": waits} if (waits := waits_of(robot_type, baud or link.baud, rates)) else {}),
+        **({"firmware_of": needed} if (needed := _firmware_of(robot_type)) else {}),
         "diagnostics_rate": rates[DIAGNOSTICS],
         "kinematics": _kinematics(robot_type, tuned),
         "protocol": _protocol(robot_type, tuned)
         | ({"module": module} if robot_type.protocol.kind == "python" else {}),
         "sensors": {
             name: _plain(one.model_dump(exclude_none=True, exclude=one.set_by))
-            | {"read": one.read or name, "count": one.count, "rate": rates[name]}
+            | {"read": one.read or name, "count": one.count, "rate": rates[name], **one.derived}
             for name, one in robot_type.sensors.items()
         },
         "actuators": {
@@ -65,6 +66,7 @@ def _protocol(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:
     params: dict[str, Any] = _plain(robot_type.protocol.model_dump(exclude_none=True))
     for query in params.get("queries", {}).values():
         query.pop("timeout", None)  # stands in `waits`
+        query.pop("firmware", None)  # stands in `firmware_of`
     for exchange in (
         params.get("set_speed", {}),
         *params.get("setup", ()),
@@ -75,6 +77,13 @@ def _protocol(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:
     if robot_type.sketch and robot_type.sketch.firmware and "odometry" in params:
         params["odometry"]["counts_per_turn"] = completed(tuned.firmware).pulses_per_turn
     return params
+
+
+def _firmware_of(robot_type: RobotType) -> dict[str, str]:
+    """The text that the firmware's name must have, by query."""
+    protocol = robot_type.driver_protocol
+    queries = protocol.queries if protocol is not None else {}
+    return {name: one.firmware for name, one in queries.items() if one.firmware is not None}
 
 
 def _kinematics(robot_type: RobotType, tuned: RobotSettings) -> dict[str, Any]:

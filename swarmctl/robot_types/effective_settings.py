@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.robot_types.protocols import BinaryProtocol
+from swarmctl.robot_types.protocols import BinaryProtocol, length_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import (
     COMMAND_TIMEOUT,
@@ -28,7 +28,7 @@ def rates_of(robot_type: RobotType, *layers: RobotSettings) -> dict[str, float]:
     return {**rates, DIAGNOSTICS: last_rate(DIAGNOSTICS_RATE, DIAGNOSTICS, layers)}
 
 
-def command_timeout_of(robot_type: RobotType, *layers: RobotSettings) -> float:
+def command_timeout_of(*layers: RobotSettings) -> float:
     """Seconds without a command after which a robot is stopped. ``layers`` as for ``merged``."""
     declared = (one.command_timeout for one in reversed(layers) if one.command_timeout is not None)
     return float(next(declared, COMMAND_TIMEOUT))
@@ -58,7 +58,7 @@ def waits_of(robot_type: RobotType, baud: int, rates: Mapping[str, float]) -> di
         return {}
     read = {one.read or name for name, one in robot_type.sensors.items() if rates[name] > 0}
     return {
-        name: query.timeout + query.length(_LONGEST_NUMBER)[1] * robot_type.link.bits / baud
+        name: query.timeout + length_of(protocol, name, _LONGEST_NUMBER)[1] * robot_type.link.bits / baud
         for name, query in protocol.queries.items()
         if query.timeout is not None and name in read
     }

@@ -14,8 +14,10 @@ from swarmctl.units import Unit
 
 _REQUEST = r"^[\x20-\x7e]{1,80}$"
 _HEAD = r"^[!-+\--~]{1,16}$"  # printable, no blank, no comma
+# Printable, or blanks; nothing that a number has, nor what may be a head.
+_SEPARATOR = r"^(?:\t| +|[ ]*[!-*,/:-@\[-`{-~]{1,4}[ ]*)$"
 _DIGITS = frozenset("0123456789")
-_LONGEST = 64  # values of a line, and a comma before each
+_LONGEST = 64  # values of a line, and a separator before each
 
 #: What a request may be given.
 SIDES, INDEX, VALUE, VALUES = ("left", "right"), "index", "value", "values"
@@ -28,6 +30,7 @@ def _pattern(value: str) -> str:
 
 
 Request = Annotated[str, Field(pattern=_REQUEST, examples=["R"])]
+Separator = Annotated[str, Field(max_length=8, pattern=_SEPARATOR, examples=[" "])]
 Head = Annotated[str, Field(pattern=_HEAD, examples=["r"])]
 Pattern = Annotated[str, Field(max_length=200, examples=["([0-9]+)"]), AfterValidator(_pattern)]
 Timeout = Annotated[
@@ -43,8 +46,19 @@ Timeout = Annotated[
 ]
 
 
+FirmwareText = Annotated[
+    str,
+    Field(
+        pattern=_REQUEST,
+        examples=["GCtronic"],
+        description="Text in the reply to `identify` without which the query is not sent: another firmware "
+        "does something else with it. Its sensors are then left out.",
+    ),
+]
+
+
 class LineExchange(Model):
-    """One request and its reply: a head, then numbers, all separated by commas."""
+    """One request and its reply: a head, then numbers, all separated by the protocol's `separator`."""
 
     send: Request = Field(description="The request, without its terminator.")
     reply: Head = Field(description="The head that the reply begins with.")
@@ -54,7 +68,7 @@ class LineExchange(Model):
     )
     pattern: Pattern | None = Field(
         None,
-        description="For a reply that is no list of numbers: what follows the head and its comma, as a "
+        description="For a reply that is no list of numbers: what follows the head and its separator, as a "
         "regular expression with a group for each number. Only characters and classes are repeated, and none "
         "before what it could take itself.",
     )
@@ -72,24 +86,30 @@ class LineExchange(Model):
                     "pattern",
                 )
 
-    def length(self, digits: int) -> tuple[int, int]:
+    def length(self, digits: int, gap: int = 1) -> tuple[int, int]:
         """Bytes of the request and of its longest reply, whose numbers have ``digits`` characters each.
 
-        A comma stands before each number, CR and LF behind all. What is ignored may be a 32-bit number.
+        ``gap`` bytes stand before each number, CR and LF behind all. What is ignored may be a 32-bit number.
         """
-        return len(self.send) + 1, len(self.reply) + self.values * (1 + digits) + self.extra * 11 + 2
+        numbers = self.values * (gap + digits) + self.extra * (gap + 10)
+        return len(self.send) + 1, len(self.reply) + numbers + 2
 
 
 class Query(LineExchange):
     """A query, and the numbers of its reply."""
 
     timeout: Timeout | None = None
+    firmware: FirmwareText | None = None
 
 
 class SpeedCommand(LineExchange):
     """The request that sets both wheel speeds, with {left} and {right} where the units go."""
 
     send: Request = Field(examples=["D,{left},{right}"], description="The request, without its terminator.")
+    reply: Head = Field(
+        description="The head that the reply begins with. A robot that answers nothing, or that takes other "
+        "speeds than its wheels', needs `kind: python`: docs/own-robot.md has one that confirms nothing."
+    )
 
     @fits_together
     def _both_sides(self) -> Iterator[ConsistencyError]:
@@ -108,7 +128,7 @@ class Identify(Model):
     """The request that names the firmware. Its version is the first number in the reply."""
 
     send: Request = Field(description="The request, without its terminator.")
-    reply: Head = Field(description="The head that the reply begins with; text follows after a comma.")
+    reply: Head = Field(description="The head that the reply begins with; text follows after a separator.")
 
 
 class CodedExchange(Model):
@@ -130,7 +150,15 @@ class CodedExchange(Model):
 class CodedQuery(CodedExchange):
     """A query, and how many numbers its reply has."""
 
+    request: int = Field(
+        ge=0,
+        le=4096,
+        examples=[8],
+        description="Bytes of the longest request; 0 where the robot sends the line by itself: the driver "
+        "then waits for the next one.",
+    )
     timeout: Timeout | None = None
+    firmware: FirmwareText | None = None
     values: int = Field(
         ge=1, le=255, examples=[2], description="How many numbers the class makes of the reply."
     )

@@ -8,7 +8,12 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints
 
 from swarmctl.field_types import ConsistencyError, GraphName, Model, Name, Value, fits_together
-from swarmctl.robot_types.binary_protocol import BinaryExchange, BinaryQuery, BinarySpeedCommand
+from swarmctl.robot_types.binary_protocol import (
+    BinaryExchange,
+    BinaryIdentify,
+    BinaryQuery,
+    BinarySpeedCommand,
+)
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.line_protocol import (
     CodedExchange,
@@ -16,6 +21,7 @@ from swarmctl.robot_types.line_protocol import (
     Head,
     Identify,
     Query,
+    Separator,
     Setup,
     SpeedCommand,
 )
@@ -23,6 +29,7 @@ from swarmctl.units import Unit
 
 QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Time to wait for a reply."), Unit("s")]
+Loc = tuple[str | int, ...]
 _MOST = 64  # requests, and lines, that a robot is made to know
 UNO_BOARDS = ("arduino-uno", "arduino-nano")  # an ATmega328P at 16 MHz, pins as on an UNO
 ClassName = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9_]{0,60}$", examples=["BeetleCodec"])]
@@ -48,6 +55,11 @@ class LineProtocol(Model):
 
     kind: Literal["line"] = Field(description="Lines of text.")
     terminator: Literal["\r", "\n"] = Field("\r", description="Ends a request.")
+    separator: Separator = Field(
+        ",",
+        description="Stands between the head and the numbers of a reply, and between the `{values}` of an "
+        "actuator. A blank or a tab stands for any number of blanks and tabs.",
+    )
     reply_timeout: ReplyTimeout = 0.2
     error_heads: Annotated[tuple[Head, ...], Field(strict=False)] = Field(
         (), examples=[["z"]], description="A reply that begins with one of these refuses the request."
@@ -71,6 +83,20 @@ class LineProtocol(Model):
         description="Other requests, by name; `sensors` gives the meaning of the numbers in the replies.",
     )
 
+    @fits_together
+    def _heads_end_at_the_separator(self) -> Iterator[ConsistencyError]:
+        """A head with the separator in it would never match."""
+        mark = self.separator.strip()
+        heads: list[tuple[str, Loc]] = [(self.set_speed.reply, ("set_speed", "reply"))]
+        heads += [(one.reply, ("queries", name, "reply")) for name, one in self.queries.items()]
+        heads += [(one.reply, ("setup", number, "reply")) for number, one in enumerate(self.setup)]
+        heads += [(self.identify.reply, ("identify", "reply"))] if self.identify else []
+        for head, loc in heads:
+            if mark and mark in head:
+                yield ConsistencyError(
+                    f"the reply `{head}` ends at its first `{mark}`, the separator; shorten it", *loc
+                )
+
 
 class BinaryProtocol(Model):
     """Requests and replies as bytes. A reply has no frame: what arrives before a request is thrown away."""
@@ -80,6 +106,9 @@ class BinaryProtocol(Model):
     reply_timeout: ReplyTimeout = 0.2
     set_speed: BinarySpeedCommand = Field(
         description="Sets both wheel speeds; with zeros it stops the robot."
+    )
+    identify: BinaryIdentify | None = Field(
+        None, description="Requests the firmware version, of a robot that takes text as well."
     )
     setup: Annotated[tuple[BinaryExchange, ...], Field(max_length=_MOST, strict=False)] = Field(
         (),
@@ -219,9 +248,6 @@ class RosserialProtocol(Model):
                 )  # fmt: skip
 
 
-#: Drivers of a robot whose board speaks rosserial.
-DriverName = Literal["swarmctl", "rosserial_python"]
-
 #: What odometry can be made from.
 COUNTERS = ("std_msgs/Int16", "std_msgs/Int32")
 
@@ -234,3 +260,10 @@ PROTOCOLS: dict[str, type[Model]] = {
     "line": LineProtocol, "binary": BinaryProtocol, "python": PythonProtocol,
     "rosserial": RosserialProtocol,
 }  # fmt: skip
+
+
+def length_of(protocol: DriverProtocol, query: str, digits: int) -> tuple[int, int]:
+    """Returns the bytes of a query and of its longest reply, whose numbers have ``digits`` characters."""
+    if isinstance(protocol, LineProtocol):
+        return protocol.queries[query].length(digits, len(protocol.separator))
+    return protocol.queries[query].length(digits)

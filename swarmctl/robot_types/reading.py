@@ -48,6 +48,11 @@ class Reading(Model):
         """Bytes of its message beyond those that the message's type fixes."""
         return 0
 
+    @property
+    def derived(self) -> dict[str, float]:
+        """What the driver needs that follows from keys of its type."""
+        return {}
+
     def tuned(self: S, settings: Model) -> S:
         """Returns the sensor as the ``settings`` of a robot have it under its ``settings_key``."""
         return self.model_copy(update=getattr(settings, self.settings_key).model_dump(exclude_none=True))

@@ -11,11 +11,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from swarmctl.field_types import Baud, ConsistencyError, Model, fits_together
+from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, fits_together
 from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
-from swarmctl.robot_types.protocols import DriverName, DriverProtocol, Protocol, RosserialProtocol
+from swarmctl.robot_types.protocols import DriverProtocol, Protocol, RosserialProtocol
 from swarmctl.robot_types.reading import SensorName
 from swarmctl.robot_types.sensors import Sensor
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
@@ -60,7 +60,7 @@ class Link(Model):
 
 
 class RobotType(Model):
-    """One kind of robot."""
+    """One kind of robot with a protocol of its own, which swarmctl's driver knows."""
 
     title: Text = Field(examples=["K-Team Khepera III"], description="What people call it.")
     link: Link = Field(description="The line to it.")
@@ -85,6 +85,12 @@ class RobotType(Model):
         examples=[{"leds": {"send": "L,{index},{value}", "reply": "l", "channels": ["left"], "max": 1}}],
         description="What may be set on it beside its speed, by the name of the topic.",
     )
+    urdf: FilePath | None = Field(
+        None,
+        examples=["urdf/rover.urdf"],
+        description="A URDF with its shape, by its path from the spec's folder; by default one is made from "
+        "this type.",
+    )
     firmware_dead_man: bool = Field(description="Whether the robot stops by itself when commands stop.")
     settings: RobotSettings = Field(
         default_factory=lambda: NO_SETTINGS, description="What differs from swarmctl's own defaults."
@@ -99,10 +105,6 @@ class RobotType(Model):
     def sketch(self) -> RosserialProtocol | None:
         """What runs on its board."""
         return self.protocol if isinstance(self.protocol, RosserialProtocol) else None
-
-    def foreign(self, driver: DriverName) -> RosserialProtocol | None:
-        """Returns its sketch, where `rosserial_python` is the robot's driver."""
-        return self.sketch if driver == "rosserial_python" else None
 
     @fits_together
     def _fits_together(self) -> Iterator[ConsistencyError]:

@@ -24,6 +24,7 @@ Degrees = Annotated[float, Unit("deg")]
 Volts = Annotated[float, Unit("V")]
 Three = Annotated[tuple[float, float, float], Field(strict=False)]
 ODOM = "odom"
+SCAN = "scan"  # of an array of distance sensors, beside the topics of its elements
 FRAME_TOPICS = ("cmd_vel", "joint_states")  # of every driver; no sensor or actuator is called so
 
 
@@ -66,7 +67,7 @@ class Wheels(Reading):
 
 
 class Range(Reading):
-    """Distance sensors. Each has a topic of its own in metres; the raw readings of all are one message."""
+    """Distance sensors. Each has a topic in metres, all have a scan; the raw readings are one message."""
 
     kind: Literal["range"] = Field(description="Distance sensors, infrared or ultrasound.")
     radiation: Literal["infrared", "ultrasound"] = Field("infrared", description="What they send out.")
@@ -121,6 +122,10 @@ class Range(Reading):
         names = [one.name for one in self.elements]
         if len(set(names)) < len(names):
             yield ConsistencyError("two of the `elements` have the same name; give each its own", "elements")
+        if SCAN in names:
+            yield ConsistencyError(
+                f"`{SCAN}` is the topic of all of them together; choose another name", "elements"
+            )
 
 
 class Raw(Reading):

@@ -48,20 +48,25 @@ class Calibration(Model):
     )
 
 
-class RobotSettings(Model):
-    """What may be tuned for one robot. What is left out comes from the more general layer."""
+class CommandSettings(Model):
+    """What may be tuned of the commands of any robot, whichever its driver."""
 
     command_timeout: Annotated[float, Field(ge=0.05, le=2, examples=[0.4]), Unit("s")] | None = Field(
         None,
         description="Time without a command after which the robot stops (dead-man).",
     )
+    limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")
+
+
+class RobotSettings(CommandSettings):
+    """What may be tuned for one robot. What is left out comes from the more general layer."""
+
     rates: dict[SensorName, Rate] = Field(
         default_factory=dict,
         examples=[{"odom": 20.0, "proximity": 10.0}],
         description="How often the driver reads and publishes each sensor; 0 turns it off. "
         "`diagnostics` is one of them and cannot be turned off: 0.2 to 10 Hz.",
     )
-    limits: Limits = Field(default_factory=Limits, description="How fast the robot may go.")
     calibration: Calibration = Field(
         default_factory=Calibration, description="What was measured on this robot."
     )

@@ -50,7 +50,7 @@ class _Scope:
 def evaluate(
     package: Package,
     path: str,
-    arguments: Mapping[str, str],
+    arguments: Mapping[str, str | None],
     namespace: str,
     packages: Mapping[str, Package],
     *,
@@ -58,11 +58,13 @@ def evaluate(
 ) -> Launched:
     """Returns what the launch file ``path`` of a package brings, included with ``arguments``.
 
-    It ends after ``limit`` elements, with those of its includes; ``cost`` of the result is their number.
+    An argument is None if its value is not known here. It ends after ``limit`` elements, with those of its
+    includes; ``cost`` of the result is their number.
     """
     run = _Run(packages, limit)
     scope = _Scope(package, path, namespace, dict(arguments), set())
     run.file(scope, dict(arguments), Place(posixpath.join(package.folder, path), 0))
+    run.launched.arguments = {name: scope.arguments.get(name) for name in sorted(scope.declared)}
     run.launched.cost = limit - run.left
     return run.launched
 
@@ -97,6 +99,8 @@ class _Run:
         """Evaluates a file, and what was given to it and is not declared."""
         shown = posixpath.join(scope.package.folder, scope.path)
         content = scope.package.contents.get(scope.path)
+        if content is None:
+            self.launched.unread[scope.package.name, scope.path] = None
         self.left -= len(content or b"") // _BYTES
         if content is None or self.left <= 0:
             return
@@ -259,11 +263,13 @@ class _Run:
     def found(self, scope: _Scope, tag: Tag, file: str | None) -> tuple[Package | None, str]:
         """The package and the path in it; reports a file that a found package does not have."""
         match = _FOUND.fullmatch(file or "")
-        package = self.packages.get(match[1]) if match else None
-        if match is None or package is None:
+        if match is None:
             return None, ""
-        path = posixpath.normpath(match[2])
-        if path not in package.files:
+        package, path = self.packages.get(match[1]), posixpath.normpath(match[2])
+        if package is None or package.has(path) is None:
+            self.launched.unread[match[1], path] = None
+            return None, ""
+        if not package.has(path):
             text = f"package `{package.name}` has no file `{path}`"
             if scope.certain:
                 place, known = self.place(scope, tag), tuple(sorted(package.files))

@@ -83,6 +83,7 @@ class Machine:
 class Launched:
     """All that one launch file and its includes bring."""
 
+    arguments: dict[str, str | None] = field(default_factory=dict)  # that the file itself declares
     nodes: list[Node] = field(default_factory=list)
     parameters: list[Setting] = field(default_factory=list)
     environment: list[Setting] = field(default_factory=list)
@@ -93,4 +94,5 @@ class Launched:
     files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
     unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
     faults: list[Fault] = field(default_factory=list)
+    unread: dict[tuple[str, str], None] = field(default_factory=dict)  # by package, unknown here
     cost: int = 0

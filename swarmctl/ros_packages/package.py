@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from hashlib import sha256
 
 from swarmctl.ros_packages.message_definitions import (
     Definition,
@@ -22,6 +23,8 @@ _DEPENDS = (
     "depend", "build_depend", "build_export_depend", "exec_depend", "run_depend", "test_depend",
     "buildtool_depend", "buildtool_export_depend",
 )  # fmt: skip
+_TO_BUILD = ("depend", "build_depend", "build_export_depend", "buildtool_depend")
+_TO_RUN = ("depend", "exec_depend", "run_depend")
 _SCRIPTS = {"", ".py", ".sh", ".bash", ".pl", ".rb", ".lua"}
 _COMMENT = re.compile(r"#.*")
 _TARGET = re.compile(r"\b\w*add_executable\s*\(\s*\"?([^\s\")]+)", re.I)
@@ -35,13 +38,24 @@ _COMPUTED = re.compile(r"\b(?:foreach|function|macro|include|file\s*\(\s*GLOB)\b
 
 @dataclass(frozen=True)
 class Package:
-    """One package: its files by path, True for those that may be executed, and the texts that were read."""
+    """One package: its files by path, True for those that may be executed, and the texts that were read.
+
+    ``sought``: of a package on a host, the paths that were looked for there; all others are unknown.
+    """
 
     name: str
     folder: str  # as messages show it
     depends: frozenset[str]
     files: Mapping[str, bool]
     contents: Mapping[str, bytes]
+    to_build: frozenset[str] = frozenset()  # the part of `depends` that its build needs
+    to_run: frozenset[str] = frozenset()
+    sought: frozenset[str] | None = None
+
+    def has(self, path: str) -> bool | None:
+        """True if the package has the file, False if it lacks it, None if that is not known."""
+        known = path in self.files or self.sought is None or path in self.sought
+        return path in self.files if known else None
 
     @cached_property
     def programs(self) -> frozenset[str]:
@@ -118,15 +132,64 @@ class Package:
 
 
 @dataclass(frozen=True)
+class DeliveredPackage:
+    """A package that travels with a release: content and permission to execute by path within it.
+
+    ``built_by``: the line of its CMakeLists.txt that only a build obeys; empty if it needs none. ``to_build``
+    and ``to_run`` are what its package.xml names for either.
+    """
+
+    name: str
+    files: Mapping[str, tuple[bytes, bool]] = field(repr=False)
+    depends: frozenset[str] = frozenset()
+    built_by: str = ""
+    to_build: frozenset[str] = frozenset()
+    to_run: frozenset[str] = frozenset()
+    folder: str = ""  # as messages show it
+    skip_keys: frozenset[str] = frozenset()  # of those above, what hosts need not have
+    entry: str = ""  # the entry of `packages` that brings it, if that is called otherwise
+
+    @property
+    def origin(self) -> str:
+        """The entry of the spec that brings it, as messages show it."""
+        return f"packages.{self.entry} ({self.name})" if self.entry else f"packages.{self.name}"
+
+    @cached_property
+    def digest(self) -> str:
+        """The SHA-256 of its files, their paths and permissions."""
+        total = sha256()
+        for path, (content, may) in sorted(self.files.items()):
+            total.update(f"{len(path)} {path} {may:d} {len(content)}\n".encode() + content)
+        return total.hexdigest()
+
+    @property
+    def has_modules(self) -> bool:
+        """True if Python modules of it are imported by others: they lie in its folder `src`."""
+        return any(path.startswith("src/") and path.endswith("/__init__.py") for path in self.files)
+
+
+@dataclass(frozen=True)
 class Packages:
-    """The packages that lie beside a spec or in the operator's workspaces; a name may occur twice."""
+    """The packages that lie beside a spec or in the operator's workspaces; a name may occur twice.
+
+    ``delivered`` are those that travel with a release, ``refused`` has why others cannot, both by name.
+    ``on_hosts`` are those that were read on hosts, by host and name.
+    """
 
     found: tuple[Package, ...] = ()
+    delivered: Mapping[str, DeliveredPackage] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)
+    on_hosts: Mapping[str, Mapping[str, Package]] = field(default_factory=dict)
     by_name: Mapping[str, Package] = field(init=False)
 
     def __post_init__(self) -> None:
         """Looks packages up by name; the first of a name counts, as in ROS_PACKAGE_PATH."""
         object.__setattr__(self, "by_name", {one.name: one for one in reversed(self.found)})
+
+    def known_on(self, host: str | None) -> Mapping[str, Package]:
+        """The packages by name for what runs on ``host``: those found here hide those read there."""
+        there = self.on_hosts.get(host or "")
+        return {**there, **self.by_name} if there else self.by_name
 
 
 NO_PACKAGES = Packages()
@@ -141,7 +204,10 @@ def package_of(folder: str, files: Mapping[str, bool], contents: Mapping[str, by
     named = _texts(root.children, ("name",))
     if root.name != "package" or len(named) != 1 or not _NAME.fullmatch(named[0]):
         return None
-    return Package(named[0], folder, frozenset(_texts(root.children, _DEPENDS)), files, contents)
+    depends, to_build, to_run = (
+        frozenset(_texts(root.children, tags)) for tags in (_DEPENDS, _TO_BUILD, _TO_RUN)
+    )
+    return Package(named[0], folder, depends, files, contents, to_build, to_run)
 
 
 def _texts(tags: Iterable[Tag], names: tuple[str, ...]) -> list[str]:

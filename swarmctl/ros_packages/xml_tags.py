@@ -1,4 +1,4 @@
-"""XML of ROS packages as tags with lines, without entities, which could grow without bound."""
+"""XML of ROS packages as tags with positions, without entities, which could grow without bound."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ MAX_NAME = 100  # characters
 
 
 class XmlError(ValueError):
-    """A file that roslaunch or catkin cannot read; ``line`` counts from 1, 0 if unknown."""
+    """A file that ROS cannot read; ``line`` counts from 1, 0 if unknown, ``column`` from 1."""
 
-    def __init__(self, message: str, line: int) -> None:
+    def __init__(self, message: str, line: int, column: int = 1) -> None:
         super().__init__(message)
-        self.line = line
+        self.line, self.column = line, column
 
 
 class TooLargeError(XmlError):
@@ -38,6 +38,7 @@ class Tag:
     name: str
     attributes: Mapping[str, str]
     line: int
+    column: int = 1
     children: list[Tag] = field(default_factory=list)
     text: str = ""
 
@@ -57,12 +58,13 @@ def root_of(content: bytes) -> Tag:
     try:
         defusedxml.sax.parseString(content, tree, forbid_dtd=True)
     except DefusedXmlException:
-        raise XmlError("it declares entities or a document type", tree.line) from None
+        raise XmlError("it declares entities or a document type", tree.line, tree.column) from None
     except XmlError:
         raise
     except (SAXException, ValueError, LookupError) as error:
         line = getattr(error, "getLineNumber", lambda: None)() or 0
-        raise XmlError("it is not well-formed XML", line) from None
+        column = getattr(error, "getColumnNumber", lambda: None)() or 0
+        raise XmlError("it is not well-formed XML", line, column + 1) from None
     if tree.root is None:
         raise XmlError("it is empty", 1)
     return tree.root
@@ -80,14 +82,19 @@ class _Tree(ContentHandler):
     def line(self) -> int:
         return (self._locator.getLineNumber() or 0) if self._locator else 0
 
+    @property
+    def column(self) -> int:
+        return (self._locator.getColumnNumber() or 0) + 1 if self._locator else 1
+
     def setDocumentLocator(self, locator: Locator) -> None:  # noqa: N802
         self._locator = locator
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802
         self._count += 1
         if self._count > MAX_TAGS or len(self._open) >= MAX_DEPTH or len(name) > MAX_NAME:
-            raise TooLargeError("it has too many elements, too deep ones or too long names", self.line)
-        tag = Tag(name, dict(attrs.items()), self.line)
+            what = "it has too many elements, too deep ones or too long names"
+            raise TooLargeError(what, self.line, self.column)
+        tag = Tag(name, dict(attrs.items()), self.line, self.column)
         if self._open:
             self._open[-1].children.append(tag)
         else:

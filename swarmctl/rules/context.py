@@ -7,27 +7,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from swarmctl.analysis.host_load import HostBudget, host_budgets
-from swarmctl.analysis.listeners import listeners
+from swarmctl.analysis.listeners import listeners, robot_listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.render.middleware import Middleware, middleware_of
-from swarmctl.ros_packages.launch_files import evaluate
-from swarmctl.ros_packages.launched import Launched
 from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
-from swarmctl.swarm import names
+from swarmctl.rules.launch_uses import LaunchUse, launch_uses
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
 from swarmctl.swarm.topic_origins import Publishers
 from swarmctl.yamltext.source import Source
-
-_MAX_LAUNCHED = 50_000  # elements of all launch files together
-
-
-def _as_argument(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 class RuleContext(SwarmIndex):
@@ -53,18 +46,15 @@ class RuleContext(SwarmIndex):
         return with_messages_of(self.document.packages, common_messages())
 
     @cached_property
-    def launches(self) -> Mapping[str, Launched]:
-        """What each program with a launch file starts, where its package is found."""
-        found: dict[str, Launched] = {}
-        packages, left = self.document.packages.by_name, _MAX_LAUNCHED
-        for name, program in self.spec.programs.items() if packages else ():
-            package, path = packages.get(program.package or ""), f"launch/{program.launch}"
-            if package is not None and path in package.files and left > 0:
-                arguments = {key: _as_argument(value) for key, value in program.params.items()}
-                namespace = names.namespace(program.robot) if program.robot else "/"
-                found[name] = evaluate(package, path, arguments, namespace, packages, limit=left)
-                left -= found[name].cost + 1
-        return found
+    def launches(self) -> tuple[LaunchUse, ...]:
+        """What the launch files of programs and drivers start, where their packages are found."""
+        return launch_uses(self)
+
+    def launch_span(self, use: LaunchUse, *key: str, is_key: bool = False) -> Span:
+        """The position of a key of what names a launch file, in the spec or in the file of a robot type."""
+        if use.of_type:
+            return self.document.span_of_type(use.of_type, *use.loc, *key, key=is_key)
+        return self.span(*use.loc, *key, key=is_key)
 
     def connect(self, one: str, other: str) -> bool:
         """True if ROS connects a publisher and a subscriber of these message types: it compares checksums."""
@@ -72,6 +62,11 @@ class RuleContext(SwarmIndex):
             return True
         sums = self.messages.sums
         return self.middleware.ros1 and bool(sums.get(one)) and sums[one] == sums.get(other)
+
+    @cached_property
+    def urdfs(self) -> RobotUrdfs:
+        """The URDFs beside the spec."""
+        return urdfs_of(self.document)
 
     @cached_property
     def authority(self) -> Authority:
@@ -91,7 +86,7 @@ class RuleContext(SwarmIndex):
     @cached_property
     def listeners(self) -> tuple[Listener, ...]:
         """Every port on which a host listens for the swarm."""
-        return tuple(listeners(self.spec, self.islands))
+        return (*listeners(self.spec, self.islands), *robot_listeners(self))
 
     @cached_property
     def line_budgets(self) -> Mapping[int, SerialBudget]:

@@ -15,7 +15,7 @@ from swarmctl.diagnostics import Diagnostic, in_order, without_echoes
 from swarmctl.rules.context import Rule, RuleContext
 from swarmctl.rules.name_repairs import name_faults
 from swarmctl.rules.suppressions import apply_suppressions
-from swarmctl.rules.unread_parts import absent_sections, certain
+from swarmctl.rules.unread_parts import SHOWN_BY_ALL_FILES, absent_sections, certain
 from swarmctl.spec.load import Document, Draft, document_of, homeless_codecs
 from swarmctl.spec.model import Spec
 from swarmctl.spec.recovery import MOST_FAULTS, Repair, repaired_catalog
@@ -42,8 +42,9 @@ def all_at_once(draft: Draft, rules: Sequence[Rule]) -> tuple[Diagnostic, ...]:
     first = _repaired(draft, rules, 0)
     size = sum(map(len, draft.texts.values()))
     count = min(first.ways, _MOST_REPAIRS, max(2, _CHARACTERS // size))
-    others = [_repaired(draft, rules, number) for number in range(1, count)]
-    found = without_echoes([*draft.diagnostics, *_in_all(first, others)])
+    others = (_repaired(draft, rules, number) for number in range(1, count))
+    own = [one for one in draft.diagnostics if draft.is_complete or one.code not in SHOWN_BY_ALL_FILES]
+    found = without_echoes([*own, *_in_all(first, others)])
     if first.document is not None:
         kept = apply_suppressions(found, first.document, draft.texts)
         found = [one for one in kept if one.code != "SIL001"]  # it may suppress what cannot be found yet
@@ -87,23 +88,27 @@ def _found(
     return found if unread is None else certain(found, unread)
 
 
-def _in_all(first: _Repaired, others: Sequence[_Repaired]) -> list[Diagnostic]:
-    """Returns what is found in all repairs; of its help, notes and fix, what all agree on."""
-    known = [{_key(one): one for one in other.found} for other in others]
-    certain: list[Diagnostic] = []
-    for found in first.found:
-        alike = [some[_key(found)] for some in known if _key(found) in some]
-        if len(alike) == len(known):
-            certain.append(
-                replace(
-                    found,
-                    label=found.label if all(one.label == found.label for one in alike) else "",
-                    notes=tuple(note for note in found.notes if all(note in one.notes for one in alike)),
-                    help=tuple(text for text in found.help if all(text in one.help for one in alike)),
-                    fix=found.fix if all(one.fix == found.fix for one in alike) else None,
-                )
-            )
+def _in_all(first: _Repaired, others: Iterable[_Repaired]) -> list[Diagnostic]:
+    """Returns what is found in all repairs; of its help, notes and fix, what all agree on.
+
+    Takes no more of ``others`` once nothing is left.
+    """
+    certain, others = list(first.found), iter(others)
+    while certain and (other := next(others, None)) is not None:
+        known = {_key(one): one for one in other.found}
+        certain = [_agreed(found, known[_key(found)]) for found in certain if _key(found) in known]
     return certain
+
+
+def _agreed(found: Diagnostic, other: Diagnostic) -> Diagnostic:
+    """Returns a finding with the help, notes and fix that it has in two repairs."""
+    return replace(
+        found,
+        label=found.label if other.label == found.label else "",
+        notes=tuple(note for note in found.notes if note in other.notes),
+        help=tuple(text for text in found.help if text in other.help),
+        fix=found.fix if other.fix == found.fix else None,
+    )
 
 
 def _key(found: Diagnostic) -> tuple[object, ...]:

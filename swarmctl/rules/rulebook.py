@@ -18,7 +18,18 @@ PITFALLS = Path(__file__).parent / "pitfalls.yaml"
 EXAMPLE = Path(__file__).parent / "example.yaml"  # the base spec of every example
 # One file each, in the order of a spec: syntax, hosts, networks and links, programs, authority.
 FAMILIES = (
-    *("files", "several_files", "ranges", "references", "modes", "identity", "network", "ports", "time"),
+    *(
+        "files",
+        "several_files",
+        "ranges",
+        "selections",
+        "references",
+        "modes",
+        "identity",
+        "network",
+        "ports",
+        "time",
+    ),
     *(
         "security",
         "devices",
@@ -31,7 +42,16 @@ FAMILIES = (
         "topics",
         "boards",
     ),
-    *("multimaster", "authority", "safety", "settings", "sense", "suppressions"),
+    *(
+        "multimaster",
+        "authority",
+        "safety",
+        "settings",
+        "drivers",
+        "robot_descriptions",
+        "sense",
+        "suppressions",
+    ),
 )
 _THREAD = re.compile(r"([A-Za-z0-9_.-]+/[A-Za-z0-9_.-]+)#([0-9]+)")
 

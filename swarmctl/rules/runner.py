@@ -13,29 +13,51 @@ from types import ModuleType
 from swarmctl.diagnostics import Diagnostic, has_errors, in_order
 from swarmctl.rules.context import Rule, RuleContext
 from swarmctl.rules.families.authority import rules as authority
+from swarmctl.rules.families.bluetooth import crazyradios
 from swarmctl.rules.families.bluetooth import rules as bluetooth
 from swarmctl.rules.families.boards import rosserial, sketches
 from swarmctl.rules.families.capacity import rules as capacity
-from swarmctl.rules.families.devices import bauds, board_ports, devices, links
+from swarmctl.rules.families.devices import bauds, board_ports, devices, ip_links, links, placeholders
+from swarmctl.rules.families.drivers import rules as drivers
 from swarmctl.rules.families.identity import rules as identity
 from swarmctl.rules.families.modes import islands
 from swarmctl.rules.families.modes import rules as modes
-from swarmctl.rules.families.multimaster import bridged_masters, bridged_topics, discovery
-from swarmctl.rules.families.naming import remaps
+from swarmctl.rules.families.multimaster import bridged_masters, bridged_nodes, bridged_topics, discovery
+from swarmctl.rules.families.naming import groups, namespaces, remaps
 from swarmctl.rules.families.naming import rules as naming
 from swarmctl.rules.families.network import addresses, reachability
-from swarmctl.rules.families.packages import executables, launch_files, launched_nodes, messages
+from swarmctl.rules.families.packages import (
+    delivered,
+    executables,
+    interpreters,
+    launch_files,
+    launched_nodes,
+    launched_robots,
+    messages,
+)
 from swarmctl.rules.families.packages import names as package_names
 from swarmctl.rules.families.ports import rules as ports
-from swarmctl.rules.families.programs import capabilities, declarations, gamepads, shipped, values
+from swarmctl.rules.families.programs import (
+    capabilities,
+    declarations,
+    files,
+    gamepads,
+    privileges,
+    recordings,
+    shipped,
+    starts,
+    values,
+)
 from swarmctl.rules.families.references import rules as references
+from swarmctl.rules.families.robot_descriptions import rules as robot_descriptions
 from swarmctl.rules.families.safety import rules as safety
 from swarmctl.rules.families.security import rules as security
 from swarmctl.rules.families.sense import rules as sense
 from swarmctl.rules.families.serial_lines import rules as serial_lines
 from swarmctl.rules.families.settings import rules as settings
 from swarmctl.rules.families.time import rules as time
-from swarmctl.rules.families.topics import message_types, sources, subscribers
+from swarmctl.rules.families.time import simulated
+from swarmctl.rules.families.topics import absolute_topics, message_types, sources, subscribers
 from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
 from swarmctl.rules.one_round import all_at_once
@@ -60,32 +82,49 @@ _MODULES: tuple[ModuleType, ...] = (
     sense,
     sketches,
     links,
+    placeholders,
+    ip_links,
+    drivers,
+    robot_descriptions,
     serial_lines,
     bluetooth,
+    crazyradios,
     rosserial,
     capacity,
     devices,
     bauds,
     board_ports,
     time,
+    simulated,
     declarations,
+    starts,
+    files,
     capabilities,
     shipped,
     gamepads,
+    privileges,
+    recordings,
     values,
+    delivered,
     executables,
+    interpreters,
     launch_files,
     launched_nodes,
+    launched_robots,
     package_names,
     messages,
     naming,
+    namespaces,
+    groups,
     remaps,
     topics,
+    absolute_topics,
     subscribers,
     sources,
     message_types,
     discovery,
     bridged_masters,
+    bridged_nodes,
     bridged_topics,
     authority,
     safety,

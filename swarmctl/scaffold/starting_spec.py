@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
+from itertools import groupby
+from typing import Any, TypeVar
 
+from swarmctl.field_types import LAST_CHANNEL, LAST_DONGLE
 from swarmctl.render.quoting import render
-from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.any_robot_type import AnyRobotType
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.modes import ROLES
+from swarmctl.yamltext.hostlist import ranges_of
 
 BASE = "laptop"
 _NETWORK = "192.168.77"
 _FIRST = 10
+_LAST_NUMBERS = re.compile(r"[0-9]+(?=[^0-9']*')")  # of the texts in a repr
+_FIRST_OF_ROBOTS = 100
 
 
 @dataclass(frozen=True)
@@ -30,39 +38,67 @@ class _Robot:
     host: str
     kind: str
     line: str
+    local_ports: tuple[int, ...] = ()  # where those of the type are taken by another robot of the host
 
 
 @dataclass(frozen=True)
 class _Island:
     name: str
+    hub: str
     hosts: Sequence[str]
 
 
-def starting_spec(name: str, mode: Mode, robots: Mapping[str, str], types: Mapping[str, RobotType]) -> str:
+_Entry = TypeVar("_Entry", _Host, _Robot)
+
+
+def starting_spec(name: str, mode: Mode, robots: Mapping[str, str], types: Mapping[str, AnyRobotType]) -> str:
     """Returns the text of a first spec with ``robots``, name to type. Serial numbers are placeholders."""
     placed = [
         _placed(number, robot, kind, types[kind], mode)
         for number, (robot, kind) in enumerate(robots.items(), 1)
     ]
+    placed = [_apart(robot, placed[:number], types[robot.type]) for number, robot in enumerate(placed)]
     hosts = _hosts(placed)
+    islands = _islands([host.name for host in hosts]) if mode is Mode.COMBINED else []
     text = render(
         "swarm.yaml",
         name=name,
         mode=mode.value,
         role=ROLES[mode].key if mode in ROLES else None,
         base=BASE,
-        hosts=hosts,
-        robots=placed,
-        islands=_islands([host.name for host in hosts]) if mode is Mode.COMBINED else [],
+        hosts=_in_ranges(hosts),
+        robots=_in_ranges(placed),
+        islands=islands,
     )
     return text.decode()
 
 
-def _placed(number: int, robot: str, type_name: str, robot_type: RobotType, mode: Mode) -> _Robot:
+def _placed(number: int, robot: str, type_name: str, robot_type: AnyRobotType, mode: Mode) -> _Robot:
     host = BASE if mode is Mode.SINGLE_MINDED else f"{robot}-pi"
-    kind = robot_type.link.kinds[0]
-    line = f"10:00:E8:00:00:{number:02X}" if kind == "bluetooth" else f"SERIAL-OF-{robot.upper()}"
-    return _Robot(robot, type_name, host, kind, line)
+    kind = robot_type.link.kinds[0] if robot_type.link is not None else ""
+    dongle = (number - 1) % (LAST_DONGLE + 1) if host == BASE else 0
+    return _Robot(robot, type_name, host, kind, _end(number, robot, kind, dongle))
+
+
+def _apart(robot: _Robot, earlier: Sequence[_Robot], robot_type: AnyRobotType) -> _Robot:
+    """The robot with ports of its own, if its host drives others of its type already."""
+    equal = sum((one.host, one.type) == (robot.host, robot.type) for one in earlier)
+    usual = robot_type.link.local_ports if isinstance(robot_type, RosRobotType) and robot_type.link else ()
+    if robot.kind not in ("udp", "tcp") or not equal:
+        return robot
+    return replace(robot, local_ports=tuple(port + 10 * equal for port in usual))
+
+
+def _end(number: int, robot: str, kind: str, dongle: int) -> str:
+    """What stands for the robot's end of its link until somebody fills it in."""
+    match kind:
+        case "bluetooth":
+            return f"02:00:00:00:{number // 100:02}:{number % 100:02}"
+        case "udp" | "tcp":
+            return f"{_NETWORK}.{_FIRST_OF_ROBOTS + number}"
+        case "radio":
+            return f"radio://{dongle}/{2 * number % LAST_CHANNEL}/2M/E7E7E7{number:04}"
+    return f"SERIAL-OF-{robot.upper()}"
 
 
 def _hosts(robots: Sequence[_Robot]) -> list[_Host]:
@@ -74,6 +110,27 @@ def _hosts(robots: Sequence[_Robot]) -> list[_Host]:
     ]
 
 
+def _in_ranges(entries: Sequence[_Entry]) -> list[_Entry]:
+    """Equal entries as one, each value that differs as a range: ``k3-[1-3]`` on ``k3-[1-3]-pi``."""
+    written: list[_Entry] = []
+    for _, alike in groupby(entries, key=lambda one: _LAST_NUMBERS.sub("", repr(one))):
+        run = list(alike)
+        joined = {key: _joined([getattr(one, key) for one in run]) for key in asdict(run[0])}
+        written += run if None in joined.values() else [replace(run[0], **joined)]
+    return written
+
+
+def _joined(values: Sequence[Any]) -> Any:
+    """Returns what all ``values`` are, or the one range that they make; None if they make none."""
+    if len(set(values)) == 1:
+        return values[0]
+    ranges = ranges_of(map(str, values))
+    return ranges[0][0] if len(ranges) == 1 else None
+
+
 def _islands(hosts: Sequence[str]) -> list[_Island]:
-    """The last robot's host roams alone, the others stay together."""
-    return [_Island("home", hosts[:-1]), _Island("away", hosts[-1:])]
+    """The last robot's host is alone, the others are together."""
+    return [
+        _Island(name, part[0], [text for text, _ in ranges_of(part)])
+        for name, part in (("home", hosts[:-1]), ("away", hosts[-1:]))
+    ]

@@ -7,20 +7,27 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.any_robot_type import RobotTypeFile
 from swarmctl.schema.examples import with_examples
 from swarmctl.schema.range_schema import with_ranges
 from swarmctl.spec.model import Spec
 from swarmctl.units import X_UNIT, with_unit
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
-MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotType}
+MODELS: Mapping[str, type[BaseModel]] = {"swarm": Spec, "robot-type": RobotTypeFile}
 
 
 def schema_of(name: str) -> dict[str, Any]:
     """Returns the schema of ``swarm`` or ``robot-type``."""
     made = without_ranges(name)
-    return with_ranges(made) if name == "swarm" else made
+    return _with_included_parts(with_ranges(made)) if name == "swarm" else made
+
+
+def _with_included_parts(schema: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a file whose required keys may stand in the files that it includes."""
+    needed = {"required": schema["required"]}
+    others = {key: value for key, value in schema.items() if key != "required"}
+    return {**others, "if": {"required": ["include"]}, "else": needed}
 
 
 def without_ranges(name: str) -> dict[str, Any]:

@@ -17,7 +17,12 @@ _HEADING = {
 }
 
 
-_ELSEWHERE = {"RobotType": "robot-type-reference.md"}  # a definition that fills a page of its own
+_TYPES = "robot-type-reference.md"
+#: Definitions that have a page of their own, by the page's schema.
+_ELSEWHERE: Mapping[str, Mapping[str, str]] = {
+    "swarm": {"RobotType": f"{_TYPES}#robottype", "RosRobotType": f"{_TYPES}#rosrobottype"},
+    "robot-type": {},
+}
 
 
 def reference(name: str) -> str:
@@ -26,10 +31,11 @@ def reference(name: str) -> str:
     ``docs/`` holds it; a test keeps it current.
     """
     schema = without_ranges(name)
-    page = _Page(schema["definitions"])
+    page = _Page(schema["definitions"], _ELSEWHERE[name])
     title = name.replace("-", " ").capitalize()
     parts = [f"# {title}: every key\n\n{_HEADING[name]} Made by `swarmctl schema {name} --markdown`.\n"]
-    parts += ["\n".join(page.section("The file", schema))]
+    if "properties" in schema:
+        parts += ["\n".join(page.section("The file", schema))]
     parts += ["\n".join(page.section(one, page.definitions[one])) for one in page.in_order(schema)]
     if name == "swarm":
         parts += ["\n".join(_settings(program, settings)) for program, settings in shipped().items()]
@@ -51,14 +57,15 @@ def _settings(program: str, settings: Mapping[str, Setting]) -> Iterator[str]:
 @dataclass(frozen=True)
 class _Page:
     definitions: Mapping[str, Any]
+    elsewhere: Mapping[str, str]
 
     def in_order(self, schema: Mapping[str, Any]) -> list[str]:
         """Definitions with keys of their own, in the order in which a reader meets them."""
         met: dict[str, None] = {}
-        waiting = list(_named(schema["properties"]))
+        waiting = list(_named(schema.get("properties", schema.get("oneOf"))))
         while waiting:
             name = waiting.pop(0)
-            if name not in met and name not in _ELSEWHERE:
+            if name not in met and name not in self.elsewhere:
                 met[name] = None
                 waiting += _named(self.definitions[name])
         return [name for name in met if "properties" in self.definitions[name]]
@@ -95,9 +102,9 @@ class _Page:
         return _number(value) if X_UNIT in value else words.get(value.get("type", ""), _number(value))
 
     def _referred(self, name: str) -> str:
-        if name not in _ELSEWHERE and "properties" not in self.definitions[name]:
+        if name not in self.elsewhere and "properties" not in self.definitions[name]:
             return self.value(self.definitions[name])
-        return f"[{name}]({_ELSEWHERE.get(name, '#' + name.lower())})"
+        return f"[{name}]({self.elsewhere.get(name, '#' + name.lower())})"
 
 
 def _named(node: Any) -> Iterator[str]:

@@ -9,6 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from pydantic import TypeAdapter
+
+from swarmctl.field_types import X_SELECTION, Selection
 from swarmctl.yamltext.ranges import EACH, FREE
 
 _INSIDE = r"\[[0-9][0-9, -]*\]"
@@ -37,6 +40,8 @@ _EACH = {
     "description": "One item for each entry of the range.",
 }
 
+_SELECTION = TypeAdapter(Selection).json_schema()
+
 Schema = Mapping[str, Any]
 
 
@@ -47,7 +52,13 @@ def with_ranges(schema: Schema) -> dict[str, Any]:
         key: node if key in FREE else maker.outside(node) for key, node in schema["properties"].items()
     }
     made = {**schema, "properties": properties}
-    definitions = {**schema["definitions"], **maker.made, "RangeOfNames": _RANGE, "Each": _EACH}
+    definitions = {
+        **schema["definitions"],
+        **maker.made,
+        "RangeOfNames": _RANGE,
+        "Each": _EACH,
+        "Selection": _SELECTION,
+    }
     needed = _needed(properties, definitions)
     return {**made, "definitions": {name: definitions[name] for name in sorted(needed)}}
 
@@ -117,6 +128,9 @@ _CHOICES = ("anyOf", "oneOf", "allOf")
 
 
 def _or_range(node: Schema, *others: Schema) -> dict[str, Any]:
+    if X_SELECTION in node:
+        node = {word: value for word, value in node.items() if word != X_SELECTION}
+        others = (*others, _ref("Selection"))
     kept = {word: node[word] for word in _ANNOTATIONS if word in node}
     plain = {word: value for word, value in node.items() if word not in kept}
     return {**kept, "anyOf": [plain, _ref("RangeOfNames"), *others]}

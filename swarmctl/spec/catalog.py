@@ -1,4 +1,4 @@
-"""The catalog: robot types and computers that swarmctl ships, and robot types that lie beside a spec."""
+"""The catalog: robot types, drivers and computers that swarmctl ships, and types that lie beside a spec."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from pathlib import Path
 
 from swarmctl import resources
 from swarmctl.diagnostics import Diagnostic, has_errors, without_echoes
+from swarmctl.robot_types.any_robot_type import ROS, AnyRobotType, form_of
 from swarmctl.robot_types.codec_check import read_codec
+from swarmctl.robot_types.driver_names import DRIVERS
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.model import Computer, Computers
 from swarmctl.spec.unread_types import can_be_named, unread_types, warnings
 from swarmctl.spec.validation import M, validated
@@ -22,20 +26,21 @@ from swarmctl.yamltext.source import Source, parse
 
 @dataclass(frozen=True)
 class Catalog:
-    """Robot types and computers by name, and what is wrong with the files they come from.
+    """Robot types, drivers and computers by name, and what is wrong with the files they come from.
 
     ``sources`` are the texts of the types beside a spec, ``codecs`` the texts of their protocol classes,
     ``unread`` the files that seem to be types by their name, and that nothing reads, ``broken`` the types
     whose files have errors, with what could be read.
     """
 
-    types: Mapping[str, RobotType] = field(default_factory=dict)
+    types: Mapping[str, AnyRobotType] = field(default_factory=dict)
     computers: Mapping[str, Computer] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
     sources: Mapping[str, Source] = field(default_factory=dict)
     codecs: Mapping[str, bytes] = field(default_factory=dict)
     unread: Mapping[str, Path] = field(default_factory=dict)
     broken: Mapping[str, Source | None] = field(default_factory=dict)
+    drivers: Mapping[str, RosDriver] = field(default_factory=dict)
 
 
 def load_catalog(
@@ -54,27 +59,34 @@ def load_catalog(
         own,
         types={**shipped.types, **own.types},
         computers=shipped.computers,
+        drivers=shipped.drivers,
         diagnostics=(*shipped.diagnostics, *own.diagnostics),
     )
 
 
 @cache
 def _shipped() -> Catalog:
-    types: dict[str, RobotType] = {}
+    types: dict[str, AnyRobotType] = {}
     diagnostics: list[Diagnostic] = []
     for file in sorted((resources.templates() / "robots").glob("*.yaml")):
-        robot_type, _, problems = _parsed(file.read_text("utf-8"), file, RobotType, LoadBudget())
+        robot_type, _, problems = _parsed_type(file.read_text("utf-8"), file, LoadBudget())
         diagnostics += problems
         types |= {file.stem: robot_type} if robot_type else {}
+    drivers: dict[str, RosDriver] = {}
+    for name, file in DRIVERS.files.items():
+        driver, _, problems = _parsed(file.read_text("utf-8"), file, RosDriver, LoadBudget())
+        diagnostics += problems
+        drivers |= {name: driver} if driver else {}
     file = resources.templates() / "data/computers.yaml"
     computers, _, problems = _parsed(file.read_text("utf-8"), file, Computers, LoadBudget())
-    return Catalog(types, computers.root if computers else {}, (*diagnostics, *problems))
+    known = computers.root if computers else {}
+    return Catalog(types, known, (*diagnostics, *problems), drivers=drivers)
 
 
 def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalog:
     if folder.is_symlink() and files.refusal(folder):
         return Catalog(diagnostics=(link_error(folder),))
-    types: dict[str, RobotType] = {}
+    types: dict[str, AnyRobotType] = {}
     codecs: dict[str, bytes] = {}
     broken: dict[str, Source | None] = {}
     sources: dict[str, Source] = {}
@@ -90,17 +102,36 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
             diagnostics.append(text)
             broken[file.stem] = None
             continue
-        robot_type, source, problems = _parsed(text, file, RobotType, files.budget)
+        robot_type, source, problems = _parsed_type(text, file, files.budget)
         diagnostics += problems
         if robot_type is None:
             broken[file.stem] = source
             continue
         types[file.stem], sources[file.stem] = robot_type, source
-        codec, wrong = read_codec(source, robot_type, files)
+        codec, wrong = b"", list[Diagnostic]()
+        if isinstance(robot_type, RobotType):
+            codec, wrong = read_codec(source, robot_type, files)
         diagnostics += wrong
         if codec:
             codecs[file.stem] = codec
     return Catalog(types, {}, (*diagnostics, *warnings(folder, unread)), sources, codecs, unread, broken)
+
+
+def _parsed_type(
+    text: str, file: Path, budget: LoadBudget
+) -> tuple[AnyRobotType | None, Source, list[Diagnostic]]:
+    source, problems = parse(text, str(file), budget)
+    if has_errors(problems):
+        return None, source, problems
+    value, wrong = valid_type(source)
+    return value, source, without_echoes([*problems, *wrong])
+
+
+def valid_type(source: Source) -> tuple[AnyRobotType | None, list[Diagnostic]]:
+    """Returns the robot type that a file has, in the form of its keys, or what is wrong with it."""
+    if form_of(source.data) == ROS:
+        return validated(RosRobotType, source)
+    return validated(RobotType, source)
 
 
 def _parsed(

@@ -106,7 +106,7 @@ class _Reader:
                 return [_Layer(_set_values(defaults.host), DEFAULTS, (DEFAULTS, "host"))]
             case ("robots", str() as name, "settings"):
                 kind = spec.robots[name].type
-                of_type = self.document.types[kind].settings
+                of_type = self.document.settings_layers(name)[1]
                 own = ("types", kind, "settings") if kind in spec.types else None
                 return [
                     _Layer(_set_values(of_type), f"type {kind}", own),

@@ -12,14 +12,21 @@ import yaml
 from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors, without_echoes
 from swarmctl.migration.versions import CODE as OTHER_VERSION
 from swarmctl.migration.versions import SPEC_VERSIONS, version_finding
+from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
+from swarmctl.spec import selection_expansion
+from swarmctl.spec.beside_files import NO_FILES, BesideFiles, read_beside
 from swarmctl.spec.catalog import Catalog, load_catalog
+from swarmctl.spec.delivered_files import read_delivered
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.spec.private_keys import private_keys_in
+from swarmctl.spec.selection_reading import selections
 from swarmctl.spec.validation import validated
 from swarmctl.yamltext import ranges
 from swarmctl.yamltext.files import Read, content
@@ -39,21 +46,27 @@ class Document:
     catalog: Catalog
     private_keys: tuple[str, ...] = ()  # files beside the spec that are some
     packages: Packages = NO_PACKAGES  # the ROS packages beside the spec, and in the operator's workspaces
+    files: BesideFiles = NO_FILES  # the files beside the spec that programs and robots get
 
     def span(self, *loc: str | int, key: bool = False) -> Span:
         """Returns the position of a value, or with ``key`` of its key."""
         return self.source.span(loc, key=key)
 
     @property
-    def types(self) -> Mapping[str, RobotType]:
+    def types(self) -> Mapping[str, AnyRobotType]:
         """Robot types by name: the spec's own before the catalog's."""
         return {**self.catalog.types, **self.spec.types}
 
     @property
-    def own_types(self) -> Mapping[str, RobotType]:
+    def own_types(self) -> Mapping[str, AnyRobotType]:
         """Robot types of the spec and of the files beside it, by name."""
         beside = {name: self.catalog.types[name] for name in self.catalog.sources}
         return {**beside, **self.spec.types}
+
+    @property
+    def own_native_types(self) -> Mapping[str, RobotType]:
+        """Those of `own_types` that have a protocol."""
+        return with_protocol(self.own_types)
 
     def span_of_type(self, name: str, *loc: str | int, key: bool = False) -> Span:
         """Returns the position of a value of one of `own_types`, in the spec or in its own file."""
@@ -76,7 +89,8 @@ class Document:
         """Returns the settings of a robot, from general to specific: `defaults`, its type, its own."""
         given = self.spec.robots[robot]
         robot_type = self.spec.types.get(given.type) or self.catalog.types[given.type]
-        return self.spec.defaults.robot, robot_type.settings, given.settings
+        of_type = robot_type.settings if isinstance(robot_type, RobotType) else robot_type.settings_layer
+        return self.spec.defaults.robot, of_type, given.settings
 
 
 @dataclass(frozen=True)
@@ -93,11 +107,13 @@ class Draft:
     diagnostics: tuple[Diagnostic, ...] = ()
     private_keys: tuple[str, ...] = ()
     packages_for: Callable[[Spec], Packages] = lambda _: NO_PACKAGES  # searched when a document needs them
+    files_for: Callable[[Spec], BesideFiles] = lambda _: NO_FILES  # read when a document needs them
     trees: Sequence[yaml.Node] = ()  # of the spec and of each file laid over it
 
     def document(self, spec: Spec, source: Source, catalog: Catalog) -> Document:
         """Returns the document of a spec that the draft makes."""
-        return Document(spec, source, catalog, self.private_keys, self.packages_for(spec))
+        packages, files = self.packages_for(spec), self.files_for(spec)
+        return Document(spec, source, catalog, self.private_keys, packages, files)
 
     @property
     def is_readable(self) -> bool:
@@ -165,26 +181,47 @@ def draft_of(
     catalog = load_catalog(folder / "robots", files, budget.texts)
     draft = _draft(trees, diagnostics, str(layers[0]), budget, catalog)
     keys = private_keys_in(folder, files)
-    return replace(draft, private_keys=keys, packages_for=_packages_for(files, workspaces, search))
+    return replace(
+        draft,
+        private_keys=keys,
+        packages_for=_packages_for(files, workspaces, search, catalog),
+        files_for=lambda spec: _files_of(spec, folder, files, catalog),
+    )
+
+
+def _files_of(spec: Spec, folder: Path, files: ProjectFiles, catalog: Catalog) -> BesideFiles:
+    paths = [path for program in spec.programs.values() for path in program.beside]
+    types = (*spec.types.values(), *(catalog.types[name] for name in catalog.sources))
+    paths += [one.urdf for one in (*spec.robots.values(), *types) if one.urdf is not None]
+    return read_beside(folder, paths, files) if paths else NO_FILES
 
 
 def _packages_for(
-    files: ProjectFiles, workspaces: Sequence[Path], search: Search
+    files: ProjectFiles, workspaces: Sequence[Path], search: Search, catalog: Catalog
 ) -> Callable[[Spec], Packages]:
     """Returns the search for the packages of a spec, which searches once."""
     known = cache(search)
 
     def found(spec: Spec) -> Packages:
-        roots = [(Path(files.root), "")] if files.root and _may_use_packages(spec) else []
-        return known((*roots, *((folder, str(folder)) for folder in workspaces)))
+        roots = [(Path(files.root), "")] if files.root and _may_use_packages(spec, catalog) else []
+        seen = known((*roots, *((folder, str(folder)) for folder in workspaces)))
+        if not spec.packages:
+            return seen
+        delivered, refused = read_delivered(Path(files.root or "."), spec.packages, files)
+        return replace(seen, delivered=delivered, refused=refused)
 
     return found
 
 
-def _may_use_packages(spec: Spec) -> bool:
+def _may_use_packages(spec: Spec, catalog: Catalog) -> bool:
     """False spares the search."""
-    sketches = (one.sketch is not None for one in spec.types.values())
-    return any(one.use is None for one in spec.programs.values()) or any(sketches)
+    if any(one.use is None for one in spec.programs.values()):
+        return True
+    if any(isinstance(one, RobotType) and one.sketch is not None for one in spec.types.values()):
+        return True
+    types = {**catalog.types, **spec.types}
+    foreign = {name for name, one in types.items() if isinstance(one, RosRobotType)}
+    return any(one.type in foreign or isinstance(one.driver, RosDriver) for one in spec.robots.values())
 
 
 def draft_from(document: Document, reported: Sequence[Diagnostic]) -> Draft:
@@ -198,6 +235,7 @@ def draft_from(document: Document, reported: Sequence[Diagnostic]) -> Draft:
         tuple(reported),
         document.private_keys,
         lambda _: document.packages,
+        lambda _: document.files,
         source.trees,
     )
 
@@ -219,7 +257,8 @@ def _draft(
     if (other_version := version_finding(root, path, SPEC_VERSIONS)) is not None:
         wrong.append(other_version)
     diagnostics = (*catalog.diagnostics, *found, *wrong)
-    return Draft(root, path, budget.texts, catalog, diagnostics, trees=trees if len(trees) > 1 else ())
+    trees = trees if len(trees) > 1 or any(one is not root for one in trees) else ()
+    return Draft(root, path, budget.texts, catalog, diagnostics, trees=trees)
 
 
 def document_of(draft: Draft) -> tuple[Document | None, tuple[Diagnostic, ...]]:
@@ -229,10 +268,19 @@ def document_of(draft: Draft) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     if not draft.is_sound or source.data is None:
         return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(draft.path))
     spec, problems = validated(Spec, source)
+    _share_key_sets(spec)
     diagnostics = without_echoes([*diagnostics, *problems, *homeless_codecs(spec, source)])
     if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
     return draft.document(spec, source, draft.catalog), tuple(diagnostics)
+
+
+def _share_key_sets(spec: Spec | None) -> None:
+    """Makes equal robots and hosts share the set of their keys: some 200 bytes of each."""
+    known: dict[frozenset[str], set[str]] = {}
+    for one in (*spec.robots.values(), *spec.hosts.values()) if spec else ():
+        keys = one.__pydantic_fields_set__
+        object.__setattr__(one, "__pydantic_fields_set__", known.setdefault(frozenset(keys), keys))
 
 
 def homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
@@ -245,7 +293,7 @@ def homeless_codecs(spec: Spec | None, source: Source) -> list[Diagnostic]:
             help=(f"move the type into a file of its own, robots/{name}.yaml, and the class to {name}.py",),
         )
         for name, one in (spec.types.items() if spec is not None else ())
-        if isinstance(one.protocol, PythonProtocol)
+        if isinstance(one, RobotType) and isinstance(one.protocol, PythonProtocol)
     ]
 
 
@@ -258,7 +306,7 @@ def _one(
     """
     diagnostics: list[Diagnostic] = []
     if any(ranges.may_stand_in(text) for text in texts.values()):
-        written = [ranges.expand(tree) for tree in trees]
+        written = [ranges.expand(tree, selections(tree)) for tree in trees]
         trees, diagnostics = [tree for tree, _ in written], [one for _, found in written for one in found]
     if not trees:
         return None, trees, diagnostics
@@ -266,7 +314,8 @@ def _one(
     for over in trees[1:]:
         root, found = overlaid(root, over)
         diagnostics += found
-    return root, trees, diagnostics
+    written_out, wrong = selection_expansion.expand(root)
+    return written_out, trees, [*diagnostics, *wrong]
 
 
 def _empty(path: str) -> Diagnostic:

@@ -3,49 +3,46 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, RootModel
+from pydantic import Discriminator, Field, RootModel, Tag
 
 from swarmctl.field_types import (
     Account,
     Adapter,
     Address,
-    Baud,
     ComputerName,
-    DevicePath,
-    EnvironmentKey,
-    FileName,
+    FilePath,
     Folder,
-    GraphName,
-    HexId,
     HostName,
     IslandName,
-    LaunchFile,
-    Mac,
     Model,
     Name,
-    NetworkName,
+    Namespace,
     PackageName,
     Port,
     Printable,
     ProgramName,
     RobotName,
     RobotTypeName,
-    Subnet,
+    SelectedHost,
+    SelectedRobot,
+    Selection,
     TimeServer,
-    UsbText,
-    Value,
 )
 from swarmctl.plugins import MIDDLEWARES, NameIn
-from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.protocols import DriverName
-from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.any_robot_type import TaggedRobotType
+from swarmctl.robot_types.driver_names import DRIVERS
+from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
+from swarmctl.spec.delivered_model import PackageSource
+from swarmctl.spec.install_model import Install
+from swarmctl.spec.link_model import Link
 from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.program_model import Megabytes, Program
 from swarmctl.units import Unit
 
-Megabytes = Annotated[int, Unit("MB")]
+Coordinate = Annotated[float, Field(ge=-10_000, le=10_000), Unit("m")]
 
 
 class Mode(str, Enum):
@@ -70,17 +67,27 @@ class Ros(Model):
         description="A catkin workspace that lies on every host, built; its packages come before those "
         "of the distribution.",
     )
+    builders: tuple[HostName, ...] = Field(
+        (),
+        examples=[["koala-laptop"]],
+        description="Hosts on which `swarmctl prepare` builds packages of `packages` that need it, each "
+        "for all hosts of its distribution and its kind of processor.",
+    )
+    build_here: bool = Field(
+        False,
+        description="Whether `swarmctl prepare` builds packages in a container of the lab on the operator's "
+        "machine, for hosts of Debian 12 with its kind of processor that no builder is like.",
+    )
     naming: Literal["address", "hosts"] = Field(
         "address",
         description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "
         "which /etc/hosts then resolves on every host.",
     )
-
-
-class Secret(Model):
-    """A secret by name; its value never stands in a spec."""
-
-    secret: Name = Field(description="The name under which the secret is kept.", examples=["epuck-pin"])
+    use_sim_time: bool = Field(
+        False,
+        description="Whether nodes take the time from `/clock`, which a program on each island publishes: a "
+        "simulator, or `rosbag play --clock`.",
+    )
 
 
 class Computer(Model):
@@ -119,7 +126,38 @@ class Host(Model):
         examples=[11312],
         description="TCP port of the ROS master, if this host runs one; `ros.master_port` by default.",
     )
+    workspaces: tuple[Folder, ...] = Field(
+        (),
+        examples=[["/home/robot/nav_ws", "/home/robot/catkin_ws"]],
+        description="Its catkin workspaces, built; a package in the first hides those behind. "
+        "`ros.workspace` by default.",
+    )
+    install: Install = Field(
+        default_factory=Install,
+        description="What `swarmctl prepare` installs on it beside what robots and programs need.",
+    )
+    labels: tuple[Name, ...] = Field(
+        (), examples=[["lab1"]], description="Words of your own that select it, as `@lab1`."
+    )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
+
+
+class StartPose(Model):
+    """Where a robot stands when its driver starts, in the frame `map`."""
+
+    x: Coordinate = Field(examples=[0.5], description="Along the x axis of the map.")
+    y: Coordinate = Field(examples=[-0.3], description="Along the y axis of the map.")
+    heading_deg: Annotated[float, Unit("deg")] = Field(
+        0.0, ge=-360, le=360, examples=[90], description="Where it looks, counter-clockwise from the x axis."
+    )
+
+
+#: Tags of the two forms of `driver`; brackets mark a step that is in no file.
+DRIVER_NAME, DRIVER = "[name]", "[driver]"
+
+
+def _driver_form(value: Any) -> str:
+    return DRIVER if isinstance(value, (dict, RosDriver)) else DRIVER_NAME
 
 
 class Robot(Model):
@@ -129,151 +167,52 @@ class Robot(Model):
     host: HostName | None = Field(
         None, description="The host that drives it; in mode single-minded the leader by default."
     )
+    namespace: Namespace | None = Field(
+        None,
+        examples=["lab/k3"],
+        description="Its ROS namespace, without a slash in front; by default its name, with _ for each -. "
+        "Its topics, nodes and frames begin with it.",
+    )
+    labels: tuple[Name, ...] = Field(
+        (), examples=[["lab1"]], description="Words of your own that select it, as `@lab1`."
+    )
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
-    driver: DriverName = Field(
-        "swarmctl",
-        description="Who drives it: swarmctl's driver, or, where its board speaks rosserial, the ROS package "
-        "`rosserial_python`, which obeys every publisher, makes no odometry and reads no settings.",
+    driver: (
+        Annotated[
+            Annotated[str, NameIn(DRIVERS), Tag(DRIVER_NAME)] | Annotated[RosDriver, Tag(DRIVER)],
+            Discriminator(_driver_form),
+        ]
+        | None
+    ) = Field(
+        None,
+        examples=["swarmctl"],
+        description="Who drives it: `swarmctl`, a driver of the catalog such as `rosserial_python`, or a ROS "
+        "package with its own executable or launch file; by default the driver of its type.",
     )
     settings: RobotSettings = Field(
         default_factory=lambda: NO_SETTINGS, description="What differs from its type."
     )
-
-
-class Usb(Model):
-    """Identity of a USB serial adapter, as udev sees it."""
-
-    serial: UsbText = Field(description="The adapter's serial number (`udevadm info -a`, ATTRS{serial}).")
-    vendor: HexId | None = Field(None, description="Vendor id, four hexadecimal digits.")
-    product: HexId | None = Field(None, description="Product id, four hexadecimal digits.")
-
-
-class NetworkLink(Model):
-    """What a wlan and an ethernet have in common."""
-
-    kind: Literal["wlan", "ethernet"]
-    name: NetworkName = Field(description="Name of the network.")
-    hosts: tuple[HostName, ...] = Field(min_length=1, description="The hosts on it.")
-    subnet: Subnet | None = Field(
-        None, description="Its addresses; by default the /24 around the hosts' own."
-    )
-    multicast: bool | None = Field(None, description="Whether multicast passes; unknown when left out.")
-    capacity_mbps: Annotated[float, Field(gt=0, le=100_000), Unit("Mbit/s")] | None = Field(
+    urdf: FilePath | None = Field(
         None,
-        examples=[35.0],
-        description="Throughput between two of its hosts, as iperf3 measures it; 10 for a wlan and 90 for an "
-        "ethernet by default.",
+        examples=["urdf/k3.urdf"],
+        description="A URDF beside the spec, by its path from the spec's folder: its `robot_description`. By "
+        "default that of its type.",
     )
-
-
-class Wlan(NetworkLink):
-    """A wireless network between hosts."""
-
-    kind: Literal["wlan"] = Field(description="What kind of link this is.")
-    client_isolation: bool | None = Field(
-        None, description="Whether the access point keeps its clients apart."
-    )
-
-
-class Ethernet(NetworkLink):
-    """A wired network between hosts."""
-
-    kind: Literal["ethernet"] = Field(description="What kind of link this is.")
-
-
-class Serial(Model):
-    """A serial line between a host and a robot: a USB adapter by its identity, or a fixed device."""
-
-    kind: Literal["serial"] = Field(description="What kind of link this is.")
-    host: HostName = Field(description="The host at one end.")
-    robot: RobotName = Field(description="The robot at the other.")
-    usb: Usb | None = Field(None, description="The USB adapter; the device is then /dev/swarm/<robot>.")
-    device: DevicePath | None = Field(
-        None, description="A device that never changes its name, such as /dev/ttyS0."
-    )
-    baud: Baud | None = Field(None, description="Bits per second; the robot type's own by default.")
-
-
-class Bluetooth(Model):
-    """A Bluetooth serial connection (RFCOMM) between a host and a robot."""
-
-    kind: Literal["bluetooth"] = Field(description="What kind of link this is.")
-    host: HostName = Field(description="The host at one end.")
-    robot: RobotName = Field(description="The robot at the other.")
-    mac: Mac = Field(description="The robot's Bluetooth address, in quotes.")
-    pin: Secret | None = Field(
-        None, description="Pairing PIN as {secret: NAME}; a spec never contains the PIN itself."
-    )
-    adapter: Adapter | None = Field(None, description="Which adapter of the host; its first by default.")
-    channel: int | None = Field(
-        None, ge=1, le=30, examples=[1], description="RFCOMM channel; the robot type's own by default."
-    )
-
-
-Link = Annotated[Wlan | Ethernet | Serial | Bluetooth, Field(discriminator="kind")]
-LINKS: dict[str, type[Model]] = {
-    "wlan": Wlan,
-    "ethernet": Ethernet,
-    "serial": Serial,
-    "bluetooth": Bluetooth,
-}
-KINDS = tuple(LINKS)
-
-
-class Program(Model):
-    """A ROS program of the swarm: one that swarmctl ships, a node of a package, or a launch file."""
-
-    host: HostName | None = Field(None, description="The host it runs on.")
-    robot: RobotName | None = Field(
+    start: StartPose | None = Field(
         None,
-        description="The robot in whose namespace it runs, on that robot's host unless `host` is given.",
+        description="Where it stands when its driver starts. Its driver, or the gate in front of a ROS "
+        "package, publishes the transform from `map` to its odometry frame, so that RViz shows all robots in "
+        "one frame.",
     )
-    needs: tuple[Name, ...] = Field(
-        (),
-        examples=[["kinect"]],
-        description="What its host must have (`has` of hosts). Without `host` and `robot` it runs on the "
-        "first host that has all of it.",
-    )
-    use: Name | None = Field(None, description="A program that swarmctl ships.", examples=["teleop-joy"])
-    package: PackageName | None = Field(None, description="ROS package.")
-    executable: FileName | None = Field(None, description="Executable of the package.")
-    launch: LaunchFile | None = Field(
-        None,
-        description="Launch file in the package's folder `launch`, or in a folder of it.",
-        examples=["joystick.launch"],
-    )
-    params: dict[str, Value] = Field(
-        default_factory=dict,
-        description="Private parameters; the arguments of a launch file.",
-        examples=[{"device": "/dev/input/js0"}],
-    )
-    remap: dict[GraphName, GraphName] = Field(
-        default_factory=dict, description="Names to change.", examples=[{"cmd_vel": "/k3/cmd_vel"}]
-    )
-    environment: dict[EnvironmentKey, Printable] = Field(
-        default_factory=dict, description="Environment variables.", examples=[{"LANG": "C.UTF-8"}]
-    )
-    publishes: tuple[Topic, ...] = Field((), description="Topics it publishes.")
-    subscribes: tuple[Topic, ...] = Field((), description="Topics it subscribes to.")
-    requires: tuple[PackageName, ...] = Field(
-        (), description="ROS packages without which it cannot run.", examples=[["joy"]]
-    )
-    board: Name | None = Field(
-        None,
-        description="The microcontroller it speaks rosserial with; its topics are the sketch's.",
-        examples=["arduino-uno"],
-    )
-    memory_mb: Annotated[Megabytes, Field(ge=1, examples=[300])] | None = Field(
-        None, description="Memory it takes."
-    )
-    optional: bool = Field(False, description="Whether the swarm is complete without it.")
 
 
 class Control(Model):
     """Who may command whom."""
 
     by: Name = Field(description="The program, robot or host that commands.", examples=["joystick"])
-    of: tuple[RobotName, ...] = Field(min_length=1, description="The robots it commands.")
+    of: tuple[SelectedRobot, ...] = Field(
+        min_length=1, description="The robots it commands, or selections of them."
+    )
     priority: int = Field(
         0, ge=0, le=255, description="Who wins when several command the same robot; higher wins."
     )
@@ -285,7 +224,9 @@ class Island(Model):
     mode: Literal["single-minded", "leader", "central"] = Field(
         description="How this island works.", examples=["central"]
     )
-    hosts: tuple[HostName, ...] = Field(min_length=1, description="The hosts in it.")
+    hosts: tuple[SelectedHost, ...] = Field(
+        min_length=1, description="The hosts in it, or selections of them."
+    )
     leader: HostName | None = Field(None, description="Its leader (modes single-minded and leader).")
     hub: HostName | None = Field(None, description="The host that runs its master (mode central).")
 
@@ -359,12 +300,17 @@ class Spec(Model):
         description="Kinds of computers beside the known ones.",
         examples=[{"odroid-xu4": {"title": "Odroid XU4", "cores": 8, "memory_mb": 2048, "clock": False}}],
     )
-    types: dict[RobotTypeName, RobotType] = Field(
+    types: dict[RobotTypeName, TaggedRobotType] = Field(
         default_factory=dict, description="Robot types beside the catalog's."
     )
     hosts: dict[HostName, Host] = Field(min_length=1, description="The computers, by name.")
     robots: dict[RobotName, Robot] = Field(
         min_length=1, description="Robots by name.", examples=[{"k3": {"type": "khepera3", "host": "k3-pi"}}]
+    )
+    groups: dict[Name, tuple[Selection, ...]] = Field(
+        default_factory=dict,
+        description="Groups of hosts and robots, by name; `@name` selects one.",
+        examples=[{"epucks": ["ep-*", "type:epuck2"]}],
     )
     links: tuple[Link, ...] = Field(
         (),
@@ -375,6 +321,12 @@ class Spec(Model):
         default_factory=dict,
         description="ROS programs, by name.",
         examples=[{"joystick": {"host": "koala-laptop", "use": "teleop-joy"}}],
+    )
+    packages: dict[PackageName, PackageSource] = Field(
+        default_factory=dict,
+        description="ROS packages of your own, by name, that travel with each release to the hosts of "
+        "programs and robots that use them.",
+        examples=[{"nav": {"from": "./src/nav"}}],
     )
     control: tuple[Control, ...] = Field((), description="Who may command whom.")
     islands: dict[IslandName, Island] = Field(

@@ -9,12 +9,24 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from swarmctl.robot_types.any_robot_type import PROTOCOL, ROS
 from swarmctl.robot_types.protocols import PROTOCOLS
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_launchable import ARGUMENTS, WORDS, Arguments, Words
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.sensors import SENSORS
-from swarmctl.spec.model import LINKS, Spec
+from swarmctl.spec.link_model import LINKS
+from swarmctl.spec.model import DRIVER, DRIVER_NAME, Spec
+from swarmctl.spec.program_model import COPY, TEMPLATE, Template
 from swarmctl.units import Unit, described_with
 
-TAGS = {**LINKS, **PROTOCOLS, **SENSORS}
+#: Steps that pydantic adds where the form of a value chooses its type, and no key does.
+FORMS: Mapping[str, Any] = {
+    PROTOCOL: RobotType, ROS: RosRobotType, DRIVER: RosDriver, DRIVER_NAME: str,
+    ARGUMENTS: Arguments, WORDS: Words, COPY: str, TEMPLATE: Template,
+}  # fmt: skip
+TAGS = {**LINKS, **PROTOCOLS, **SENSORS, **FORMS}
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:

@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.ros_packages.package import MANIFEST, Package, Packages, package_of
+from swarmctl.spec.workspace_folders import BUILT, IGNORE_MARKERS, MAX_DEPTH
 from swarmctl.yamltext.files import content
 
 _MAX_ENTRIES = 20_000  # names that are looked at below one folder
 _MAX_PACKAGES = 500
 _MAX_BYTES = 8 << 20  # of all files that are read
 _MAX_FILE = 256 << 10  # of one file
-_MAX_DEPTH = 5  # folders between a workspace and its packages
-_OTHERS = {"build", "devel", "install", "logs", "node_modules", "__pycache__"}  # what builds leave
-_IGNORE = {"CATKIN_IGNORE", "COLCON_IGNORE"}
 _READ = (".launch", ".xml", ".msg", ".action", ".test", "CMakeLists.txt")
 
 
@@ -53,12 +51,12 @@ def _package_folders(folder: str, left: _Left) -> Iterator[str]:
         path, depth = waiting.pop()
         entries = _entries(path, left)
         names = {one.name for one in entries}
-        if names & _IGNORE:
+        if names & IGNORE_MARKERS:
             continue
         if MANIFEST in names:
             yield path
-        elif depth < _MAX_DEPTH:
-            inner = (one for one in entries if one.name not in _OTHERS)
+        elif depth < MAX_DEPTH:
+            inner = (one for one in entries if one.name not in BUILT)
             waiting += [(one.path, depth + 1) for one in inner if one.is_dir(follow_symlinks=False)][::-1]
 
 
@@ -93,8 +91,8 @@ def _read(folder: str, shown: str, left: _Left) -> Package | None:
         path, prefix = waiting.pop()
         for one in _entries(path, left):
             name = prefix + one.name
-            if one.is_dir(follow_symlinks=False) and one.name not in _OTHERS:
-                if name.count("/") < _MAX_DEPTH:
+            if one.is_dir(follow_symlinks=False) and one.name not in BUILT:
+                if name.count("/") < MAX_DEPTH:
                     waiting.append((one.path, f"{name}/"))
             elif one.is_file():
                 files[name] = bool(one.stat().st_mode & 0o111)

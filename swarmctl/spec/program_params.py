@@ -11,7 +11,7 @@ from functools import cache
 import yaml
 
 from swarmctl import resources
-from swarmctl.field_types import Value
+from swarmctl.field_types import Parameter
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class Setting:
     pattern: str = ""
     example: str = ""
 
-    def takes(self, value: Value) -> bool:
+    def takes(self, value: Parameter) -> bool:
         """Returns True if ``value`` has the setting's type and is within its bounds."""
-        if isinstance(value, bool):
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             return False
         if isinstance(self.default, str) or isinstance(value, str):
             text = isinstance(self.default, str) and isinstance(value, str)

@@ -17,8 +17,11 @@ from pydantic import BaseModel
 
 from swarmctl.diagnostics import Diagnostic, Severity, Span
 from swarmctl.field_types import KEY
+from swarmctl.robot_types.any_robot_type import ROS, AnyRobotType, form_of
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.spec.catalog import Catalog, load_catalog
+from swarmctl.spec.model import DRIVER
 from swarmctl.spec.stand_ins import absent_keys, likely_kinds, most_alike, stand_ins
 from swarmctl.spec.validation import M, Misfit, examined, is_contradiction
 from swarmctl.spec.validation_fixes import choices, kinds_at, without_tag
@@ -176,8 +179,10 @@ class Repair(Generic[M]):
             self.open.add(str(loc[0]))
         self._made += 1
         ways = _ways_of(misfit, loc, source, self.model, 1000 * self.number + self._made)
-        tried = self._tried[loc]
-        self._tried[loc] += 1
+        at = misfit.error["ctx"]["error"].at if is_contradiction(misfit.error) else ()
+        place = (*loc, *at)
+        tried = self._tried[place]
+        self._tried[place] += 1
         if tried == 0 and ways:
             return ways
         if tried < len(ways):
@@ -197,7 +202,10 @@ def _ways_of(misfit: Misfit, loc: Loc, source: Source, model: type[BaseModel], n
         return [changes]
     if kind == "extra_forbidden":
         return _without_key(loc, tagged[:-1], source, model, number)
-    if is_contradiction(error):  # which part is wrong is open
+    if is_contradiction(error):  # which part is wrong is open, except in a driver
+        at = error["ctx"]["error"].at
+        if at and (ROS in tagged or DRIVER in tagged):
+            return [[Change((*loc, *at), value=REMOVED)]]
         return [[Change(loc[:2], value=REMOVED)]] if loc[:1] == ("types",) else []
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         return [[Change((*loc, "kind"), value=one)] for one in likely_kinds(given, kinds_at(loc))]
@@ -246,13 +254,24 @@ def repaired_catalog(catalog: Catalog, number: int) -> tuple[Catalog, list[Diagn
 
     A type that cannot be repaired, or comes after many, is a shipped one; which one depends on ``number``.
     """
-    shipped = tuple(load_catalog().types.values())
     types, found = dict(catalog.types), list[Diagnostic]()
     for place, (name, source) in enumerate(catalog.broken.items()):
-        robot_type = None
-        if place < _MOST_TYPES and source is not None and source.root is not None:
-            repair = Repair(RobotType, source.root, source.path, source.texts, number)
-            robot_type, _ = repair.value()
-            found += repair.found.elements()
+        model = RosRobotType if source is not None and form_of(source.data) == ROS else RobotType
+        if place < _MOST_TYPES and source is not None:
+            robot_type, reported = _repaired_type(model, source, number)
+            found += reported
+        else:
+            robot_type = None
+        shipped = [one for one in load_catalog().types.values() if isinstance(one, model)]
         types[name] = robot_type or shipped[(number + place) % len(shipped)]
     return replace(catalog, types=types), found
+
+
+def _repaired_type(
+    model: type[AnyRobotType], source: Source, number: int
+) -> tuple[AnyRobotType | None, Iterable[Diagnostic]]:
+    if source.root is None:
+        return None, ()
+    repair = Repair(model, source.root, source.path, source.texts, number)
+    robot_type, _ = repair.value()
+    return robot_type, repair.found.elements()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from fnmatch import fnmatchcase
 from typing import Any
 
 from swarmctl.diagnostics import Fix
 from swarmctl.field_types import KEY
 from swarmctl.yamltext.edits import Edits, joined, make_fix, rename_key, replace_value
+from swarmctl.yamltext.selection_text import is_selection, words_in
 from swarmctl.yamltext.source import Loc, Source
 
 _HOSTS, _ROBOTS, _PROGRAMS, _ISLANDS = "hosts", "robots", "programs", "islands"
@@ -17,6 +19,7 @@ _COMMANDERS = (_PROGRAMS, _ROBOTS, _HOSTS)
 _PLACES: Mapping[str, tuple[str, ...]] = {
     "leader": (_HOSTS,),
     "hub": (_HOSTS,),
+    "ros.builders.*": (_HOSTS,),
     "defaults.host.computer": ("computers",),
     "hosts.*.computer": ("computers",),
     "hosts.*.via": (_HOSTS,),
@@ -27,6 +30,8 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "links.*.robot": (_ROBOTS,),
     "programs.*.host": (_HOSTS,),
     "programs.*.robot": (_ROBOTS,),
+    "programs.*.hosts.*": (_HOSTS,),
+    "programs.*.robots.*": (_ROBOTS,),
     "control.*.by": _COMMANDERS,
     "control.*.of.*": (_ROBOTS,),
     "islands.*.hosts.*": (_HOSTS,),
@@ -39,6 +44,16 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "multimaster.ignore_hosts.*": (_HOSTS,),
     "multimaster.topics.*.to.*": (_ISLANDS, _HOSTS),
     "silence.*.about": _COMMANDERS,
+}
+# Where selections stand; in the first of these a plain name is one too.
+_GROUPED = ("groups.*.*", "programs.*.hosts.*", "programs.*.robots.*")
+_LISTED = ("links.*.hosts.*", "control.*.of.*", "islands.*.hosts.*")
+_PREFIXES = {
+    _HOSTS: ("", "host"),
+    _ROBOTS: ("", "robot"),
+    _PROGRAMS: ("program",),
+    _ISLANDS: ("island",),
+    "types": ("type",),
 }
 _KINDS = frozenset(kind for kinds in _PLACES.values() for kind in kinds)
 
@@ -66,8 +81,12 @@ def mentioned(data: Any, kinds: Collection[str]) -> Iterator[tuple[tuple[str, ..
 
 
 def rename(source: Source, kind: str, old: str, new: str) -> Edits:
-    """Another name for one of the ``hosts``, ``robots``, ...: there and in every mention, in all layers."""
-    if any(new in _named(one.data, kind) for one in (source, *source.layers)):
+    """Another name for one of the ``hosts``, ``robots``, ...: there and in every mention, in all layers.
+
+    No edits for what a selection may mean: its text may have to change in a way that a person decides.
+    """
+    layers = (source, *source.layers)
+    if any(new in _named(one.data, kind) or _is_selected(one.data, kind, old) for one in layers):
         return ()
     edits = [rename_key(source, (kind, old), new)]
     edits += [_reworded(source, loc, new) for loc in mentions(source.data, kind, old)]
@@ -77,6 +96,18 @@ def rename(source: Source, kind: str, old: str, new: str) -> Edits:
         replaced += [_reworded(layer, loc, new) for loc in mentions(layer.data, kind, old, source.data)]
         edits += [one for one in replaced if not one or known.isdisjoint(edit.span for edit in one)]
     return joined(edits) if all(edits) else ()
+
+
+def _is_selected(data: Any, kind: str, name: str) -> bool:
+    """True if a group or a selection names this, or has a glob that fits."""
+    prefixes = _PREFIXES.get(kind, ())
+    return any(
+        word.prefix in prefixes and any(fnmatchcase(name, one) for one in word.names)
+        for pattern in ((*_GROUPED, *_LISTED) if prefixes else ())
+        for _, text in _at(data, pattern.split("."))
+        if isinstance(text, str) and (pattern in _GROUPED or is_selection(text))
+        for word in words_in(text)
+    )
 
 
 def _reworded(source: Source, loc: Loc, new: str) -> Edits:

@@ -12,11 +12,11 @@ from typing import Any
 from pydantic import BaseModel
 
 from swarmctl.diagnostics import Fix
-from swarmctl.field_types import MESSAGE_TYPE
+from swarmctl.field_types import MESSAGE_TYPE, NAMESPACE
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
-from swarmctl.spec.model import KINDS
-from swarmctl.spec.model_lookup import accepts, is_model, known_keys, link_keys, types_at
+from swarmctl.spec.link_model import KINDS
+from swarmctl.spec.model_lookup import FORMS, accepts, is_model, known_keys, link_keys, types_at
 from swarmctl.spec.pattern_texts import NAME
 from swarmctl.spec.references import rename_at, renaming
 from swarmctl.suggest import Guess, guess
@@ -41,7 +41,7 @@ _UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
 _CHOICE = re.compile(r"'(?:[^'\\]|\\.)*'|[-+]?[0-9]+")  # as pydantic lists them: 'a', 'b' or 1
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
-_ONE_WORD = re.compile("[A-Za-z0-9_./:~-]+", re.ASCII)
+_ONE_WORD = re.compile("@?[A-Za-z0-9_./:~-]+", re.ASCII)  # `@lab` is a group
 _RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
@@ -50,6 +50,21 @@ _OTHER_TYPE = re.compile(
     r"(?P<package>[A-Za-z]\w*)(?:[/.]|::)(?:msg(?:[/.]|::))?(?P<message>[A-Za-z]\w*?)(?:\.msg)?", re.ASCII
 )
 _MAC = re.compile("[0-9a-fA-F]{2}([-_. :]?[0-9a-fA-F]{2}){5}", re.ASCII)
+
+
+def _message_type(given: str) -> str:
+    """Returns a message type of ROS 1 as meant; empty if that is unknown."""
+    other = _OTHER_TYPE.fullmatch(given.strip())
+    return f"{other['package']}/{other['message']}" if other else ""
+
+
+def _namespace(given: str) -> str:
+    """Returns a namespace without outer slashes and hyphens; empty if something else is wrong."""
+    space = given.strip("/").replace("-", "_")
+    return space if re.fullmatch(NAMESPACE, space) else ""
+
+
+_RESPELLED = {MESSAGE_TYPE: _message_type, NAMESPACE: _namespace}
 
 
 def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
@@ -73,10 +88,10 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
             if name
             else None
         )
-    if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] == MESSAGE_TYPE:
-        other = _OTHER_TYPE.fullmatch(given.strip())
-        name = f"{other['package']}/{other['message']}" if other else ""
-        return make_fix(f"write `{name}`", replace_value(source, loc, name), safe=True) if other else None
+    if kind == "string_pattern_mismatch" and error["ctx"]["pattern"] in _RESPELLED:
+        respelled = _RESPELLED[error["ctx"]["pattern"]](given)
+        change = f"write `{respelled}`"
+        return make_fix(change, replace_value(source, loc, respelled), safe=True) if respelled else None
     if kind == "value_error" and isinstance(raised := error["ctx"]["error"], UnitError) and raised.meant:
         return make_fix(
             f"write `{raised.meant}`", replace_value(source, loc, number_or_text(raised.meant)), safe=True
@@ -97,6 +112,7 @@ def only_key(tagged: Loc, model: type[BaseModel], given: Any) -> str:
         for name, one in place.model_fields.items()
     }
     needed = [name for name, one in fields.items() if one.is_required()]
+    needed += [place.lone_key for place in types_at(tuple(tagged), model) if hasattr(place, "lone_key")]
     known = len(needed) == 1 and len(fields) > 1 and isinstance(given, str)
     return needed[0] if known and accepts((*tagged, needed[0]), model, given) else ""
 
@@ -163,9 +179,10 @@ def _value_fix(kind: str, source: Source, loc: Loc, given: Any) -> Fix | None:
 
 def without_tag(loc: Loc) -> tuple[str | int, ...]:
     """Returns the place as it is in the file, without pydantic's tag of a link, protocol or sensor."""
+    loc = tuple(step for step in loc if step not in FORMS)
     steps, kinds, _ = _union_at(loc)
     tagged = len(loc) > steps > 0 and loc[steps] in kinds
-    return (*loc[:steps], *loc[steps + 1 :]) if tagged else tuple(loc)
+    return (*loc[:steps], *loc[steps + 1 :]) if tagged else loc
 
 
 def kinds_at(loc: Loc) -> tuple[str, ...]:

@@ -61,6 +61,8 @@ _BOUNDS = {
 _LONG_VALUE = re.compile("`([^`]{61,})`")
 _LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
 _IN_SSH_CONFIG = "write `IdentityFile` in ~/.ssh/config, or add the key to ssh-agent"
+_PLAIN_WORD = re.compile(r"[A-Za-z0-9_./+-][A-Za-z0-9_./+:=@-]*", re.ASCII)
+_SIGNS = tuple("@*&!%`|>")  # no plain text of YAML begins with one
 _LOGIN = {  # what people write to log in to a host
     "password": "swarmctl logs in with SSH keys only; `ssh-copy-id` puts yours on the host",
     **dict.fromkeys(("key", "key_file", "ssh_key", "identity_file", "private_key"), _IN_SSH_CONFIG),
@@ -204,6 +206,8 @@ def _help_for_unknown(
     holders = [one for one in known if key in known_keys((*tagged[:-1], one), model)]
     if not meant.words and holders:
         return (f"`{key}` belongs under {' or '.join(f'`{one}`' for one in holders)}",)
+    if not meant.words and len(tagged) > 2 and key in known_keys(tuple(tagged[:-2]), model):
+        return (f"`{key}` belongs beside `{tagged[-2]}`",)
     return suggestion(meant, known, "the keys here are")
 
 
@@ -285,7 +289,13 @@ def _items_in(given: Any) -> str:
     """Help about a list that is written without its brackets, or in others; empty for anything else."""
     if is_list_in_braces(given):
         return f"write square brackets: [{_short(', '.join(given))}]"
-    return f"put it in brackets: [{_short(legible(given).strip('()'))}]" if isinstance(given, str) else ""
+    if not isinstance(given, str):
+        return ""
+    words = given.split()
+    if len(words) > 1 and all(_PLAIN_WORD.fullmatch(one) for one in words):  # rosbag record -a
+        return f"put it in brackets: [{_short(', '.join(words))}]"
+    text = _short(legible(given).strip("()"))
+    return f'put it in brackets: ["{text}"]' if text.startswith(_SIGNS) else f"put it in brackets: [{text}]"
 
 
 def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:

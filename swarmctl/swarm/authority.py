@@ -7,7 +7,6 @@ modes: the commanders in `control`, and below all of them the robot's own progra
 from __future__ import annotations
 
 from swarmctl.spec.model import Mode, Spec
-from swarmctl.swarm import names
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Commander
 from swarmctl.swarm.subnets import advertised
@@ -34,7 +33,8 @@ class Authority:
         if leader is not None:
             found = named or [Commander(leader, 0, addresses=self._addresses(leader))]
         else:
-            own = Commander(host, OWN, namespace=names.namespace(robot), addresses=self._addresses(host))
+            space = self._index.namespaces[robot]
+            own = Commander(host, OWN, namespace=space, addresses=self._addresses(host))
             found = [*named, own]
         return tuple(sorted(found, key=lambda one: -one.priority))
 
@@ -42,12 +42,12 @@ class Authority:
         spec = self._index.spec
         if by in spec.programs:
             program = spec.programs[by]
-            if program.launch is None:
-                return Commander(by, priority, nodes=(names.program_node(by, program.robot),))
-            # Only the launch file itself defines the names of its nodes.
+            if program.names_its_node:
+                return Commander(by, priority, nodes=(self._index.program_nodes[by],))
+            # Only the launch file, the command or the container itself defines the names of its nodes.
             return Commander(by, priority, addresses=self._addresses(self._index.program_hosts[by]))
         if by in spec.robots:
-            return Commander(by, priority, namespace=names.namespace(by))
+            return Commander(by, priority, namespace=self._index.namespaces[by])
         return Commander(by, priority, addresses=self._addresses(by))
 
     def leader_of(self, robot: str) -> str | None:

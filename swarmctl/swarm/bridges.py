@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.swarm import names
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
 from swarmctl.swarm.topic_origins import Publishers
-from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE
 
 
 def bridges_of(index: SwarmIndex) -> tuple[Bridge, ...]:
@@ -26,9 +24,9 @@ def _commands(index: SwarmIndex) -> Iterator[Bridge]:
         origin = index.home.get(index.commander_host(control.by) or "")
         for robot in control.of:
             to = index.island_of_robot(robot) if robot in index.spec.robots else None
-            if origin is not None and to is not None and origin is not to:
-                topic = f"{names.namespace(robot)}/{COMMAND}"
-                yield Bridge(topic, COMMAND_TYPE, origin.name, (to.name,), f"control[{number}]")
+            command = index.command_topics.get(robot)
+            if origin is not None and to is not None and origin is not to and command is not None:
+                yield Bridge(command.topic, command.type, origin.name, (to.name,), f"control[{number}]")
 
 
 def _subscribed(index: SwarmIndex, publishers: Publishers) -> Iterator[Bridge]:

@@ -10,16 +10,32 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 
+from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.effective_settings import command_timeout_of
-from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.motion import Motion, motion_of
+from swarmctl.robot_types.robot_type import Link, RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_robot_type import RosLink, RosRobotType
 from swarmctl.robot_types.settings import RobotSettings, merged
+from swarmctl.spec.link_model import Bluetooth, IpLink, NetworkLink, Radio, RobotLink, Serial
 from swarmctl.spec.load import Document
-from swarmctl.spec.model import Bluetooth, Computer, NetworkLink, Program, Serial, Spec
+from swarmctl.spec.model import Computer, Spec
+from swarmctl.spec.program_model import Program
 from swarmctl.swarm import modes, names
 from swarmctl.swarm.addresses import Ip, Subnet
+from swarmctl.swarm.command_topics import CommandTopic, command_topic, is_gated
+from swarmctl.swarm.ip_links import IpEnds, ends_of
 from swarmctl.swarm.resolved import Island, island_by_host
+from swarmctl.swarm.ros_drivers import placeholder_values, ros_driver_of, values_of_link
 from swarmctl.swarm.subnets import addresses_of, subnet_sources_of, subnets_of
-from swarmctl.swarm.topics import Endpoint, program_endpoints
+from swarmctl.swarm.topics import (
+    DriverTopic,
+    Endpoint,
+    declared_topics,
+    driver_topics,
+    program_endpoints,
+    sensors_of,
+)
 from swarmctl.yamltext.source import Loc
 
 Line = Serial | Bluetooth
@@ -31,39 +47,150 @@ class SwarmIndex:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.spec: Spec = document.spec
-        self.types: Mapping[str, RobotType] = document.types
+        self.types: Mapping[str, AnyRobotType] = document.types
         self.computers: Mapping[str, Computer] = document.computers
 
-    # Serial and Bluetooth lines
+    # Robot types and drivers
 
     @cached_property
-    def lines(self) -> tuple[tuple[int, Line], ...]:
-        """The serial and Bluetooth links."""
+    def native_types(self) -> Mapping[str, RobotType]:
+        """The robot types that have a protocol, which swarmctl's driver knows."""
+        return with_protocol(self.types)
+
+    @cached_property
+    def native_robots(self) -> Mapping[str, RobotType]:
+        """The types of the robots whose type has a protocol, by robot, whichever their driver."""
+        known = self.native_types
+        return {name: known[robot.type] for name, robot in self.spec.robots.items() if robot.type in known}
+
+    @cached_property
+    def ros_drivers(self) -> Mapping[str, RosDriver]:
+        """The ROS packages that drive robots, by robot; their placeholders are not filled in."""
+        found = ((name, ros_driver_of(self.document, name)) for name in self.spec.robots)
+        return {name: one for name, one in found if one is not None}
+
+    @cached_property
+    def motions(self) -> Mapping[str, Motion]:
+        """How the robots of each type move."""
+        return {
+            name: one.kinematics if isinstance(one, RosRobotType) else motion_of(one.kinematics)
+            for name, one in self.types.items()
+        }
+
+    @cached_property
+    def gated(self) -> frozenset[str]:
+        """The robots with swarmctl's gate in front of their driver."""
+        foreign, motions, robots = self.ros_drivers.items(), self.motions, self.spec.robots
+        return frozenset(name for name, one in foreign if is_gated(one, motions[robots[name].type]))
+
+    @cached_property
+    def command_topics(self) -> Mapping[str, CommandTopic]:
+        """The topic on which each robot takes commands; robots that take none are left out."""
+        drivers, motions = self.ros_drivers, self.motions
+        found = (
+            (name, command_topic(self.namespaces[name], drivers.get(name), motions[robot.type]))
+            for name, robot in self.spec.robots.items()
+            if robot.type in motions
+        )
+        return {name: one for name, one in found if one is not None}
+
+    @cached_property
+    def robots_by_command(self) -> Mapping[str, tuple[str, ...]]:
+        """The robots that take commands on a topic, by its full name."""
+        found: dict[str, list[str]] = {}
+        for name, one in self.command_topics.items():
+            found.setdefault(one.topic, []).append(name)
+        return {topic: tuple(robots) for topic, robots in found.items()}
+
+    @cached_property
+    def driven_robots(self) -> Mapping[str, RobotType]:
+        """The types of the robots that swarmctl's driver drives, by robot."""
+        foreign = self.ros_drivers
+        return {name: one for name, one in self.native_robots.items() if name not in foreign}
+
+    # Links between hosts and robots: serial and Bluetooth lines, udp, tcp and radio
+
+    @cached_property
+    def lines(self) -> tuple[tuple[int, RobotLink], ...]:
+        """The links of robots: serial, bluetooth, udp, tcp and radio."""
         found = enumerate(self.spec.links)
-        return tuple((index, link) for index, link in found if isinstance(link, (Serial, Bluetooth)))
+        return tuple((index, link) for index, link in found if not isinstance(link, NetworkLink))
 
     @cached_property
-    def lines_of(self) -> Mapping[str, list[tuple[int, Line]]]:
-        """The lines of every robot; an empty list for a robot without a line."""
-        lines: dict[str, list[tuple[int, Line]]] = {name: [] for name in self.spec.robots}
+    def ip_links(self) -> Mapping[int, IpEnds]:
+        """The udp and tcp links, by index in ``links``."""
+        return {index: self.ends_of(link) for index, link in self.lines if isinstance(link, IpLink)}
+
+    @cached_property
+    def radios(self) -> tuple[tuple[int, Radio], ...]:
+        """The links by a Crazyradio."""
+        return tuple((index, link) for index, link in self.lines if isinstance(link, Radio))
+
+    @cached_property
+    def lines_of(self) -> Mapping[str, list[tuple[int, RobotLink]]]:
+        """The links of every robot; an empty list for a robot without a link."""
+        lines: dict[str, list[tuple[int, RobotLink]]] = {name: [] for name in self.spec.robots}
         for index, link in self.lines:
             if link.robot in lines:
                 lines[link.robot].append((index, link))
         return lines
 
-    def line_of(self, robot: str) -> Line | None:
-        """Returns the line of a robot; a document without errors has at most one."""
+    def line_of(self, robot: str) -> RobotLink | None:
+        """Returns the link of a robot; a document without errors has at most one."""
         lines = self.lines_of[robot]
         return lines[-1][1] if lines else None
 
     @cached_property
     def line_hosts(self) -> Mapping[str, str]:
-        """The host to which each robot's line is connected, in the order of ``links``."""
+        """The host to which each robot's link is connected, in the order of ``links``."""
         return {link.robot: link.host for _, link in self.lines}
 
-    def adapter_of(self, link: Bluetooth) -> str | None:
-        """Returns the Bluetooth adapter that serves a line: as declared, else the first of its host."""
-        return link.adapter or next(iter(self.spec.hosts[link.host].bluetooth), None)
+    @cached_property
+    def native_lines(self) -> tuple[tuple[int, Line, RobotType], ...]:
+        """The serial and Bluetooth lines of robots whose type has a protocol, with that type."""
+        known = self.native_robots
+        return tuple(
+            (index, link, known[link.robot])
+            for index, link in self.lines
+            if isinstance(link, (Serial, Bluetooth)) and link.robot in known
+        )
+
+    def link_kinds(self, robot: str) -> tuple[str, ...]:
+        """Returns the kinds of links that the type of ``robot`` takes; none if it needs no link."""
+        link = self.types[self.spec.robots[robot].type].link
+        return link.kinds if link is not None else ()
+
+    def bauds_of(self, robot: str) -> tuple[int, ...]:
+        """Returns the bits per second that the type of ``robot`` has, its usual rate first."""
+        match self.types[self.spec.robots[robot].type].link:
+            case Link(baud=usual, other_bauds=others):
+                return (usual, *others)
+            case RosLink(baud=int() as usual):
+                return (usual,)
+        return ()
+
+    def baud_of(self, link: RobotLink) -> int | None:
+        """Returns the bits per second of a line: as declared, else its robot type's; None if unknown."""
+        if not isinstance(link, (Serial, Bluetooth)):
+            return None
+        own = link.baud if isinstance(link, Serial) else None
+        return own or next(iter(self.bauds_of(link.robot)), None)
+
+    def adapter_of(self, link: RobotLink) -> str | None:
+        """Returns what serves a link at its host and can serve others as well; None for other kinds of links.
+
+        A Bluetooth adapter as declared, else the first of the host; the Crazyradio of a radio link.
+        """
+        if isinstance(link, Bluetooth):
+            return link.adapter or next(iter(self.spec.hosts[link.host].bluetooth), None)
+        return link.dongle if isinstance(link, Radio) else None
+
+    def ends_of(self, link: IpLink) -> IpEnds:
+        """Returns both ends of a udp or tcp link, with what its robot type adds."""
+        robot = self.spec.robots.get(link.robot)
+        kind = self.types.get(robot.type) if robot is not None else None
+        own = self.networks_of.get(link.host, ())
+        return ends_of(link, kind, ((network, self.subnets[index]) for index, network in own))
 
     # Networks and addresses
 
@@ -153,6 +280,24 @@ class SwarmIndex:
         """The host of each program: its own, its robot's, or the first that has what it needs."""
         return {name: self._program_host(program) for name, program in self.spec.programs.items()}
 
+    @cached_property
+    def namespaces(self) -> Mapping[str, str]:
+        """The ROS namespace of every robot, such as ``/koala`` or ``/lab/koala``."""
+        return {name: names.robot_namespace(name, one.namespace) for name, one in self.spec.robots.items()}
+
+    @cached_property
+    def program_namespaces(self) -> Mapping[str, str]:
+        """The ROS namespace of every program: its own, else its robot's, else empty."""
+        return {
+            name: f"/{one.namespace}" if one.namespace else self.namespaces.get(one.robot or "", "")
+            for name, one in self.spec.programs.items()
+        }
+
+    @cached_property
+    def program_nodes(self) -> Mapping[str, str]:
+        """The node of each program, as it is called where the program does not name its nodes itself."""
+        return {name: names.program_node(name, self.program_namespaces[name]) for name in self.spec.programs}
+
     def _program_host(self, program: Program) -> str | None:
         if program.host is not None:
             return program.host
@@ -174,17 +319,49 @@ class SwarmIndex:
             return self.driving[by]
         return by if by in self.spec.hosts else None
 
+    def placeholders_of(self, robot: str) -> tuple[str, ...]:
+        """Returns the placeholders that the driver of a robot may use."""
+        link = self.line_of(robot)
+        of_link = self.placeholders_of_link(link, "/dev") if link is not None else {}
+        return tuple(placeholder_values(robot, "", "", "", of_link))
+
+    def placeholders_of_link(self, link: RobotLink, device: str) -> Mapping[str, str | int]:
+        """Returns what a link gives to placeholders; ``device`` is that of a serial or Bluetooth link."""
+        ends = self.ends_of(link) if isinstance(link, IpLink) else None
+        return values_of_link(link, device, self.baud_of(link), ends)
+
     # Topics
+
+    def driver_topics(self, robot: str) -> tuple[DriverTopic, ...]:
+        """Returns what the driver of ``robot`` publishes with its settings."""
+        if (driver := self.ros_drivers.get(robot)) is not None:
+            return declared_topics(driver, names.driver_node(self.namespaces[robot]))
+        return driver_topics(self.driven_robots[robot], self.settings_of(robot))
+
+    def sensors_of(self, robot: str) -> Mapping[str, str]:
+        """The message types of what its driver may publish, on or off, by name in its namespace."""
+        if (driver := self.ros_drivers.get(robot)) is not None:
+            declared = declared_topics(driver, names.driver_node(self.namespaces[robot]))
+            return {one.name: one.type for one in declared}
+        return sensors_of(self.driven_robots[robot])
 
     @cached_property
     def endpoints(self) -> tuple[Endpoint, ...]:
         """What programs publish and subscribe to; the topics of drivers follow from their robot types."""
-        return tuple(program_endpoints(self.spec, self.program_hosts))
+        return tuple(
+            program_endpoints(self.spec, self.program_hosts, self.program_nodes, self.command_topics)
+        )
 
     @cached_property
     def robot_by_namespace(self) -> Mapping[str, str]:
         """The robot of each namespace, such as ``/koala``."""
-        return {names.namespace(robot): robot for robot in self.spec.robots}
+        return {namespace: robot for robot, namespace in self.namespaces.items()}
+
+    def split_topic(self, topic: str) -> tuple[str, str]:
+        """Returns the namespace of a robot and the rest: ``/lab/k3``, ``odom``; else the first namespace."""
+        known = self.robot_by_namespace
+        space = next((one for one in names.above(topic) if one in known), None)
+        return names.split_topic(topic) if space is None else (space, topic[len(space) + 1 :])
 
     # Settings
 
@@ -200,8 +377,7 @@ class SwarmIndex:
         for name, robot in self.spec.robots.items():
             key = (robot.type, robot.settings.command_timeout)
             if key not in known:
-                layers = self.document.settings_layers(name)
-                known[key] = command_timeout_of(self.types[robot.type], *layers)
+                known[key] = command_timeout_of(*self.document.settings_layers(name))
             timeouts[name] = known[key]
         return timeouts
 

@@ -6,6 +6,7 @@ from collections.abc import Set
 from dataclasses import dataclass
 
 from swarmctl.spec import model
+from swarmctl.spec.link_model import NetworkLink
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.swarm.resolved import Island
 
@@ -74,7 +75,7 @@ def jump_hosts(spec: Spec) -> frozenset[str]:
     found -= {*(program.host for program in spec.programs.values()), *(one.by for one in spec.control)}
     found = found.difference(*(island.hosts for island in spec.islands.values()))
     masters = _masters(spec, found)
-    networks = (link.hosts for link in spec.links if isinstance(link, model.NetworkLink))
+    networks = (link.hosts for link in spec.links if isinstance(link, NetworkLink))
     return frozenset(found.difference(*(hosts for hosts in networks if not masters.isdisjoint(hosts))))
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 DRIVER_NODE = "driver"
+GATE_NODE = "gate"
+GATE_OUTPUT = "gate/cmd_vel"  # on which a robot's gate publishes, in its namespace
 
 
-def namespace(robot: str) -> str:
-    """Returns the namespace of a robot. ROS graph names cannot contain a hyphen (wiki.ros.org/Names)."""
-    return "/" + robot.replace("-", "_")
+def robot_namespace(robot: str, own: str | None) -> str:
+    """Returns the namespace of a robot: its ``own``, else its name; a graph name has no hyphen."""
+    return f"/{own}" if own else "/" + robot.replace("-", "_")
 
 
 def split_topic(topic: str) -> tuple[str, str]:
@@ -18,14 +20,27 @@ def split_topic(topic: str) -> tuple[str, str]:
     return (f"/{head}", name) if name else ("", head)
 
 
-def driver_node(robot: str) -> str:
-    """Returns the node of a robot's driver."""
-    return f"{namespace(robot)}/{DRIVER_NODE}"
+def driver_node(namespace: str) -> str:
+    """Returns the node of the driver of the robot with this namespace."""
+    return f"{namespace}/{DRIVER_NODE}"
 
 
-def program_node(program: str, robot: str | None) -> str:
-    """Returns the node of a program: in its robot's namespace, or in none."""
-    return f"{namespace(robot) if robot else ''}/{program.replace('-', '_')}"
+def gate_node(namespace: str) -> str:
+    """Returns the node of the gate in front of the driver of the robot with this namespace."""
+    return f"{namespace}/{GATE_NODE}"
+
+
+def above(name: str) -> Iterator[str]:
+    """Yields the namespaces that ``name`` lies in, the longest first: ``/lab/k3``, ``/lab`` of a topic."""
+    space = name.rpartition("/")[0]
+    while space:
+        yield space
+        space = space.rpartition("/")[0]
+
+
+def program_node(program: str, program_namespace: str) -> str:
+    """Returns the node of a program in its namespace."""
+    return f"{program_namespace}/{program.replace('-', '_')}"
 
 
 def multimaster_node(island: str) -> str:
@@ -64,9 +79,11 @@ WLAN = "wlan"
 
 TOOLS = (
     "bluetooth-pair",
+    "give-secrets",
     "has-packages",
     "ros-client",
     "ros-exec",
+    "run-node",
     "wait-for-address",
     "wait-for-master",
     "wlan-awake",

@@ -31,6 +31,11 @@ class Listener:
     protocol: str = "tcp"
     runs: bool = True
 
+    @property
+    def of_robot(self) -> bool:
+        """True for a port on which a driver receives what its robot sends."""
+        return self.loc[0] == "links"
+
 
 def ssh_port(spec: Spec, host: str) -> int:
     """Returns the SSH port of a host: its own, the swarm's default, or 22."""

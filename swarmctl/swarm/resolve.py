@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec import model
+from swarmctl.spec.link_model import Bluetooth, IpLink, Radio, RobotLink, Serial, Usb
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
@@ -16,6 +16,7 @@ from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.swarm.resolved import (
     FixedLine,
+    ForeignDriver,
     Host,
     Line,
     Network,
@@ -23,8 +24,12 @@ from swarmctl.swarm.resolved import (
     RfcommLine,
     Robot,
     Swarm,
+    SwarmctlDriver,
     UsbLine,
 )
+from swarmctl.swarm.robot_urdfs import urdfs_of
+from swarmctl.swarm.ros_drivers import launchable, placeholder_values
+from swarmctl.swarm.selectable import candidates_of
 from swarmctl.swarm.subnets import advertised
 
 
@@ -39,6 +44,7 @@ def resolve(document: Document) -> Swarm:
         mode=spec.mode,
         distro=spec.ros.distro,
         workspace=spec.ros.workspace,
+        use_sim_time=spec.ros.use_sim_time,
         hosts={name: _host(name, spec) for name in spec.hosts},
         robots=_robots(index),
         networks=_networks(index),
@@ -46,7 +52,11 @@ def resolve(document: Document) -> Swarm:
         bridges=bridges_of(index),
         programs=_programs(index),
         multimaster=spec.multimaster or Multimaster(),
+        packages=document.packages.delivered,
+        builders=spec.ros.builders,
+        build_here=spec.ros.build_here,
         time=spec.time.model_copy(update={"root": time_root(spec, index.islands)}),
+        candidates=candidates_of(index),
     )
 
 
@@ -63,6 +73,8 @@ def _host(name: str, spec: model.Spec) -> Host:
         port=ssh_port(spec, name),
         via=given.via,
         optional=given.optional,
+        install=given.install,
+        workspaces=given.workspaces or ((spec.ros.workspace,) if spec.ros.workspace else ()),
         declared=frozenset(declared & {"user", "port"}),
     )
 
@@ -76,30 +88,61 @@ def _networks(index: SwarmIndex) -> tuple[Network, ...]:
 
 
 def _robots(index: SwarmIndex) -> Mapping[str, Robot]:
-    spec, authority = index.spec, Authority(index)
+    spec, authority, urdfs = index.spec, Authority(index), urdfs_of(index.document)
     robots: dict[str, Robot] = {}
     next_rfcomm: dict[str, int] = {}  # by host
     for name, given in spec.robots.items():
-        robot_type, link = index.types[given.type], index.line_of(name)
-        if link is None:
-            raise ValueError(f"robot {name} has no line")  # LINK001 reports it before
-        line = _line(index, link, robot_type, next_rfcomm.get(link.host, 0))
-        if isinstance(line, RfcommLine):
+        link = index.line_of(name)
+        line = _line(index, link, next_rfcomm.get(link.host, 0)) if link is not None else None
+        if link is not None and isinstance(line, RfcommLine):
             next_rfcomm[link.host] = line.index + 1
+        host = index.driving[name] or (link.host if link is not None else None)
+        if host is None:
+            raise ValueError(f"robot {name} has no host")  # ROBOT001 reports it before
+        baud = index.baud_of(link) if link is not None else None
         robots[name] = Robot(
             name=name,
+            namespace=index.namespaces[name],
             type_name=given.type,
-            type=robot_type,
+            type=index.types[given.type],
             settings=index.settings_of(name),
-            host=index.driving[name] or link.host,
+            host=host,
+            link=link,
             line=line,
-            baud=link.baud if isinstance(link, model.Serial) else None,
+            baud=baud,
             optional=given.optional,
             commanders=authority.over(name),
-            codec=index.document.catalog.codecs.get(given.type, b""),
-            driver=given.driver,
+            driver=_driver(index, name, line, baud, _placeholders(index, name, host, line)),
+            topics=index.driver_topics(name),
+            command=index.command_topics.get(name),
+            start=given.start,
+            urdf=urdfs.of(name),
         )
     return robots
+
+
+def _driver(
+    index: SwarmIndex, robot: str, line: Line | None, baud: int | None, values: Mapping[str, str | int]
+) -> SwarmctlDriver | ForeignDriver:
+    ros, type_name = index.ros_drivers.get(robot), index.spec.robots[robot].type
+    if ros is None:
+        if line is None or baud is None:
+            raise ValueError(f"robot {robot} has no line")  # LINK001 reports it before
+        codec = index.document.catalog.codecs.get(type_name, b"")
+        return SwarmctlDriver(index.driven_robots[robot], line, baud, codec)
+    return ForeignDriver(
+        launchable(ros, values),
+        index.motions[type_name].limited(index.settings_of(robot).limits),
+        index.command_timeouts[robot],
+    )
+
+
+def _placeholders(index: SwarmIndex, robot: str, host: str, line: Line | None) -> Mapping[str, str | int]:
+    """The values of the placeholders of a robot's driver, which runs on ``host``."""
+    link, device = index.line_of(robot), line.path if line is not None else ""
+    of_link = index.placeholders_of_link(link, device) if link is not None else {}
+    address = index.spec.hosts[host].address
+    return placeholder_values(robot, index.namespaces[robot], host, address, of_link)
 
 
 def _programs(index: SwarmIndex) -> Mapping[str, Program]:
@@ -108,22 +151,28 @@ def _programs(index: SwarmIndex) -> Mapping[str, Program]:
         host = index.program_hosts[name]
         if host is None:
             raise ValueError(f"program {name} has no host")  # PROG006 reports it before
-        node = names.program_node(name, given.robot)
-        programs[name] = Program(name, host, node, given, commanded_by(index.spec, name))
+        beside = {path: index.document.files.content[path] for path in given.beside}
+        programs[name] = Program(
+            name, host, index.program_nodes[name], given, commanded_by(index.spec, name), beside
+        )
     return programs
 
 
-def _line(
-    index: SwarmIndex, link: model.Serial | model.Bluetooth, robot_type: RobotType, rfcomm: int
-) -> Line:
-    """The device of a line; ``rfcomm`` is the next free number of a Bluetooth device on its host."""
+def _line(index: SwarmIndex, link: RobotLink, rfcomm: int) -> Line | None:
+    """The device of a line, None for other links.
+
+    ``rfcomm`` is the next free number of a Bluetooth device on its host.
+    """
     match link:
-        case model.Bluetooth():
-            channel = link.channel or robot_type.link.rfcomm_channel
+        case IpLink() | Radio():
+            return None
+        case Bluetooth():
+            of_type = index.native_robots.get(link.robot)
+            channel = link.channel or (of_type.link.rfcomm_channel if of_type is not None else 1)
             pin = link.pin.secret if link.pin else None
             return RfcommLine(link.mac, channel, rfcomm, index.adapter_of(link) or "", pin)
-        case model.Serial(usb=model.Usb() as usb):
+        case Serial(usb=Usb() as usb):
             return UsbLine(usb, names.usb_device(link.robot))
-        case model.Serial(device=str() as device):
+        case Serial(device=str() as device):
             return FixedLine(device)
     raise ValueError(f"the line of {link.robot} names no device")  # LINK004 reports it before

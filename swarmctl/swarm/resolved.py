@@ -6,21 +6,35 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from swarmctl.robot_types.protocols import DriverName, RosserialProtocol
+from swarmctl.robot_types.any_robot_type import AnyRobotType
+from swarmctl.robot_types.motion import Motion
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.sensors import ODOM
 from swarmctl.robot_types.settings import RobotSettings
+from swarmctl.ros_packages.builds import Built
+from swarmctl.ros_packages.package import DeliveredPackage
+from swarmctl.ros_packages.urdf import Urdf
 from swarmctl.spec import model
-from swarmctl.spec.model import Mode, Usb
+from swarmctl.spec import program_model as declared_program
+from swarmctl.spec.install_model import Install
+from swarmctl.spec.link_model import RobotLink, Usb
+from swarmctl.spec.model import Mode
 from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.swarm import names
+from swarmctl.swarm.command_topics import CommandTopic, is_gated
 from swarmctl.swarm.shipped_programs import INTERACTIVE
+from swarmctl.swarm.topics import DriverTopic
 
 
 @dataclass(frozen=True)
 class Host:
     """A computer of the swarm. ``address``: where others reach it; ``advertised``: what its URIs contain.
 
-    ``declared`` names those of ``user`` and ``port`` that the spec sets; the others are defaults.
+    ``declared`` names those of ``user`` and ``port`` that the spec sets; the others are defaults;
+    ``platform`` is what its compiled programs are for, such as ``debian-12-x86_64-ros-1.15.15``; empty while
+    it is unknown.
     """
 
     name: str
@@ -30,6 +44,9 @@ class Host:
     port: int
     via: str | None
     optional: bool
+    install: Install = field(default_factory=Install)
+    workspaces: tuple[str, ...] = ()
+    platform: str = ""
     declared: frozenset[str] = field(default=frozenset(), compare=False)
 
 
@@ -110,45 +127,113 @@ class Program:
     name: str
     host: str
     node: str
-    declared: model.Program
+    declared: declared_program.Program
     commands: tuple[str, ...] = ()
+    beside: Mapping[str, bytes] = field(
+        default_factory=dict
+    )  # the files beside the spec that it gets, by path
 
     @property
     def runs_by_itself(self) -> bool:
         """True if a systemd unit starts it; False for terminal programs and a teleop without robots."""
-        return self.declared.use is None or (self.declared.use not in INTERACTIVE and bool(self.commands))
+        return not self.is_interactive and (self.declared.use is None or bool(self.commands))
+
+    @property
+    def is_interactive(self) -> bool:
+        """True if a person starts it at a terminal."""
+        return self.declared.use in INTERACTIVE or self.declared.lifecycle == "interactive"
+
+    @property
+    def namespace(self) -> str:
+        """Its ROS namespace, such as /k3; empty if it has none."""
+        return self.node.rpartition("/")[0]
+
+
+@dataclass(frozen=True)
+class SwarmctlDriver:
+    """swarmctl's own driver, with what it needs to know of the robot."""
+
+    type: RobotType
+    line: Line
+    baud: int
+    codec: bytes = b""  # the Python file with the protocol class of the type; empty if it has none
+
+
+@dataclass(frozen=True)
+class ForeignDriver:
+    """A ROS package as driver.
+
+    ``ros`` has its placeholders filled in, ``motion`` is within the robot's limits, ``command_timeout`` is
+    how long without a command, s, until the gate in front of it sends zeros.
+    """
+
+    ros: RosDriver
+    motion: Motion
+    command_timeout: float
+
+    @property
+    def gated(self) -> bool:
+        """True if swarmctl's gate stands in front of its command topic."""
+        return is_gated(self.ros, self.motion)
 
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot with its driver placed: on which host, over which line, with which settings."""
+    """A robot with its driver placed: on which host, over which line, with which settings.
+
+    ``link`` is None for a robot that needs none. ``line`` is the device of a serial or Bluetooth link, and
+    ``baud`` its bits per second.
+    """
 
     name: str
+    namespace: str  # in ROS, such as /k3 or /lab/k3
     type_name: str
-    type: RobotType
+    type: AnyRobotType
     settings: RobotSettings
     host: str
-    line: Line
+    link: RobotLink | None
+    line: Line | None
     baud: int | None
     optional: bool
     commanders: tuple[Commander, ...]
-    driver: DriverName
-    codec: bytes = b""  # the Python file with its protocol class; empty if its type has none
+    driver: SwarmctlDriver | ForeignDriver
+    topics: tuple[DriverTopic, ...]  # what its driver publishes
+    command: CommandTopic | None  # where it takes commands; None if it takes none
+    start: model.StartPose | None = None
+    urdf: Urdf | None = None  # of its own, or of its type, in place of the one that is made from a type
 
     @property
-    def namespace(self) -> str:
-        """The ROS namespace, such as /k3."""
-        return names.namespace(self.name)
+    def odom_frame(self) -> str:
+        """The frame of its odometry."""
+        driver = self.driver
+        return (
+            driver.ros.odometry_frame if isinstance(driver, ForeignDriver) else f"{self.namespace[1:]}/{ODOM}"
+        )
 
     @property
-    def foreign_sketch(self) -> RosserialProtocol | None:
-        """The sketch on its board if `rosserial_python` is its driver."""
-        return self.type.foreign(self.driver)
+    def frame_prefix(self) -> str:
+        """What its frames begin with, without the slash behind it; empty if its driver adds nothing."""
+        return self.odom_frame.rpartition("/")[0]
+
+    @property
+    def is_described(self) -> bool:
+        """True if its `robot_description` is set: by swarmctl's driver, else from a URDF beside the spec."""
+        return self.urdf is not None or isinstance(self.driver, SwarmctlDriver)
 
     @property
     def driver_node(self) -> str:
         """The name of the driver's node."""
-        return names.driver_node(self.name)
+        return names.driver_node(self.namespace)
+
+    @property
+    def gate_node(self) -> str:
+        """The name of the node of the gate in front of its driver."""
+        return names.gate_node(self.namespace)
+
+    @property
+    def gated(self) -> bool:
+        """True if swarmctl's gate stands in front of its driver."""
+        return isinstance(self.driver, ForeignDriver) and self.driver.gated
 
 
 @dataclass(frozen=True)
@@ -193,6 +278,12 @@ class Swarm:
     programs: Mapping[str, Program] = field(default_factory=dict)
     multimaster: Multimaster = field(default_factory=Multimaster)
     time: model.Time = field(default_factory=model.Time)
+    candidates: Candidates = field(default_factory=Candidates, compare=False, repr=False)  # of selections
+    packages: Mapping[str, DeliveredPackage] = field(default_factory=dict)
+    builders: tuple[str, ...] = ()
+    build_here: bool = False  # in a container on the operator's machine
+    builds: Mapping[str, Built] = field(default_factory=dict, repr=False)  # by their keys
+    use_sim_time: bool = False
 
     @cached_property
     def received(self) -> Mapping[str, Mapping[str, Mapping[str, str]]]:
@@ -202,6 +293,11 @@ class Swarm:
             for to in bridge.to:
                 found.setdefault(to, {}).setdefault(bridge.origin, {}).setdefault(bridge.topic, bridge.type)
         return found
+
+    @cached_property
+    def command_topics(self) -> Mapping[str, CommandTopic]:
+        """The topic on which each robot takes commands; robots that take none are left out."""
+        return {name: one.command for name, one in self.robots.items() if one.command is not None}
 
     @cached_property
     def _islands_by_host(self) -> Mapping[str, Island]:

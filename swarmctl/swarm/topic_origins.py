@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from swarmctl.swarm import names
 from swarmctl.swarm.index import SwarmIndex
-from swarmctl.swarm.topics import DIAGNOSTICS, DIAGNOSTICS_TYPE, sensors_of
+from swarmctl.swarm.topics import DIAGNOSTICS, DIAGNOSTICS_TYPE
 
 
 class Publishers:
@@ -33,12 +32,11 @@ class Publishers:
 
     def sensed(self, topic: str) -> tuple[str, str] | None:
         """Returns the robot whose driver publishes ``topic`` from a sensor, and its message type."""
-        namespace, name = names.split_topic(topic)
+        namespace, name = self._index.split_topic(topic)
         robot = self._index.robot_by_namespace.get(namespace)
         if robot is None:
             return None
-        given = self._index.spec.robots[robot]
-        kind = sensors_of(self._index.types[given.type], given.driver).get(name)
+        kind = self._index.sensors_of(robot).get(name)
         return (robot, kind) if kind else None
 
     def island(self, robot: str) -> str | None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from swarmctl.robot_types.effective_settings import equipped, rates_of
 from swarmctl.robot_types.message_sizes import size_of
-from swarmctl.robot_types.protocols import DriverName
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.sensors import (
     ODOM,
+    SCAN,
     Quantity,
     Range,
     Raw,
@@ -19,17 +20,18 @@ from swarmctl.robot_types.sensors import (
 )
 from swarmctl.robot_types.settings import DIAGNOSTICS as DIAGNOSTICS_RATE
 from swarmctl.robot_types.settings import RobotSettings
-from swarmctl.spec.model import Program, Spec
+from swarmctl.spec.model import Spec
+from swarmctl.spec.program_model import Program
 from swarmctl.spec.program_params import shipped
 from swarmctl.swarm import names
+from swarmctl.swarm.command_topics import SENDABLE, CommandTopic
 from swarmctl.swarm.shipped_programs import SHIPPED
 
-COMMAND = "cmd_vel"
-COMMAND_TYPE = "geometry_msgs/Twist"
-DIAGNOSTICS = "/diagnostics"
+DIAGNOSTICS, CLOCK = "/diagnostics", "/clock"
 DIAGNOSTICS_TYPE = "diagnostic_msgs/DiagnosticArray"
 JOINTS = "joint_states"
-MESSAGES = {  # of the topic with the name of its sensor
+WHEEL_JOINTS = ("left_wheel", "right_wheel")  # as swarmctl's driver names them in `joint_states`
+MESSAGES = {  # of the topic with a sensor's readings
     "wheels": "nav_msgs/Odometry",
     "range": "std_msgs/UInt16MultiArray",
     "raw": "std_msgs/UInt16MultiArray",
@@ -40,6 +42,8 @@ MESSAGES = {  # of the topic with the name of its sensor
     "temperature": "sensor_msgs/Temperature",
     "image": "sensor_msgs/Image",
 }
+_SCAN_TYPE, _SCAN_BYTES = "sensor_msgs/LaserScan", 4 * 72
+_OF_A_CAMERA = "sensor_msgs/CameraInfo"
 _ONE_CHANNEL, _CHANNELS = "std_msgs/UInt8", "std_msgs/UInt8MultiArray"
 _RANGE, _JOINT_STATE = "sensor_msgs/Range", "sensor_msgs/JointState"
 _JOINTS_BYTES = 2 * (4 + len("right_wheel")) + 4 * 8  # two names, their positions and velocities
@@ -72,37 +76,42 @@ class DriverTopic:
 
     name: str
     type: str
-    rate: float  # Hz
+    rate: float  # Hz; 0 if unknown
     size: int = 0  # bytes; 0 if unknown
     part: bool = False  # computed from the same reading as another topic, at the same rate
 
 
-def driver_topics(
-    robot_type: RobotType, settings: RobotSettings, driver: DriverName
-) -> tuple[DriverTopic, ...]:
-    """The topics that a driver publishes with these merged ``settings``, without sensors that are off.
-
-    `rosserial_python` publishes the topics of its sketch; it publishes diagnostics only on errors.
-    """
-    declared = tuple(_of_sketch(robot_type))
-    if robot_type.foreign(driver):
-        return declared
+def driver_topics(robot_type: RobotType, settings: RobotSettings) -> tuple[DriverTopic, ...]:
+    """What swarmctl's driver publishes with these merged ``settings``, without sensors that are off."""
     rates, robot_type = rates_of(robot_type, settings), equipped(robot_type, settings)
     on = [name for name in robot_type.sensors if rates[name] > 0]
     sensed = [one for name in on for one in _of_sensor(robot_type, name, rates[name])]
     return (
-        *declared,
+        *_of_sketch(robot_type),
         *_counted(robot_type),
         *sensed,
         DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, rates[DIAGNOSTICS_RATE]),
     )
 
 
-def sensors_of(robot_type: RobotType, driver: DriverName) -> Mapping[str, str]:
-    """Returns the message types of all sensor topics of a driver, on or off, by name in its namespace."""
-    counted = () if robot_type.foreign(driver) else _counted(robot_type)
+def sensors_of(robot_type: RobotType) -> Mapping[str, str]:
+    """The message types of all sensor topics of swarmctl's driver, on or off, by name in its namespace."""
     sensed = [one for name in robot_type.sensors for one in _of_sensor(robot_type, name, 0.0)]
-    return {one.name: one.type for one in (*_of_sketch(robot_type), *counted, *sensed)}
+    return {one.name: one.type for one in (*_of_sketch(robot_type), *_counted(robot_type), *sensed)}
+
+
+def declared_topics(driver: RosDriver, node: str) -> tuple[DriverTopic, ...]:
+    """The topics that a ROS package is declared to publish; ``node`` is the full name of its node."""
+    space = node.rpartition("/")[0] + "/"
+    return tuple(
+        DriverTopic(
+            names.resolved(one.topic, node, driver.remap).removeprefix(space),
+            one.type,
+            one.rate or 0.0,
+            one.size or _bytes(one.type),
+        )
+        for one in driver.publishes
+    )
 
 
 def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
@@ -111,6 +120,11 @@ def actuators_of(robot_type: RobotType) -> Mapping[str, str]:
         name: _ONE_CHANNEL if len(one.channels) == 1 else _CHANNELS
         for name, one in robot_type.actuators.items()
     }
+
+
+def topic_of(name: str, kind: str) -> str:
+    """Returns the topic with the readings of the sensor ``name``; images come where ROS expects them."""
+    return f"{name}/image_raw" if kind == "image" else name
 
 
 def sensor_behind(topic: str) -> str:
@@ -139,8 +153,12 @@ def _counted(robot_type: RobotType) -> Iterator[DriverTopic]:
 
 def _of_sensor(robot_type: RobotType, name: str, rate: float) -> Iterator[DriverTopic]:
     sensor = robot_type.sensors[name]
-    yield DriverTopic(name, MESSAGES[sensor.kind], rate, _sensor_bytes(sensor))
+    yield DriverTopic(topic_of(name, sensor.kind), MESSAGES[sensor.kind], rate, _sensor_bytes(sensor))
+    if sensor.kind == "image":
+        yield DriverTopic(f"{name}/camera_info", _OF_A_CAMERA, rate, _bytes(_OF_A_CAMERA), part=True)
     if isinstance(sensor, Range):
+        if len(sensor.elements) > 1:
+            yield DriverTopic(f"{name}/{SCAN}", _SCAN_TYPE, rate, _bytes(_SCAN_TYPE) + _SCAN_BYTES, part=True)
         for one in sensor.elements:
             yield DriverTopic(f"{name}/{one.name}", _RANGE, rate, _bytes(_RANGE), part=True)
     if sensor.kind == "wheels":
@@ -173,8 +191,15 @@ def _bytes(type_name: str) -> int:
     return size.bytes if size else 0
 
 
-def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[Endpoint]:
-    """Every topic that programs publish or subscribe to, under its full name; ``hosts`` by program.
+def program_endpoints(
+    spec: Spec,
+    hosts: Mapping[str, str | None],
+    nodes: Mapping[str, str],
+    commands: Mapping[str, CommandTopic],
+) -> Iterator[Endpoint]:
+    """Every topic that programs publish or subscribe to, under its full name.
+
+    ``hosts`` and ``nodes`` are by program, ``commands`` is the command topic by robot.
 
     These are the declared topics, the commands that the shipped programs publish, and the gamepad's state
     between a `joy_node` and what drives by it.
@@ -182,7 +207,7 @@ def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[E
     commanded = _commanded(spec)
     for name, program in spec.programs.items():
         host = hosts[name] or ""
-        node = names.program_node(name, program.robot)
+        node = nodes[name]
         for key, topics in (("publishes", program.publishes), ("subscribes", program.subscribes)):
             for index, declared in enumerate(topics):
                 full = names.resolved(declared.topic, node, program.remap)
@@ -191,15 +216,21 @@ def program_endpoints(spec: Spec, hosts: Mapping[str, str | None]) -> Iterator[E
                 yield Endpoint(
                     full, declared.type, publishes, node, host, name, declared.rate, declared.size, loc
                 )
-        for robot in commanded.get(name, ()):
-            topic, rate = f"{names.namespace(robot)}/{COMMAND}", _command_rate(program)
-            yield Endpoint(topic, COMMAND_TYPE, True, node, host, name, rate, None, ("programs", name))
+        for one in sendable(commanded.get(name, ()), commands):
+            rate = _command_rate(program)
+            yield Endpoint(one.topic, one.type, True, node, host, name, rate, None, ("programs", name))
         if (joy := _joy_topic(program)) is not None:
             full, publishes = names.resolved(joy, node, program.remap), program.package == _JOY_NODE[0]
             place: Loc = (
                 ("programs", name, "params") if program.use and program.params else ("programs", name)
             )
             yield Endpoint(full, JOY_TYPE, publishes, node, host, name, None, None, place)
+
+
+def sendable(robots: Iterable[str], commands: Mapping[str, CommandTopic]) -> Iterator[CommandTopic]:
+    """Yields the command topics of those ``robots`` that a shipped program can command."""
+    found = (commands[robot] for robot in robots if robot in commands)
+    return (one for one in found if one.type in SENDABLE)
 
 
 def _joy_topic(program: Program) -> str | None:

@@ -49,7 +49,7 @@ def verdict(job: Job, result: Flashed | HostError) -> Text:
         note = f" firmware {job.digest}; {job.unit} is not running, so the board's report was not checked"
         return Text.assemble(name, "  ", ("holds", "bold green"), note)
     silent = f"the board was written and read back, but {job.unit} has received nothing from it since"
-    return _trouble(job, "silent", silent, f"on {job.host}: journalctl -u {job.unit}")
+    return _trouble(job, "silent", silent, f"on {job.host}: sudo journalctl -u {job.unit}")
 
 
 def _trouble(job: Job, kind: str, message: str, hint: str) -> Text:

@@ -1,12 +1,19 @@
-"""A plan as text: the steps of each host with their causes, and the diffs on request."""
+"""A plan as text: the summary, then the steps of each host or of equal hosts, with their causes."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from rich.cells import cell_len
 from rich.text import Text
 
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
 from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import losses
+from swarmctl.views.width import shortened, wrapped
+from swarmctl.yamltext import hostlist
 
 _GLYPH = {
     Kind.SECRET: ("*", "cyan"),
@@ -22,66 +29,159 @@ _GLYPH = {
     Kind.RESTART: ("↻", "yellow"),
     Kind.START: ("▶", "green"),
 }
+_FILES = (Kind.CREATE, Kind.UPDATE, Kind.DELETE)
+_UNITS = (Kind.STOP, Kind.RESTART, Kind.START)
+_COUNTED = {**dict.fromkeys(_FILES, "file"), Kind.LINK: "link", Kind.UNLINK: "link"}
+_MOST_LISTED = 4  # files or links of one kind; more are counted
+_TARGET = 16  # the column of a step's target
+_NARROWEST = 20  # columns for causes beside their targets; in fewer they stand below
 
 
-def plan(shown: Plan, *, diff: bool = False) -> Text:
-    """The whole plan; hosts without changes share one line."""
-    text = Text()
-    idle = [host.host for host in shown.hosts if not host.steps and not host.problem]
-    for host in shown.hosts:
-        if host.steps or host.problem:
-            text.append_text(host_plan(host, diff=diff)).append("\n")
-        for note in host.notes:
-            text.append(f"note: {host.host}: {printable(note)}\n", "dim")
-    if idle:
-        text.append(f"up to date: {', '.join(idle)}\n")
-    text.append_text(_single_points(shown))
-    return text.append_text(summary(shown))
+@dataclass(frozen=True)
+class PlanView:
+    """How a plan is shown: the ``names`` that hosts may differ in, all ``details`` or not, columns."""
+
+    names: Mapping[str, Names] = field(default_factory=dict)
+    diff: bool = False
+    details: bool = False
+    width: int | None = None
+
+    def text(self, shown: Plan) -> Text:
+        """The summary, then the hosts, then the worst single points of failure."""
+        text = self._line(summary(shown))
+        changed = [host for host in shown.hosts if host.steps or host.problem]
+        for hosts in self._equal(changed):
+            text.append("\n").append_text(self._hosts(hosts))
+        text.append_text(self._notes(shown.hosts))
+        idle = [host.host for host in shown.hosts if not host.steps and not host.problem]
+        if idle and len(idle) < len(shown.hosts):
+            text.append_text(self._line(Text(f"\nup to date: {hostlist.written(idle)}")))
+        text.append_text(self._single_points(shown))
+        text.rstrip()
+        return text
+
+    def _equal(self, hosts: Sequence[HostPlan]) -> list[list[HostPlan]]:
+        """Hosts of the same difference together if they are more than a few, and all of the same problem."""
+        return grouped(
+            hosts,
+            self._pattern,
+            alone=lambda group: self.details or (len(group) <= FEW and not group[0].problem),
+        )
+
+    def _pattern(self, host: HostPlan) -> tuple[object, ...]:
+        own = self._own(host)
+        problem = host.problem
+        shown = (
+            [problem.message, problem.hint]
+            if problem
+            else [f"{step.target} {step.cause}" for step in host.steps]
+        )
+        kinds = (problem.kind,) if problem else tuple(step.kind for step in host.steps)
+        texts = [*shown, *(host.diffs.values() if not problem else ())]
+        return own.kind if not problem else "", kinds, *(own.pattern_of(printable(text)) for text in texts)
+
+    def _own(self, host: HostPlan) -> Names:
+        return self.names.get(host.host) or Names(host.host)
+
+    def _line(self, line: Text, indent: int = 4) -> Text:
+        return wrapped(line, self.width, indent).append("\n")
+
+    def _hosts(self, hosts: Sequence[HostPlan]) -> Text:
+        first = hosts[0]
+        if first.problem:
+            return self._problem(hosts, [host.problem for host in hosts if host.problem])
+        listed = hostlist.written(host.host for host in hosts)
+        like = f"{len(hosts)} hosts like {first.host}: " if len(hosts) > 1 else ""
+        release = "" if like else f"{first.base or 'nothing'} -> {first.next}: "
+        text = self._line(Text.assemble((listed, "bold"), f"  {like}{release}{_counted(first)}"))
+        steps = list(_steps(first, self.details))
+        target = max((cell_len(name) for _, name, _ in steps), default=0)
+        for kind, name, cause in steps:
+            text.append_text(self._step(kind, name, cause, target))
+        for body in first.diffs.values() if self.diff else ():
+            text.append_text(self._diff(body))
+        return text
+
+    def _problem(self, hosts: Sequence[HostPlan], problems: Sequence[Problem]) -> Text:
+        own = [self._own(host) for host in hosts]
+        message = merged([printable(one.message) for one in problems], own)
+        listed = hostlist.written(host.host for host in hosts)
+        kind = (f"  {problems[0].kind}: ", "bold red")
+        text = self._line(Text.assemble((listed, "bold"), kind, behind_names(message, listed)))
+        hint = printable(problems[0].hint)
+        return text.append_text(self._line(Text(f"  help: {hint}", "green"), 8)) if hint else text
+
+    def _step(self, kind: Kind, name: str, cause: str, target: int) -> Text:
+        glyph, style = _GLYPH[kind]
+        start = Text.assemble("  ", (f"{glyph} {kind.value:<11}", style), " ")
+        beside = _TARGET + target + 2
+        if self.width is None or beside + min(_NARROWEST, cell_len(cause)) <= self.width:
+            return self._line(start.append(f"{name:<{target}}").append(f"  {cause}", "dim"), beside)
+        text = self._line(start.append(shortened(name, self.width - _TARGET)))
+        return text.append_text(self._line(Text(f"{' ' * 6}{cause}", "dim"), 6)) if cause else text
+
+    def _notes(self, hosts: Sequence[HostPlan]) -> Text:
+        """The notes, each once with the hosts that have it."""
+        noted = [(host, printable(note)) for host in hosts for note in host.notes]
+        text = Text("\n" if noted else "")
+        for group in grouped(noted, lambda one: one[1] if not self.details else one):
+            listed = hostlist.written(host.host for host, _ in group)
+            text.append_text(self._line(Text(f"note: {listed}: {group[0][1]}", "dim"), 6))
+        return text
+
+    def _diff(self, body: str) -> Text:
+        text = Text()
+        for line in body.splitlines():
+            style = {"+": "green", "-": "red", "@": "cyan"}.get(line[:1], "")
+            text.append_text(self._line(Text(f"    {printable(line)}", style), 6))
+        return text
+
+    def _single_points(self, shown: Plan) -> Text:
+        """The worst single points of failure; `swarmctl graph --impact` lists all."""
+        if not shown.single_points:
+            return Text()
+        text = Text("\n").append("single points of failure\n", "bold")
+        width = max(len(f"{one.kind} {one.name}") for one in shown.single_points)
+        for one in shown.single_points:
+            line = Text(f"  ! {f'{one.kind} {one.name}':<{width}}", "yellow").append(
+                f"  {losses(one)}", "dim"
+            )
+            text.append_text(self._line(line, 6))
+        return text
 
 
-def _single_points(shown: Plan) -> Text:
-    """The worst single points of failure; `swarmctl graph --impact` lists all."""
-    if not shown.single_points:
-        return Text()
-    text = Text("single points of failure\n", "bold")
-    width = max(len(f"{one.kind} {one.name}") for one in shown.single_points)
-    for one in shown.single_points:
-        text.append(f"  ! {f'{one.kind} {one.name}':<{width}}", "yellow")
-        text.append(f"  {losses(one)}\n", "dim")
-    return text
-
-
-def host_plan(host: HostPlan, *, diff: bool = False) -> Text:
-    """The steps of one host, or the problem that prevents its plan."""
-    if host.problem:
-        return _problem(host.host, host.problem)
-    text = Text.assemble((host.host, "bold"), f"  {host.base or 'nothing'} -> {host.next}\n")
-    width = max(len(printable(step.target)) for step in host.steps)
+def _steps(host: HostPlan, details: bool) -> Iterator[tuple[Kind, str, str]]:
+    """Kind, target and cause of each step; without ``details``, many files or links as one of a count."""
+    counts = {kind: len(host.targets(kind)) for kind in _COUNTED}
+    counted = {kind for kind, count in counts.items() if count > _MOST_LISTED and not details}
     for step in host.steps:
-        text.append_text(_step(step, width))
-    if diff:
-        for body in host.diffs.values():
-            text.append_text(_diff(body))
-    return text
+        if step.kind not in counted or host.targets(step.kind)[0] == step.target:
+            yield _counted_step(host, step) if step.kind in counted else (
+                step.kind, printable(step.target), printable(step.cause),
+            )  # fmt: skip
 
 
-def _problem(host: str, problem: Problem) -> Text:
-    text = Text.assemble(
-        (host, "bold"), (f"  {problem.kind}: ", "bold red"), printable(problem.message), "\n"
-    )
-    return text.append(f"  help: {printable(problem.hint)}\n", "green") if problem.hint else text
+def _counted_step(host: HostPlan, step: Step) -> tuple[Kind, str, str]:
+    causes = dict.fromkeys(one.cause for one in host.steps if one.kind is step.kind)
+    many = _many(len(host.targets(step.kind)), _COUNTED[step.kind])
+    return step.kind, many, printable(step.cause) if len(causes) == 1 else "--details lists them"
+
+
+def _counted(host: HostPlan) -> str:
+    files, units = len(host.targets(*_FILES)), len(host.targets(*_UNITS))
+    return ", ".join(filter(None, [_many(files, "file"), _many(units, "unit")])) or "small repairs"
 
 
 def summary(shown: Plan) -> Text:
     """``plan: 12 files, 3 restarts on 2 hosts``, or ``nothing to do``."""
-    stuck = ", ".join(host.host for host in shown.problems)
+    stuck = hostlist.written(host.host for host in shown.problems)
     tail = f"cannot be deployed: {stuck}" if stuck else ""
     if len(shown.problems) == len(shown.hosts):
         return Text(tail)
     if not shown.changes:
         return Text(f"nothing to do; {tail}" if tail else "nothing to do")
     counts = shown.counts
-    files = sum(counts[kind] for kind in (Kind.CREATE, Kind.UPDATE, Kind.DELETE))
+    files = sum(counts[kind] for kind in _FILES)
     hosts = sum(bool(host.steps) and not host.problem for host in shown.hosts)
     parts = [
         _many(files, "file"), _many(counts[Kind.START], "start"),
@@ -93,19 +193,3 @@ def summary(shown: Plan) -> Text:
 
 def _many(count: int, word: str) -> str:
     return f"{count} {word}{'s' if count > 1 else ''}" if count else ""
-
-
-def _step(step: Step, width: int) -> Text:
-    glyph, style = _GLYPH[step.kind]
-    line = Text.assemble(
-        "  ", (f"{glyph} {step.kind.value:<11}", style), f" {printable(step.target):<{width}}"
-    )
-    return line.append(f"  {printable(step.cause)}\n", "dim")
-
-
-def _diff(body: str) -> Text:
-    text = Text()
-    for line in body.splitlines():
-        style = {"+": "green", "-": "red", "@": "cyan"}.get(line[:1], "")
-        text.append(f"    {printable(line)}\n", style)
-    return text

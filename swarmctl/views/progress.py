@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from rich.table import Table
 from rich.text import Text
 
+from swarmctl.deploy.prepare import Prepared
 from swarmctl.deploy.rollout import Outcome, Removed, Result
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote.parallel_hosts import (
@@ -21,10 +22,12 @@ from swarmctl.remote.parallel_hosts import (
 from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
 
+Shown = Event[Outcome] | Event[Removed] | Event[Prepared]
 MOST_NAMED = 5  # units; more are counted
+MOST_SHOWN = 12  # hosts with a line each during a run
 
 
-def line(event: Event[Outcome] | Event[Removed]) -> Text | None:
+def line(event: Shown) -> Text | None:
     """One event as one line; None for events that are not shown."""
     match event:
         case Started(host):
@@ -46,6 +49,9 @@ def verdict(result: Result) -> Text:
         return Text("nothing to do", "green")
     if isinstance(result, Removed):
         return Text("removed", "bold green")
+    if isinstance(result, Prepared):
+        done = _named([f"{step.kind.value} {step.target}" for step in result.steps], "steps")
+        return Text.assemble(("prepared", "bold green"), f": {printable(done)}")
     return Text.assemble(("deployed", "bold green"), f" {result.plan.next}{_done(result.plan)}")
 
 
@@ -55,25 +61,32 @@ def _done(plan: HostPlan) -> str:
     return f", {'; '.join(done)}" if done else ""
 
 
-def _named(units: Sequence[str]) -> str:
-    return ", ".join(units) if len(units) <= MOST_NAMED else f"{len(units)} units"
+def _named(names: Sequence[str], what: str = "units") -> str:
+    return ", ".join(names) if len(names) <= MOST_NAMED else f"{len(names)} {what}"
 
 
 @dataclass
 class Board:
-    """The state of every host, redrawn for each event."""
+    """The state of every host, redrawn for each event; of many, those at work and those that failed."""
 
     hosts: Sequence[str]
     _lines: dict[str, Text] = field(default_factory=dict)
+    _well: set[str] = field(default_factory=set)  # finished without an error
 
-    def take(self, event: Event[Outcome] | Event[Removed]) -> None:
+    def take(self, event: Shown) -> None:
         """Show the event in the line of its host."""
         shown = line(event)
         if shown is not None:
             self._lines[event.host] = shown[len(event.host) + 2 :]
+        if isinstance(event, Finished) and not isinstance(result_of(event), HostError):
+            self._well.add(event.host)
 
     def __rich__(self) -> Table:
         table = Table.grid(padding=(0, 2))
-        for host in self.hosts:
+        hosts = self.hosts
+        if len(hosts) > MOST_SHOWN:
+            table.add_row(Text(f"{len(self._well)} of {len(hosts)}", "bold"), Text("hosts done", "dim"))
+            hosts = [host for host in hosts if host in self._lines and host not in self._well]
+        for host in hosts:
             table.add_row(Text(host, "bold"), self._lines.get(host, Text("waiting", "dim")))
         return table

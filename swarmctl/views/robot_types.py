@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
@@ -11,22 +11,25 @@ from rich.table import Table
 from rich.text import Text
 
 from swarmctl.analysis import serial_load
+from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.effective_settings import command_timeout_of, equipped, rates_of
 from swarmctl.robot_types.line_protocol import CodedExchange
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.swarm.command_topics import COMMAND, COMMAND_TYPE
 from swarmctl.swarm.topics import (
-    COMMAND,
-    COMMAND_TYPE,
     MESSAGES,
     DriverTopic,
     actuators_of,
     driver_topics,
+    topic_of,
 )
+from swarmctl.views import ros_robot_types
 from swarmctl.views.escape import printable
 
 SHIPPED = "swarmctl"
 _KINDS = {"serial": "usb", "bluetooth": "bluetooth"}  # an unknown adapter counts as a slow one
 _LEFT = 2
+_MOST_SENSES = 5  # sensors of a type in the list of types
 
 
 @dataclass(frozen=True)
@@ -35,20 +38,29 @@ class Shown:
 
     name: str
     source: str
-    type: RobotType
+    type: AnyRobotType
 
 
 def table(types: Iterable[Shown]) -> Table:
-    """All types, one per line."""
+    """All types; the column ``from`` is there if one is the user's own."""
     made = Table(box=None, show_edge=False, pad_edge=False)
-    for heading in ("type", "robot", "protocol", "link", "sensors", "from"):
-        made.add_column(heading, no_wrap=heading != "sensors")
-    for one in types:
-        made.add_row(
-            one.name, printable(one.type.title), one.type.protocol.kind, ", ".join(one.type.link.kinds),
-            ", ".join(_senses(one.type)), one.source,
-        )  # fmt: skip
+    shown = tuple(types)
+    longest = max((len(one.name) for one in shown), default=0)
+    made.add_column("type", no_wrap=True, min_width=longest)
+    own = any(one.source != SHIPPED for one in shown)
+    for heading in ("robot", "protocol", "link", "sensors", *(["from"] if own else [])):
+        made.add_column(heading)
+    for one in shown:
+        links, senses = ", ".join(_links(one.type)), _some(_senses(one.type))
+        source = [one.source] if own else []
+        made.add_row(one.name, printable(one.type.title), _protocol(one.type), links, senses, *source)
     return made
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first names; the others are counted."""
+    more = len(names) - _MOST_SENSES
+    return ", ".join(names[:_MOST_SENSES]) + (f" and {more} more" if more > 0 else "")
 
 
 def listed(one: Shown) -> dict[str, Any]:
@@ -56,8 +68,8 @@ def listed(one: Shown) -> dict[str, Any]:
     return {
         "type": one.name,
         "title": one.type.title,
-        "protocol": one.type.protocol.kind,
-        "links": list(one.type.link.kinds),
+        "protocol": _protocol(one.type),
+        "links": list(_links(one.type)),
         "senses": _senses(one.type),
         "from": one.source,
     }
@@ -65,35 +77,39 @@ def listed(one: Shown) -> dict[str, Any]:
 
 def detailed(one: Shown) -> dict[str, Any]:
     """Everything about one type as JSON data: its definition and what follows from it."""
-    budgets = {
-        kind: serial_load.SerialBudget(one.name, "", load).to_json() for kind, load in _loads(one.type)
-    }
+    definition = one.type.model_dump(mode="json", exclude_none=True)
+    follows = _of_protocol(one.name, one.type) if isinstance(one.type, RobotType) else {}
+    return {**listed(one), **follows, "definition": definition}
+
+
+def _of_protocol(name: str, kind: RobotType) -> dict[str, Any]:
+    """What follows from the definition of a type that has a protocol."""
+    budgets = {link: serial_load.SerialBudget(name, "", load).to_json() for link, load in _loads(kind)}
     for budget in budgets.values():
         del budget["robot"], budget["host"]
     return {
-        **listed(one),
         "limits": {
-            "wheel_speed": one.type.kinematics.wheel_speed_max,
-            "angular": _fastest_turn(one.type),
-            "units": [_units(one.type, scale.speed_units_per_mps) for scale in one.type.kinematics.scales],
+            "wheel_speed": kind.kinematics.wheel_speed_max,
+            "angular": _fastest_turn(kind),
+            "units": [_units(kind, scale.speed_units_per_mps) for scale in kind.kinematics.scales],
         },
-        "command_timeout": command_timeout_of(one.type, one.type.settings),
+        "command_timeout": command_timeout_of(kind.settings),
         "topics": {
             "publishes": [
                 {"topic": topic.name, "type": topic.type, "rate": topic.rate}
-                for topic in driver_topics(one.type, one.type.settings, "swarmctl")
+                for topic in driver_topics(kind, kind.settings)
             ],
-            "subscribes": [{"topic": name, "type": kind} for name, kind in _subscribed(one.type)],
+            "subscribes": [{"topic": topic, "type": message} for topic, message in _subscribed(kind)],
         },
         "line": budgets,
-        "definition": one.type.model_dump(mode="json", exclude_none=True),
     }
 
 
 def page(one: Shown) -> Text:
     """Everything about one type as text."""
     text = Text.assemble((one.name, "bold"), f": {printable(one.type.title)}, from {one.source}\n")
-    for heading, rows in _sections(one.type):
+    sections = _sections(one.type) if isinstance(one.type, RobotType) else ros_robot_types.sections(one.type)
+    for heading, rows in sections:
         text.append(f"\n{heading}\n", "bold green")
         text.append("".join(f"{line}\n" for line in _aligned(list(rows))))
     return text
@@ -129,6 +145,8 @@ def _protocol_text(kind: RobotType) -> str:
     match protocol.kind:
         case "line":
             lines_ = f"lines of text that end with {protocol.terminator!r}"
+            if protocol.separator != ",":
+                lines_ += f", with {protocol.separator!r} between values"
             return f"{lines_}; replies within {protocol.reply_timeout:g} s"
         case "binary":
             return f"bytes, {protocol.byte_order}-endian; replies within {protocol.reply_timeout:g} s"
@@ -174,7 +192,7 @@ def _requests(kind: RobotType) -> Iterator[tuple[str, ...]]:
             yield name, *_sizes(coded), _numbers(coded.values)
     else:
         yield "set speed", printable(protocol.set_speed.send), f"-> {protocol.set_speed.reply or 'no reply'}"
-        if protocol.kind == "line" and protocol.identify is not None:
+        if protocol.identify is not None:
             yield "identify", printable(protocol.identify.send), f"-> {protocol.identify.reply},firmware"
         for name, query in protocol.queries.items():
             numbers = f" with {_numbers(query.values)}" if protocol.kind == "line" else ""
@@ -194,14 +212,17 @@ def _sizes(exchange: CodedExchange) -> tuple[str, str]:
 
 
 def _published(kind: RobotType) -> Iterator[tuple[str, ...]]:
-    topics = driver_topics(kind, kind.settings, "swarmctl")
+    topics = driver_topics(kind, kind.settings)
     for (name, message, rate), alike in groupby(topics, lambda one: (_family(one), one.type, one.rate)):
         elements = [one.name.rpartition("/")[2] for one in alike]
-        each = (f"for each of {', '.join(elements)}",) if name.endswith("/") else ()
-        yield f"{name}*" if each else name, message, f"{rate:g} Hz", *each
+        if name.endswith("/") and len(elements) > 1:
+            yield f"{name}*", message, f"{rate:g} Hz", f"for each of {', '.join(elements)}"
+        else:
+            yield f"{name}{elements[0]}" if name.endswith("/") else name, message, f"{rate:g} Hz"
     off = [name for name, rate in rates_of(kind, kind.settings).items() if rate == 0]
     for name in off:
-        yield name, MESSAGES[kind.sensors[name].kind], "off; enabled by `rates`"
+        sensor = kind.sensors[name].kind
+        yield topic_of(name, sensor), MESSAGES[sensor], "off; enabled by `rates`"
 
 
 def _family(topic: DriverTopic) -> str:
@@ -234,14 +255,24 @@ def _budgets(kind: RobotType) -> Iterator[tuple[str, ...]]:
 
 
 def _dead_man(kind: RobotType) -> Iterator[tuple[str, ...]]:
-    yield "driver", f"stops the robot after {command_timeout_of(kind, kind.settings):g} s"
+    yield "driver", f"stops the robot after {command_timeout_of(kind.settings):g} s"
     if kind.sketch is not None:
         yield "sketch", f"stops the robot after {kind.sketch.firmware_timeout:g} s"
     itself = "stops on its own" if kind.firmware_dead_man else "keeps its last speed"
     yield "no driver", f"the robot {itself}"
 
 
-def _senses(kind: RobotType) -> list[str]:
+def _protocol(kind: AnyRobotType) -> str:
+    return kind.protocol.kind if isinstance(kind, RobotType) else f"ROS package {kind.driver.package}"
+
+
+def _links(kind: AnyRobotType) -> tuple[str, ...]:
+    return kind.link.kinds if kind.link is not None else ()
+
+
+def _senses(kind: AnyRobotType) -> list[str]:
+    if not isinstance(kind, RobotType):
+        return [one.topic for one in kind.driver.publishes]
     return [one.topic for one in kind.sketch.publishes] if kind.sketch else list(kind.sensors)
 
 

@@ -28,6 +28,7 @@ from swarmctl.yamltext import cst_edits
 from swarmctl.yamltext.cst import Kind, Layout, Part, layout, line_starts
 from swarmctl.yamltext.emit import literal, text_of
 from swarmctl.yamltext.limits import MAX_FIXABLE
+from swarmctl.yamltext.selection_text import is_selection
 from swarmctl.yamltext.source import Loc, Source
 
 Edits = tuple[Edit, ...]
@@ -143,8 +144,8 @@ def apply(text: str, edits: Iterable[Edit]) -> str:
 class _Place(NamedTuple):
     """A value in a file, with its collection and its index in it.
 
-    A range writes several values as one text: ``copies`` counts them. Then the text may not be ``exact`` the
-    value, nor its key ``own_key`` that of the value, or several items of a list are one text.
+    A range or a selection writes several values as one text: ``copies`` counts them. Then the text may not be
+    ``exact`` the value, nor its key ``own_key`` that of the value, or several items of a list are one text.
     """
 
     node: yaml.Node
@@ -157,6 +158,11 @@ class _Place(NamedTuple):
     exact: bool = True
     own_key: bool = True
     in_list_of_range: bool = False
+
+    @property
+    def is_selected(self) -> bool:
+        """True for a name that a selection means: the text decides about others too."""
+        return not self.exact and is_selection(self.part.value)
 
     def edits(self, strokes: cst_edits.Strokes) -> Edits:
         return tuple(Edit(self._span(start, end), written, self.copies) for start, end, written in strokes)
@@ -177,7 +183,7 @@ def _find(source: Source, loc: Loc) -> _Place | None:
         in_list_of_range = _is_one_of_a_range(node, step)
         key, node = pair
         place = _place(source, key, node)
-        if place is not None and in_list_of_range:
+        if place is not None and (in_list_of_range or place.is_selected):
             place = place._replace(in_list_of_range=True)
     return place
 

@@ -6,7 +6,7 @@ Numbers of a part are padded to the width of its first. A part may be repeated: 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 MAX_ELEMENTS = 10_000
@@ -14,6 +14,7 @@ FORMS = "write numbers like [01-20], [01-06,08-20], or [1-5,1-5] to use each num
 _MAX_SHOWN = 8  # repetitions that a message writes out
 
 _BRACKET = re.compile(r"([^\[\]]*)\[([^\[\]]*)\]([^\[\]]*)")
+_LAST_NUMBER = re.compile(r"(.*?)([0-9]*)([^0-9]*)", re.DOTALL)
 _PART = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", re.ASCII)
 _MULTIPLIED = re.compile(r"([0-9]+(?:-[0-9]+)?)\*([0-9]+)", re.ASCII)
 
@@ -53,6 +54,25 @@ class NoRange:
     message: str
     help: str
     meant: str = ""
+
+
+def written(names: Iterable[str]) -> str:
+    """Returns the names, those that differ by their last number as one range: ``ep-[01-06], k3``."""
+    return ", ".join(text for text, _ in ranges_of(names))
+
+
+def ranges_of(names: Iterable[str]) -> list[tuple[str, int]]:
+    """Returns the ranges that ``written`` joins, each with its number of names."""
+    ranges: dict[tuple[str, str, bool], list[str]] = {}  # `pi` is of no range with `pi2`
+    for name in dict.fromkeys(names):
+        head, number, tail = _LAST_NUMBER.fullmatch(name).groups()  # type: ignore[union-attr]  # any text matches
+        ranges.setdefault((head, tail, True) if number else (name, "", False), []).append(number)
+    return [
+        (f"{head}{numbers[0]}{tail}", 1)
+        if len(numbers) == 1
+        else (f"{head}[{','.join(_parts(numbers))}]{tail}", len(numbers))
+        for (head, tail, _), numbers in ranges.items()
+    ]
 
 
 def read(text: str) -> Range | NoRange | None:

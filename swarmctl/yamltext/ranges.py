@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Span
 from swarmctl.yamltext import hostlist
 from swarmctl.yamltext.compose import span_of
 from swarmctl.yamltext.hostlist import Range
@@ -25,7 +25,8 @@ Pair = tuple[yaml.Node, yaml.Node]
 Index = tuple[yaml.Node, Sequence[yaml.Node]]  # a range in an entry, and its elements
 
 _BRACKET_IN_WORD = re.compile(r"\[(?<=[^\s\[{(,]\[)")
-FREE = frozenset({"types", "computers", "params", "environment", "reason"})  # below these keys text is free
+# Below these keys text is free.
+FREE = frozenset({"types", "computers", "params", "args", "command", "environment", "reason"})
 
 
 def may_stand_in(text: str) -> bool:
@@ -33,23 +34,25 @@ def may_stand_in(text: str) -> bool:
     return EACH in text or _BRACKET_IN_WORD.search(text) is not None
 
 
-def expand(root: yaml.Node) -> tuple[yaml.Node, list[Diagnostic]]:
+def expand(root: yaml.Node, others: Iterable[yaml.Node] = ()) -> tuple[yaml.Node, list[Diagnostic]]:
     """Returns the tree with its ranges expanded, and their errors; without ranges the same tree.
+
+    The texts ``others`` have brackets of their own and stay.
 
     Where a range is wrong, the tree has something likely: the first element, or elements used again.
     """
     if _height(root, 0, {}) > MAX_DEPTH:  # building the data reports it
         return root, []
-    writer = _Writer()
+    writer = _Writer(others)
     return writer.outside(root), writer.diagnostics
 
 
 class _Writer:
-    def __init__(self) -> None:
+    def __init__(self, others: Iterable[yaml.Node]) -> None:
         self.diagnostics: list[Diagnostic] = []
         self._above: list[yaml.Node] = []  # the keys and items that lead to the current node
         self._done: dict[int, yaml.Node] = {}
-        self._read: dict[int, Range | None] = {}
+        self._read: dict[int, Range | None] = {id(one): None for one in others}
         self._elements: dict[int, Sequence[yaml.Node]] = {}  # elements of each range in the current entry
         self._left = MAX_NODES
 
@@ -212,7 +215,8 @@ class _Writer:
         if id(node) not in self._read:
             found = hostlist.read(node.value) if self._left >= 0 else None
             if isinstance(found, hostlist.NoRange) and not free:
-                self._report(Diagnostic(found.code, found.message, span_of(node), help=(found.help,)))
+                fix, place = _guessed(node, found.meant), span_of(node)
+                self._report(Diagnostic(found.code, found.message, place, help=(found.help,), fix=fix))
                 found = hostlist.read(found.meant)
             if isinstance(found, Range):
                 self._count(len(found.numbers), node)
@@ -240,6 +244,14 @@ class _Writer:
     def _report(self, found: Diagnostic) -> None:
         if len(self.diagnostics) < MAX_FINDINGS:
             self.diagnostics.append(found)
+
+
+def _guessed(node: yaml.ScalarNode, meant: str) -> Fix | None:
+    """The guess at what range is meant, if there is one."""
+    place = span_of(node)
+    if not meant or place is None or node.style in ("|", ">"):
+        return None
+    return Fix(f"write `{meant}`", (Edit(place, f'"{meant}"'),), safe=False)
 
 
 def _height(node: yaml.Node, above: int, known: dict[int, float]) -> float:

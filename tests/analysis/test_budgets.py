@@ -15,19 +15,20 @@ from swarmctl.analysis.host_load import host_budgets
 from swarmctl.analysis.network_load import network_budgets, on_the_wire
 from swarmctl.analysis.rosserial_load import program_budget, rosserial_budgets
 from swarmctl.analysis.serial_load import Exchange, SerialLoad, load_of, serial_budgets
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.board_limits import boards
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
-from swarmctl.spec.model import Program
+from swarmctl.spec.program_model import Program
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.yamltext.edits import apply
 from tests import ROOT
 from tests.rules.specs import BROKEN, DOUBTFUL, spec
 
-TYPES = load_catalog().types
+TYPES = with_protocol(load_catalog().types)
 FIELDS = yaml.safe_load((ROOT / "templates/data/message_sizes.yaml").read_text("utf-8"))
 DEFAULT = {"odom": 10.0, "proximity": 5.0}
 
@@ -203,6 +204,28 @@ programs:
     [budget] = host_budgets(SwarmIndex(document), ())  # the computer of b is not declared
     assert dict(budget.parts) == {"system": 200, "master": 100, "multimaster": 120, "1 driver": 60, "map": 30}
     assert (budget.needed_mb, budget.served, budget.small) == (510, 3, True)
+
+
+def test_a_gate_takes_memory_beside_the_driver_behind_it() -> None:
+    text = """version: 1
+name: gated
+mode: single-minded
+leader: a
+hosts: {a: {address: 10.0.0.1, computer: raspberry-pi-3b}}
+types:
+  vendor:
+    title: a vendor's robot
+    driver: {package: vendor_driver, executable: node}
+    kinematics: {kind: differential, linear_max: 0.2, angular_max: 2.0}
+robots:
+  k: {type: vendor, host: a}
+  u: {type: vendor, host: a, driver: {package: v, executable: n, ungated: true, reason: its own mux}}
+"""
+    document, found = load_text(text, "gated.yaml", load_catalog())
+    assert document is not None, found
+    [budget] = host_budgets(SwarmIndex(document), ())
+    assert dict(budget.parts) == {"system": 200, "master": 100, "2 drivers": 120, "1 gate": 40}
+    assert budget.served == 3
 
 
 def test_a_declared_bridge_loads_the_network_and_the_receiving_hub() -> None:

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import json
-
 import pydot
 from hypothesis import given, settings
 
 from swarmctl.analysis.budgets import budgets_of
 from swarmctl.analysis.diagram import diagram
 from swarmctl.rules.runner import lint
-from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.load import load_text
-from swarmctl.swarm.index import SwarmIndex
 from swarmctl.views.graph import dot, mermaid, overview
-from tests.swarm.random_swarms import Data, swarms
+from tests.swarm.random_swarms import Data, index_of, swarms
 
 
 @settings(max_examples=60)
 @given(swarms())
 def test_any_swarm_can_be_drawn(data: Data) -> None:
-    document, found = load_text(json.dumps(data), "random.yaml", load_catalog())
-    assert document is not None, found
-    lint(document)
-    index = SwarmIndex(document)
+    index = index_of(data)
+    lint(index.document)
     drawn = diagram(index)
     names = {*data["hosts"], *data["robots"], *data["programs"]}
     assert names <= {node.name for node in drawn.nodes}

@@ -59,6 +59,13 @@ class Life:
         pairs = ((one, other), (one, first), (other, second), (first, second))
         return all(self.wire(*pair) for pair in pairs)
 
+    def carried(self, origin: str, to: str) -> bool:
+        """Between islands the multimaster is needed: fkie's on both, ours on the one that receives."""
+        first, second = self.home(origin), self.home(to)
+        provider = self.data.get("multimaster", {}).get("provider", "fkie")
+        ends = () if first == second else (second,) if provider == "static" else (first, second)
+        return all(self.lives("multimaster", end or "") for end in ends) and self.connected(origin, to)
+
     def home(self, host: str) -> str | None:
         return next((name for name, (_, members) in self.islands.items() if host in members), None)
 
@@ -74,7 +81,7 @@ class Life:
         else:
             host = self.data["robots"][by]["host"] if by in self.data["robots"] else by
             there = self.lives("host", host)
-        return there and self.connected(host, self.data["robots"][robot]["host"])
+        return there and self.carried(host, self.data["robots"][robot]["host"])
 
     def received(self) -> Iterator[tuple[str, str]]:
         for name, program in self.data["programs"].items():
@@ -85,9 +92,9 @@ class Life:
     def published(self, topic: str, to: str) -> bool:
         robot = topic.split("/")[1]
         if topic.endswith("/odom"):
-            return self.driver(robot) and self.connected(self.data["robots"][robot]["host"], to)
+            return self.driver(robot) and self.carried(self.data["robots"][robot]["host"], to)
         return any(
-            self.program(name) and self.connected(one["host"], to)
+            self.program(name) and self.carried(one["host"], to)
             for name, one in self.data["programs"].items()
             if topic in [each["topic"] for each in one["publishes"]]
         )
@@ -123,7 +130,7 @@ def test_impact_equals_the_brute_force_model(data: Data) -> None:
 @given(swarms())
 def test_the_worst_is_first_and_optional_robots_weigh_less(data: Data) -> None:
     found = impacts(index_of(data))
-    missed = [len(one.missed) for one in found]
+    missed = [len(one.missed) + len(one.missed_programs) for one in found]
     assert missed == sorted(missed, reverse=True)
     optional = {name for name, robot in data["robots"].items() if robot["optional"]}
     assert all(set(one.missed) == set(one.robots) - optional for one in found)
@@ -158,6 +165,8 @@ COMBINED: Data = {
     }
 }
 
+FKIE: Data = {"multimaster": {"provider": "fkie"}}
+
 
 def hanging_on(host: str) -> list[Data]:
     """All lines connected to one host, as in mode single-minded."""
@@ -186,6 +195,10 @@ def hanging_on(host: str) -> list[Data]:
         ("combined", {**COMBINED, **EACH}, ("host", "laptop"), (("koala",), ("epuck",), ("big",))),
         ("combined", {**COMBINED, **EACH}, ("master", "small"), ((), ("k3",), ("small",))),
         ("combined", {**COMBINED, **LED}, ("master", "small"), ((), ("k3",), ("small",))),
+        # Commands from the other island pass the multimaster of both with fkie, of the receiver with ours.
+        ("combined", {**COMBINED, **LED}, ("multimaster", "small"), ((), ("k3",), ())),
+        ("combined", {**COMBINED, **LED}, ("multimaster", "big"), ((), ("k3",), ())),
+        ("combined", {**COMBINED, **EACH, **FKIE}, ("multimaster", "small"), ((), (), ())),
     ],
 )  # fmt: skip
 def test_what_is_lost_in_each_mode(
@@ -195,6 +208,13 @@ def test_what_is_lost_in_each_mode(
     found = {(one.kind, one.name): one for one in impacts(index_of({**THREE, "mode": mode, **more}))}
     one = found[part]
     assert (one.drivers, one.command, one.masters) == lost
+
+
+def test_our_multimaster_fails_only_where_it_runs() -> None:
+    static: Data = {"multimaster": {"provider": "static"}, **COMBINED, **LED}
+    found = {one.name: one for one in impacts(index_of({**THREE, "mode": "combined", **static}))
+             if one.kind == "multimaster"}  # fmt: skip
+    assert {name: one.command for name, one in found.items()} == {"small": ("k3",)}
 
 
 def test_with_a_second_network_the_first_is_not_needed() -> None:
@@ -249,3 +269,17 @@ def test_optional_robots_are_counted_separately() -> None:
     assert worst.robots == ("koala", "k3", "epuck")
     assert worst.missed == ("koala", "k3")
     assert worst.to_json()["optional"] == ["epuck"]
+
+
+def test_a_server_of_many_programs_is_worse_than_one_robot() -> None:
+    hosts = {**THREE["hosts"], "server": {"address": "10.0.0.4"}}
+    programs = {
+        f"map-{number}": {"host": "server", "package": "gmapping", "executable": "slam_gmapping"}
+        for number in range(3)
+    }
+    lab = {**THREE["links"][0], "hosts": [*hosts]}
+    more: Data = {"hosts": hosts, "programs": programs, "links": [lab, *THREE["links"][1:]], **LED}
+    found = impacts(index_of({**THREE, "mode": "leader", "leader": "laptop", **more}))
+    ranked = [(one.kind, one.name) for one in found if one.kind == "host"]
+    assert ranked[:2] == [("host", "laptop"), ("host", "server")]
+    assert ("host", "server") in [(one.kind, one.name) for one in single_points(found)]

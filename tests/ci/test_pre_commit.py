@@ -67,7 +67,7 @@ def test_a_commit_waits_until_its_specs_are_right(
     hooks.mkdir()
     for name in ("pyproject.toml", "README.md", "LICENSE", HOOKS.name):
         shutil.copy(ROOT / name, hooks)
-    for name in ("swarmctl", "templates", "schemas"):
+    for name in ("swarmctl", "templates", "schemas", "tools"):
         shutil.copytree(ROOT / name, hooks / name, ignore=shutil.ignore_patterns("__pycache__", ".*_cache"))
     config = yaml.safe_load(CONFIG.read_text("utf-8"))
     config["repos"][0] |= {"repo": str(hooks), "rev": committed(hooks)}

@@ -5,17 +5,15 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.finding_output import Format
-from tests import ROOT
+from tests import ROOT, in_process
 
 PAGE = (ROOT / "docs/checking.md").read_text("utf-8")
-PROGRAM = Path(sys.executable).with_name("swarmctl")
 COMMANDS = re.findall(r"^swarmctl (validate .+?)(?: +#.*)?$", PAGE, re.MULTILINE)
 
 
@@ -28,9 +26,7 @@ def folder(tmp_path: Path, leader_spec: Path) -> Path:
 
 
 def swarmctl(folder: Path, command: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [str(PROGRAM), *shlex.split(command)], cwd=folder, capture_output=True, text=True, check=False
-    )
+    return in_process.swarmctl(*shlex.split(command), cwd=folder)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

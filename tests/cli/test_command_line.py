@@ -13,16 +13,23 @@ import pytest
 from swarmctl import __version__
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import Verbs
+from tests import in_process
 from tests.rules.specs import BROKEN, spec
 
 PROGRAM = Path(sys.executable).with_name("swarmctl")
 VERBS = [verb.name for verb in Verbs.verbs]
 
 
+OURS = ("FORCE_COLOR", "SWARMCTL_DEBUG")
+
+
 def swarmctl(*arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
-    environment = {
-        key: value for key, value in os.environ.items() if key not in ("FORCE_COLOR", "SWARMCTL_DEBUG")
-    }
+    return in_process.swarmctl(*arguments, env={**dict.fromkeys(OURS), **env})
+
+
+def started(*arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
+    """What a process of its own prints and returns."""
+    environment = {key: value for key, value in os.environ.items() if key not in OURS}
     return subprocess.run(
         [str(PROGRAM), *arguments], env=environment | env, capture_output=True, text=True, check=False
     )
@@ -30,12 +37,12 @@ def swarmctl(*arguments: str, **env: str) -> subprocess.CompletedProcess[str]:
 
 def test_version() -> None:
     for option in ("--version", "-V"):
-        ran = swarmctl(option)
+        ran = started(option)
         assert (ran.returncode, ran.stdout, ran.stderr) == (exit_codes.OK, f"swarmctl {__version__}\n", "")
 
 
 def test_no_arguments_show_the_help() -> None:
-    ran = swarmctl()
+    ran = started()
     assert ran.returncode == exit_codes.USAGE
     assert "Usage: swarmctl" in ran.stdout + ran.stderr
 
@@ -115,11 +122,11 @@ def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
         "def broken(*path, **named): raise RuntimeError('boom')\n"
         "runner.load_checked = broken\n"
     )
-    ran = swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path))
+    ran = started("validate", "x.yaml", PYTHONPATH=str(tmp_path))
     assert (ran.returncode, ran.stdout) == (exit_codes.ERROR, "")
     assert ran.stderr.startswith("error: RuntimeError: boom\n")
     assert "Traceback" not in ran.stderr
-    assert "Traceback" in swarmctl("validate", "x.yaml", PYTHONPATH=str(tmp_path), SWARMCTL_DEBUG="1").stderr
+    assert "Traceback" in started("validate", "x.yaml", PYTHONPATH=str(tmp_path), SWARMCTL_DEBUG="1").stderr
 
 
 def test_a_reader_that_leaves_is_no_error() -> None:

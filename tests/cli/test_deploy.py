@@ -9,6 +9,7 @@ from swarmctl.deploy.rollout import Outcome
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.swarm.resolved import Host
+from swarmctl.views.rollout import summary
 
 DONE = Outcome(HostPlan("laptop", "a", "a"))
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
@@ -28,11 +29,18 @@ def host(name: str, *, optional: bool) -> Host:
     ],
 )
 def test_an_optional_host_may_be_away_but_not_refuse(
-    error: HostError, optional: bool, code: int, message: str, capsys: pytest.CaptureFixture[str]
+    error: HostError, optional: bool, code: int, message: str
 ) -> None:
     found = {"laptop": DONE, "pi": error}
     hosts = {"laptop": host("laptop", optional=False), "pi": host("pi", optional=optional)}
     absent = rollout_output.absent(found, hosts)
     assert rollout_output.exit_code(found, interrupted=False, absent=absent) == code
-    rollout_output.report(found, absent)
-    assert capsys.readouterr().out.splitlines()[-1].startswith(message)
+    assert summary(found, absent).startswith(message)
+
+
+def test_hosts_that_were_held_back_are_no_failures() -> None:
+    held = HostError(Kind.HELD, "nothing was changed, since pi cannot run its part")
+    found = {"laptop": held, "desk": held, "pi": HostError(Kind.UNFIT, "it lacks rospy", "swarmctl prepare")}
+    assert summary(found) == "0 of 3 hosts changed; held back: laptop, desk; failed: pi"
+    assert rollout_output.unfit(found) == "pi"
+    assert rollout_output.exit_code(found, interrupted=False) == exit_codes.HOSTS_FAILED

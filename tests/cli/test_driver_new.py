@@ -111,7 +111,7 @@ def test_every_example_is_valid_without_its_hash(protocol: str) -> None:
         ("line", "channels: [lamp]", "channels: [a, b]", "needs {value}, and {index}"),
         ("binary", 'send: "66", reply: 2B', 'send: "66", reply: 1B', "has 1 values, sensor `floor` takes 2"),
         ("python", "floor: {values: 2", "floor: {send: F, values: 2", "unknown key `send`"),
-        ("binary", "set_speed:", "identify: {send: V}\n  set_speed:", "unknown key `identify`"),
+        ("binary", "set_speed:", "identity: {send: V}\n  set_speed:", "unknown key `identity`"),
     ],
 )
 def test_a_wrong_value_is_an_error_that_names_it(protocol: str, right: str, wrong: str, message: str) -> None:

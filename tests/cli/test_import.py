@@ -34,7 +34,7 @@ def test_the_draft_and_its_summary_are_apart(capsys: Captured) -> None:
     shown = capsys.readouterr()
     assert shown.out in (LABS / "paper.yaml").read_text("utf-8")
     assert shown.err.startswith("3 hosts, 4 robots, 2 programs; ")
-    assert shown.err.endswith("swarmctl validate swarm.yaml\n")
+    assert shown.err.endswith("swarmctl validate\n")
 
 
 def test_a_file_is_overwritten_only_by_force(tmp_path: Path, capsys: Captured) -> None:

@@ -62,7 +62,8 @@ def test_all_hosts_and_robots_are_named(spec: Path, capsys: pytest.CaptureFixtur
     spec.write_text(text.replace("epuck]}", "epuck, 'r[0-4]']}"), "utf-8")
     run(["mode", "infer", str(spec)])
     out = capsys.readouterr().out
-    assert all(f"`pi-{n}`" in out and f"`r{n}`" in out for n in range(5))
+    assert "`pi-[0-4]`" in out
+    assert "`r[0-4]`" in out
 
 
 def test_the_edit_is_shown_and_nothing_written(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:

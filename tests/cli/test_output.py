@@ -8,7 +8,7 @@ import pty
 import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -16,7 +16,7 @@ import pytest
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import Verbs
 from swarmctl.cli.finding_output import Format
-from tests import ROOT
+from tests import ROOT, in_process
 
 BROKEN = ROOT / "tests/rules/broken/files"
 PROGRAM = str(Path(sys.executable).with_name("swarmctl"))
@@ -25,18 +25,17 @@ EXAMPLE = str(ROOT / "examples/paper-leader/swarm.yaml")
 Ran = subprocess.CompletedProcess[str]
 
 
+OURS = ("NO_COLOR", "FORCE_COLOR", "TERM", "COLUMNS", "LINES", "PYTHONIOENCODING")
+
+
 def environment(**env: str) -> dict[str, str]:
-    ours = ("NO_COLOR", "FORCE_COLOR", "TERM", "COLUMNS", "LINES", "PYTHONIOENCODING")
-    return {key: value for key, value in os.environ.items() if key not in ours} | env
+    return {key: value for key, value in os.environ.items() if key not in OURS} | env
 
 
 @pytest.fixture
 def validate() -> Callable[..., Ran]:
     def ran(*arguments: str, cwd: Path = BROKEN, **env: str) -> Ran:
-        return subprocess.run(
-            [PROGRAM, "validate", *arguments],
-            cwd=cwd, env=environment(**env), capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        return in_process.swarmctl("validate", *arguments, cwd=cwd, env={**dict.fromkeys(OURS), **env})
 
     return ran
 
@@ -53,20 +52,22 @@ def warned(tmp_path: Path, leader_spec: Path) -> Path:
 
 def on_terminal(*arguments: str, columns: int = 80, **env: str) -> str:
     """What ``validate`` shows on a terminal of so many columns."""
+    return shown([PROGRAM, "validate", *arguments], **{"TERM": "xterm", "COLUMNS": str(columns)} | env)
+
+
+def shown(argv: Sequence[str], **env: str) -> str:
+    """What a command shows on a terminal."""
     mine, theirs = pty.openpty()
-    with subprocess.Popen(
-        [PROGRAM, "validate", *arguments], cwd=BROKEN, stdout=theirs, stderr=theirs,
-        env=environment(TERM="xterm", COLUMNS=str(columns)) | env,
-    ):  # fmt: skip
+    with subprocess.Popen(argv, cwd=BROKEN, stdout=theirs, stderr=theirs, env=environment(**env)):
         os.close(theirs)
-        shown = b""
+        text = b""
         try:
             while more := os.read(mine, 4096):
-                shown += more
+                text += more
         except OSError:  # the other side is closed
             pass
     os.close(mine)
-    return shown.decode("utf-8").replace("\r\n", "\n")
+    return text.decode("utf-8").replace("\r\n", "\n")
 
 
 def test_github_is_the_format_in_actions(validate: Callable[..., Ran], tmp_path: Path) -> None:
@@ -162,8 +163,8 @@ def test_paths_in_ci_are_those_of_the_repository(variable: str, validate: Callab
     ],
 )
 def test_colour_on_a_terminal(arguments: tuple[str, ...], env: dict[str, str], coloured: bool) -> None:
-    shown = on_terminal(WRONG, *arguments, **env)
-    assert ("\x1b[1;31m" in shown) is ("\x1b" in shown) is coloured
+    text = on_terminal(WRONG, *arguments, **env)
+    assert ("\x1b[1;31m" in text) is ("\x1b" in text) is coloured
 
 
 @pytest.mark.parametrize(
@@ -180,15 +181,14 @@ def test_colour_in_a_pipe(
     arguments: tuple[str, ...], env: dict[str, str], coloured: bool, validate: Callable[..., Ran]
 ) -> None:
     ran = validate(WRONG, *arguments, **env)
-    shown = ran.stdout + ran.stderr
-    assert ("\x1b[1;31m" in shown) is ("\x1b" in shown) is coloured
+    text = ran.stdout + ran.stderr
+    assert ("\x1b[1;31m" in text) is ("\x1b" in text) is coloured
 
 
 def test_colour_is_chosen_for_every_verb() -> None:
-    ran = subprocess.run(
-        [PROGRAM, "--color", "always", "render", WRONG, "--out", "x"],
-        cwd=BROKEN, env=environment(), capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    ran = in_process.swarmctl(
+        "--color", "always", "render", WRONG, "--out", "x", cwd=BROKEN, env=dict.fromkeys(OURS)
+    )
     assert "\x1b[" in ran.stderr
 
 
@@ -209,12 +209,13 @@ def test_a_pipe_gets_whole_lines(validate: Callable[..., Ran], tmp_path: Path, l
     assert validate(str(spec), COLUMNS="40").stdout.count("\n") == 1
 
 
-def test_a_letter_that_the_output_does_not_know_is_no_error(
-    validate: Callable[..., Ran], tmp_path: Path, leader_spec: Path
-) -> None:
+def test_a_letter_that_the_output_does_not_know_is_no_error(tmp_path: Path, leader_spec: Path) -> None:
     spec = tmp_path / "swärm.yaml"
     spec.write_text(leader_spec.read_text("utf-8"), "utf-8")
-    ran = validate(str(spec), PYTHONIOENCODING="ascii")
+    ran = subprocess.run(  # of its own, whose streams are made for this encoding
+        [PROGRAM, "validate", str(spec)], env=environment(PYTHONIOENCODING="ascii"), capture_output=True,
+        text=True, check=False,
+    )  # fmt: skip
     assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
     assert "sw\\xe4rm.yaml: swarm `newswarm` is valid" in ran.stdout
 
@@ -254,15 +255,18 @@ def test_an_output_that_takes_nothing(arguments: tuple[str, ...]) -> None:
     assert ran(">/dev/full") == (code or exit_codes.ERROR, errors + lost)
 
 
+FINDING_AND_TABLE = """
+import sys
+from swarmctl.cli.app import run
+run(["validate", sys.argv[1]])
+run(["driver", "list"])
+"""
+
+
 @pytest.mark.parametrize("columns", ["0", "1", "-3", "junk", "9" * 30, ""])
 @pytest.mark.parametrize("term", ["xterm", "dumb", ""])
 def test_no_width_hides_a_finding_or_a_table(columns: str, term: str) -> None:
-    shown = on_terminal(WRONG, COLUMNS=columns, TERM=term, NO_COLOR="1")
-    assert shown.startswith("error[SPEC003]: ")
-    assert "^^^" in shown
-    mine, theirs = pty.openpty()
-    env = environment(COLUMNS=columns, TERM=term)
-    with subprocess.Popen([PROGRAM, "driver", "list"], stdout=theirs, stderr=theirs, env=env):
-        os.close(theirs)
-    assert b"koala" in os.read(mine, 65536)
-    os.close(mine)
+    text = shown([sys.executable, "-c", FINDING_AND_TABLE, WRONG], COLUMNS=columns, TERM=term, NO_COLOR="1")
+    finding, _, table = text.partition("^^^")
+    assert finding.startswith("error[SPEC003]: ")
+    assert "koala" in table

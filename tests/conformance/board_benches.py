@@ -18,6 +18,7 @@ from swarmctl.lab.emulators.robot import NoticesPort, Robot
 from swarmctl.lab.emulators.rosserial_device import Device
 from swarmctl.lab.emulators.rosserial_frames import TX_STOP, Message, Topic
 from swarmctl.lab.emulators.serial_faults import Faults
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog
 
 SLICE = 0.005  # s; a byte is noticed as soon
@@ -27,7 +28,7 @@ _BODY = bytes([0, 0, 2, 0, 1, 2])
 OLD = (
     b"\xff\xff" + _BODY + bytes([255 - sum(_BODY) % 256]) + b"\xff" * 3
 )  # rosserial 0.4: id, length, message
-TYPE = load_catalog().types["arduino-rover"]
+TYPE = with_protocol(load_catalog().types)["arduino-rover"]
 
 
 @dataclass

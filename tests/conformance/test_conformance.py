@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 import swarm_driver.session
-from swarm_driver.command_mailbox import CommandMailbox
+from swarm_command.command_mailbox import CommandMailbox
+from swarm_command.dead_man import DeadMan
 from swarm_driver.config import Kinematics, Scale
-from swarm_driver.dead_man import DeadMan
 from swarm_driver.kinematics import Units
 from swarm_driver.link import BytePort
 
@@ -23,9 +23,11 @@ from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.emulator_lookup import EMULATED_AS
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.scaffold.robot_type_file import codec_text
 from swarmctl.spec.catalog import load_catalog
+from swarmctl.views import conformance as view
 from swarmctl.yamltext.source import parse
 from tests.conformance.user_robots import OWN, TYPE, beetle
 
@@ -260,7 +262,16 @@ def test_no_queries_to_a_robot_that_cannot_be_stopped() -> None:
     with beetle("mute") as port, pytest.raises(NotStoppedError, match="no reply to `S,0,0`"):
         results.extend(run_checks(bench_for(port, HASTY), POLLED_CHECKS))
     assert [(one.check, one.verdict, one.fix) for one in results] == [("stop", Verdict.FAIL, "is it asleep?")]
+    assert "received nothing\n" in view.line(results[0]).plain
     assert port.robot.state.last_command == "S,0,0"
+
+
+def test_a_wrong_reply_is_shown_with_its_bytes() -> None:
+    result = tried("short reply", protocol_checks.answers_queries)["query position"]
+    assert result.received is not None
+    assert result.received.startswith(b"p,")
+    assert f"received {result.received.hex(' ')}  'p," in view.line(result).plain
+    assert result.to_json()["received"] == result.received.hex(" ")
 
 
 def test_an_unplugged_cable_ends_the_test() -> None:
@@ -297,11 +308,11 @@ def test_the_robot_stands_whenever_the_test_is_aborted(interrupted_after: str) -
 
 
 @pytest.mark.parametrize(
-    "name", sorted(name for name, one in load_catalog().types.items() if one.driver_protocol)
+    "name", sorted(name for name, one in with_protocol(load_catalog().types).items() if one.driver_protocol)
 )
 def test_every_emulated_robot_matches_its_shipped_type(name: str) -> None:
     """Types and emulators are written from the manuals by themselves: here they meet."""
-    robot_type = load_catalog().types[name]
+    robot_type = with_protocol(load_catalog().types)[name]
     with Port(emulator(EMULATED_AS.get(name, name))) as port:
         config = config_for(robot_type, name, str(port.path), None, "")
         bench = Bench(config, lambda: open_port(config), firmware_dead_man=False, pace=FAST)

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 import swarm_driver.rosserial_robot
-from swarm_driver.command_mailbox import CommandMailbox
-from swarm_driver.dead_man import DeadMan
+from swarm_command.command_mailbox import CommandMailbox
+from swarm_command.dead_man import DeadMan
 
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, run_checks
 from swarmctl.conformance.board_bench import type_of

@@ -148,8 +148,8 @@ def test_a_silent_board_is_an_error_within_half_a_minute() -> None:
 
 def test_an_unknown_robot_is_an_error() -> None:
     ran = run("rovr", "--spec", str(EXAMPLE), "--port", "/dev/null", "--yes")
-    assert ran.returncode == exit_codes.USAGE
-    assert "there is no robot called `rovr`" in ran.stderr
+    assert ran.returncode == exit_codes.ERROR
+    assert "there is no host or robot called `rovr`" in ran.stderr
     assert "`rover`" in ran.stderr
 
 

@@ -22,11 +22,11 @@ _BLOCK = re.compile(r"^```(\w+) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def script(*, lab: bool) -> str:
-    """The page as one script. A block that names a file is that file; `sh lab` needs a lab."""
+    """The page's files and commands as one script: those of `sh lab`, which need a lab, or all others."""
     lines = ["set -eum"]  # -m: a program in the background is `%1`, as at a prompt
     lines.append("trap 'kill $(jobs -p) 2>/dev/null || :' EXIT")  # after a failure, too
     for language, name, text in _BLOCK.findall(PAGE.read_text("utf-8")):
-        if language == "sh" and (not name or lab):
+        if language == "sh" and lab == (name == "lab"):
             lines.append(text)
         elif language != "sh" and name:
             lines.append(f"mkdir -p $(dirname {name}); cat > {name} <<'END-OF-FILE'\n{text}END-OF-FILE\n")
@@ -51,10 +51,11 @@ def test_the_page_runs_as_it_stands(tmp_path: Path, note: Callable[[str, str, st
     assert ran.returncode == 0, ran.stdout + ran.stderr
     note("docs/own-robot.md, followed by a machine", f"{time.monotonic() - began:.0f} s", "<= 10 min by hand")
     assert "`wheel_separation` is empty; it must be a number" in ran.stderr
-    assert ran.stdout.count("the robot matches its type") == 2
+    assert ran.stdout.count("the robot matches its type") == 3
     report = json.loads((tmp_path / "report.json").read_text())
     assert (report["passed"], {one["verdict"] for one in report["results"]}) == (True, {"ok"})
     assert {"sensor floor", "actuator lamp"} <= {one["check"] for one in report["results"]}
+    assert ran.stdout.count("sent; the robot answers no command") == 3  # the hare does not confirm a stop
     assert "swarm `garden` is valid" in ran.stdout
     assert (tmp_path / "out/pi/params/benny.yaml").is_file()
 

@@ -37,6 +37,18 @@ def test_a_variable_comes_before_a_file(tmp_path: Path) -> None:
     assert variable("epuck-pin") == "SWARMCTL_SECRET_EPUCK_PIN"
 
 
+def test_secrets_of_programs_are_lines_and_texts(tmp_path: Path) -> None:
+    key = "-----BEGIN KEY-----\nabc\n-----END KEY-----\n"
+    write(tmp_path, key)
+    assert found(["epuck-pin"], tmp_path, {}, {"epuck-pin": "text"}) == {"epuck-pin": key}
+    with pytest.raises(SecretError, match="cannot be an environment variable"):
+        found(["epuck-pin"], tmp_path, {}, {"epuck-pin": "line"})
+    (tmp_path / "secrets/epuck-pin").write_text("a long token of more than sixteen\n")
+    assert found(["epuck-pin"], tmp_path, {}, {"epuck-pin": "line"}) == {
+        "epuck-pin": "a long token of more than sixteen"
+    }
+
+
 def test_one_that_is_nowhere_is_left_out(tmp_path: Path) -> None:
     assert found(["epuck-pin"], tmp_path, {}) == {}
 
@@ -81,7 +93,7 @@ class Way:
 
 def wanted() -> dict[str, Bundle]:
     pair = File("units/new.epuck.pair.service", b"[Service]\n")
-    unit = Unit("new.epuck.pair.service", (pair.path,), secret="epuck-pin")
+    unit = Unit("new.epuck.pair.service", (pair.path,), secrets=("epuck-pin",))
     plain = Bundle("new", "pi", (pair,), (unit,), {f"/etc/systemd/system/{unit.name}": pair.path})
     return {"pi": replace(plain, secrets=("epuck-pin",))}
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -15,9 +15,9 @@ import pytest
 from swarmctl.deploy import journal
 from swarmctl.deploy.rollout import Outcome, deploy, observe
 from swarmctl.plan.plan import Kind as Do
-from swarmctl.remote import parallel_hosts
+from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
-from swarmctl.render.bundle import Bundle, File, Unit
+from swarmctl.render.bundle import Bundle, File, Unit, package
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
 
@@ -68,7 +68,10 @@ TARGETS = {name: Target(name, "192.0.2.1", "robot") for name in HOSTS}
 def rollout(
     hosts: Mapping[str, FakeHost], wanted: Mapping[str, Bundle], **broken: Exception
 ) -> dict[str, Outcome | HostError]:
-    events = deploy(wanted, TARGETS, FolderTransport(hosts, broken), parallel=3)
+    return deployed(deploy(wanted, TARGETS, FolderTransport(hosts, broken), parallel=3))
+
+
+def deployed(events: Iterator[parallel_hosts.Event[Outcome]]) -> dict[str, Outcome | HostError]:
     return {
         event.host: parallel_hosts.result_of(event)
         for event in events
@@ -157,3 +160,41 @@ def test_the_journal_knows_the_hosts_that_the_spec_has_dropped(tmp_path: Path) -
     journal.forget(tmp_path, "k3")
     assert journal.left(tmp_path, ["leader"]) == ["epuck"]
     assert journal.left(tmp_path / "never", HOSTS) == []
+
+
+@pytest.mark.parametrize("parallel", [1, 3])
+def test_an_unfit_host_stops_all_before_any_change(hosts: dict[str, FakeHost], parallel: int) -> None:
+    wanted = {**bundles(), "k3": replace(bundles()["k3"], requires=(package("rare"),))}
+    away = FolderTransport(hosts, {"epuck": HostError(Kind.UNREACHABLE, "no route")})
+    found = changed(deployed(deploy(wanted, TARGETS, away, parallel=parallel, stopping=HOSTS)))
+    assert found == {"leader": Kind.HELD, "k3": Kind.UNFIT, "epuck": Kind.UNREACHABLE}
+    assert not (hosts["leader"].prefix / "opt/swarm/new/current").exists()
+
+    rest = {"leader", "epuck"}  # k3 is optional, or --skip-unfit
+    found = changed(deployed(deploy(wanted, TARGETS, away, parallel=parallel, stopping=rest)))
+    assert found == {"leader": True, "k3": Kind.UNFIT, "epuck": Kind.UNREACHABLE}
+
+
+def test_a_host_that_is_away_holds_nobody_back(hosts: dict[str, FakeHost]) -> None:
+    away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route")})
+    found = changed(deployed(deploy(bundles(), TARGETS, away, stopping=HOSTS)))
+    assert found == {"leader": True, "k3": Kind.UNREACHABLE, "epuck": True}
+
+
+def test_only_what_changed_travels(hosts: dict[str, FakeHost], monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[list[str]] = []
+    pack = agent_client.pack
+
+    def recorded(manifest: bytes, files: Mapping[str, tuple[bytes, int]]) -> bytes:
+        sent.append(sorted(files))
+        return pack(manifest, files)
+
+    rollout(hosts, bundles())
+    monkeypatch.setattr(agent_client, "pack", recorded)
+    rollout(hosts, bundles(k3="speed: 2\n"))
+    assert sent == [["params/robot.yaml"]]
+    assert hosts["k3"].read("opt/swarm/new/current/params/robot.yaml") == b"speed: 2\n"
+
+    (hosts["k3"].prefix / "opt/swarm/new/current/units/new.robot.service").write_text("edited")
+    assert changed(rollout(hosts, bundles(k3="speed: 2\n")))["k3"] is True
+    assert sent[1:] == [["units/new.robot.service"]]

@@ -24,14 +24,20 @@ HERE = Path(__file__).parent
 #: They start first, the longest first: of two labs side by side, none is to be left over with a long file.
 LONGEST = (
     "test_recovery.py",
-    "test_dead_man.py",
     "test_recovery_of_islands.py",
     "test_paper.py",
+    "test_programs.py",
+    "test_dead_man.py",
     "test_rover.py",
-    "test_own_robot_page.py",
+    "test_gate.py",
     "test_mode_change.py",
-    "test_lab.py",
+    "test_hosts.py",
+    "test_program_health.py",
+    "test_containers.py",
     "test_late_hosts.py",
+    "test_lab_page.py",
+    "test_lab_fleet.py",
+    "test_lab.py",
 )
 NOT_LAB = ("test_dead_man_page.py",)
 
@@ -48,7 +54,7 @@ class FirstTime:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     missing = missing_for_a_lab()
     for item in items:
-        if HERE in item.path.parents and item.path.name not in NOT_LAB:
+        if item.path.parent == HERE and item.path.name not in NOT_LAB:
             item.add_marker(pytest.mark.lab)
             if missing:
                 item.add_marker(pytest.mark.skip(reason=f"no lab here: {missing}"))

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,6 +17,7 @@ from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network, processes
 from tests import ROOT
 from tests.e2e.lab_swarm import SOURCE, LabSwarm, moves, namespace_of, quoted
+from tests.timing import withheld
 
 DRIVE = (ROOT / "benchmarks/onhost/drive.py").read_text("utf-8")
 ANSWERS = 20.0  # s
@@ -24,19 +25,24 @@ ANSWERS = 20.0  # s
 
 @dataclass(frozen=True)
 class Look:
-    """All robots at one moment: which move, and how far each has come, m."""
+    """All robots at one moment: which move, how far each has come (m), what the machine has withheld (s)."""
 
     at: float
+    withheld: float
     moving: Mapping[str, bool]
     way: Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class Stop:
-    """How a robot came to stand after a fault: seconds, and metres that it still drove."""
+    """How a robot came to stand after a fault: seconds, and metres that it still drove.
+
+    ``withheld``: seconds of these in which the machine let some process wait for a CPU.
+    """
 
     seconds: float
     metres: float
+    withheld: float = 0.0
 
 
 class Watch:
@@ -62,6 +68,7 @@ class Watch:
             self._looks.append(
                 Look(
                     time.monotonic(),
+                    withheld(),
                     {name: moves(state) for name, state in states.items()},
                     {name: state["distance"] for name, state in states.items()},
                 )
@@ -76,8 +83,9 @@ class Watch:
             for look in looks:
                 for robot, moving in look.moving.items():
                     if look.at > fault and not moving and robot not in found:
-                        metres = look.way[robot] - self.before(fault).way[robot]
-                        found[robot] = Stop(look.at - fault, metres)
+                        before = self.before(fault)
+                        metres, waited = look.way[robot] - before.way[robot], look.withheld - before.withheld
+                        found[robot] = Stop(look.at - fault, metres, waited)
             if looks and len(found) == len(looks[-1].moving):
                 return found
             assert time.monotonic() < fault + patience, f"after {patience:g} s only {set(found)} stand"
@@ -87,20 +95,26 @@ class Watch:
         return next(look for look in reversed(self._looks) if look.at <= moment)
 
     def moved(self, begin: float, end: float) -> dict[str, Stop]:
-        """For how long and how far each robot moved in between."""
+        """For how long at most, and how far, each robot moved in between."""
         looks = [look for look in self._looks if begin <= look.at <= end]
-        return {
-            robot: Stop(
-                sum(after.at - look.at for look, after in pairwise(looks) if look.moving[robot]),
-                looks[-1].way[robot] - looks[0].way[robot],
-            )
-            for robot in looks[0].moving
-        }
+        return {robot: _moved(looks, robot) for robot in looks[0].moving}
 
     def rate(self, since: float) -> float:
         """Looks a second."""
         looks = [look.at for look in self._looks if look.at >= since]
         return (len(looks) - 1) / (looks[-1] - looks[0])
+
+
+def _moved(looks: Sequence[Look], robot: str) -> Stop:
+    """One that moves at one of two looks counts as moving from the first to the second."""
+    pairs = [
+        (before, after) for before, after in pairwise(looks) if before.moving[robot] or after.moving[robot]
+    ]
+    return Stop(
+        sum(after.at - before.at for before, after in pairs),
+        looks[-1].way[robot] - looks[0].way[robot],
+        sum(after.withheld - before.withheld for before, after in pairs),
+    )
 
 
 class Commander:

@@ -12,9 +12,7 @@ from pathlib import Path
 
 from swarmctl.cli import exit_codes
 from swarmctl.rules.runner import load_swarm
-from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Swarm
-from swarmctl.swarm.topics import COMMAND
 from tests import ROOT
 from tests.e2e import whole_graph
 from tests.e2e.lab_swarm import (
@@ -132,7 +130,7 @@ class Experiment:
 
     def receives_nothing(self, robot: str, *, published_on: str, home: str) -> None:
         """A command published on another island never reaches the master of the robot's island."""
-        topic = f"{names.namespace(robot)}/{COMMAND}"
+        topic = self.spec.command_topics[robot].topic
         within(PATIENCE, lambda: self.publishers(topic, published_on), "the command is not announced")
         self.stands(robot)
         assert self.publishers(topic, home) == []

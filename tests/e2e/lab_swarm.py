@@ -265,7 +265,7 @@ class LabSwarm:
 
     def start(self, host: str) -> None:
         self.hang_up(host)
-        lab.start(self.name, host, lambda _: None)
+        lab.start(self.name, [host], lambda _: None)
 
     def cut(self, host: str) -> None:
         lab.cut(self.name, host)

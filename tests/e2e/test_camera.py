@@ -52,7 +52,7 @@ PARTS = ("width", "height", "encoding", "is_bigendian", "step")
 images, poses = [], []
 rospy.init_node("listener")
 topics = [
-    rospy.Subscriber("camera", Image, lambda image: images.append((time.monotonic(), image))),
+    rospy.Subscriber("camera/image_raw", Image, lambda image: images.append((time.monotonic(), image))),
     rospy.Subscriber("odom", Odometry, lambda pose: poses.append(time.monotonic())),
 ]
 time.sleep(float(sys.argv[1]))

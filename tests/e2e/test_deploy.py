@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tests.e2e.conftest import FirstTime
-from tests.e2e.lab_swarm import LabSwarm, Note, namespace_of
+from tests.e2e.lab_swarm import HOME, LabSwarm, Note, namespace_of
+from tests.e2e.ros_peers import roswtf
 from tests.e2e.sniffer import Talk, listening
 
 
@@ -14,13 +15,17 @@ def test_the_plan_says_2_before_the_deploy_and_0_after_it(first_time: FirstTime,
     assert first_time.deploy.status == 0, first_time.deploy.out + first_time.deploy.err
     assert "3 of 3 hosts changed" in first_time.deploy.out
     assert first_time.plan_after.status == 0, first_time.plan_after.out
-    assert first_time.plan_after.out.endswith("nothing to do\n")
+    assert first_time.plan_after.out.startswith("nothing to do\n")
     note("first deploy of 3 hosts", f"{first_time.deploy.seconds:.1f} s", "")
 
 
 def test_the_deployed_swarm_is_healthy(swarm: LabSwarm) -> None:
     status = swarm.swarmctl("status")
     assert status.status == 0, status.out + status.err
+
+
+def test_roswtf_finds_no_fault(swarm: LabSwarm) -> None:
+    assert roswtf(swarm, f"{HOME}/current") == {}
 
 
 def test_a_second_deploy_changes_nothing_over_one_connection_per_host(swarm: LabSwarm, note: Note) -> None:

@@ -18,6 +18,7 @@ from tests.e2e.lab_swarm import (
     within,
     wrapped,
 )
+from tests.timing import withheld
 
 STRETCH = 10.0  # s of driving that speeds and loads are measured over
 
@@ -59,6 +60,7 @@ class Driven:
     odometry: Pose
     length: float
     standstill: float
+    withheld: float  # s in which the machine let some process wait for a CPU meanwhile
     load: Load
 
 
@@ -82,7 +84,7 @@ def driven(shared_lab: LabSwarm, first_time: object) -> dict[str, Driven]:
             trip.robot: Load(memory(swarm, trip), 100 * (cpu(swarm, trip) - spent[trip.robot]) / passed)
             for trip in TRIPS
         }
-        standstill = {}
+        standstill, lost = {}, withheld()
 
         def kill(index: int) -> None:
             publisher, robot = publishers[index], TRIPS[index].robot
@@ -90,6 +92,7 @@ def driven(shared_lab: LabSwarm, first_time: object) -> dict[str, Driven]:
             standstill.update(swarm.seconds_to_standstill(robot))
 
         at_once([lambda index=index: kill(index) for index in range(len(TRIPS))])
+        lost = withheld() - lost
     time.sleep(0.3)
     return {
         trip.robot: Driven(
@@ -99,6 +102,7 @@ def driven(shared_lab: LabSwarm, first_time: object) -> dict[str, Driven]:
             odometry=swarm.odometry(trip.received_on, trip.robot).seen_from(odometry[trip.robot]),
             length=swarm.robot(trip.robot)["distance"],
             standstill=standstill[trip.robot],
+            withheld=lost,
             load=loads[trip.robot],
         )
         for trip in TRIPS
@@ -147,7 +151,7 @@ class TestATripOrderedByTheLeader:
     ) -> None:
         note(f"standstill of {trip.robot} after SIGKILL of the publisher",
              f"{driven[trip.robot].standstill:.2f} s", "<= 0.7 s")  # fmt: skip
-        assert driven[trip.robot].standstill <= 0.7
+        assert driven[trip.robot].standstill <= 0.7 + driven[trip.robot].withheld
 
     def test_takes_little_of_its_host(self, trip: Trip, driven: dict[str, Driven], note: Note) -> None:
         load = driven[trip.robot].load

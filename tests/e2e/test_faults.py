@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -43,8 +42,9 @@ def test_hosts_that_lose_power_are_named_and_finished_by_the_next_run(swarm: Lab
     report = deploy.stdout.read()
     assert deploy.wait(30) == 3, report
     assert re.search("^koala-laptop  deployed", report, re.MULTILINE)
-    assert re.search("^k3-pi  lost: ", report, re.MULTILINE)
-    assert re.search("^epuck-pi  lost: ", report, re.MULTILINE)
+    assert re.search(
+        "^k3-pi, epuck-pi  lost: |^k3-pi  lost: (.*\n)*epuck-pi  lost: ", report, re.MULTILINE
+    ), report
     assert "failed: k3-pi, epuck-pi; run the same command again" in report
 
     at_once([lambda host=host: swarm.start(host) for host in dies_at.values()])
@@ -85,7 +85,7 @@ def test_two_deploys_at_the_same_moment_leave_every_host_whole(swarm: LabSwarm) 
     specs = swarm.variant("faster", *ALL_FASTER), swarm.variant("slower", *ALL_SLOWER)
     wanted = releases(swarm, *specs)
     both = [swarm.begin("deploy", spec=spec) for spec in specs]
-    outputs = [run.communicate(timeout=60) for run in both]
+    outputs = [run.communicate(timeout=180) for run in both]
     for run, (out, err) in zip(both, outputs, strict=True):
         assert run.returncode in (0, 3), out + err
         if run.returncode == 3:
@@ -101,10 +101,10 @@ def test_a_second_deploy_at_the_same_time_names_the_first(swarm: LabSwarm) -> No
     holder = (
         f"import fcntl, json, time; lock = open('{HOME}/state/lock', 'r+'); "
         "fcntl.flock(lock, fcntl.LOCK_EX); "
-        "lock.truncate(); json.dump({'who': 'ann@desk (7)', 'pid': 1}, lock); lock.flush(); time.sleep(20)"
+        "lock.truncate(); json.dump({'who': 'ann@desk (7)', 'pid': 1}, lock); lock.flush(); time.sleep(300)"
     )
     pid = swarm.shell("k3-pi", f'sudo sh -c \'python3 -c "$0" >/dev/null 2>&1 & echo $!\' "{holder}"').strip()
-    time.sleep(0.5)
+    wait_for(lambda: "ann@desk" in swarm.shell("k3-pi", f"sudo cat {HOME}/state/lock"))
     run = swarm.deploy(faster)
     swarm.shell("k3-pi", f"sudo kill {pid}")
     assert run.status == 3, run.out + run.err

@@ -189,3 +189,40 @@ def test_removed_nothing_is_left(deployed: LabSwarm, before: dict[str, str]) -> 
     assert etc(deployed) == before
     sources = deployed.shell("pi", "chronyc -n sources")
     assert "192.168.77.10" not in sources
+
+
+# A package source in a folder, with two packages of empty programs; no mirror is in reach.
+PACKAGES = r"""set -e
+sudo mkdir -p /opt/source && sudo chmod 777 /opt/source && cd /opt/source
+make() { # name, programs
+  name=$1; shift; mkdir -p $name/DEBIAN $name/usr/bin
+  for program; do printf '#!/bin/sh\n' > $name/usr/bin/$program; chmod 755 $name/usr/bin/$program; done
+  printf 'Package: %s\nVersion: 1.0\nArchitecture: all\nMaintainer: l <l@lab>\nDescription: a stand-in\n' \
+    $name > $name/DEBIAN/control
+  dpkg-deb --root-owner-group --build $name $name.deb > /dev/null
+  { cat $name/DEBIAN/control; printf 'Filename: ./%s.deb\nSize: %s\nSHA256: %s\n\n' $name \
+    $(stat -c %s $name.deb) $(sha256sum $name.deb | cut -d' ' -f1); } >> Packages
+}
+make bluez rfcomm bluetoothctl; make iw iw
+sudo rm -f /etc/apt/sources.list /etc/apt/sources.list.d/*
+echo 'deb [trusted=yes] file:/opt/source ./' | sudo tee /etc/apt/sources.list
+"""
+
+
+def test_prepare_makes_fresh_hosts_fit(pair: LabSwarm, note: Note) -> None:
+    """The spec's account and all packages are missing; apt, useradd and sudo are the real ones."""
+    pair.everywhere(PACKAGES)
+    robot = "address: 192.168.77.11, user: robot"
+    fresh = pair.variant("fresh", (robot, robot.replace("robot", "crawler")))
+    plan = pair.swarmctl("prepare", "--plan", "--login", "robot", spec=fresh)
+    assert plan.status == 0, plan.out + plan.err
+    assert "account  crawler" in plan.out
+    done = pair.swarmctl("prepare", "--yes", "--login", "robot", spec=fresh)
+    assert done.status == 0, done.out + done.err
+    assert "pi: setting up bluez" in done.err
+    assert "dialout" in pair.shell("pi", "id -nG crawler")
+    note("prepare: account, group and packages on a fresh host", f"{done.seconds:.1f} s", "")
+
+    again = pair.swarmctl("prepare", "--plan", "--json", spec=fresh)  # as crawler
+    assert [host["fit"] for host in again.json()["hosts"]] == [True, True]
+    assert pair.swarmctl("prepare", "--yes", spec=fresh).out.count("nothing to do") == 2

@@ -13,7 +13,8 @@ import pytest
 from swarmctl.cli import exit_codes
 from tests.e2e import whole_graph
 from tests.e2e.experiment import EXAMPLES, PATIENCE, STILL, Experiment, conducted
-from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, within
+from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, Note, moves, within
+from tests.e2e.ros_peers import roswtf
 
 
 class Conducted:
@@ -39,6 +40,22 @@ class Conducted:
 
     def test_every_master_knows_just_what_the_spec_says(self, experiment: Experiment) -> None:
         experiment.settles()
+
+    def test_roswtf_finds_no_fault(self, experiment: Experiment) -> None:
+        spec = experiment.spec
+        nodes = {
+            island.name: {
+                *(one.driver_node for host in island.hosts for one in spec.robots_on(host)),
+                *(one.node for one in spec.programs.values() if one.host in island.hosts),
+            }
+            for island in spec.islands
+        }
+        elsewhere = {
+            host: set().union(*(those for name, those in nodes.items() if name != island.name))
+            for island in spec.islands
+            for host in island.hosts
+        }
+        assert roswtf(experiment.lab, f"{HOME}/current", list(elsewhere), elsewhere) == {}
 
     def test_the_gamepad_drives_its_robots_and_no_others(self, experiment: Experiment, note: Note) -> None:
         with experiment.gamepad() as pad:

@@ -24,13 +24,44 @@ programs:
     robot: k3
     package: shouting
     executable: shout.py
-    params: {text: "it's 100 % \\"so\\" $(so)", rate: 5.0}
+    params:
+      text: "it's 100 % \\"so\\" $(so)"
+      rate: 5.0
+      place: $(find shouting)/map
+      limits: {file: limits.yaml}
+      sizes: {low: [1, 2]}
+    files: {greeting.txt: {template: greeting.j2}}
     publishes: [{topic: words, type: std_msgs/String}]
+  log:
+    robot: k3
+    command: [bash, -c, "exec rostopic echo -p words > /home/robot/{host}-{robot}.csv"]
+  greet:
+    host: k3-pi
+    namespace: k3/hall
+    lifecycle: oneshot
+    command: [bash, -c, "rosparam set greeting hello; env > /home/robot/greet"]
+  once:
+    robot: k3
+    package: shouting
+    executable: shout.py
+    args: [--once]
+    params: {text: once, rate: 1.0}
+    lifecycle: oneshot
+    optional: true
+  by-hand:
+    robot: k3
+    package: shouting
+    executable: shout.py
+    args: [--once]
+    params: {text: typed, rate: 1.0}
+    lifecycle: interactive
   gmapping: {host: koala-laptop, package: gmapping, executable: slam_gmapping, optional: true}
 """
 PACKAGE = """<package format="2"><name>shouting</name><version>1.0.0</version>
 <description>says it</description><maintainer email="a@b">a</maintainer><license>BSD</license></package>"""
 NODE = """#!/usr/bin/env python3
+import sys
+
 import rospy
 from std_msgs.msg import String
 
@@ -40,6 +71,9 @@ pace = rospy.Rate(rospy.get_param("~rate"))
 while not rospy.is_shutdown():
     publisher.publish(rospy.get_param("~text"))
     pace.sleep()
+    if "--once" in sys.argv:
+        print("one", rospy.get_name(), rospy.get_param("~text"), sys.stdin.readline().strip())
+        sys.exit(3)
 """
 FOLDER = "/usr/share/shouting"
 
@@ -49,6 +83,8 @@ def spec(swarm: LabSwarm) -> Iterator[Path]:
     """The example with two programs, deployed; the package of one of them is on its host."""
     path = swarm.folder / "programs.yaml"
     path.write_text(swarm.spec.read_text() + PROGRAMS)
+    (swarm.folder / "limits.yaml").write_text("upper: [3, 4]\n")
+    (swarm.folder / "greeting.j2").write_text("{{ host }} of {{ robots | join(' ') }}\n")
     bare = swarm.swarmctl("plan", spec=path)
     assert "it lacks the ROS package shouting" in bare.out + bare.err
     put = f"sudo mkdir -p {FOLDER}; cd {FOLDER}; printf %s {quoted(PACKAGE)} | sudo tee package.xml"
@@ -93,6 +129,51 @@ def nodes(swarm: LabSwarm) -> list[str]:
     return swarm.shell(LEADER, f"{SOURCE}; rosnode list 2>/dev/null || true").split()
 
 
+def test_any_command_runs_in_the_namespace_of_its_robot(swarm: LabSwarm, spec: Path) -> None:
+    within(
+        20,
+        lambda: TEXT in swarm.shell("k3-pi", "cat /home/robot/k3-pi-k3.csv || true"),
+        "nothing is recorded",
+    )
+
+
+def test_a_node_gets_lists_files_and_folders_of_packages(swarm: LabSwarm, spec: Path) -> None:
+    get = f"{SOURCE}; for one in place limits/upper sizes/low; do rosparam get /k3/shout/$one; done"
+    within(20, lambda: "/usr/share/shouting/map" in swarm.shell("k3-pi", f"{get} || true"), "no parameters")
+    assert "- 3\n- 4" in swarm.shell("k3-pi", get)
+    assert "- 1\n- 2" in swarm.shell("k3-pi", get)
+    written = swarm.shell("k3-pi", "cat /opt/swarm/newswarm/current/files/shout/greeting.txt")
+    assert written.startswith("k3-pi of koala")
+
+
+def test_a_oneshot_ends_and_its_exit_code_is_checked(swarm: LabSwarm, spec: Path) -> None:
+    within(20, lambda: "hello" in greeting(swarm), "the oneshot did not run")
+    assert "ROS_NAMESPACE=/k3/hall" in swarm.shell("k3-pi", "cat /home/robot/greet")
+    within(20, lambda: "failed" in state_of(swarm, "once"), "the other one did not fail")
+    assert state_of(swarm, "greet") == "active exited"
+    shown = swarm.swarmctl("status", spec=spec)
+    assert "once: failed: exit-code" in shown.out, shown.out
+    assert "greet:" not in shown.out
+    assert "greet" in shown.out
+
+
+def greeting(swarm: LabSwarm) -> str:
+    return swarm.shell("k3-pi", f"{SOURCE}; rosparam get /k3/hall/greeting 2>/dev/null || true")
+
+
+def state_of(swarm: LabSwarm, program: str) -> str:
+    unit = f"swarm-newswarm.{program}.service"
+    shown = swarm.shell("k3-pi", f"systemctl show -p ActiveState -p SubState --value {unit}")
+    return " ".join(shown.split())
+
+
+def test_an_interactive_program_has_what_is_typed_and_its_code(swarm: LabSwarm, spec: Path) -> None:
+    run = "echo yes | /opt/swarm/newswarm/current/bin/by-hand; echo code $?"
+    shown = swarm.shell("k3-pi", run)
+    assert "one /k3/by_hand typed yes" in shown
+    assert "code 3" in shown
+
+
 def test_a_program_can_be_launched_by_hand(swarm: LabSwarm, spec: Path) -> None:
     swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.shout")
     launch = f"{SOURCE}; timeout -s INT 6 roslaunch /opt/swarm/newswarm/current/launch/shout.launch"
@@ -110,4 +191,4 @@ def test_a_node_that_dies_is_started_again(swarm: LabSwarm, spec: Path, note: No
 
 
 def node_process(swarm: LabSwarm) -> str:
-    return swarm.shell("k3-pi", "pgrep -f 'shouting/[s]hout.py' || true").strip()
+    return swarm.shell("k3-pi", "pgrep -f '[s]hout.py .*__name:=shout' || true").strip()

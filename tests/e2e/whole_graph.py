@@ -7,8 +7,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 from swarmctl.swarm import names
+from swarmctl.swarm.command_topics import COMMAND
 from swarmctl.swarm.resolved import Island, Program, Swarm
-from swarmctl.swarm.topics import COMMAND, actuators_of, driver_topics
+from swarmctl.swarm.topics import actuators_of
 from tests.e2e.lab_swarm import LabSwarm
 
 ROSOUT = "/rosout"
@@ -80,7 +81,7 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
     yield from of_ros_itself()
     for host in island.hosts:
         for robot in spec.robots_on(host):
-            topics = [topic.name for topic in driver_topics(robot.type, robot.settings, robot.driver)]
+            topics = [topic.name for topic in robot.topics]
             full = [one if one.startswith("/") else f"{robot.namespace}/{one}" for one in topics]
             placed = ["/tf_static"] if any("/" in one for one in topics if not one.startswith("/")) else []
             yield from publishes(robot.driver_node, *full, "/tf", *placed)
@@ -89,13 +90,13 @@ def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator
             yield from of_ros_itself(robot.driver_node)
         for program in spec.programs_on(host):
             if program.name not in absent:
-                yield from _of_program(program)
+                yield from _of_program(spec, program)
                 yield from of_ros_itself(program.node)
     if any(island.name in bridge.to for bridge in spec.bridges):
         yield from publishes(names.multimaster_node(island.name), "/diagnostics")
 
 
-def _of_program(program: Program) -> Iterator[End]:
+def _of_program(swarm: Swarm, program: Program) -> Iterator[End]:
     for way, topics in (
         ("publishes", program.declared.publishes),
         ("subscribes", program.declared.subscribes),
@@ -103,7 +104,7 @@ def _of_program(program: Program) -> Iterator[End]:
         for topic in topics:
             yield End(names.resolved(topic.topic, program.node, program.declared.remap), way, program.node)
     if program.declared.use == "teleop-joy":
-        yield from publishes(program.node, *(f"{names.namespace(one)}/{COMMAND}" for one in program.commands))
+        yield from publishes(program.node, *(swarm.command_topics[one].topic for one in program.commands))
         yield from subscribes(program.node, names.resolved("joy", program.node, program.declared.remap))
 
 

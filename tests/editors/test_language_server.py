@@ -10,11 +10,13 @@ from pathlib import Path
 
 import pytest
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 from swarmctl.cli.app import run
-from swarmctl.schema.json_schema import MODELS
-from swarmctl.spec import model
+from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_robot_type import RosRobotType
+from swarmctl.spec.link_model import Bluetooth, Serial
+from swarmctl.spec.model import Host, Robot, RobotSettings, Spec
+from swarmctl.spec.program_model import Program
 from tests.editors.language_server import LanguageServer, running
 
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "swarmctl/editor-tools"
@@ -97,34 +99,31 @@ def test_a_misspelt_key_of_a_robot_type_is_marked(editor: LanguageServer, root: 
     assert marked(editor, ROBOT_TYPE + text.replace("counter_bits:", "counter_bit:")) == ["counter_bit"]
 
 
-def fields_of(name: str) -> dict[str, FieldInfo]:
-    """The keys of one of the models that a spec is made of."""
-    found: type[BaseModel] = getattr(model, name)
-    return found.model_fields
-
-
 @pytest.mark.parametrize(
     ("place", "definition"),
     [
-        ("|", "Spec"),
-        ("hosts:\n  k3-pi:\n    |", "Host"),
-        ("hosts:\n  k3-pi: {a|}", "Host"),
-        ("robots:\n  k3:\n    |", "Robot"),
-        ("robots:\n  k3:\n    settings:\n      |", "RobotSettings"),
-        ("links:\n  - kind: serial\n    |", "Serial"),
-        ("links:\n  - kind: bluetooth\n    |", "Bluetooth"),
-        ("programs:\n  joystick:\n    |", "Program"),
+        ("|", Spec),
+        ("hosts:\n  k3-pi:\n    |", Host),
+        ("hosts:\n  k3-pi: {a|}", Host),
+        ("robots:\n  k3:\n    |", Robot),
+        ("robots:\n  k3:\n    settings:\n      |", RobotSettings),
+        ("links:\n  - kind: serial\n    |", Serial),
+        ("links:\n  - kind: bluetooth\n    |", Bluetooth),
+        ("programs:\n  joystick:\n    |", Program),
     ],
 )
-def test_every_key_is_offered_where_it_may_stand(place: str, definition: str, editor: LanguageServer) -> None:
-    keys = set(fields_of(definition))
+def test_every_key_is_offered_where_it_may_stand(
+    place: str, definition: type[BaseModel], editor: LanguageServer
+) -> None:
+    keys = set(definition.model_fields)
     offered = editor.completion(f"{SPEC}{place}\n")
     assert keys - {"kind"} <= set(offered)
     assert all(offered[key].get("documentation") for key in keys - {"kind"})
 
 
 def test_every_key_of_a_robot_type_is_offered(editor: LanguageServer) -> None:
-    assert set(MODELS["robot-type"].model_fields) <= set(editor.completion(f"{ROBOT_TYPE}|\n"))
+    keys = {*RobotType.model_fields, *RosRobotType.model_fields}
+    assert keys <= set(editor.completion(f"{ROBOT_TYPE}|\n"))
 
 
 @pytest.mark.parametrize(
@@ -132,6 +131,8 @@ def test_every_key_of_a_robot_type_is_offered(editor: LanguageServer) -> None:
     [
         ("mode: |", "combined"),
         ("links:\n  - kind: |", "bluetooth"),
+        ("links:\n  - kind: radio\n    uri: |", "radio://0/80/2M/E7E7E7E7E7"),
+        ("links:\n  - kind: udp\n    address: |", "192.168.10.1"),
         ("links:\n  - kind: bluetooth\n    mac: |", "10:00:e8:c5:64:37"),
     ],
 )
@@ -142,17 +143,17 @@ def test_values_are_offered(place: str, value: str, editor: LanguageServer) -> N
 @pytest.mark.parametrize(
     ("place", "definition", "key"),
     [
-        ("mo|de: leader", "Spec", "mode"),
-        ("hosts:\n  k3-pi: {addr|ess: 192.168.77.11}", "Host", "address"),
-        ("links:\n  - {kind: serial, u|sb: {serial: x}}", "Serial", "usb"),
-        ("robots:\n  k3:\n    settings: {command_time|out: 0.4}", "RobotSettings", "command_timeout"),
+        ("mo|de: leader", Spec, "mode"),
+        ("hosts:\n  k3-pi: {addr|ess: 192.168.77.11}", Host, "address"),
+        ("links:\n  - {kind: serial, u|sb: {serial: x}}", Serial, "usb"),
+        ("robots:\n  k3:\n    settings: {command_time|out: 0.4}", RobotSettings, "command_timeout"),
     ],
 )
 def test_hover_over_a_key_shows_what_it_is_for(
-    place: str, definition: str, key: str, editor: LanguageServer
+    place: str, definition: type[BaseModel], key: str, editor: LanguageServer
 ) -> None:
     shown = editor.hover(f"{SPEC}{place}\n")
-    assert str(fields_of(definition)[key].description) in shown
+    assert str(definition.model_fields[key].description) in shown
     assert "Example" in shown
 
 

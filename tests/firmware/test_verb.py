@@ -96,7 +96,7 @@ def test_flash_shows_what_it_would_do(
 @pytest.mark.parametrize(
     ("robot", "spec", "message"),
     [
-        ("rovr", EXAMPLE, "there is no robot called `rovr`"),
+        ("rovr", EXAMPLE, "there is no host or robot called `rovr`"),
         ("koala", ROOT / "examples/paper-leader/swarm.yaml", "robot `koala` has no board"),
     ],
 )

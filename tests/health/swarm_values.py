@@ -37,6 +37,10 @@ TARGET = "swarm-newswarm.target"
 WLAN = "swarm-newswarm.wlan.service"
 UNIT = {robot: f"swarm-newswarm.{robot}.service" for robot in ("koala", "k3", "epuck")}
 RFCOMM = "swarm-newswarm.epuck.rfcomm.service"
+NO_ADAPTER = {  # of RFCOMM, on a host without Bluetooth
+    "active": "inactive", "sub": "dead", "skipped": True,
+    "unmet": ("ConditionPathExists=/sys/class/bluetooth/hci0",),
+}  # fmt: skip
 DIGESTS = {"koala-laptop": "a" * 16, "k3-pi": "b" * 16, "epuck-pi": "c" * 16}
 
 
@@ -103,7 +107,7 @@ def node(robot: ExpectedRobot, host: ExpectedHost) -> NodeSeen:
         publishes={topic.name: topic.type for topic in robot.topics},
         subscribes={robot.command: "geometry_msgs/Twist"},
         topics={one.name: TopicSeen(20, one.rate, 2.0, one.type, "") for one in robot.topics},
-        report=Report(0, "standing still: no command yet"),
+        report=Report(0, "standing still: no accepted command yet"),
     )
 
 

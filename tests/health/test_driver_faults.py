@@ -65,6 +65,15 @@ FAULTS = {
         {"driver k3": ("bad", [])},
         message="although its unit runs; the master may have been restarted",
     ),
+    "driver that ended and is starting again": Fault(
+        K3_PI,
+        both(
+            with_unit(UNIT["k3"], restarts=1, recent=1, exit="exit code 1"),
+            with_node("k3", registered=False, alive=None),
+        ),
+        {"driver k3": ("bad", [])},
+        message="its unit was restarted 1 time, last result exit code 1",
+    ),
     "driver that advertises localhost": Fault(
         K3_PI,
         with_node("k3", uri="http://localhost:40001/"),

@@ -39,14 +39,14 @@ FAULTS = {
         with_senders("k3", rostopic_77="192.168.77.12"),
         {"authority k3": ("warning", [])},
         healthy=True,
-        message="unauthorised publisher /rostopic_77 on 192.168.77.12 on /k3/cmd_vel; rejected by the driver",
+        message="unauthorised publisher /rostopic_77 on 192.168.77.12 on /k3/cmd_vel; the driver has",
     ),
     "commands of many unauthorised nodes": Fault(
         LAPTOP,
         with_senders("k3", **{f"rostopic_{number}": "192.168.77.12" for number in range(5)}),
         {"authority k3": ("warning", [])},
         healthy=True,
-        message="/rostopic_2 on 192.168.77.12, 2 more on /k3/cmd_vel; rejected by the driver",
+        message="/rostopic_2 on 192.168.77.12, 2 more on /k3/cmd_vel; the driver has received no command",
     ),
     "commands of an unauthorised node that is gone": Fault(
         LAPTOP,

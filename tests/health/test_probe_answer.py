@@ -92,7 +92,13 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         ],
         "graph": None,
         "commands": [],
+        "command_types": [],
         "devices": ["/dev/swarm/k3"],
+        "launched": {},
+        "advertised": "192.168.77.11",
+        "restart_window": 600.0,
+        "images": {},
+        "clock": None,
     }
 
 

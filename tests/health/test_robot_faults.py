@@ -12,6 +12,7 @@ from tests.health.faults import K3_TOPICS, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
     EPUCK_PI,
     K3_PI,
+    NO_ADAPTER,
     RFCOMM,
     all_well,
     both,
@@ -57,15 +58,14 @@ FAULTS = {
     ),
     "no Bluetooth adapter, but a device": Fault(
         EPUCK_PI,
-        with_unit(RFCOMM, active="inactive", sub="dead", skipped=True),
+        with_unit(RFCOMM, **NO_ADAPTER),
         {f"unit {RFCOMM} on {EPUCK_PI}": ("skipped", [])},
         healthy=True,
+        message="is skipped: epuck-pi has no Bluetooth adapter hci0",
     ),
     "no Bluetooth adapter and no device": Fault(
         EPUCK_PI,
-        both(
-            with_unit(RFCOMM, active="inactive", sub="dead", skipped=True), with_device("epuck", exists=False)
-        ),
+        both(with_unit(RFCOMM, **NO_ADAPTER), with_device("epuck", exists=False)),
         {f"unit {RFCOMM} on {EPUCK_PI}": ("skipped", ["device epuck"])},
     ),
     "slow topic": Fault(

@@ -15,7 +15,7 @@ from swarmctl.health import collect as asking
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.observations import Answer
 from swarmctl.remote.transport import HostError, Kind, Target
-from tests.health.swarm_values import K3_PI, all_well, graph, with_device
+from tests.health.swarm_values import K3_PI, all_well, graph, nothing_deployed, with_device
 
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
 
@@ -101,3 +101,21 @@ def test_watching_prints_a_block_a_round(
 def test_rounds_come_no_closer_than_a_second(hosts: Hosts, leader_spec: Path) -> None:
     assert run(["status", str(leader_spec), "--watch", "--every", "0.1"]) == exit_codes.USAGE
     assert hosts.probed == []
+
+
+def test_a_host_without_a_release_names_the_deploy_to_run(
+    hosts: Hosts, leader_spec: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers = all_well()
+    bare = {K3_PI: nothing_deployed(answers[K3_PI])}
+    monkeypatch.setattr(asking, "ask", lambda *_, **__: bare)
+    assert run(["status", str(leader_spec), "--limit", K3_PI]) == exit_codes.UNHEALTHY
+    shown = capsys.readouterr().out
+    assert f"nothing is deployed\n    help: run swarmctl deploy {leader_spec} --limit {K3_PI}\n" in shown
+    assert run(["status", str(leader_spec), "--limit", K3_PI, "--json"]) == exit_codes.UNHEALTHY
+    document = json.loads(capsys.readouterr().out)
+    assert [host["deployed"] for host in document["hosts"]] == [False]
+    assert {one["cause"] for one in document["findings"] if one["state"] == "bad"} == {
+        None,
+        f"release {K3_PI}",
+    }

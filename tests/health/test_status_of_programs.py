@@ -10,27 +10,43 @@ import pytest
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.observations import Answer, MasterSeen, NodeSeen
+from swarmctl.health.observations import (
+    Answer,
+    EndedSeen,
+    ImageSeen,
+    LaunchedSeen,
+    MasterSeen,
+    NodeSeen,
+    TopicSeen,
+    UnitSeen,
+)
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
 from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.runner import load_swarm
-from swarmctl.views.status import table
+from swarmctl.views.status_table import table
 from tests import ROOT
 from tests.health.swarm_values import RUNNING
 
 SPEC = ROOT / "tests/render/programs.yaml"
 DECLARED = """\
-    publishes: [{topic: scan, type: sensor_msgs/LaserScan}]
+    publishes: [{topic: scan, type: sensor_msgs/LaserScan, rate: 10}]
     subscribes: [{topic: odom, type: nav_msgs/Odometry}]
+"""
+MEMORY = "    memory_mb: 300\n"
+LAUNCHED = """\
+    publishes: [{topic: map, type: nav_msgs/OccupancyGrid, rate: 1}]
+    subscribes: [{topic: /tf, type: tf2_msgs/TFMessage}]
 """
 
 
 @pytest.fixture(scope="module")
 def graph(tmp_path_factory: pytest.TempPathFactory) -> ExpectedGraph:
     spec = tmp_path_factory.mktemp("spec") / "swarm.yaml"
-    spec.write_text(SPEC.read_text("utf-8").replace("    memory_mb: 100\n", DECLARED), "utf-8")
+    spec.write_text(
+        SPEC.read_text("utf-8").replace("    memory_mb: 100\n", DECLARED).replace(MEMORY, LAUNCHED), "utf-8"
+    )
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
     releases = {
@@ -44,21 +60,34 @@ JOYSTICK = NodeSeen(
     True, True, "http://10.0.0.1:4001/", 1, "",
     {"/koala/cmd_vel": "geometry_msgs/Twist", "/k_3/cmd_vel": "geometry_msgs/Twist"}, {}, {}, None,
 )  # fmt: skip
+SCAN, GRID, TF = "sensor_msgs/LaserScan", "nav_msgs/OccupancyGrid", "tf2_msgs/TFMessage"
+MEASURED = TopicSeen(20, 10.0, 2.0, SCAN, "", 0.1)
 WANDER = replace(
     JOYSTICK, uri="http://10.0.0.2:4001/", publishes={"/k_3/laser": "sensor_msgs/LaserScan"},
-    subscribes={"/k_3/odom": "nav_msgs/Odometry"},
+    subscribes={"/k_3/odom": "nav_msgs/Odometry"}, topics={"/k_3/laser": MEASURED},
 )  # fmt: skip
+GMAPPING = replace(
+    JOYSTICK, publishes={"/map": GRID}, subscribes={"/tf": TF},
+    topics={"/map": TopicSeen(3, 1.0, 2.5, GRID, "", 0.5)},
+)  # fmt: skip
+MAPPING = LaunchedSeen({"/slam": GMAPPING}, ("/slam",), {}, "")
 MAP = "swarm-prog.map.service"
+NO_NODES = LaunchedSeen({}, (), {}, "")
 
 
-def about(program: str, graph: ExpectedGraph, *, units: Any = (), **nodes: NodeSeen) -> Finding:
+def about(
+    program: str, graph: ExpectedGraph, *, units: Any = (), launched: LaunchedSeen = MAPPING,
+    check: str = "program", **nodes: NodeSeen,
+) -> Finding:  # fmt: skip
     """What is found of a program when the hosts say so."""
-    (finding,) = (one for one in diagnose(graph, answers(graph, dict(units), nodes)).findings
-                  if one.program == program)  # fmt: skip
+    found = diagnose(graph, answers(graph, dict(units), nodes, launched)).findings
+    (finding,) = (one for one in found if (one.program, one.check) == (program, check))
     return finding
 
 
-def answers(graph: ExpectedGraph, units: dict[str, Any], nodes: dict[str, NodeSeen]) -> dict[str, Any]:
+def answers(
+    graph: ExpectedGraph, units: dict[str, Any], nodes: dict[str, NodeSeen], launched: LaunchedSeen = MAPPING
+) -> dict[str, Any]:
     seen = {"/joystick": nodes.get("joystick", JOYSTICK), "/k_3/wander": nodes.get("wander", WANDER)}
     return {
         host.name: Answer(
@@ -66,6 +95,7 @@ def answers(graph: ExpectedGraph, units: dict[str, Any], nodes: dict[str, NodeSe
             units={name: units.get(name, RUNNING) for name in host.release.units},
             master=MasterSeen(True, "", "run-1", 0.001),
             nodes=seen,
+            launched={MAP: launched},
         )
         for host in graph.hosts
     }
@@ -85,6 +115,12 @@ def test_the_nodes_of_programs_are_probed(graph: ExpectedGraph) -> None:
     assert "/joystick" in probed["laptop"]
     assert "/k_3/wander" in probed["pi"]
     assert "" not in probed["laptop"]
+
+
+def test_topics_with_a_rate_are_measured(graph: ExpectedGraph) -> None:
+    laptop, pi = (request(graph, host, 2.0) for host in graph.hosts)
+    assert {one["name"]: one["topics"] for one in pi["nodes"]}["/k_3/wander"] == {"/k_3/laser": 2.0}
+    assert laptop["launched"][MAP] == {"/map": 2.5, "/tf": 0.0}
 
 
 @pytest.mark.parametrize(
@@ -120,6 +156,22 @@ def test_an_optional_program_that_fails_is_a_warning(graph: ExpectedGraph) -> No
     assert finding.state is State.WARNING
 
 
+@pytest.mark.parametrize(
+    ("active", "sub", "result", "state", "words"),
+    [
+        ("active", "exited", "success", State.OK, "ended with exit code 0"),
+        ("active", "running", "success", State.OK, "runs"),
+        ("failed", "failed", "exit-code", State.BAD, "exit-code"),
+    ],
+)
+def test_status_checks_the_exit_code_of_a_oneshot(
+    active: str, sub: str, result: str, *, state: State, words: str, graph: ExpectedGraph
+) -> None:
+    seen = replace(RUNNING, active=active, sub=sub, result=result)
+    finding = about("calibrate", graph, units={"swarm-prog.calibrate.service": seen})
+    assert (finding.state, words in finding.message) == (state, True)
+
+
 def test_a_failed_program_explains_itself_once(graph: ExpectedGraph) -> None:
     failed = replace(RUNNING, active="failed", sub="failed", result="exit-code")
     found = diagnose(graph, answers(graph, {"swarm-prog.wander.service": failed}, {})).findings
@@ -133,4 +185,119 @@ def test_each_program_has_a_row_below_the_robots_of_its_host(graph: ExpectedGrap
     row = {line.split()[0]: line.split() for line in lines}
     assert row["joystick"][1:4] == ["ok", "running", "/joystick"]
     assert row["map"][1:3] == ["skipped", "skipped"]
+    assert row["wander"][3:] == ["/k_3/wander", "program", "laser", "10.0"]
     assert [line.split()[0] for line in lines[2:5]] == ["koala", "joystick", "map"]
+
+
+@pytest.mark.parametrize(
+    ("seen", "state", "words"),
+    [
+        (TopicSeen(8, 3.9, 2.0, SCAN, "", 0.1), State.BAD, "measured 3.9 Hz of 10"),
+        (TopicSeen(8, 3.9, 2.0, SCAN, "", 1.2), State.BAD, "of 10, the last message 1.2 s ago"),
+        (TopicSeen(0, None, 2.0, SCAN, ""), State.BAD, "no message in 2 s, 10 Hz expected"),
+        (TopicSeen(0, None, 2.0, SCAN, "connection refused"), State.BAD, "cannot be received"),
+        (MEASURED, State.OK, "measured 10.0 Hz of 10"),
+    ],
+)
+def test_a_topic_is_judged_as_that_of_a_robot(
+    seen: TopicSeen, state: State, words: str, graph: ExpectedGraph
+) -> None:
+    finding = about("wander", graph, check="topic", wander=replace(WANDER, topics={"/k_3/laser": seen}))
+    assert finding.state is state
+    assert words in finding.message
+
+
+def test_the_topic_of_a_launch_file_is_measured(graph: ExpectedGraph) -> None:
+    slow = replace(GMAPPING, topics={"/map": TopicSeen(2, 0.4, 5.0, GRID, "", 2.0)})
+    optional = about("map", graph, check="topic", launched=replace(MAPPING, nodes={"/slam": slow}))
+    assert optional.state is State.WARNING
+    assert "measured 0.4 Hz of 1" in optional.message
+
+
+@pytest.mark.parametrize(
+    ("launched", "state", "words"),
+    [
+        (replace(MAPPING, ended={"/once": EndedSeen("exit code 0", 4.0)}), State.OK, "runs"),
+        (replace(MAPPING, ended={"/gone": EndedSeen("exit code 0", 900.0)}), State.BAD,
+         "node /gone has ended (exit code 0) and is not started again"),
+        (replace(MAPPING, ended={"/gone": EndedSeen("exit code -9", 4.0)}), State.BAD,
+         "node /gone has ended (exit code -9)"),
+        (replace(MAPPING, ended={"/gone": EndedSeen("", None)}), State.WARNING, "node /gone has ended and"),
+        (replace(MAPPING, nodes={"/slam": replace(GMAPPING, alive=False, error="no answer")}), State.BAD,
+         "/slam is registered, but does not answer (no answer)"),
+        (replace(MAPPING, nodes={"/slam": replace(GMAPPING, uri="http://10.0.0.2:1/")}), State.BAD,
+         "/slam advertises 10.0.0.2 instead of 10.0.0.1"),
+        (replace(MAPPING, nodes={"/slam": replace(GMAPPING, publishes={})}), State.BAD,
+         "none of its nodes publishes /map"),
+        (replace(MAPPING, nodes={"/slam": replace(GMAPPING, publishes={"/map": TF})}), State.BAD,
+         "/map has type tf2_msgs/TFMessage instead of nav_msgs/OccupancyGrid"),
+        (replace(MAPPING, nodes={"/slam": replace(GMAPPING, subscribes={})}), State.WARNING,
+         "none of its nodes subscribes to /tf"),
+        (replace(MAPPING, error="no answer within 2 s"), State.UNKNOWN, "were not found: no answer"),
+        (replace(MAPPING, started=("/slam", "/a_script")), State.OK, "runs"),
+    ],
+)  # fmt: skip
+def test_a_problem_of_a_launched_node_is_reported(
+    launched: LaunchedSeen, state: State, words: str, graph: ExpectedGraph
+) -> None:
+    (program,) = (one for one in graph.hosts[0].programs if one.name == "map")
+    needed = replace(graph.hosts[0], programs=(replace(program, optional=False),))
+    finding = about("map", replace(graph, hosts=(needed, graph.hosts[1])), launched=launched)
+    assert finding.state is state
+    assert words in finding.message
+
+
+SEEING = "swarm-prog.seeing.service"
+IMAGE = "docker.io/library/seeing@sha256:" + "1" * 64
+LOOPS = replace(RUNNING, active="activating", sub="auto-restart", restarts=2, exit="exit code 1")
+
+
+def seeing(graph: ExpectedGraph, image: ImageSeen, unit: UnitSeen = RUNNING) -> Finding:
+    """What is found of a container when its image and its unit are so."""
+    seen = answers(graph, {SEEING: unit}, {})
+    seen["laptop"] = replace(
+        seen["laptop"], images={SEEING: image}, launched={MAP: MAPPING, SEEING: NO_NODES}
+    )
+    (finding,) = (one for one in diagnose(graph, seen).findings if one.program == "seeing")
+    return finding
+
+
+def test_the_images_of_containers_are_probed(graph: ExpectedGraph) -> None:
+    laptop, pi = (request(graph, host, 2.0)["images"] for host in graph.hosts)
+    assert laptop == {SEEING: {"engine": "podman", "image": IMAGE}}
+    assert pi == {}
+
+
+def test_a_container_without_its_image_is_never_well(graph: ExpectedGraph) -> None:
+    """Its unit runs for minutes while the engine pulls the image, or tries to."""
+    for unit in (RUNNING, LOOPS):
+        finding = seeing(graph, ImageSeen(False, "", "x86_64", ""), unit)
+        assert finding.state is State.BAD
+        assert finding.message == f"its image is not on host laptop: {IMAGE}"
+        assert f"on laptop: sudo podman pull {IMAGE}" in finding.hint
+
+
+@pytest.mark.parametrize(
+    ("built_for", "machine", "unit", "words"),
+    [
+        ("amd64", "x86_64", RUNNING, "runs"),
+        ("arm64", "x86_64", RUNNING, "runs"),  # an emulator runs it
+        ("amd64", "x86_64", LOOPS, "crash loop: restarted 2 times, last result exit code 1"),
+        ("arm64", "x86_64", LOOPS, "its image is built for arm64, and host laptop is x86_64: crash loop"),
+        ("amd64", "armv7l", LOOPS, "its image is built for amd64, and host laptop is armv7l: crash loop"),
+        ("arm", "aarch64", LOOPS, "crash loop"),
+        ("riscv64", "riscv64", LOOPS, "crash loop"),
+    ],
+)
+def test_an_image_for_another_machine_is_named_where_it_fails(
+    built_for: str, machine: str, unit: UnitSeen, words: str, graph: ExpectedGraph
+) -> None:
+    finding = seeing(graph, ImageSeen(True, built_for, machine, ""), unit)
+    assert finding.message.startswith(words)
+    assert (finding.state is State.OK) == (unit is RUNNING)
+
+
+def test_an_engine_that_does_not_answer_is_no_fault_while_it_runs(graph: ExpectedGraph) -> None:
+    silent = ImageSeen(False, "", "x86_64", "podman did not answer within 10 s")
+    assert seeing(graph, silent).state is State.OK
+    assert seeing(graph, silent, LOOPS).message.endswith("; podman did not answer within 10 s")

@@ -20,6 +20,7 @@ from tests.health.swarm_values import (
     EPUCK_PI,
     K3_PI,
     LAPTOP,
+    NO_ADAPTER,
     RFCOMM,
     UNIT,
     all_well,
@@ -45,7 +46,7 @@ def shown(outcomes: Mapping[str, Any]) -> Status:
 def healthy() -> dict[str, Any]:
     """As in the lab: no Bluetooth adapter, but a device all the same; a joystick, and a teleop in use."""
     answers = all_well()
-    answers[EPUCK_PI] = with_unit(RFCOMM, active="inactive", sub="dead", skipped=True)(answers[EPUCK_PI])
+    answers[EPUCK_PI] = with_unit(RFCOMM, **NO_ADAPTER)(answers[EPUCK_PI])
     answers[LAPTOP] = both(
         with_senders("koala", joystick="192.168.77.10"), with_senders("k3", teleop="192.168.77.10")
     )(answers[LAPTOP])
@@ -59,7 +60,17 @@ def intruded() -> dict[str, Any]:
     answers = all_well()
     answers[LAPTOP] = with_senders("k3", rostopic_77="192.168.77.12")(answers[LAPTOP])
     refuses = "refuses /rostopic_77 on 192.168.77.12: not among its commanders koala-laptop"
-    report = Report(1, f"standing still: no command yet; {refuses}", "nobody")
+    report = Report(1, f"standing still: no accepted command yet; {refuses}", "nobody", ("/rostopic_77",))
+    answers[K3_PI] = with_node("k3", report=report)(answers[K3_PI])
+    return answers
+
+
+def departed() -> dict[str, Any]:
+    """Somebody who may not command has tried to drive and has given up; a commander waited behind another."""
+    answers = all_well()
+    stranger = "/rostopic_77 on 192.168.77.12 (40 commands): not among its commanders koala-laptop"
+    rejected = ("/rostopic_77", "/keys")
+    report = Report(0, "standing still: no accepted command yet", "nobody", rejected, strangers=stranger)
     answers[K3_PI] = with_node("k3", report=report)(answers[K3_PI])
     return answers
 
@@ -96,9 +107,18 @@ def half_dead() -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("make", [healthy, outdated, intruded, sick, half_dead])
+@pytest.mark.parametrize("make", [healthy, outdated, intruded, departed, sick, half_dead])
 def test_the_picture_is_the_golden_one(make: Any, golden: Callable[[Path, str], None]) -> None:
     golden(GOLDEN / f"{make.__name__}.txt", f"{view.status(shown(make())).plain}\n")
+
+
+def test_what_is_unhealthy_stands_above_what_is_skipped() -> None:
+    answers = all_well()
+    skipped = with_unit("swarm-newswarm.master.service", active="inactive", sub="dead", skipped=True)
+    answers[LAPTOP] = skipped(answers[LAPTOP])
+    answers[K3_PI] = no_serial_port("k3")(answers[K3_PI])
+    text = view.status(shown(answers)).plain
+    assert text.index("✗ device k3") < text.index("- unit swarm-newswarm.master")
 
 
 def test_nothing_from_a_host_reaches_the_terminal_raw() -> None:
@@ -119,12 +139,13 @@ def test_nothing_from_a_host_reaches_the_terminal_raw() -> None:
 
 
 def test_many_symptoms_are_counted_not_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view, "MOST_SYMPTOMS", 3)
+    monkeypatch.setattr(view, "MOST_SYMPTOMS", 1)
     dead = both(with_master(reachable=False, error="connection refused"), changed(nodes={}))
     answers = {name: dead(answer) for name, answer in all_well().items()}
     text = view.status(shown({**answers, LAPTOP: dead(answers[LAPTOP])})).plain
-    assert text.count("was not checked") + text.count("does not answer") == 1 + view.MOST_SYMPTOMS
-    assert "    ... and 2 more\n" in text
+    assert "k3-pi, epuck-pi: http://192.168.77.10:11311 does not answer" in text
+    assert "was not checked" not in text
+    assert "    ... and 3 more\n" in text
 
 
 def test_the_json_form_says_the_same() -> None:
@@ -133,7 +154,8 @@ def test_the_json_form_says_the_same() -> None:
     assert [host["name"] for host in document["hosts"]] == [LAPTOP, K3_PI, EPUCK_PI]
     k3 = document["hosts"][1]["robots"][0]
     assert (k3["name"], k3["state"], k3["device_exists"]) == ("k3", "bad", False)
-    assert k3["topics"][0] == {"name": "/k3/odom", "type": "nav_msgs/Odometry", "rate": 0.0, "expected": 10.0}
+    odom = {"name": "/k3/odom", "type": "nav_msgs/Odometry", "rate": 0.0, "expected": 10.0, "age": None}
+    assert k3["topics"][0] == odom
     causes = {one["key"]: one["cause"] for one in document["findings"]}
     assert causes["topic /k3/odom of k3"] == "device k3"
     assert causes["device k3"] is None

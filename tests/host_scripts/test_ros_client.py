@@ -28,6 +28,7 @@ class Master:
 
     def __init__(self) -> None:
         self.run_id: str | None = "one"
+        self.use_sim_time = False
         self._server: SimpleXMLRPCServer | None = None
         self.port = 0
 
@@ -49,7 +50,8 @@ class Master:
             self._server = None
 
     def _parameter(self, caller: str, name: str) -> list[object]:
-        return [1, "", self.run_id] if name == "/run_id" and self.run_id else [-1, "not set", 0]
+        value = {"/run_id": self.run_id, "/use_sim_time": self.use_sim_time}.get(name)
+        return [1, "", value] if value else [-1, "not set", 0]
 
 
 class _Server(SimpleXMLRPCServer):
@@ -115,6 +117,19 @@ def test_a_program_that_is_not_there_is_named(master: Master) -> None:
 def test_with_forever_a_program_that_ends_has_failed(master: Master) -> None:
     with client(master, "--forever", *shell("exit 0")) as running:
         assert running.wait(PATIENCE) == 1
+
+
+def test_with_simulated_time_it_waits_for_the_parameter(
+    master: Master, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mark = tmp_path / "started"
+    monkeypatch.setenv("SWARM_USE_SIM_TIME", "1")
+    with client(master, "touch", str(mark)) as running:
+        time.sleep(1.5)
+        assert not mark.exists()
+        master.use_sim_time = True
+        assert running.wait(PATIENCE) == 0
+    assert mark.exists()
 
 
 def test_nothing_starts_before_the_master_has_its_run_id(tmp_path: Path) -> None:

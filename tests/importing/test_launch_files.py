@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from swarmctl.importing.known_drivers import driven_type
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog
 from tests.importing.drafts import data, draft, lab
 
-TYPES = load_catalog().types
+TYPES = with_protocol(load_catalog().types)
 
 
 @pytest.mark.parametrize(
@@ -187,6 +188,15 @@ def test_a_hostile_text_stays_a_text(text: str, tmp_path: Path) -> None:
     }
     (program,) = data(found)["programs"].values()
     assert set(program) <= {"host", "package", "executable", "params", "environment"}
+
+
+def test_braces_of_a_launch_file_are_no_placeholders(tmp_path: Path) -> None:
+    """A text in braces reaches its node as it stands in the launch file, through the placeholders."""
+    inner = '<param name="shape" value="{host} {{" /><env name="E" value="{robot}" />'
+    found = draft(lab(tmp_path, launch(f'<node pkg="p" type="t" name="n">{inner}</node>')))
+    program = data(found)["programs"]["n"]
+    assert program["params"] == {"shape": "{{host}} {{{{"}
+    assert program["environment"] == {"E": "{{robot}}"}
 
 
 def test_a_launch_file_above_the_limits_is_named(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from swarmctl.lab.lab_plan import LabPlan, plan_of
 from swarmctl.rules.runner import load_swarm
+from swarmctl.swarm.resolved import Swarm
 
 # A host with a user and one of root's, two networks, a robot on a cable and one on the radio.
 SPEC = """\
@@ -41,8 +42,12 @@ def changed(*changes: tuple[str, str]) -> str:
 
 
 def plan_of_text(folder: Path, text: str, name: str | None = None) -> LabPlan:
+    return plan_of(swarm_from(folder, text), name)
+
+
+def swarm_from(folder: Path, text: str) -> Swarm:
     spec = folder / "spec.yaml"
     spec.write_text(text)
     swarm, diagnostics = load_swarm(spec)
     assert swarm is not None, diagnostics
-    return plan_of(swarm, name)
+    return swarm

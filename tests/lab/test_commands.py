@@ -105,6 +105,15 @@ def test_a_host_boots_with_its_network_and_a_writable_disk(tmp_path: Path) -> No
     } <= set(argv)  # fmt: skip
 
 
+def test_a_host_with_containers_keeps_them_on_a_disk_of_their_own(tmp_path: Path) -> None:
+    host, place = plan_from(tmp_path).hosts[0], HostPaths(Path("/lab/hosts/alpha"))
+    plain = nspawn.nspawn_argv(host, place, Path("/run/netns/x"))
+    assert set(nspawn.nspawn_argv(host, place, Path("/run/netns/x"), None, ("podman",))) - set(plain) == {
+        "--system-call-filter=bpf", "--bind=/lab/hosts/alpha/containers:/var/lib/containers"
+    }  # fmt: skip
+    assert nspawn.nspawn_argv(host, place, Path("/run/netns/x"), None, ("docker",)) == plain
+
+
 def test_a_host_joins_its_cgroups_before_it_starts() -> None:
     found = nspawn.in_cgroups(("true", "a b"), (Path("/x"), Path("/y z")))
     assert found[:4] == ("sh", "-c", 'echo $$ > "$0/cgroup.procs" && exec "$@"', "/y z")

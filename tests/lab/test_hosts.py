@@ -148,7 +148,7 @@ def test_a_reboot_keeps_the_disk_and_the_devices(tiny: str) -> None:
         capture_output=True, timeout=PATIENCE, check=False,
     )  # fmt: skip
     wait_for(lambda: boots_of(tiny, "alpha") == boots + 1, complaint="alpha does not come back")
-    lab.start(tiny, "alpha", quiet)
+    lab.start(tiny, ["alpha"], quiet)
     assert on(tiny, "alpha", "cat kept") == "kept"
     assert on(tiny, "alpha", "cat /etc/machine-id") == key
     on(tiny, "alpha", f"python3 -c '{ASK_VERSION}'")
@@ -161,7 +161,7 @@ def test_a_host_that_powers_off_stays_off_until_it_is_started(tiny: str) -> None
     wait_for(lambda: state_of(tiny, "alpha") == "stopped", complaint="alpha does not go down")
     assert state_of(tiny, "beta") == "running", "beta went down too"
     assert boots_of(tiny, "alpha") == boots
-    lab.start(tiny, "alpha", quiet)
+    lab.start(tiny, ["alpha"], quiet)
     assert boots_of(tiny, "alpha") == boots + 1
     on(tiny, "alpha", "true")
 
@@ -173,7 +173,7 @@ def test_a_power_cut_runs_no_shutdown(tiny: str) -> None:
     assert state_of(tiny, "beta") == "stopped"
     assert not succeeds(tiny, "alpha", "ping -c1 -W1 10.91.1.2")
     lab.kill(tiny, "beta")  # once more: harmless
-    lab.start(tiny, "beta", quiet)
+    lab.start(tiny, ["beta"], quiet)
     assert not succeeds(tiny, "beta", "test -e /root/stopped")
 
 
@@ -186,7 +186,7 @@ def test_a_host_can_be_cut_off_all_networks_or_one(tiny: str) -> None:
     assert not succeeds(tiny, "alpha", "ping -c1 -W1 10.91.1.2")
     assert [one["hosts"] for one in lab.status(tiny)["networks"]] == [{"alpha": True, "beta": False}] * 2
     notes: list[str] = []
-    lab.start(tiny, "beta", notes.append)
+    lab.start(tiny, ["beta"], notes.append)
     assert notes == ["host beta: running, but its network is cut"]
     lab.join(tiny, "beta")
     reach(tiny, "alpha", "10.91.1.2")

@@ -9,7 +9,7 @@ import pytest
 
 from swarmctl.lab import paths
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.hosts import disks, image
+from swarmctl.lab.hosts import containers, disks, image
 from swarmctl.lab.hosts.disks import Accounts, Entry
 from swarmctl.lab.lab_plan import LabHost
 
@@ -30,6 +30,20 @@ def test_the_digest_depends_on_the_packages(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(image, "PACKAGES", (*image.PACKAGES, "cowsay"))
     assert image.digest() != before
     assert "cowsay" in next(word for word in image.bootstrap_argv(Path("/i")) if word.startswith("--include"))
+
+
+def test_a_lab_with_containers_has_an_image_with_their_engine() -> None:
+    assert containers.packages_of(["docker", "podman"]) == ("podman", "runc")  # no docker in a lab
+    assert containers.settings_of(["catkin"]) == {}
+    (settings,) = containers.settings_of(["catkin", "podman", "runc"]).values()
+    assert 'runtime = "runc"' in settings
+
+
+def test_the_digest_depends_on_the_settings_of_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, before = image.digest(), image.digest(("podman", "runc"))
+    monkeypatch.setattr(containers, "FILES", {"etc/other": "x"})
+    assert image.digest(("podman", "runc")) != before
+    assert image.digest() == plain
 
 
 @pytest.mark.parametrize("part", ["RECIPE", "SUITE", "MASKED", "BUILD_LEFTOVERS"])

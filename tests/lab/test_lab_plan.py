@@ -36,6 +36,14 @@ def test_hosts_have_the_addresses_of_the_spec(tmp_path: Path) -> None:
     assert (beta.address, beta.user, beta.port) == ("10.91.1.2", "root", 2222)
 
 
+def test_a_lab_has_the_engines_of_its_containers(tmp_path: Path) -> None:
+    look = 'programs: {look: {host: alpha, container: {image: "sha256:' + "1" * 64 + '"}}}\nlinks:'
+    plan = plan_from(tmp_path, ("links:", look))
+    assert plan.engines == ("podman",)
+    assert LabPlan.from_json(json.loads(json.dumps(plan.to_json()))) == plan
+    assert plan_from(tmp_path).engines == ()
+
+
 def test_interfaces_are_numbered_by_kind_in_the_order_of_the_links(tmp_path: Path) -> None:
     alpha, beta = plan_from(tmp_path).hosts
     assert alpha.interfaces == (
@@ -78,6 +86,17 @@ def test_hosts_without_a_network_get_an_uplink_per_subnet() -> None:
     assert plan.host("c").interfaces == (Interface("eth0", "uplink", "10.0.1.2/24"),)
 
 
+def test_hosts_known_by_a_name_get_a_free_address_of_their_network() -> None:
+    given = {"a": "10.0.1.1", "b": "b.local", "c": "c.local", "d": "d.local", "e": "e.local"}
+    plan = plan_of(swarm_of(given, wlan("air", "a", "b", "c"), wlan("far", "d", "e")))
+    assert [host.address for host in plan.hosts] == [
+        "10.0.1.1", "10.0.1.254", "10.0.1.253", "10.88.0.254", "10.88.0.253",
+    ]  # fmt: skip
+    assert [one.operator for one in plan.networks] == ["10.0.1.252/24", "10.88.0.252/24"]
+    assert dict(plan.aliases)["c.local"] == "10.0.1.253"
+    assert "a" not in dict(plan.aliases).values()
+
+
 def test_ipv6() -> None:
     plan = plan_of(swarm_of({"a": "fd00::1", "b": "fd00::2"}, wlan("air", "a", "b", subnet="fd00::/64")))
     assert plan.host("a").interfaces == (Interface("wlan0", "air", "fd00::1/64"),)
@@ -87,11 +106,6 @@ def test_ipv6() -> None:
 @pytest.mark.parametrize(
     ("swarm", "message", "fix"),
     [
-        (
-            swarm_of({"a": "a.local"}),
-            "host a: the address `a.local` is a name",
-            "give the host an IP address",
-        ),
         (swarm_of({"a": "10.0.0.1", "b": "10.0.0.1"}), "hosts a and b both have the address", "its own"),
         (
             swarm_of(
@@ -123,7 +137,7 @@ def test_ipv6() -> None:
             "rename the host",
         ),
     ],
-    ids=["name", "doubled", "overlap", "full", "several-subnets", "stray", "operator"],
+    ids=["doubled", "overlap", "full", "several-subnets", "stray", "operator"],
 )
 def test_a_swarm_that_is_impossible_in_a_lab(swarm: Swarm, message: str, fix: str) -> None:
     with pytest.raises(LabError) as refusal:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -69,6 +70,8 @@ def conversion_of(document: Document, mode: Mode) -> Conversion | None:
 def test_nothing_is_lost_there_and_back(name: str, mode: Mode, tmp_path: Path) -> None:
     path = tmp_path / "swarm.yaml"
     text = TEXTS[name]
+    if (folder := (ROOT / "examples" / name).parent).is_dir() and "/" in name:
+        shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     document = read(text, path)
     there = conversion_of(document, mode)
     if there is None:

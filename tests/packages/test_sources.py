@@ -25,14 +25,18 @@ ROS = {
     *("rospy", "rosgraph", "roslib"),
     *("diagnostic_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "tf2_msgs"),
 }
+DEBIAN = {"serial": "python3-serial", "yaml": "python3-yaml"}  # packages with another name than their module
 #: What each package may import beside the standard library and itself.
 MAY_IMPORT = {
     "agent": {"swarm_common"},
-    "common": set[str](),
-    "driver": {"swarm_common", "swarm_rosserial", "serial", "yaml", *ROS},
-    "multimaster": {"swarm_common", "yaml"},
+    "command": {"swarm_common", *ROS},
+    "common": {"yaml"},
+    "driver": {"swarm_command", "swarm_common", "swarm_rosserial", "serial", *ROS},
+    "gate": {"swarm_command", "swarm_common", *ROS},
+    "multimaster": {"swarm_common"},
     "ros1_probe": {"swarm_agent", "swarm_common"},
     "rosserial": set[str](),
+    "stand_in": ROS,
     "teleop": {"yaml", *ROS},
 }
 
@@ -43,14 +47,17 @@ def name_of(path: Path) -> str:
 
 @pytest.mark.parametrize("path", FILES, ids=name_of)
 def test_file_is_python_3_8_and_imports_what_a_robot_has(path: Path) -> None:
-    tree = ast.parse(path.read_text(), feature_version=(3, 8))
-    imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    imported |= {
-        node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) if not node.level
-    }
     package = path.relative_to(PACKAGES).parts[0]
     own = {f"swarm_{package}"}
-    assert {name.split(".")[0] for name in imported} <= STANDARD_LIBRARY | own | MAY_IMPORT[package]
+    assert imports_of(path) <= STANDARD_LIBRARY | own | MAY_IMPORT[package]
+
+
+def imports_of(path: Path) -> set[str]:
+    """The modules and packages at the top that a file imports."""
+    nodes = list(ast.walk(ast.parse(path.read_text(), feature_version=(3, 8))))
+    imported = {one.name for node in nodes if isinstance(node, ast.Import) for one in node.names}
+    imported |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}
+    return {name.split(".")[0] for name in imported}
 
 
 def python_3_8() -> str | None:
@@ -90,3 +97,11 @@ def test_package_manifest_is_valid_for_catkin(path: Path) -> None:
     assert warnings == []
     assert package.maintainers
     assert package.licenses == ["Apache-2.0"]
+
+
+@pytest.mark.parametrize("path", MANIFESTS, ids=name_of)
+def test_package_manifest_names_what_the_package_imports(path: Path) -> None:
+    """`rosdep install` and roswtf go by it; the folder of a release holds its `swarm_*` modules."""
+    found = {name for file in path.parent.rglob("*.py") for name in imports_of(file)}
+    needed = {DEBIAN.get(one, one) for one in found - STANDARD_LIBRARY if not one.startswith("swarm_")}
+    assert needed <= {one.name for one in parse_package_string(path.read_text()).exec_depends}

@@ -206,11 +206,29 @@ def test_a_unit_that_does_not_run_is_started(state: str) -> None:
     assert lines(reconcile(bundle(), running(bundle(), units=units))) == [f"start a.service: is {state}"]
 
 
-def test_a_unit_without_its_hardware_is_only_noted() -> None:
-    units = {"a.service": UnitState("inactive", skipped=True), "b.service": RUNS, "s.target": RUNS}
+@pytest.mark.parametrize(
+    ("place", "note"),
+    [
+        ("PathExists=/sys/class/bluetooth/hci1", "pi has no Bluetooth adapter hci1; connect it, or"),
+        ("FileIsExecutable=/usr/bin/rfcomm", "pi lacks /usr/bin/rfcomm; `swarmctl prepare` installs"),
+        ("PathExists=/etc/swarm/s/secrets/pin", "the secret pin is not on pi; write it to `secrets/pin`"),
+        ("PathExists=/dev/other", "/dev/other does not exist on pi; create it; then run swarmctl"),
+    ],
+)
+def test_a_condition_that_is_not_met_is_a_note(place: str, note: str) -> None:
+    skipped = UnitState("inactive", skipped=True, unmet=(f"Condition{place}",))
+    units = {"a.service": skipped, "b.service": RUNS, "s.target": RUNS}
     plan = reconcile(bundle(), running(bundle(), units=units))
     assert plan.steps == ()
-    assert plan.notes == ("a.service waits for hardware that is not connected",)
+    (shown,) = plan.notes
+    assert shown.startswith(f"a.service is skipped: {note}")
+
+
+def test_a_unit_whose_conditions_are_met_now_is_started() -> None:
+    units = {"a.service": UnitState("inactive", skipped=True), "b.service": RUNS, "s.target": RUNS}
+    plan = reconcile(bundle(), running(bundle(), units=units))
+    assert lines(plan) == ["start a.service: its conditions are met now"]
+    assert plan.notes == ()
 
 
 def test_an_interrupted_deploy_is_resumed() -> None:
@@ -255,6 +273,35 @@ def test_a_host_that_cannot_run_its_part_is_a_problem(
     )
 
 
+def test_a_file_for_another_machine_is_refused() -> None:
+    head = b"\x7fELF\x02\x01\x01" + bytes(9) + b"\x03\x00\xb7\x00"  # aarch64
+    node = File("packages/nav/lib/nav/node", head, 0o755, "packages.nav")
+    wanted = replace(bundle(), files=(*bundle().files, node))
+    assert reconcile(wanted, running(bundle(), facts=FIT | {"machine": "aarch64"})).problem is None
+
+    problem = reconcile(wanted, running(bundle(), facts=FIT | {"machine": "x86_64"})).problem
+
+    assert problem is not None
+    assert problem.message == "its machine is x86_64, and packages/nav/lib/nav/node is compiled for aarch64"
+    assert problem.hint == "build packages.nav for x86_64"
+
+
+def test_a_secret_that_nobody_has_stops_a_program_and_no_robot() -> None:
+    plain = bundle()
+    robot = replace(plain.units[0], secrets=("epuck-pin",))
+    web = Unit("web.service", ("params/a.yaml",), program="web", secrets=("web-token",))
+    wanted = replace(plain, units=(robot, *plain.units[1:], web), secrets=("epuck-pin", "web-token"))
+
+    unfit = reconcile(wanted, running(plain, secrets=dict.fromkeys(wanted.secrets, "missing"), facts=FIT))
+
+    assert unfit.problem is not None
+    assert unfit.problem.message == "program web needs the secret web-token, which is not on the host"
+    assert "`secrets/web-token` beside the spec" in unfit.problem.hint
+    fit = reconcile(wanted, running(plain, secrets={"epuck-pin": "missing", "web-token": "kept"}, facts=FIT))
+    assert fit.problem is None
+    assert ["epuck-pin" in note for note in fit.notes] == [True]
+
+
 def test_a_missing_ros_package_has_an_install_hint() -> None:
     needs = (package("fkie_master_sync"), package("joy"), workspace("/home/robot/ws"))
     wanted = replace(bundle(), requires=needs)
@@ -267,6 +314,7 @@ def test_a_missing_ros_package_has_an_install_hint() -> None:
         "it lacks the ROS package fkie_master_sync, a built ROS workspace in /home/robot/ws"
     )
     assert "`apt install ros-noetic-fkie-master-sync`" in problem.hint
+    assert "`multimaster: {provider: static}` in the spec: swarmctl's bridge needs no package" in problem.hint
     assert "catkin_make" in problem.hint
 
 

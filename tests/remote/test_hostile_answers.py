@@ -12,10 +12,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from swarm_agent.messages import ANSWERS
 
-from swarmctl.deploy import flash, rollout
+from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
 from swarmctl.health.observations import Answer
+from swarmctl.plan.host_needs import HostNeeds, Need
+from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.answer_check import DEEPEST, bounded, mismatch
@@ -27,7 +29,7 @@ RELEASE = bundle("1")
 PI = {"pi": Target("pi", "10.0.0.1", "root")}
 UNIT = {
     "load": "loaded", "active": "active", "sub": "running", "result": "success", "text": "",
-    "pid": 1, "restarts": 0, "skipped": False,
+    "pid": 1, "restarts": 0, "skipped": False, "unmet": [],
 }  # fmt: skip
 FACTS = {
     "hostname": "pi", "machine": "armv7l", "python": "3.8.10", "systemd": True, "uid": 0, "boot_id": "b",
@@ -45,7 +47,23 @@ FITTING: dict[str, Any] = {
     "remove": {"removed": True},
     "flash": {"runs": True, "logged": True},
     "probe": {"units": {"koala.service": UNIT}, "troubles": {}},
-}
+    "inventory": {
+        "facts": FACTS, "debian": {"chrony": "installed"}, "pip": {"crcmod": None}, "groups": ["dialout"],
+        "account": {"exists": True, "keys": True, "sudo": True, "groups": ["dialout"]},
+        "workspaces": {"/home/robot/ws": "built"}, "rosdep": {"tf": ["ros-tf"]}, "sources": [],
+        "images": [], "wireless": [],
+    },
+    "launch_files": {
+        "packages": {"nav": {"folder": "/opt/nav", "has": ["a"], "texts": {"a": ""}, "launch": []}},
+        "complete": True,
+    },
+    "prepare": {"step": "apt"},
+    "build_packages": {"platform": "bookworm-x86_64", "sizes": {"nav": 4}},
+    "fetch_build": {"data": "AAAA"},
+}  # fmt: skip
+NEEDS = HostNeeds(
+    "new", "pi", "root", "noetic", (Need("", ("chrony",), ("time",)),), {}, {"dialout": ("robots.k3",)}
+)
 
 
 class Session:
@@ -90,7 +108,12 @@ def outcomes(transport: Transport) -> dict[str, Any]:
     shown = graph()
     targets = {host.name: Target(host.name, "10.0.0.1", "root") for host in shown.hosts}
     probed = collect.ask(shown, targets, transport, window=0.1)[shown.hosts[0].name]
-    return {"observe": plan, "apply": deployed, "remove": removed, "flash": flashed, "probe": probed}
+    (looked,) = prepare.observe({"pi": NEEDS}, PI, transport)
+    (prepared,) = results(prepare.prepare({"pi": NEEDS}, PI, transport))
+    return {
+        "observe": plan, "apply": deployed, "remove": removed, "flash": flashed, "probe": probed,
+        "inventory": looked, "prepare": prepared,
+    }  # fmt: skip
 
 
 def results(events: Any) -> list[Any]:
@@ -102,9 +125,9 @@ def results(events: Any) -> list[Any]:
 
 
 def no_bug(found: dict[str, Any]) -> None:
-    plan = found["observe"]
-    assert isinstance(plan, HostPlan)
-    assert plan.problem is None or plan.problem.kind != Kind.BUG.value, plan.problem
+    for plan in (found["observe"], found["inventory"]):
+        assert isinstance(plan, HostPlan | HostPreparation)
+        assert plan.problem is None or plan.problem.kind != Kind.BUG.value, plan.problem
     for outcome in found.values():
         assert not isinstance(outcome, HostError) or outcome.kind is not Kind.BUG, outcome
 
@@ -142,6 +165,8 @@ def test_fitting_answers_give_values() -> None:
     assert found["flash"] == {"k3": flash.Flashed(True, True)}
     assert isinstance(found["probe"], Answer)
     assert found["observe"].problem is None
+    assert found["inventory"].fit
+    assert found["prepare"] == prepare.Prepared(())
     assert {verb for verb in ANSWERS if mismatch(FITTING[verb], ANSWERS[verb])} == set()
 
 

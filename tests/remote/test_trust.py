@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.remote.known_hosts import KnownHosts, fingerprint, read
+from tests import in_process
 from tests.remote import sshd as servers
 from tests.remote.sshd import Sshd
 from tests.timing import PATIENCE
@@ -49,15 +50,7 @@ def spec(tmp_path: Path, sshd: Sshd, home: Path) -> Path:
 
 
 def trust(spec: Path, home: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", RUN, str(spec), *options],
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "HOME": str(home), "NO_COLOR": "1"},
-        timeout=60,
-    )
+    return in_process.swarmctl("trust", str(spec), *options, env={"HOME": str(home), "NO_COLOR": "1"})
 
 
 def file(spec: Path) -> Path:
@@ -118,7 +111,7 @@ def test_a_changed_key_is_pinned_only_with_replace(spec: Path, home: Path, sshd:
 def test_an_unknown_host_and_an_absent_one(spec: Path, home: Path) -> None:
     unknown = trust(spec, home, "--host", "nobody")
     assert unknown.returncode == 1
-    assert "has no host nobody" in unknown.stderr
+    assert "no host or robot called `nobody`" in unknown.stderr
 
     (home / ".ssh/config").write_text(
         f"Host laptop\n HostName 127.0.0.1\n ProxyJump 127.0.0.1:{servers.free_port()}\n"

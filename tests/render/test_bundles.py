@@ -147,12 +147,14 @@ def test_every_need_and_every_link_is_a_file_of_the_bundle(rendered: Mapping[str
 
 def test_launch_files_are_xml_and_name_files_that_are_there(rendered: Mapping[str, Bundle]) -> None:
     for bundle in rendered.values():
+        home = f"{bundle.home}/current"
         paths = {file.path for file in bundle.files}
         for file in bundle.files:
             if file.path.endswith(".launch"):
                 for one in ET.fromstring(file.content).iter():
-                    for path in (one.get("file", "") + one.get("args", "").removeprefix("--config ")).split():
-                        assert path.removeprefix(f"{bundle.home}/current/") in paths
+                    named = (one.get("file", "") + one.get("args", "")).replace("$(dirname)/..", home)
+                    for path in set(named.split()) - {"--config", "-d"}:
+                        assert path.removeprefix(f"{home}/") in paths
 
 
 def test_no_unit_waits_for_network_online(rendered: Mapping[str, Bundle]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
@@ -11,15 +12,30 @@ from pathlib import Path
 
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from swarm_teleop import config as teleop_config
 
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit
+from swarmctl.render.quoting import render
 from swarmctl.rules.runner import load_swarm
 
 SPEC = Path(__file__).with_name("programs.yaml")
 GOLDEN = Path(__file__).parent / "golden/programs"
-PROGRAMS = ("joystick", "keys", "wander", "map")
+PROGRAMS = (
+    "joystick", "keys", "wander", "map", "record", "seeing", "set-up", "calibrate", "drive", "arm",
+)  # fmt: skip
+
+ANY_CHARACTER = st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters="\ufffe\uffff")
+UNIT_VALUES = {
+    "swarm": "s", "program": "p", "home": "/opt/swarm/s", "target": "t", "runtime": "r", "packages": (),
+    "user": "robot", "shipped": False, "container": "", "oneshot": False, "secrets": (), "memory_mb": None,
+}  # fmt: skip
+LAUNCH_VALUES = {
+    "home": "/opt/swarm/s", "program": "p", "group": "", "node": "p", "package": "a", "executable": "b",
+    "launch": None, "loaded": [], "arguments": [], "remap": [], "environment": [],
+}  # fmt: skip
 
 
 def rendered_of(spec: Path) -> Mapping[str, Bundle]:
@@ -110,9 +126,10 @@ def test_the_shipped_programs_read_their_own_parameters(
 def test_parameters_keep_type_and_text(rendered: Mapping[str, Bundle]) -> None:
     params = yaml.safe_load(files_of(rendered["pi"])["params/wander.yaml"].content)
     assert params == {
-        "speed": 0.1, "small": 1e-05, "on": True, "text": "deg(90) $(reboot)", "id": "007", "gain/p": 2
+        "speed": 0.1, "small": 1e-05, "on": True, "text": "deg(90) $(reboot)", "id": "007", "gain/p": 2,
+        "frames": {"odom": ["k_3/odom", "{x}"]},
     }  # fmt: skip
-    assert [type(value) for value in params.values()] == [float, float, bool, str, str, int]
+    assert [type(value) for value in params.values()][:6] == [float, float, bool, str, str, int]
 
 
 def test_launch_files_put_a_node_into_its_robots_namespace(rendered: Mapping[str, Bundle]) -> None:
@@ -122,7 +139,84 @@ def test_launch_files_put_a_node_into_its_robots_namespace(rendered: Mapping[str
     assert node is not None
     assert (node.get("pkg"), node.get("type"), node.get("name")) == ("wander", "wander.py", "wander")
     assert {one.get("name"): one.get("value") for one in group.iter("env")} == {
-        "LANG": "C.UTF-8", "NOTE": 'a "b" & c'
+        "LANG": "C.UTF-8", "NOTE": 'a "b" & c', "WHO": "k-3 on pi, {so}"
+    }  # fmt: skip
+
+
+def test_a_node_gets_the_words_of_its_command_line(rendered: Mapping[str, Bundle]) -> None:
+    (node,) = ET.fromstring(files_of(rendered["pi"])["launch/wander.launch"].content).iter("node")
+    assert shlex.split(node.get("args", "")) == ["--name", "a 'b' & \"c\"", "x:=1", ""]
+
+
+def test_words_reach_a_command_as_they_stand(rendered: Mapping[str, Bundle]) -> None:
+    unit = files_of(rendered["laptop"])["units/swarm-prog.record.service"].content.decode()
+    assert words_of_unit(unit)[-7:] == [
+        "rosbag", "record", "-a", "-O", "/var/bags/laptop of prog.bag", "--duration=100%", "$HOME{}"
+    ]  # fmt: skip
+
+
+def words_of_unit(unit: str) -> list[str]:
+    """What systemd makes of ExecStart (systemd.service(5)): it unquotes, and `%%` and `$$` are one."""
+    (line,) = (one for one in unit.splitlines() if one.startswith("ExecStart="))
+    return [one.replace("%%", "%").replace("$$", "$") for one in shlex.split(line.partition("=")[2])]
+
+
+@settings(deadline=None, max_examples=60)
+@given(words=st.lists(st.text(ANY_CHARACTER), min_size=1))
+def test_any_word_survives_the_unit_and_the_launch_file(words: list[str]) -> None:
+    unit = render("program.service", **UNIT_VALUES, command=words).decode()
+    assert words_of_unit(unit)[-len(words) :] == words
+    launch = [one for one in words if "$(" not in one]
+    node = ET.fromstring(render("program.launch", **LAUNCH_VALUES, words=shlex.join(launch))).find(".//node")
+    assert node is not None
+    assert shlex.split(node.get("args", "")) == launch
+
+
+def test_a_container_runs_by_its_digest_on_the_hosts_network(rendered: Mapping[str, Bundle]) -> None:
+    laptop = rendered["laptop"]
+    words = words_of_unit(files_of(laptop)["units/swarm-prog.seeing.service"].content.decode())
+    options, image = words[words.index("run") + 1 :], next(one for one in words if "@sha256:" in one)
+    assert options[options.index("--network") + 1] == "host"
+    assert options[options.index("--device") + 1] == "/dev/video0"
+    assert options[options.index("--stop-signal") + 1] == "SIGINT"
+    assert words[words.index(image) + 1 :] == ["rosrun", "seeing", "see", "--robot=koala"]
+    assert {"LANG=C.UTF-8", "ROS_NAMESPACE=/koala"} <= set(words)
+    assert "podman" in laptop.requires
+
+
+def test_a_container_of_podman_belongs_to_its_unit(rendered: Mapping[str, Bundle]) -> None:
+    unit = files_of(rendered["laptop"])["units/swarm-prog.seeing.service"].content.decode()
+    words = words_of_unit(unit)
+    assert words[words.index("--cgroups") + 1] == "split"
+    assert "Delegate=yes\n" in unit
+    assert "MemoryMax=1128M\n" in unit
+    assert "--memory" not in words
+
+
+def test_a_container_of_docker_has_its_limits_from_the_daemon(tmp_path: Path) -> None:
+    text = SPEC.read_text("utf-8").replace("container:\n", "container:\n      engine: docker\n")
+    (tmp_path / "swarm.yaml").write_text(text, "utf-8")
+    laptop = rendered_of(tmp_path / "swarm.yaml")["laptop"]
+    unit = files_of(laptop)["units/swarm-prog.seeing.service"].content.decode()
+    words = words_of_unit(unit)
+    assert words[words.index("--memory") + 1] == "1000m"
+    assert "--cgroups" not in words
+    assert "MemoryMax=" not in unit
+    assert "Delegate=" not in unit
+
+
+def test_a_oneshot_ends_and_stays_started(rendered: Mapping[str, Bundle]) -> None:
+    unit = files_of(rendered["pi"])["units/swarm-prog.set-up.service"].content.decode()
+    assert "RemainAfterExit=yes" in unit
+    assert "--forever" not in unit
+    assert "Restart=on-failure" not in unit
+
+
+def test_a_namespace_of_its_own_comes_before_the_robots(rendered: Mapping[str, Bundle]) -> None:
+    (group,) = ET.fromstring(files_of(rendered["pi"])["launch/arm.launch"].content)
+    assert group.get("ns") == "k_3/arm"
+    assert {one.get("name"): one.get("value") for one in group.iter("arg")} == {
+        "prefix": "k_3/arm/", "name": "{k}"
     }  # fmt: skip
 
 
@@ -130,7 +224,7 @@ def test_a_launch_file_gets_arguments(rendered: Mapping[str, Bundle]) -> None:
     (include,) = ET.fromstring(files_of(rendered["laptop"])["launch/map.launch"].content).iter("include")
     assert include.get("file") == "$(find gmapping)/launch/map.launch"
     assert {one.get("name"): one.get("value") for one in include} == {
-        "delta": "0.05", "frame": "map & more", "deep": "true"
+        "delta": "0.05", "frame": "map & more", "deep": "true", "name": "laptop"
     }  # fmt: skip
 
 

@@ -11,13 +11,14 @@ ROS_EXEC = ROOT / "templates/host/ros-exec"
 OWN, SYSTEM = "/opt/swarm/s/current/drivers", "/usr/share:/usr/lib"
 
 
-def environment(workspace: Path | None, *arguments: str) -> dict[str, str]:
+def environment(workspace: Path | None, *arguments: str, own: str = OWN, **variables: str) -> dict[str, str]:
     """What a program sees that is run with ``arguments``, in a swarm with this workspace."""
     given = {
         "PATH": "/usr/bin:/bin",
         "ROS_DISTRO": "nowhere",
         "ROS_MASTER_URI": "http://10.0.0.1:11311",
-        "ROS_PACKAGE_PATH": f"{OWN}:{SYSTEM}",
+        "ROS_PACKAGE_PATH": f"{own}:{SYSTEM}" if own else SYSTEM,
+        **variables,
     }
     if workspace is not None:
         given["SWARM_WORKSPACE"] = str(workspace)
@@ -39,6 +40,37 @@ def space(folder: Path) -> Path:
 def test_workspace_packages_come_between_swarm_and_system(tmp_path: Path) -> None:
     seen = environment(space(tmp_path / "devel").parent)
     assert seen["ROS_PACKAGE_PATH"] == f"{OWN}:{tmp_path}/devel/share:{SYSTEM}"
+
+
+def test_a_releases_own_packages_come_before_a_workspace(tmp_path: Path) -> None:
+    own = f"{OWN}:/opt/swarm/s/current/packages"
+    seen = environment(space(tmp_path / "devel").parent, own=own)
+    assert seen["ROS_PACKAGE_PATH"] == f"{own}:{tmp_path}/devel/share:{SYSTEM}"
+
+
+def test_modules_of_a_release_come_before_those_of_a_workspace(tmp_path: Path) -> None:
+    devel = space(tmp_path / "devel")
+    with (devel / "setup.sh").open("a") as file:
+        file.write('export PYTHONPATH="/ws/python${PYTHONPATH:+:$PYTHONPATH}"\n')
+    own = f"{OWN}/nav/src"
+    assert environment(tmp_path, PYTHONPATH=own)["PYTHONPATH"] == f"{own}:/ws/python"
+    assert environment(tmp_path)["PYTHONPATH"] == "/ws/python"
+
+
+def test_a_release_without_packages_leaves_the_workspace_first(tmp_path: Path) -> None:
+    seen = environment(space(tmp_path / "devel").parent, own="")
+    assert seen["ROS_PACKAGE_PATH"] == f"{tmp_path}/devel/share:{SYSTEM}"
+
+
+def test_the_last_of_several_workspaces_extends_the_others(tmp_path: Path) -> None:
+    for name in ("lower", "upper"):
+        (tmp_path / name / "devel").mkdir(parents=True)
+        (tmp_path / name / "devel/setup.sh").write_text(
+            f'export ROS_PACKAGE_PATH={tmp_path}/{name}:$ROS_PACKAGE_PATH SAW="$SAW<$*>"\n'
+        )
+    seen = environment(Path(f"{tmp_path}/lower {tmp_path}/none {tmp_path}/upper"))
+    assert seen["ROS_PACKAGE_PATH"].startswith(f"{OWN}:{tmp_path}/upper:{tmp_path}/lower:")
+    assert seen["SAW"] == "<><--extend>"
 
 
 def test_master_and_distribution_stay_those_of_the_swarm(tmp_path: Path) -> None:

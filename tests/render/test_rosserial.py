@@ -11,9 +11,10 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.rules.runner import load_swarm
 from tests import ROOT
+from tests.render.rendered import text_of
 
 GOLDEN = Path(__file__).parent / "golden/arduino-rover"
-FILES = ("launch/rover.launch", "units/swarm-rover.rover.service")
+FILES = ("launch/rover.launch", "params/rover.yaml", "units/swarm-rover.rover.service")
 UNIT = "swarm-rover.rover.service"
 
 
@@ -42,17 +43,12 @@ def rendered(spec: Path) -> Bundle:
     return bundles(swarm)["rover-pi"]
 
 
-def text_of(bundle: Bundle, path: str) -> str:
-    [file] = (one for one in bundle.files if one.path == path)
-    return file.content.decode()
-
-
 @pytest.mark.parametrize("path", FILES)
 def test_golden_of_rosserial_python(path: str, bundle: Bundle, golden: Callable[[Path, str], None]) -> None:
     golden(GOLDEN / "rosserial_python" / path, text_of(bundle, path))
 
 
-@pytest.mark.parametrize("path", [*FILES, "params/rover.yaml", "bin/keys"])
+@pytest.mark.parametrize("path", [*FILES, "bin/keys"])
 def test_golden_of_our_driver(path: str, ours: Bundle, golden: Callable[[Path, str], None]) -> None:
     golden(GOLDEN / path, text_of(ours, path))
 
@@ -68,11 +64,11 @@ def test_our_driver_needs_no_package_of_rosserial(ours: Bundle) -> None:
 def test_the_host_needs_rosserial_python_and_no_driver(bundle: Bundle) -> None:
     assert "package:rosserial_python" in bundle.requires
     assert "pyserial" not in bundle.requires
-    assert not [one.path for one in bundle.files if one.path.startswith(("drivers/", "params/rover"))]
+    assert not [one.path for one in bundle.files if one.path.startswith("drivers/")]
 
 
 def test_another_port_or_baud_restarts_it(bundle: Bundle) -> None:
     [unit] = (one for one in bundle.units if one.name == UNIT)
     assert unit.robot == "rover"
-    assert {"launch/rover.launch", "bin/ros-client", f"units/{UNIT}"} <= set(unit.needs)
+    assert {"launch/rover.launch", "params/rover.yaml", "bin/ros-client", f"units/{UNIT}"} <= set(unit.needs)
     assert "params/keys.yaml" not in unit.needs

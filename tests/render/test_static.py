@@ -16,6 +16,7 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.rules.runner import load_swarm
 from tests import ROOT
+from tests.render.rendered import text_of
 
 GOLDEN = Path(__file__).parent / "golden/static"
 MODES = ROOT / "tests/mode_conversion/modes"
@@ -38,10 +39,6 @@ def rendered(tmp_path: Path, mode: str, more: str = CROSSING) -> Mapping[str, Bu
     swarm, found = load_swarm(spec)
     assert swarm is not None, found
     return bundles(swarm)
-
-
-def text_of(bundle: Bundle, path: str) -> str:
-    return next(file.content.decode() for file in bundle.files if file.path == path)
 
 
 def params(bundle: Bundle) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from swarm_driver.config import parse
 
 from swarmctl.resources import templates
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import RobotSettings, merged
@@ -157,7 +158,7 @@ def test_limits_come_down_but_never_go_up():
 
 
 def test_the_link_may_set_another_baud_rate():
-    koala = load_catalog().types["koala"]
+    koala = with_protocol(load_catalog().types)["koala"]
     params = params_of(koala, robot="a", namespace="/a", port="/dev/x", settings=RobotSettings(), baud=38400)
     assert params["serial"]["baud"] == 38400
 

@@ -156,7 +156,7 @@ CONTRADICTIONS = [
     (
         LINE,
         (DEAD_MAN, actuator('max: 1, send: "L{index},{value}", reply: "l,1"')),
-        "first comma",
+        "first separator",
         '"l,1"',
     ),
     (LINE, (ODOM, f"{ODOM}\n  {IMU}"), "names each of 0, 1 and 2", "[0, 1, 1]"),

@@ -50,7 +50,7 @@ def actuator(fields: str) -> str:
         (BYTES, "{left:h} {right:h}", "{left:H} {right:H}", "holds 0 to 65535"),
         (BYTES, DEAD_MAN, actuator('max: 128, send: "b4 {index:b} {value:b}"'), "holds 127 at most"),
         (BYTES, DEAD_MAN, actuator('max: 128, send: "b4 {values:b}"'), "holds 127 at most"),
-        (LINE, DEAD_MAN, actuator('max: 1, send: "L{index},{value}", reply: "l,1"'), "up to its first comma"),
+        (LINE, DEAD_MAN, actuator('max: 1, send: "L{index},{value}", reply: "l,1"'), "its first separator"),
         (LINE, "wheel_separation: 0.08", "wheel_separation: 0.00001", "`wheel_separation` cannot be"),
         (LINE, "wheel_speed_max: 0.25", "wheel_speed_max: 1000", "`wheel_speed_max` cannot be"),
         (LINE, "mps: 1000,", "mps: 2000000000,", "`speed_units_per_mps` cannot be"),

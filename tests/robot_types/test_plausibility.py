@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.plausibility import (
     Doubt,
     doubts_about_calibration,
@@ -23,7 +24,7 @@ from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.spec.catalog import load_catalog
 from tests.robot_types.field_robots import FIELD, FieldRobot, as_type
 
-CATALOG = load_catalog().types
+CATALOG = with_protocol(load_catalog().types)
 BY_NAME = {one.name: one for one in FIELD}
 
 

@@ -6,10 +6,11 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.swarm.topics import MESSAGES, actuators_of
+from swarmctl.swarm.topics import MESSAGES, actuators_of, topic_of
 from tests import ROOT
 
 PAGE = ROOT / "docs/robots.md"
@@ -26,7 +27,7 @@ def rows(name: str, kind: RobotType) -> Iterator[str]:
     yield "\n| topic | message | default | what |\n|---|---|---|---|\n"
     for sensor, one in kind.sensors.items():
         rate = f"{rates[sensor]:g} Hz" if rates[sensor] else "off"
-        yield f"| `{sensor}` | {MESSAGES[one.kind]} | {rate} | {details(one)} |\n"
+        yield f"| `{topic_of(sensor, one.kind)}` | {MESSAGES[one.kind]} | {rate} | {details(one)} |\n"
     for actuator, message in actuators_of(kind).items():
         one = kind.actuators[actuator]
         yield f"| `{actuator}` | {message}, subscribed | | {', '.join(one.channels)}: 0 to {one.max} |\n"
@@ -75,7 +76,7 @@ def test_it_lists_all_that_is_estimated(golden: Callable[[Path, str], None]) -> 
 def test_its_tables_match_the_types(golden: Callable[[Path, str], None]) -> None:
     text = PAGE.read_text("utf-8")
     head, rest = text.split(BEGIN)
-    types = {name: one for name, one in load_catalog().types.items() if one.driver_protocol}
+    types = {name: one for name, one in with_protocol(load_catalog().types).items() if one.driver_protocol}
     made = "".join(row for name, one in sorted(types.items()) for row in rows(name, one))
     golden(PAGE, f"{head}{BEGIN}{made}\n{END}{rest.split(END)[1]}")
 

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import pytest
 import yaml
-from swarm_driver.authority import Authority, Sender
+from swarm_command.authority import Authority, Sender
 from swarm_driver.config import parse
 
 from swarmctl.render.driver_config import parameters
 from swarmctl.rules.runner import lint
 from swarmctl.spec.load import load
 from swarmctl.swarm.resolve import resolve
+from swarmctl.swarm.resolved import SwarmctlDriver
 
 SPEC = """\
 version: 1
@@ -64,7 +65,9 @@ def test_a_program_is_refused_by_the_rule_where_the_driver_refuses_it(
     refused = {one.code for one in lint(document)} & {"AUTH004"}
     swarm = resolve(document)
     program = swarm.programs["wander"]
-    config = parse(yaml.safe_load(parameters(swarm.robots["k3"])))
+    k3 = swarm.robots["k3"]
+    assert isinstance(k3.driver, SwarmctlDriver)
+    config = parse(yaml.safe_load(parameters(k3, k3.driver)))
     authority = Authority(config.commanders, config.command_timeout)
     admitted = authority.admits(Sender(program.node, swarm.hosts[program.host].address), 0.0)
     assert admitted is not bool(refused)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.context import RuleContext
 from swarmctl.rules.families.identity.rules import adapters_of_two_hosts, duplicate_devices
-from swarmctl.rules.runner import lint
+from swarmctl.rules.runner import lint, load_swarm
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from tests.timing import cpu_at_most
@@ -55,6 +58,43 @@ def codes(link: str) -> list[str]:
 def test_serial_numbers_that_are_none(serial: str, code: str) -> None:
     link = f'{{kind: serial, host: laptop, robot: koala, usb: {{serial: "{serial}"}}}}'
     assert codes(link) == ([code] if code else [])
+
+
+@pytest.mark.parametrize(
+    ("usb", "code"),
+    [
+        ("{path: 1-1.3}", ""),
+        ('{path: 1-1.3, vendor: 1a86, product: "7523"}', ""),
+        ('{vendor: 1a86, product: "7523"}', "LINK004"),
+        ('{serial: A1, vendor: 1a86, product: "7523"}', "DEV004"),
+        ("{serial: A1, vendor: 1a86, product: 55d4}", ""),
+    ],
+)
+def test_adapters_without_a_serial_number_have_a_port(usb: str, code: str) -> None:
+    assert codes(f"{{kind: serial, host: laptop, robot: koala, usb: {usb}}}") == ([code] if code else [])
+
+
+def test_the_udev_rule_of_a_port_names_no_serial_number(tmp_path: Path) -> None:
+    link = '{kind: serial, host: laptop, robot: koala, usb: {path: 1-1.3, vendor: 1a86, product: "7523"}}'
+    (tmp_path / "swarm.yaml").write_text(SPEC.replace("LINK", link))
+    swarm, _ = load_swarm(tmp_path / "swarm.yaml")
+    assert swarm is not None
+    files = {file.path: file.content.decode() for file in bundles(swarm)["laptop"].files}
+    by_port = (
+        'SUBSYSTEMS=="usb", KERNELS=="1-1.3", ATTRS{idVendor}=="1a86", ATTRS{idProduct}=="7523", SYMLINK+='
+    )
+    assert by_port in files["udev/60-swarm.rules"]
+    assert 'KERNEL=="1-1.3"' in files["udev/90-swarm.rules"]
+    assert "serial}" not in files["udev/60-swarm.rules"]
+
+
+def test_two_robots_in_one_port_are_an_error() -> None:
+    two = SPEC.replace("robots: {", "robots: {other: {type: koala, host: laptop}, ")
+    link = "{kind: serial, host: laptop, robot: NAME, usb: {path: 1-1.3}}"
+    links = ", ".join(link.replace("NAME", one) for one in ("koala", "other"))
+    document, problems = load_text(two.replace("LINK", links), "swarm.yaml", load_catalog())
+    assert document is not None, problems
+    assert [one.code for one in lint(document)] == ["ID002"]
 
 
 @pytest.mark.parametrize(

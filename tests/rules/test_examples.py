@@ -12,6 +12,7 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.rulebook import RuleText, example, rulebook
 from swarmctl.rules.runner import lint
 from swarmctl.spec.load import Document, load
+from swarmctl.swarm import names
 from swarmctl.swarm.resolve import resolve
 
 RULES = [rule for rule in rulebook().values() if rule.fails is not None]
@@ -61,5 +62,6 @@ def test_it_can_be_suppressed_unless_it_is_firm(rule: RuleText) -> None:
     swarm = resolve(document)
     made = bundles(swarm)
     for robot in swarm.robots.values():
-        drivers = [host for host, one in made.items() for unit in one.units if unit.robot == robot.name]
+        name = names.unit(swarm.name, robot.name)
+        drivers = [host for host, one in made.items() for unit in one.units if unit.name == name]
         assert drivers == [robot.host], "one driver, where the robot's line begins"

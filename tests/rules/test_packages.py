@@ -125,3 +125,23 @@ def test_hostile_launch_files_end_soon(tmp_path: Path) -> None:
     own.write_text(own.read_text() + lines)
     with cpu_at_most(2.0):
         load_checked(own)
+
+
+@pytest.mark.parametrize(("argument", "clash"), [('"{robot}"', False), ("cart", True)])
+def test_launch_files_have_the_arguments_of_each_robot(argument: str, clash: bool, tmp_path: Path) -> None:
+    """Two robots start a node with an absolute name, which an argument sets."""
+    carts = f"driver: {{package: carts, launch: cart.launch, args: {{name: {argument}}}}}"
+    types = f"types:\n  cart:\n    {carts}\n    kinematics: {{kind: none}}\n"
+    robots = (
+        "robots:\n  cart-1: {type: cart, host: koala-laptop}\n  cart-2: {type: cart, host: koala-laptop}\n"
+    )
+    text = SPEC.format(program="executable: go.py").replace("robots:\n", types + robots)
+    launch = (
+        '<launch><arg name="name" /><group ns="/$(arg name)">'
+        '<node pkg="carts" type="go" name="go" /></group></launch>'
+    )
+    write(
+        tmp_path,
+        {"swarm.yaml": text, "carts/package.xml": manifest("carts"), "carts/launch/cart.launch": launch},
+    )
+    assert ("PKG008" in codes(tmp_path / "swarm.yaml")) is clash

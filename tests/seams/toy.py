@@ -38,7 +38,9 @@ class Pebble:
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
         robots = " ".join(robot.name for robot in swarm.robots_on(host.name))
         file = File("pebble/robots.txt", f"{robots}\n".encode())
-        return Part((file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires=("pebbled",))
+        return Part(
+            (file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires={"pebbled": ("robots",)}
+        )
 
     def programs(self, swarm: Swarm, host: Host) -> Part:
         return Part(units=tuple(_unit(swarm, one.name, ()) for one in swarm.programs_on(host.name)))
@@ -70,6 +72,15 @@ class Pebble:
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         yield Listener(island.hub, 7400, "pebble's router", ("ros", "distro"))
+
+    def debian_packages(self, requirement: str) -> tuple[str, ...]:
+        return (f"pebble-{requirement}",)
+
+    def package_source(self, platform: str) -> str:
+        return ""
+
+    def packages_of_key(self, key: str, *, headers: bool) -> tuple[str, ...]:
+        return (f"pebble-{key}",)
 
     def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
         yield f"`pebble install {' '.join(missing)}`"

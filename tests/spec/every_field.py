@@ -85,7 +85,7 @@ def _of(annotation: Any, parts: tuple[Any, ...], owner: str) -> list[Node]:
     if origin in (Union, UnionType):
         kinds = [one for one in arguments if one is not type(None)]
         nodes = [node for one in kinds for node in _of(one, parts, owner)]
-        return nodes if nodes[0].entries else nodes[:1]
+        return nodes if all(map(_is_model, kinds)) else nodes[:1]
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return _of_model(annotation, owner)
     if origin in (dict, Mapping):
@@ -96,6 +96,12 @@ def _of(annotation: Any, parts: tuple[Any, ...], owner: str) -> list[Node]:
         ]
         return [Node(owner, entries=tuple((None, node) for _, node in kinds), parts=parts)]
     return [_scalar(annotation, parts, owner)]
+
+
+def _is_model(annotation: Any) -> bool:
+    while hasattr(annotation, "__metadata__"):
+        annotation = annotation.__origin__
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
 def _flat(parts: tuple[Any, ...]) -> tuple[Any, ...]:

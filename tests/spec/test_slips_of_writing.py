@@ -95,6 +95,7 @@ def test_a_slip_is_found_in_its_line_with_help(right: str, wrong: str, message: 
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
+        ("host: k3-pi\n    settings", "host: k3-pi\n    namespace: /lab/k-3\n    settings"),
         ("user: robot", "user: robot,"),
         ("user: robot", "user: robot;"),
         ("user: robot", "user: \u201crobot\u201d"),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from typing import Any
 
 from hypothesis import strategies as st
 
-from swarmctl.spec.catalog import Catalog
+from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.swarm.index import SwarmIndex
 
@@ -29,6 +30,8 @@ def swarms(draw: st.DrawFn) -> Data:
         data["hub"] = draw(host)
     if mode == "combined":
         data["islands"] = _islands(draw, hosts)
+    if mode in ("combined", "standalone"):
+        data["multimaster"] = {"provider": draw(st.sampled_from(("fkie", "static")))}
     data["hosts"] = {
         name: {"address": f"10.0.0.{number + 1}", "bluetooth": ["hci0"]} for number, name in enumerate(hosts)
     }
@@ -61,9 +64,14 @@ def swarms(draw: st.DrawFn) -> Data:
 
 def index_of(data: Data) -> SwarmIndex:
     """The index of a spec given as plain data."""
-    document, found = load_text(json.dumps(data), "random.yaml", Catalog())
+    document, found = load_text(json.dumps(data), "random.yaml", _catalog())
     assert document is not None, found
     return SwarmIndex(document)
+
+
+@cache
+def _catalog() -> Catalog:
+    return load_catalog()
 
 
 def _islands(draw: st.DrawFn, hosts: list[str]) -> Data:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from operator import mul
 
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_CODEC_BYTES, MAX_NODES
 from tests import ROOT
@@ -63,67 +65,82 @@ def small() -> Iterator[tuple[str, bytes]]:
     )
 
 
-def large() -> Iterator[tuple[str, bytes]]:
-    """As much as the limits allow, and more: each is to be refused, or read, within the same two seconds."""
+def large() -> Iterator[tuple[str, Callable[[], bytes]]]:
+    """As much as the limits allow, and more: each is to be refused, or read, within the same two seconds.
+
+    A function makes the content: together they are too much to keep.
+    """
     for name, piece in {
         "flow": b"[", "block": b"- ", "keys": b"? ", "mappings": b"{a: ", "lines": b"[\n", "tags": b"!x [",
         "anchors": b"&a [", "quotes": b'["]",',
     }.items():  # fmt: skip
-        yield f"deep-{name}", piece * 10_000
-    yield "deep-indented", b"".join(b" " * depth + b"a:\n" for depth in range(3_000))
-    yield "deep-dashes", b"\n".join(b" " * depth + b"-" for depth in range(3_000))
+        yield f"deep-{name}", partial(mul, piece, 10_000)
+    yield "deep-indented", lambda: b"".join(b" " * depth + b"a:\n" for depth in range(3_000))
+    yield "deep-dashes", lambda: b"\n".join(b" " * depth + b"-" for depth in range(3_000))
     layers = [f"b{n}: &b{n} [{', '.join([f'*b{n - 1}'] * 9)}]\n" for n in range(1, 40)]
-    yield "alias-bomb", ("b0: &b0 [x, x]\n" + "".join(layers)).encode()
-    layers = [f"b{n}: &b{n} {{p: *b{n - 1}, q: *b{n - 1}}}\n" for n in range(1, 60)]
-    yield "alias-bomb-of-mappings", ("b0: &b0 {p: x}\n" + "".join(layers)).encode()
-    yield "aliases", b"a: &a x\nb: [" + b"*a," * (MAX_BYTES // 3 - 10) + b"]\n"
-    yield "aliases-allowed", b"a: &a [x]\nb: [" + b"*a," * 99_000 + b"]\n"
-    yield "anchors", b"[" + b"".join(b"&a%d x," % n for n in range(MAX_NODES - 10)) + b"]"
-    yield "nodes", b"[" + b"a," * (MAX_BYTES // 2 - 10) + b"]"
-    yield "nodes-allowed", b"[" + b"a," * (MAX_NODES - 10) + b"]"
-    yield "empty-keys", b"{" + b"a," * (MAX_NODES // 2 - 10) + b"}"
-    yield "lists", b"[" + b"[]," * (MAX_NODES - 10) + b"]"
-    yield "mappings", b"[" + b"{}," * (MAX_NODES - 10) + b"]"
-    yield "same-key", b"a: 1\n" * (MAX_NODES // 2 - 10)
-    yield "pairs-of-keys", b"".join(b"k%d: 1\nk%d: 1\n" % (n, n) for n in range(MAX_NODES // 4 - 10))
-    yield "traps", b"a: [" + b"012," * (MAX_NODES - 10) + b"]"
-    yield "base-60", b"a: [" + b"10:00:52:14:33:11," * (MAX_NODES - 10) + b"]"
-    yield "one-scalar", b"a: " + b"x" * (MAX_BYTES - 10)
-    yield "one-wide-scalar", b"a: " + "\U0001f916".encode() * (MAX_BYTES // 4 - 10)
-    yield "one-quote", b'a: "' + b"\\x41" * (MAX_BYTES // 4 - 10) + b'"'
-    yield "one-comment", b"#" * (MAX_BYTES - 10)
-    yield "one-number", b"a: " + b"1" * (MAX_BYTES - 10)
-    yield "blank-lines", b"\n" * (MAX_BYTES - 10)
-    yield "blanks", b" " * (MAX_BYTES - 10)
-    yield "too-large", b"a" * (MAX_BYTES + 1)
-    yield "nothing-but-nul", b"\0" * (MAX_BYTES - 10)
-    yield "nul-late", b"\n" * (MAX_BYTES - 10) + b"\0"
-    yield "no-utf8", b"\xff" * (MAX_BYTES - 10)
-    yield "line-separators", "a: \u2028\n".encode() * 500_000
+    yield "alias-bomb", ("b0: &b0 [x, x]\n" + "".join(layers)).encode
+    pairs = [f"b{n}: &b{n} {{p: *b{n - 1}, q: *b{n - 1}}}\n" for n in range(1, 60)]
+    yield "alias-bomb-of-mappings", ("b0: &b0 {p: x}\n" + "".join(pairs)).encode
+    yield "aliases", lambda: b"a: &a x\nb: [" + b"*a," * (MAX_BYTES // 3 - 10) + b"]\n"
+    yield "aliases-allowed", lambda: b"a: &a [x]\nb: [" + b"*a," * 99_000 + b"]\n"
+    yield "anchors", lambda: b"[" + b"".join(b"&a%d x," % n for n in range(MAX_NODES - 10)) + b"]"
+    yield "nodes", lambda: b"[" + b"a," * (MAX_BYTES // 2 - 10) + b"]"
+    yield "nodes-allowed", lambda: b"[" + b"a," * (MAX_NODES - 10) + b"]"
+    yield "empty-keys", lambda: b"{" + b"a," * (MAX_NODES // 2 - 10) + b"}"
+    yield "lists", lambda: b"[" + b"[]," * (MAX_NODES - 10) + b"]"
+    yield "mappings", lambda: b"[" + b"{}," * (MAX_NODES - 10) + b"]"
+    yield "same-key", lambda: b"a: 1\n" * (MAX_NODES // 2 - 10)
+    yield "pairs-of-keys", lambda: b"".join(b"k%d: 1\nk%d: 1\n" % (n, n) for n in range(MAX_NODES // 4 - 10))
+    yield "traps", lambda: b"a: [" + b"012," * (MAX_NODES - 10) + b"]"
+    yield "base-60", lambda: b"a: [" + b"10:00:52:14:33:11," * (MAX_NODES - 10) + b"]"
+    yield "one-scalar", lambda: b"a: " + b"x" * (MAX_BYTES - 10)
+    yield "one-wide-scalar", lambda: b"a: " + "\U0001f916".encode() * (MAX_BYTES // 4 - 10)
+    yield "one-quote", lambda: b'a: "' + b"\\x41" * (MAX_BYTES // 4 - 10) + b'"'
+    yield "one-comment", lambda: b"#" * (MAX_BYTES - 10)
+    yield "one-number", lambda: b"a: " + b"1" * (MAX_BYTES - 10)
+    yield "blank-lines", lambda: b"\n" * (MAX_BYTES - 10)
+    yield "blanks", lambda: b" " * (MAX_BYTES - 10)
+    yield "too-large", lambda: b"a" * (MAX_BYTES + 1)
+    yield "nothing-but-nul", lambda: b"\0" * (MAX_BYTES - 10)
+    yield "nul-late", lambda: b"\n" * (MAX_BYTES - 10) + b"\0"
+    yield "no-utf8", lambda: b"\xff" * (MAX_BYTES - 10)
+    yield "line-separators", lambda: "a: \u2028\n".encode() * 500_000
     allow = b"# swarmctl: allow "
-    yield "suppressions", EXAMPLE.encode() + (allow + b"SET001 because\n") * 100_000
-    yield "unknown-suppressions", EXAMPLE.encode() + b"".join(allow + b"Z%d x\n" % n for n in range(130_000))
+    yield "suppressions", lambda: EXAMPLE.encode() + (allow + b"SET001 because\n") * 100_000
+    yield (
+        "unknown-suppressions",
+        lambda: EXAMPLE.encode() + b"".join(allow + b"Z%d x\n" % n for n in range(130_000)),
+    )
     line = "{version: 1, hosts: {" + "".join(f"\u5b57{n}: {{q: 1}}, " for n in range(40_000)) + "}}"
-    yield "one-wide-line-of-mistakes", line.encode()
+    yield "one-wide-line-of-mistakes", line.encode
     robots = MAX_NODES // 6 - 100
     head = HEAD.encode() + b"hosts: {h: {address: 10.0.0.1}}\nrobots:\n"
-    yield "wrong-robots", head + b"".join(b"  R%d: {a: 1, b: 2}\n" % n for n in range(robots))
-    yield "empty-robots", head + b"".join(b"  r%d: {}\n" % n for n in range(MAX_NODES // 2 - 100))
-    yield "unknown-hosts", head + b"".join(b"  r%d: {type: koala, host: x}\n" % n for n in range(robots))
-    yield "unknown-types", head + b"".join(b"  r%d: {type: kola, host: h}\n" % n for n in range(robots))
+    yield "wrong-robots", lambda: head + b"".join(b"  R%d: {a: 1, b: 2}\n" % n for n in range(robots))
+    yield "empty-robots", lambda: head + b"".join(b"  r%d: {}\n" % n for n in range(MAX_NODES // 2 - 100))
+    yield (
+        "unknown-hosts",
+        lambda: head + b"".join(b"  r%d: {type: koala, host: x}\n" % n for n in range(robots)),
+    )
+    yield (
+        "unknown-types",
+        lambda: head + b"".join(b"  r%d: {type: kola, host: h}\n" % n for n in range(robots)),
+    )
     yield (
         "robots-without-lines",
-        head + b"".join(b"  r%d: {type: koala, host: h}\n" % n for n in range(robots)),
+        lambda: head + b"".join(b"  r%d: {type: koala, host: h}\n" % n for n in range(robots)),
     )
     yield (
         "late-mistakes",
-        (
+        lambda: (
             head
             + b"".join(b"  r%d: {type: koala, host: h}\n" % n for n in range(100))
             + b"".join(b"  R%d: {a: 1, b: 2}\n" % n for n in range(robots - 200))
         ),
     )
-    yield "unknown-keys", HEAD.encode() + b"".join(b"k%d: 1\n" % n for n in range(MAX_NODES // 2 - 100))
+    yield (
+        "unknown-keys",
+        lambda: HEAD.encode() + b"".join(b"k%d: 1\n" % n for n in range(MAX_NODES // 2 - 100)),
+    )
 
 
 def trees() -> Mapping[str, Mapping[str, bytes]]:

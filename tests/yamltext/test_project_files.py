@@ -15,7 +15,7 @@ from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.rules.runner import load_checked
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_FILES, MAX_NODES
-from tests import ROOT
+from tests import ROOT, in_process
 from tests.yamltext.hostile_inputs import EXAMPLE, OWN_TYPE
 
 SECRET = "AKIA-not-for-the-log"
@@ -41,12 +41,8 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def validated(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """What ``validate`` prints in a process of its own, whose environment has the secret."""
-    return subprocess.run(
-        [sys.executable, "-m", "swarmctl", "validate", *arguments],
-        cwd=cwd, capture_output=True, text=True, check=False, timeout=60,
-    )  # fmt: skip
+def validated(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return in_process.swarmctl("validate", *arguments)
 
 
 IN_EVERY_FORMAT = """
@@ -54,6 +50,21 @@ from swarmctl.cli.app import run
 arguments = ["validate", "swarm.yaml", "-f", "over.yaml", "--format"]
 print([run([*arguments, form]) for form in ("human", "json", "sarif")])
 """
+
+
+def validated_in_every_format(*, own_process: bool) -> str:
+    """What ``validate`` prints in three formats; it finds an error in each."""
+    if own_process:  # its environment has the secret
+        ran = subprocess.run(
+            [sys.executable, "-c", IN_EVERY_FORMAT], capture_output=True, text=True, check=True, timeout=60
+        )
+        assert ran.stdout.endswith(f"{[exit_codes.ERROR] * 3}\n")
+        return ran.stdout + ran.stderr
+    runs = [
+        validated("swarm.yaml", "-f", "over.yaml", "--format", form) for form in ("human", "json", "sarif")
+    ]
+    assert [ran.returncode for ran in runs] == [exit_codes.ERROR] * 3
+    return "".join(ran.stdout + ran.stderr for ran in runs)
 
 
 PLACES = {
@@ -83,11 +94,7 @@ def test_no_byte_of_another_file_is_printed(place: str, target: str, lab: Path) 
     (lab / ".env").write_text(f"TOKEN={SECRET}\n")
     (lab / "robots/.env").write_text(f"TOKEN={SECRET}\n")
     replaced(lab, place, target)
-    ran = subprocess.run(  # of its own, for its environment has the secret
-        [sys.executable, "-c", IN_EVERY_FORMAT], capture_output=True, text=True, check=True, timeout=60
-    )
-    printed = ran.stdout + ran.stderr
-    assert ran.stdout.endswith(f"{[exit_codes.ERROR] * 3}\n")
+    printed = validated_in_every_format(own_process=target == "/proc/self/environ")
     assert printed.count("INC002" if place == "include" else "FILE004") >= 3
     assert SECRET not in printed
     assert "root:" not in printed
@@ -159,7 +166,10 @@ def bound(path: Path) -> None:
 def test_what_is_no_file_is_not_opened(place: str, made: Callable[[Path], None], lab: Path) -> None:
     (lab / PLACES[place]).unlink(missing_ok=True)
     made(lab / PLACES[place])
-    ran = validated("swarm.yaml", "-f", "over.yaml")
+    ran = subprocess.run(  # of its own, for opening a pipe waits
+        [sys.executable, "-m", "swarmctl", "validate", "swarm.yaml", "-f", "over.yaml"],
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
     if place == "key":
         assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
     else:

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
+from swarmctl.spec.link_model import Bluetooth
 from swarmctl.spec.load import Document, load, load_text
-from swarmctl.spec.model import Bluetooth
 from swarmctl.yamltext import edits, hostlist, ranges
 from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.hostlist import NoRange, Range
@@ -392,3 +392,19 @@ def test_ranges_of_ranges_end_soon(text: str) -> None:
         document, found = load_text(text, "swarm.yaml", CATALOG)
     assert document is None
     assert {"RANGE003", "YAML004", "YAML005", "YAML008"} & {one.code for one in found}
+
+
+@pytest.mark.parametrize(
+    ("names", "text"),
+    [
+        (["ep-01", "ep-02", "k3", "ep-04"], "ep-[01-02,04], k3"),
+        (["10.0.0.9", "10.0.0.10"], "10.0.0.[9-10]"),
+        (["desk"], "desk"),
+        (["a1-pi", "a2-pi", "b"], "a[1-2]-pi, b"),
+        ([], ""),
+        (["pi", "pi2", "pi3"], "pi, pi[2-3]"),
+        (["pi2", "pi"], "pi2, pi"),
+    ],
+)
+def test_names_are_written_as_ranges(names: list[str], text: str) -> None:
+    assert hostlist.written(names) == text

@@ -25,6 +25,10 @@ class Twist(Message):
     linear: Vector3
     angular: Vector3
 
+class TwistStamped(Message):
+    header: Header
+    twist: Twist
+
 class TwistWithCovariance(Message):
     twist: Twist
     covariance: Sequence[float]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import complete, console, exit_codes, options, selected
 from swarmctl.cli.verbs.driver_types import Folder, the_type
 
 if TYPE_CHECKING:
@@ -33,7 +33,11 @@ _RAISED = "the wheels must not touch the ground: the robot drives at its speed l
 def driver_test(
     name: Annotated[
         str,
-        typer.Argument(metavar="NAME", help="The robot type (see `driver list`); with --spec, the robot."),
+        typer.Argument(
+            metavar="NAME",
+            help="The robot type (see `driver list`); with --spec, the robot.",
+            autocompletion=complete.types,
+        ),
     ],
     port: Annotated[
         Path, typer.Option("--port", metavar="PORT", help="The serial port of the robot or of an emulator.")
@@ -81,11 +85,22 @@ def _confirm_lifted(name: str, yes: bool) -> None:
         console.fail("nothing was sent", "lift the robot, then run the same command again")
 
 
+def _foreign(name: str) -> tuple[str, str]:
+    """The error and the help for a robot that swarmctl's driver does not drive."""
+    return (
+        f"a ROS package drives `{name}`; `driver test` checks robots that swarmctl's driver drives",
+        "deploy it, then `swarmctl status` checks its topics",
+    )
+
+
 def _robot_of_type(shown: Shown, port: Path, baud: int | None) -> Examination:
     from swarmctl.conformance.driver_core import config_for
     from swarmctl.robot_types.codec_check import codec_beside
+    from swarmctl.robot_types.robot_type import RobotType
 
     module = codec_beside(Path(shown.source)).resolve()
+    if not isinstance(shown.type, RobotType):
+        console.fail(*_foreign(shown.name), code=exit_codes.USAGE)
     config = config_for(shown.type, shown.name, str(port), baud, str(module))
     return _on_the_bench(config, shown.type)
 
@@ -98,19 +113,15 @@ def _robot_of_swarm(spec: Path, name: str, port: Path, baud: int | None) -> Exam
     from swarmctl.conformance.driver_core import config_of
     from swarmctl.render.driver_config import parameters
     from swarmctl.robot_types.codec_check import codec_beside
-    from swarmctl.suggest import did_you_mean
+    from swarmctl.swarm.resolved import SwarmctlDriver
 
     swarm = console.read_spec(SpecFiles((spec,)))
-    robot = swarm.robots.get(name)
-    if robot is None:
-        console.fail(
-            f"there is no robot called `{name}` in {spec}",
-            *did_you_mean(name, swarm.robots, "the robots are"),
-            code=exit_codes.USAGE,
-        )
+    robot = swarm.robots[selected.one(swarm.candidates, name, "robots", "NAME")]
+    if not isinstance(robot.driver, SwarmctlDriver):
+        console.fail(*_foreign(robot.name), code=exit_codes.USAGE)
     module = codec_beside(spec.parent / "robots" / f"{robot.type_name}.yaml").resolve()
-    config = config_of(yaml.safe_load(parameters(robot)), str(port), baud, str(module))
-    return _on_the_bench(config, robot.type)
+    config = config_of(yaml.safe_load(parameters(robot, robot.driver)), str(port), baud, str(module))
+    return _on_the_bench(config, robot.driver.type)
 
 
 def _on_the_bench(config: Config, robot_type: RobotType) -> Examination:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import complete, console, exit_codes, options
 
 if TYPE_CHECKING:
     from swarmctl.views.robot_types import Shown
@@ -32,7 +32,12 @@ def list_(folder: Folder = Path(), json: options.Json = False) -> None:
 
 
 def show(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="The robot type (see `driver list`).")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="The robot type (see `driver list`).", autocompletion=complete.types
+        ),
+    ],
     folder: Folder = Path(),
     json: options.Json = False,
 ) -> None:
@@ -43,7 +48,9 @@ def show(
     if json:
         console.print_json({"v": 1, **view.detailed(shown)})
     else:
-        console.out().print(view.page(shown), end="")
+        page = view.page(shown)
+        page.rstrip()
+        console.show(page)
 
 
 def known_types(folder: Path) -> tuple[dict[str, Shown], bool]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes
+from swarmctl.cli import complete, console, exit_codes
 
 if TYPE_CHECKING:
     from swarmctl.lab.emulators import Robot
@@ -20,7 +20,11 @@ if TYPE_CHECKING:
 def emulate(
     type_name: Annotated[
         str | None,
-        typer.Argument(metavar="TYPE|FILE.py", help="The robot type (see --list), or your own emulator."),
+        typer.Argument(
+            metavar="TYPE|FILE.py",
+            help="The robot type (see --list), or your own emulator.",
+            autocompletion=complete.emulators,
+        ),
     ] = None,
     *,
     link: Annotated[
@@ -87,7 +91,8 @@ def _list_types(json: bool) -> None:
         print(json_format.dumps(found))
         return
     for one in found:
-        print(f"{one['type']:14}{one['title']}\n{'':14}--set {', '.join(one['settings'])}")
+        console.show(f"{one['type']:14}{one['title']}")
+        console.show(f"{'':14}--set {', '.join(one['settings'])}")
 
 
 def _title(robot: type[Robot]) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import complete, console, exit_codes, next_command, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.deploy.flash import Job
@@ -28,6 +28,14 @@ Core = Annotated[
     Path | None,
     typer.Option("--core", metavar="DIR", help="The Arduino core; by default that of Debian."),
 ]
+Robots = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="ROBOT",
+        help="Only the boards of these robots: rover-*, @group, !rover-3.",
+        autocompletion=complete.robots,
+    ),
+]
 BUILT = Path("build/firmware")
 PROGRAMMER = "arduino"  # the boot loader on a board's serial line, STK500 version 1
 SPEED = 115_200  # an UNO's boot loader; old ones have 57 600
@@ -36,7 +44,7 @@ SPEED = 115_200  # an UNO's boot loader; old ones have 57 600
 @firmware.command(epilog=exit_codes.epilog())
 def build(
     spec: options.Spec,
-    robot: Annotated[str | None, typer.Argument(metavar="ROBOT", help="Only this robot.")] = None,
+    robots: Robots = None,
     overlays: options.Overlays = None,
     out: Out = BUILT,
     core: Core = None,
@@ -45,7 +53,7 @@ def build(
     """Compile the sketch of every board that swarmctl programs; print its use of flash and RAM."""
     from swarmctl.views import firmware as view
 
-    chosen = _chosen(console.read_spec(spec), [robot] if robot else [])
+    chosen = _chosen(console.read_spec(spec), robots or [])
     made = {name: (sketch, _built(name, sketch, out, core)) for name, sketch in chosen.items()}
     if json:
         firmwares = [{"robot": name, **_entry(sketch, one)} for name, (sketch, one) in made.items()]
@@ -53,14 +61,13 @@ def build(
         return
     for name, (sketch, one) in made.items():
         console.out().print(view.built(name, sketch.digest, one))
+    next_command.advise("firmware flash", spec, *(robots or []))
 
 
 @firmware.command(epilog=exit_codes.epilog(exit_codes.HOSTS_FAILED, exit_codes.HOSTS_UNREACHABLE))
 def flash(
     spec: options.Spec,
-    robots: Annotated[
-        list[str] | None, typer.Argument(metavar="ROBOT", help="Only the boards of these robots.")
-    ] = None,
+    robots: Robots = None,
     overlays: options.Overlays = None,
     programmer: Annotated[
         str, typer.Option("--programmer", metavar="ID", help="The programmer; see `avrdude -c ?`.")
@@ -95,7 +102,11 @@ def flash(
             host = swarm.hosts[job.host]
             print(view.steps(job, f"{host.name} ({host.user}@{host.address})"))
         return
-    raise typer.Exit(_flash(jobs, options.targets(spec, swarm, lab=lab, lab_name=lab_name)))
+    code = _flash(jobs, options.targets(spec, swarm, lab=lab, lab_name=lab_name))
+    if code == exit_codes.OK:
+        limit = [next_command.selection(dict.fromkeys(job.host for job in jobs))]
+        next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
+    raise typer.Exit(code)
 
 
 def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, speed: int) -> Job:
@@ -104,6 +115,7 @@ def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, 
     from swarmctl.render.middleware import middleware_of
 
     robot = swarm.robots[name]
+    assert robot.line is not None  # it has a sketch of ours
     port = robot.line.path
     writing = avrdude.writing(name, made.hex.read_bytes(), port, programmer, speed)
     unit = middleware_of(swarm.distro).driver(swarm, robot).unit
@@ -151,8 +163,9 @@ def _wired(robot: Robot, sketch: Sketch) -> Path:
     from swarmctl.lab.emulators.uno import Motor
     from swarmctl.render.sketch import settings_of
 
-    assert robot.type.sketch is not None  # it has a sketch of ours
-    values = settings_of(robot, robot.type.sketch).values()
+    settings = settings_of(robot)
+    assert settings is not None  # it has a sketch of ours
+    values = settings.values()
     pins = ("encoder", "enable", "forward", "backward")
     left, right = (
         Motor(**{pin: values[side][pin] for pin in pins}, pulses=values["pulses_per_turn"])
@@ -163,18 +176,12 @@ def _wired(robot: Robot, sketch: Sketch) -> Path:
 
 
 def _chosen(swarm: Swarm, robots: Sequence[str]) -> dict[str, Sketch]:
-    """The sketches of ``robots``, or of all robots that have one; exits if a named robot has none."""
+    """The sketches of the selected robots, or of all that have one; exits if a named robot has none."""
     from swarmctl.render.sketch import sketch_of
-    from swarmctl.suggest import did_you_mean
 
-    for robot in robots:
-        if robot not in swarm.robots:
-            console.fail(
-                f"there is no robot called `{robot}`", *did_you_mean(robot, swarm.robots, "the robots are")
-            )
-    wanted = {name: swarm.robots[name] for name in robots or swarm.robots}
+    wanted = {name: swarm.robots[name] for name in selected.robots(swarm.candidates, robots, "ROBOT")}
     found = {name: sketch for name, one in wanted.items() if (sketch := sketch_of(one)) is not None}
-    without = [name for name in robots if name not in found]
+    without = [name for name in robots if name in swarm.robots and name not in found]
     if without or not found:
         who = f"robot `{without[0]}` has no" if without else "no robot of this swarm has a"
         console.fail(

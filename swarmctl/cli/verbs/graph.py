@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, options
+from swarmctl.cli import console, options, selected
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -42,9 +42,12 @@ def graph(
     budgets: Annotated[
         bool, typer.Option("--budgets", help="The load of lines, adapters, boards, hosts and networks.")
     ] = False,
+    details: options.Details = False,
     color: options.Color = None,
 ) -> None:
     """Show a swarm as a graph, or analyse it. The JSON output contains everything (docs/graph.md)."""
+    from rich.text import Text
+
     from swarmctl.swarm.index import SwarmIndex
 
     index = SwarmIndex(console.read_document(spec))
@@ -55,9 +58,14 @@ def graph(
     elif format_ is GraphFormat.JSON:
         console.print_json(_everything(index, path))
     else:
-        parts = _sections(index, path, impact=impact, paths=paths, budgets=budgets)
+        parts = _sections(index, path, impact=impact, paths=paths, budgets=budgets, details=details)
         for number, part in enumerate(parts):
-            console.out().print(*([""] if number else []), part, sep="\n")
+            if number:
+                console.out().print()
+            if isinstance(part, Text):
+                console.show(part)
+            else:
+                console.out().print(part)
 
 
 def _drawing(index: SwarmIndex, format_: GraphFormat) -> str:
@@ -69,7 +77,13 @@ def _drawing(index: SwarmIndex, format_: GraphFormat) -> str:
 
 
 def _sections(
-    index: SwarmIndex, path: tuple[str, str] | None, *, impact: bool, paths: bool, budgets: bool
+    index: SwarmIndex,
+    path: tuple[str, str] | None,
+    *,
+    impact: bool,
+    paths: bool,
+    budgets: bool,
+    details: bool,
 ) -> Iterator[RenderableType]:
     """The requested tables; without any, the swarm as a tree."""
     from swarmctl.analysis.budgets import budgets_of
@@ -81,11 +95,11 @@ def _sections(
     from swarmctl.views.graph import paths as paths_view
 
     if impact:
-        yield impact_view.table(impacts(index))
+        yield impact_view.table(impacts(index), details=details)
     if paths or path:
-        yield paths_view.paths(_paths(index, path))
+        yield paths_view.paths(_paths(index, path), details=details)
     if budgets:
-        yield from budgets_view.tables(budgets_of(index))
+        yield from budgets_view.tables(budgets_of(index), details=details)
     if not (impact or paths or path or budgets):
         yield overview.overview(diagram(index))
 
@@ -107,15 +121,12 @@ def _everything(index: SwarmIndex, path: tuple[str, str] | None) -> dict[str, ob
 def _paths(index: SwarmIndex, path: tuple[str, str] | None) -> tuple[CommandPath, ...]:
     """The path from the commander to the robot in ``path``, else the paths of all commands."""
     from swarmctl.analysis.command_paths import command_path, command_paths
-    from swarmctl.suggest import did_you_mean
+    from swarmctl.swarm.resolve import resolve
 
-    spec = index.spec
     if path is None:
         return command_paths(index)
-    commanders = (*spec.programs, *spec.hosts, *spec.robots)
-    ends = ((path[0], commanders, "program, host or robot"), (path[1], tuple(spec.robots), "robot"))
-    for name, known, what in ends:
-        if name not in known:
-            found = did_you_mean(name, known, "known names")
-            console.fail(f"--path: there is no {what} called `{name}`", *found)
-    return (command_path(index, *path),)
+    swarm = resolve(index.document)
+    first, robot = path
+    if first not in (*index.spec.programs, *index.spec.hosts, *index.spec.robots):
+        first = selected.one(swarm.candidates, first, "hosts", "--path FROM")
+    return (command_path(index, first, selected.one(swarm.candidates, robot, "robots", "--path TO")),)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from swarmctl.cli import console, exit_codes, file_writes
+from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from swarmctl.importing.drafting import Kind
@@ -42,14 +43,15 @@ def import_(
     except DraftError as error:
         problem, *help_lines = error.args
         console.fail(problem, *help_lines)
+    validate = SpecFiles((spec,)).command("validate")
     if out is None:
         print(found.text, end="", flush=True)
         console.err().print(str(found.counts))
-        console.err().print(f"write it with --out {spec}, then run: swarmctl validate {spec}")
+        console.err().print(f"write it with --out {spec}, then run: {validate}")
     else:
         file_writes.replace(out, found.text.encode())
         console.err().print(f"{out}: {found.counts}")
-        console.err().print(f"complete it, then run: swarmctl validate {out}")
+        console.err().print(f"complete it, then run: {validate}")
 
 
 def _kind(word: str) -> Kind | None:

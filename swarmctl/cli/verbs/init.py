@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes
+from swarmctl.cli import complete, console, exit_codes
+from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.verbs.schema import schema_files
 
 if TYPE_CHECKING:
@@ -27,7 +28,10 @@ def init(
     mode: Annotated[
         str,
         typer.Option(
-            "--mode", metavar="MODE", help="single-minded, leader, central, standalone or combined."
+            "--mode",
+            metavar="MODE",
+            help="single-minded, leader, central, standalone or combined.",
+            autocompletion=complete.modes,
         ),
     ] = "leader",
     robot: Annotated[
@@ -61,7 +65,8 @@ def init(
     _check(text, spec, catalog)
     _write({spec: text.encode(), **schema_files(folder / ".swarmctl")})
     console.out().print(f"{spec}: {len(robots)} robots, mode {mode}")
-    console.out().print(f"set your hosts and addresses in it, then run: swarmctl validate {spec}")
+    validate = SpecFiles((spec,)).command("validate")
+    console.out().print(f"set your hosts and addresses in it, then run: {validate}")
 
 
 def _robots(given: Sequence[str], catalog: Catalog) -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, file_writes, options
+from swarmctl.cli import console, exit_codes, file_writes, next_command, options
 
 
 def migrate(
@@ -64,3 +64,4 @@ def migrate(
         console.err().print(f"note: {line}", markup=False)
     done = "is now of" if write and changes else "would be of" if changes else "is already of"
     console.err().print(f"{spec}: {done} version {wanted}")
+    next_command.advise(*(("migrate", spec, "--write") if changes and not write else ("validate", spec)))

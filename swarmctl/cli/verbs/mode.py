@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, file_writes, options
+from swarmctl.cli import complete, console, exit_codes, file_writes, next_command, options
 
 if TYPE_CHECKING:
     from swarmctl.mode_conversion.convert import Conversion
@@ -34,20 +34,24 @@ def infer(spec: options.Spec, overlays: options.Overlays = None, json: options.J
         console.print_json({"v": 1, **modes, "because": list(found.because), "edit": edit})
     else:
         other = "" if same else f", but {declared.value} is declared"
-        console.out().print(f"the mode is {found.mode.value}{other}")
+        console.show(f"the mode is {found.mode.value}{other}")
         for line in found.because:
-            console.out().print(f"  {line}")
+            console.show(f"  {line}")
         if edit:
             console.out().print(f"\nedit to make it {declared.value}:\n\n{edit}", end="")
         if problem:
             console.err().print(f"no edit makes it {declared.value}: {problem}")
+        elif edit and len(spec.files) == 1:
+            next_command.advise("mode convert", spec, "--to", declared.value, "--write")
     raise typer.Exit(exit_codes.OK if same else exit_codes.ERROR)
 
 
 @mode.command(epilog=exit_codes.epilog())
 def convert(
     spec: options.Spec,
-    to: Annotated[str, typer.Option("--to", metavar="MODE", help="The new mode.")],
+    to: Annotated[
+        str, typer.Option("--to", metavar="MODE", help="The new mode.", autocompletion=complete.modes)
+    ],
     write: Annotated[
         bool, typer.Option("--write", help="Write the file; by default the edit is only shown.")
     ] = False,
@@ -67,6 +71,7 @@ def convert(
         console.err().print(f"note: {line}")
     for line in conversion.by_hand:
         console.err().print(f"by hand: {line}")
+    next_command.advise(*(("validate", spec) if write else ("mode convert", spec, "--to", to, "--write")))
 
 
 def _converted(document: Document, to: str) -> Conversion:

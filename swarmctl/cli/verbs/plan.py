@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, selected
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Set
 
+    from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.plan.plan import Plan
     from swarmctl.render.bundle import Bundle
 
@@ -33,35 +34,61 @@ def plan(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    details: options.Details = False,
     json: options.Json = False,
 ) -> None:
     """Show the steps of a deploy on each host, with their causes. Changes nothing."""
     from swarmctl.analysis.impact import impacts, single_points
     from swarmctl.render.build_bundle import bundles
     from swarmctl.swarm.index import SwarmIndex
-    from swarmctl.swarm.resolve import resolve
-    from swarmctl.views import plan as view
+    from swarmctl.views.equal_hosts import names_of
+    from swarmctl.views.plan import PlanView
 
     document = console.read_document(spec)
-    swarm = resolve(document)
+    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
-    wanted = {name: wanted[name] for name in options.chosen(wanted, limit)}
+    wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
     if offline:
         made = _offline(wanted, diff)
     else:
+        from swarmctl.deploy.launch_files_on_hosts import launch_files_of
         from swarmctl.deploy.rollout import observe
         from swarmctl.remote.ssh import SshTransport
 
         secrets = options.secrets(spec, wanted)
         targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-        made = observe(wanted, targets, SshTransport(), diff=diff, parallel=parallel, secrets=secrets)
+        made = observe(
+            wanted, targets, SshTransport(), diff=diff, parallel=parallel, secrets=secrets,
+            launch_files=launch_files_of(document),
+        )  # fmt: skip
     made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
     if json:
         console.print_json(made.to_json())
     else:
-        console.out().print(view.plan(made, diff=diff))
+        view = PlanView(names_of(swarm), diff=diff, details=details, width=console.columns())
+        console.out().print(view.text(made))
+        if not options.in_lab(lab, lab_name):
+            kinds = [host.problem.kind for host in made.problems if host.problem]
+            forgotten_lab.guess("plan", spec, swarm.name, kinds, limit)
+        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+        _advise(made, spec, where, in_lab=options.in_lab(lab, lab_name))
     optional = {host.name for host in swarm.hosts.values() if host.optional}
     raise typer.Exit(exit_code(made, optional, detailed_exitcode))
+
+
+def _advise(made: Plan, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
+    """What comes after a plan: keys to pin, hosts to prepare, a deploy, or a look at the running swarm."""
+    from swarmctl.plan.preflight import PREPARE_INSTALLS
+
+    kinds = {host.problem.kind for host in made.problems if host.problem}
+    if "host-key" in kinds and not in_lab:
+        next_command.advise("trust", spec, *where)
+    elif any(host.problem.hint.startswith(PREPARE_INSTALLS) for host in made.problems if host.problem):
+        next_command.advise("prepare", spec, *where)
+    elif made.changes:
+        next_command.advise("deploy", spec, *where)
+    elif not kinds:
+        next_command.advise("status", spec, *where)
 
 
 def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, options, rollout_output
+from swarmctl.cli import console, exit_codes, forgotten_lab, options, rollout_output, selected
 
 
 def remove(
@@ -17,6 +17,7 @@ def remove(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    details: options.Details = False,
     json: options.Json = False,
 ) -> None:
     """Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>."""
@@ -25,7 +26,7 @@ def remove(
     from swarmctl.remote.ssh import SshTransport
 
     swarm = console.read_spec(spec)
-    names = options.chosen(swarm.hosts, limit)
+    names = selected.hosts(swarm.candidates, limit)
     if not yes and not _confirmed(swarm.name, names):
         console.fail("nothing was removed", "answer `yes`, or use --yes in scripts")
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
@@ -36,13 +37,17 @@ def remove(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        rollout_output.report(found)
+        rollout_output.report(swarm, found, details=details)
     if not options.in_lab(lab, lab_name):
+        forgotten_lab.guess("remove", spec, swarm.name, rollout_output.errors(found), limit)
         with rollout_output.journal_warnings():
             for name, result in found.items():
                 if isinstance(result, rollout.Removed):
                     journal.forget(journal.folder(swarm.name), name)
-    raise typer.Exit(rollout_output.exit_code(found, interrupted=stop.requested))
+    code = rollout_output.exit_code(found, interrupted=stop.requested)
+    if not json and code not in (exit_codes.OK, exit_codes.INTERRUPTED):
+        rollout_output.advise_again("remove", spec, found, lab=lab, lab_name=lab_name)
+    raise typer.Exit(code)
 
 
 def _confirmed(swarm: str, names: list[str]) -> bool:
@@ -51,5 +56,7 @@ def _confirmed(swarm: str, names: list[str]) -> bool:
 
     if not (sys.stdin.isatty() and console.err().is_terminal):
         return False
-    question = f"Remove swarm {swarm} from {', '.join(names)}? (yes)"
+    from swarmctl.yamltext import hostlist
+
+    question = f"Remove swarm {swarm} from {hostlist.written(names)}? (yes)"
     return str(typer.prompt(question, default="no", err=True)) == "yes"

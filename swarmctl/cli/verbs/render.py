@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, options
+from swarmctl.cli import console, next_command, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
+    from swarmctl.swarm.resolved import Swarm
 
 _UNFINISHED = ".unfinished-"
 
@@ -23,11 +24,9 @@ def render(
     spec: options.Spec,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to.")],
     overlays: options.Overlays = None,
-    host: Annotated[
-        list[str] | None,
-        typer.Option("--host", "--limit", metavar="HOST", help="Only this host (repeatable)."),
-    ] = None,
+    host: options.HostOrLimit = None,
     force: Annotated[bool, typer.Option("--force", help="Write even if DIR contains other files.")] = False,
+    details: options.Details = False,
     json: options.Json = False,
 ) -> None:
     """Write the release of each host to DIR/HOST. DIR is new, empty, or contains an earlier render.
@@ -38,7 +37,7 @@ def render(
 
     swarm = console.read_spec(spec)
     wanted = bundles(swarm)
-    named = {name: wanted[name] for name in options.chosen(wanted, host)}
+    named = {name: wanted[name] for name in selected.hosts(swarm.candidates, host)}
     if not force and (foreign := _foreign_path(out)) is not None:
         console.fail(
             f"{foreign} was not written by swarmctl render",
@@ -52,7 +51,14 @@ def render(
         console.fail(
             f"cannot write {error.filename or out}: {error.strerror or error}", "choose another --out"
         )
-    _report(out, named, json=json)
+    _report(out, named, swarm, details=details, json=json)
+    if not json:
+        for name, bundle in named.items():
+            if bundle.unbuilt:
+                console.err().print(
+                    f"note: {name}: {', '.join(bundle.unbuilt)} left out, which `prepare` builds"
+                )
+        next_command.advise("plan", spec, *next_command.where(limit=host))
 
 
 def _foreign_path(out: Path) -> Path | None:
@@ -100,7 +106,11 @@ def _remove_gone(out: Path, wanted: Mapping[str, Bundle]) -> None:
             shutil.rmtree(one)
 
 
-def _report(out: Path, bundles: Mapping[str, Bundle], *, json: bool) -> None:
+def _report(out: Path, bundles: Mapping[str, Bundle], swarm: Swarm, *, details: bool, json: bool) -> None:
+    """Print a line for each host; one for more than a few with the same robot types and number of files."""
+    from swarmctl.views.equal_hosts import FEW, grouped, names_of
+    from swarmctl.yamltext import hostlist
+
     if json:
         hosts = {
             name: {"digest": bundle.digest, "files": len(bundle.files), "path": str(out / name)}
@@ -108,6 +118,14 @@ def _report(out: Path, bundles: Mapping[str, Bundle], *, json: bool) -> None:
         }
         console.print_json({"v": 1, "hosts": hosts})
         return
-    width = max(map(len, bundles), default=0)
-    for name, bundle in bundles.items():
-        console.out().print(f"{name:<{width}}  {bundle.digest}  {len(bundle.files)} files")
+    known = names_of(swarm)
+    groups = grouped(
+        bundles,
+        lambda name: (known[name].kind, len(bundles[name].files)),
+        alone=lambda group: details or len(group) <= FEW,
+    )
+    listed = [hostlist.written(group) for group in groups]
+    width = max(map(len, listed), default=0)
+    for names, group in zip(listed, groups, strict=True):
+        release = bundles[group[0]].digest if len(group) == 1 else "one each"
+        console.out().print(f"{names:<{width}}  {release:<16}  {len(bundles[group[0]].files)} files")

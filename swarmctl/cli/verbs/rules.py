@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console
+from swarmctl.cli import complete, console
 
 
 class RulesFormat(str, Enum):
@@ -35,7 +35,12 @@ def rules(
 
 
 def explain(
-    rule: Annotated[str, typer.Argument(metavar="ID", help="The id of the rule, as in a finding.")],
+    rule: Annotated[
+        str,
+        typer.Argument(
+            metavar="ID", help="The id of the rule, as in a finding.", autocompletion=complete.rule_ids
+        ),
+    ],
 ) -> None:
     """Explain one rule: what it finds, why it matters, how to fix it."""
     from swarmctl.rules.rulebook import rulebook
@@ -46,4 +51,6 @@ def explain(
     if found is None:
         near = did_you_mean(rule.upper(), rulebook(), "the rules are")
         console.fail(f"there is no rule `{rule}`", *near, "`swarmctl rules` lists them all")
-    console.out().print(view.explained(found), end="")
+    text = view.explained(found)
+    text.rstrip()
+    console.show(text)

@@ -21,7 +21,7 @@ def spec(
     ] = False,
     json: options.Json = False,
 ) -> None:
-    """Print the effective spec: overlays and includes merged, ranges expanded, defaults applied.
+    """Print the effective spec: files merged, ranges and selections expanded, defaults applied.
 
     The output is a spec of the same swarm. Your own types are still read from `robots/`.
     """
@@ -37,7 +37,9 @@ def spec(
     found = lint(document, found) if document else in_order(found)
     if document is None or has_errors(found):
         console.print_diagnostics(found)
-        console.err().print(human.verdict(checked(spec), passes=False))
+        wrong = checked(spec)
+        console.err().print(human.verdict(wrong, passes=False))
+        console.show_next(spec.fix_command(wrong.fixable, wrong.more_fixable), error=True)
         raise typer.Exit(exit_codes.ERROR)
     made = flat(document, [str(file) for file in spec.files[1:]])
     if json:

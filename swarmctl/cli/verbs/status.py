@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, selected
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
+    from rich.text import Text
+
     from swarmctl.health.swarm_health import Status
+    from swarmctl.remote.agent_client import Conversation
 
 Look = Callable[[], "Status"]
 
@@ -33,21 +36,28 @@ def status(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    details: options.Details = False,
     json: options.Json = False,
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
+    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    deploy = spec.command("deploy", *where)
     look = _look(spec, limit, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
     if watch and json:
         _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
     elif watch:
-        _watch(look, every)
+        _watch(look, every, details=details, deploy=deploy)
     seen = _observed(look)
     if json:
         console.print_json(seen.to_json())
     else:
         from swarmctl.views import status as view
 
-        console.out().print(view.status(seen))
+        console.out().print(view.status(seen, details=details, width=console.columns(), deploy=deploy))
+        if not options.in_lab(lab, lab_name):
+            kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
+            forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
+        _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
     raise typer.Exit(_exit(seen))
 
 
@@ -55,6 +65,7 @@ def _look(
     spec: SpecFiles, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
 ) -> Look:
     """A function that observes all hosts and diagnoses the swarm."""
+    from swarmctl.deploy.launch_files_on_hosts import launch_files_of
     from swarmctl.health import swarm_health as health
     from swarmctl.health.collect import ask
     from swarmctl.health.diagnosis import diagnose
@@ -62,22 +73,40 @@ def _look(
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
 
-    swarm = console.read_spec(spec)
+    document = console.read_document(spec)
+    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
     releases = {
         name: Release(wanted[name].digest, tuple(unit.name for unit in wanted[name].units))
-        for name in options.chosen(wanted, limit)
+        for name in selected.hosts(swarm.candidates, limit)
         if wanted[name].files
     }
     graph = expected_graph(swarm, releases)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    transport = SshTransport()
+    transport, launch_files = SshTransport(), launch_files_of(document)
+
+    def read(conversation: Conversation, host: str) -> None:
+        if launch_files is not None:
+            launch_files.read(conversation, wanted[host])
 
     def look() -> Status:
-        outcomes = ask(graph, targets, transport, window=window, parallel=parallel)
-        return health.status(graph, outcomes, diagnose(graph, outcomes))
+        outcomes = ask(
+            graph, targets, transport, window=window, parallel=parallel, also=read if launch_files else None
+        )
+        found = launch_files.findings() if launch_files else {}
+        return health.status(graph, outcomes, diagnose(graph, outcomes, found))
 
     return look
+
+
+def _advise(seen: Status, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
+    """What comes after a status: keys to pin, the deploy of a missing or old release, or another look."""
+    if any(one.check == "host-key" for one in seen.diagnosis.troubles) and not in_lab:
+        next_command.advise("trust", spec, *where)
+    elif any(cause.check == "release" for cause, _ in seen.diagnosis.explained()):
+        next_command.advise("plan", spec, *where)
+    elif not seen.diagnosis.healthy:
+        next_command.advise("status", spec, *where, "--watch")
 
 
 def _observed(look: Look) -> Status:
@@ -88,16 +117,19 @@ def _observed(look: Look) -> Status:
         return look()
 
 
-def _watch(look: Look, every: float) -> NoReturn:
+def _watch(look: Look, every: float, *, details: bool, deploy: str) -> NoReturn:
     """Print each round: in place on a terminal, elsewhere one block after the other."""
     from swarmctl.views import status as view
 
+    def text(seen: Status) -> Text:
+        return view.status(seen, details=details, width=console.columns(), deploy=deploy)
+
     if not console.out().is_terminal:
-        _each_round(look, every, lambda seen: console.out().print(view.status(seen), end="\n\n"))
+        _each_round(look, every, lambda seen: console.out().print(text(seen), end="\n\n"))
     from rich.live import Live
 
     with Live(console=console.out(), auto_refresh=False) as live:
-        _each_round(look, every, lambda seen: live.update(view.status(seen), refresh=True))
+        _each_round(look, every, lambda seen: live.update(text(seen), refresh=True))
 
 
 def _each_round(look: Look, every: float, show: Callable[[Status], None]) -> NoReturn:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, file_writes, options
+from swarmctl.cli import console, exit_codes, file_writes, next_command, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.remote.known_hosts import KnownHosts
     from swarmctl.remote.transport import HostError, Target
+    from swarmctl.swarm.resolved import Swarm
 
 PARALLEL = 32
 ADVICE = (
@@ -70,9 +71,7 @@ def _named(text: str, key: str) -> str:
 def trust(
     spec: options.Spec,
     overlays: options.Overlays = None,
-    host: Annotated[
-        list[str] | None, typer.Option("--host", metavar="HOST", help="Only this host (repeatable).")
-    ] = None,
+    host: options.HostOrLimit = None,
     replace: Annotated[
         bool, typer.Option("--replace", help="Also pin changed keys, of hosts that were re-flashed.")
     ] = False,
@@ -84,11 +83,12 @@ def trust(
     from swarmctl.remote.ssh import SshTransport
 
     swarm = console.read_spec(spec)
+    limit = host
     path = path_beside(spec.first)
     known = read_known_hosts(spec.first)
     ways, warnings = targets(swarm, known)
-    if unknown := sorted(set(host or ()) - set(reachable := _with_hops(ways.values()))):
-        console.fail(f"{spec} has no host {', '.join(unknown)}", f"its hosts are {', '.join(reachable)}")
+    if host:
+        host = _selected(swarm, host, _with_hops(ways.values()))
     for text in warnings:
         console.err().print(f"warning: {text}")
     elsewhere = known_elsewhere()
@@ -112,6 +112,17 @@ def trust(
             file_writes.replace(path, known.dump().encode(errors="surrogateescape"))
             console.out().print(f"pinned {len(fresh)} in {path}")
     _conclude(failed, refused)
+    if not set(limit or ()) - set(swarm.hosts):  # jump hosts of ~/.ssh/config are no hosts of a plan
+        next_command.advise("plan", spec, *next_command.where(limit=limit))
+    else:
+        next_command.advise("plan", spec)
+
+
+def _selected(swarm: Swarm, selections: Sequence[str], reachable: Iterable[str]) -> list[str]:
+    """The selected hosts, and the jump hosts of ~/.ssh/config that are named."""
+    jumps = [one for one in reachable if one in selections and one not in swarm.hosts]
+    others = [one for one in selections if one not in jumps]
+    return [*jumps, *(selected.hosts(swarm.candidates, others) if others else ())]
 
 
 def _with_hops(targets: Iterable[Target]) -> dict[str, Target]:
@@ -166,9 +177,17 @@ def _scan_all(
 
 
 def _judge(scanned: Sequence[Scanned], replaceable: set[str]) -> tuple[list[Scanned], list[Scanned]]:
-    """Print every key; return those to pin and those that are refused."""
+    """Print the keys, of many known ones only the hosts; return those to pin and those that are refused."""
+    from swarmctl.views.equal_hosts import FEW
+    from swarmctl.yamltext import hostlist
+
+    known = [one.target.host for one in scanned if one.state is State.KNOWN]
+    folded = known if len(known) > FEW else []
+    if folded:
+        console.show(f"{State.KNOWN.value:8} {len(folded)} hosts: {hostlist.written(folded)}")
     for one in scanned:
-        console.out().print("\n".join(one.lines()))
+        if one.target.host not in folded:
+            console.out().print("\n".join(one.lines()))
     changed = [one for one in scanned if one.state is State.CHANGED]
     replaced = [one for one in changed if one.target.host in replaceable]
     fresh = [one for one in scanned if one.state is State.NEW] + replaced

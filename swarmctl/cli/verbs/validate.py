@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, finding_output, options
+from swarmctl.cli import console, exit_codes, finding_output, next_command, options
 from swarmctl.cli import fix_output as fixes
 from swarmctl.cli.spec_fixes import checked
 
@@ -52,4 +52,13 @@ def validate(
     finding_output.show(
         report, finding_output.Format.JSON if json else form or finding_output.usual(), output, quiet=quiet
     )
+    for_people = (
+        not (json or quiet or form or output) and finding_output.usual() is finding_output.Format.HUMAN
+    )
+    if for_people and len(specs) == 1:
+        one = report.checked[0]
+        if report.passed:
+            next_command.advise("plan", specs[0])
+        else:
+            console.show_next(specs[0].fix_command(one.fixable, one.more_fixable), error=True)
     raise typer.Exit(exit_codes.OK if report.passed else exit_codes.ERROR)

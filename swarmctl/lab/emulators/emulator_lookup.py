@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.lab.emulators import TYPES, Robot
+from swarmctl.lab.emulators.silent_robot import SilentRobot
 from swarmctl.lab.emulators.simulated_boards import BOARD_SUFFIX, read_board
 from swarmctl.lab.emulators.user_robot import build_user_robot, load_robot_class
 
@@ -46,6 +47,8 @@ def build_robot(emulator: str, measured: Measured = NOT_MEASURED) -> Robot:
 
     The wheels of a board file are calibrated already. Raises ``UserRobotError`` for a wrong emulator file.
     """
+    if emulator == SilentRobot.type_name:
+        return SilentRobot()
     if emulator.endswith(BOARD_SUFFIX):
         return read_board(Path(emulator))
     robot = build_user_robot(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
 import struct
 import subprocess
@@ -14,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from swarmctl.lab.errors import LabError
+from swarmctl.resources import cache_folder
 
 SOURCE = Path(__file__).with_name("uno.c")
 _REQUEST = struct.Struct("<IIffII")
@@ -133,8 +133,7 @@ def program() -> str:
     if shutil.which("gcc") is None:
         raise LabError("gcc is missing; it compiles the simulated board", "sudo apt install gcc libc6-dev")
     source = SOURCE.read_bytes()
-    cache_home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    target = cache_home / "swarmctl" / f"uno-{hashlib.sha256(source).hexdigest()[:16]}"
+    target = cache_folder() / f"uno-{hashlib.sha256(source).hexdigest()[:16]}"
     if not target.exists():
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent) as folder:

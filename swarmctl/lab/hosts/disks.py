@@ -5,14 +5,19 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from swarmctl.lab.driver_stand_ins import StandIn
+from swarmctl.lab.driver_stand_ins import files as stand_ins_files
 from swarmctl.lab.errors import LabError
+from swarmctl.lab.hosts.containers import packages_of
 from swarmctl.lab.hosts.processes import run
 from swarmctl.lab.lab_plan import LabHost, Workspace
 from swarmctl.lab.paths import HostPaths
+
+Aliases = Sequence[tuple[str, str]]  # names with their addresses
 
 UID = 1000
 GROUPS = ("sudo", "dialout")
@@ -55,13 +60,21 @@ class Accounts:
 
 
 def entries(
-    host: LabHost, accounts: Accounts, host_key: str, authorized: str, machine_id: str
+    host: LabHost,
+    accounts: Accounts,
+    host_key: str,
+    authorized: str,
+    machine_id: str,
+    *,
+    aliases: Aliases = (),
 ) -> Iterator[Entry]:
     """Yields the host's own files; ``host_key`` is its private SSH key, ``authorized`` the public key of
     swarmctl.
     """
     yield Entry("etc/hostname", f"{host.name}\n")
-    yield Entry("etc/hosts", f"127.0.0.1\tlocalhost\n127.0.1.1\t{host.name}\n::1\tlocalhost ip6-localhost\n")
+    known = "".join(f"{address}\t{name}\n" for name, address in aliases)
+    local = f"127.0.0.1\tlocalhost\n127.0.1.1\t{host.name}\n::1\tlocalhost ip6-localhost\n"
+    yield Entry("etc/hosts", local + known)
     yield Entry("etc/machine-id", f"{machine_id}\n", 0o444)
     yield Entry("etc/ssh/ssh_host_ed25519_key", host_key, 0o600)
     root_login = "prohibit-password" if host.user == ROOT else "no"
@@ -105,6 +118,12 @@ def workspace_entries(workspace: Workspace) -> Iterator[Entry | Link]:
     yield Entry(SWARM_UNITS_DROP_IN, f"[Service]\nProtectHome=tmpfs\nBindReadOnlyPaths={bound}\n")
 
 
+def stand_in_entries(stand_ins: Iterable[StandIn]) -> Iterator[Entry]:
+    """Yields the files of a host's stand-ins."""
+    for one in stand_ins_files(stand_ins):
+        yield Entry(one.path, one.content, 0o755 if one.executable else 0o644)
+
+
 def write(upper: Path, image: Path, files: Iterable[Entry | Link]) -> None:
     """Writes ``files`` over the image. A folder that the image has too keeps its mode and owner."""
     for entry in files:
@@ -133,20 +152,37 @@ def _folders(upper: Path, image: Path, folder: Path, owner: int) -> None:
 
 
 def prepare(
-    host: LabHost, files: HostPaths, image: Path, authorized: str, workspace: Workspace | None = None
+    host: LabHost,
+    files: HostPaths,
+    image: Path,
+    authorized: str,
+    *,
+    workspace: Workspace | None = None,
+    stand_ins: Iterable[StandIn] = (),
+    aliases: Aliases = (),
+    engines: Sequence[str] = (),
 ) -> bool:
-    """Creates the disk of a host, atomically. Returns False if the host already has one."""
+    """Creates the disk of a host, atomically. Returns False if the host already has one.
+
+    ``engines``: of its containers, such as podman.
+    """
     if files.directory.exists():
         return False
     fresh = HostPaths(files.directory.with_name(f".{host.name}.new"))
     shutil.rmtree(fresh.directory, ignore_errors=True)
-    for folder in (fresh.upper, fresh.work, fresh.root, fresh.pts):
+    for folder in (
+        *(fresh.upper, fresh.work, fresh.root, fresh.pts),
+        *((fresh.containers,) if packages_of(engines) else ()),
+    ):
         folder.mkdir(parents=True)
     shutil.copystat(image, fresh.upper)
     key = fresh.directory / "host_key"
     generate_key(key, host.name)
-    own = entries(host, Accounts.of(image), key.read_text(), authorized, secrets.token_hex(16))
-    write(fresh.upper, image, (*own, *(workspace_entries(workspace) if workspace else ())))
+    own = entries(
+        host, Accounts.of(image), key.read_text(), authorized, secrets.token_hex(16), aliases=aliases
+    )
+    built = workspace_entries(workspace) if workspace else ()
+    write(fresh.upper, image, (*own, *built, *stand_in_entries(stand_ins)))
     key.unlink()
     fresh.directory.rename(files.directory)
     return True

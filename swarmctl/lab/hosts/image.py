@@ -1,4 +1,4 @@
-"""The disk image of all lab hosts: Debian with systemd, sshd and ROS 1. Cached by a digest of its recipe."""
+"""The disk image of lab hosts: Debian with systemd, sshd and ROS 1. Cached by a digest of its recipe."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from swarmctl.lab import paths
 from swarmctl.lab.errors import LabError
+from swarmctl.lab.hosts import containers
 from swarmctl.lab.hosts.processes import environment, isolated, require
 
 SUITE = "bookworm"
+DISTRIBUTION = "debian-12"  # as its os-release has it
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 RECIPE = 1  # increment it when ``finish`` changes
 PACKAGES = (
@@ -42,8 +45,15 @@ PACKAGES = (
     ),
     *("python3-diagnostic-msgs", "python3-tf2-msgs", "rospack-tools"),
     *("python3-std-srvs", "ros-std-srvs"),
+    *("python3-roswtf", "ros-robot-state-publisher"),  # what people look at a swarm with
     "avrdude",
     "ros-environment",  # used by the setup files of a workspace
+    *("libroscpp4d", "libtf1d", "python3-tf", "python3-actionlib"),  # loaded by nodes of a workspace
+)
+#: What a lab has besides if packages of its spec are built.
+COMPILERS = (
+    *("catkin", "g++", "make", "libroscpp-dev", "ros-message-generation", "ros-message-runtime"),
+    *("libstd-msgs-dev", "libgeometry-msgs-dev", "libsensor-msgs-dev", "libnav-msgs-dev", "libtf2-ros-dev"),
 )
 MASKED = (
     *("apt-daily.timer", "apt-daily-upgrade.timer", "e2scrub_all.timer", "dpkg-db-backup.timer"),
@@ -58,22 +68,37 @@ Progress = Callable[[str], None]
 Build = Callable[[Path, Progress], None]
 
 
-def digest() -> str:
-    """Returns the digest of the recipe, which names the image."""
-    recipe = [RECIPE, SUITE, PACKAGES, MASKED, BUILD_LEFTOVERS]
+def digest(more: tuple[str, ...] = ()) -> str:
+    """Returns the digest of the recipe, which names the image; ``more``: packages beside the usual ones."""
+    recipe: list[object] = [RECIPE, SUITE, (*PACKAGES, *more), MASKED, BUILD_LEFTOVERS]
+    if settings := containers.settings_of(more):
+        recipe.append(dict(settings))
     return hashlib.sha256(json.dumps(recipe).encode()).hexdigest()[:12]
 
 
-def bootstrap_argv(directory: Path) -> tuple[str, ...]:
+def bootstrap_argv(directory: Path, more: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Returns the mmdebstrap command."""
-    packages = ",".join(PACKAGES)
+    packages = ",".join((*PACKAGES, *more))
     return ("mmdebstrap", "--verbose", "--variant=minbase", f"--include={packages}", SUITE, str(directory))
 
 
-def ensure(progress_to: Progress) -> Path:
-    """Returns the path of the image, which is built if it is not in the cache. Raises ``LabError``."""
-    image = paths.cache() / f"image-{digest()}"
-    return image if image.is_dir() else build_once(image, build, progress_to)
+def ensure(progress_to: Progress, *, compilers: bool = False, engines: Sequence[str] = ()) -> Path:
+    """Returns the path of the image, which is built if it is not in the cache. Raises ``LabError``.
+
+    ``compilers``: an image of its own in which packages can be built; ``engines``: one that runs containers.
+    """
+    image = path(compilers=compilers, engines=engines)
+    more = _more(compilers, engines)
+    return image if image.is_dir() else build_once(image, partial(build, more=more), progress_to)
+
+
+def path(*, compilers: bool = False, engines: Sequence[str] = ()) -> Path:
+    """Returns where the image is that ``ensure`` builds."""
+    return paths.cache() / f"image-{digest(_more(compilers, engines))}"
+
+
+def _more(compilers: bool, engines: Sequence[str]) -> tuple[str, ...]:
+    return (*(COMPILERS if compilers else ()), *containers.packages_of(engines))
 
 
 def build_once(image: Path, make: Build, progress_to: Progress) -> Path:
@@ -95,15 +120,18 @@ def build_once(image: Path, make: Build, progress_to: Progress) -> Path:
     return image
 
 
-def build(directory: Path, progress_to: Progress) -> None:
+def build(directory: Path, progress_to: Progress, more: tuple[str, ...] = ()) -> None:
     """Bootstraps the image into an empty ``directory``, in about a minute. Raises ``LabError``."""
     require("mmdebstrap", "unshare", "setpriv")
     if not KEYRING.exists():
         raise LabError(
             "the keyring of the Debian archive is missing", "apt-get install debian-archive-keyring"
         )
-    _bootstrap(isolated(bootstrap_argv(directory)), progress_to)
+    _bootstrap(isolated(bootstrap_argv(directory, more)), progress_to)
     finish(directory)
+    for path, content in containers.settings_of(more).items():
+        (directory / path).parent.mkdir(parents=True, exist_ok=True)
+        (directory / path).write_text(content)
 
 
 def _bootstrap(argv: Sequence[str], progress_to: Progress) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from swarmctl.lab.hosts import containers
 from swarmctl.lab.lab_plan import LabHost, Workspace
 from swarmctl.lab.paths import HostPaths
 
@@ -67,9 +68,16 @@ def mount_argvs(image: Path, files: HostPaths) -> tuple[tuple[str, ...], ...]:
 
 
 def nspawn_argv(
-    host: LabHost, files: HostPaths, namespace: Path, workspace: Workspace | None = None
+    host: LabHost,
+    files: HostPaths,
+    namespace: Path,
+    workspace: Workspace | None = None,
+    engines: Sequence[str] = (),
 ) -> tuple[str, ...]:
-    """Returns the command that boots systemd in ``files``, with the network of ``namespace``."""
+    """Returns the command that boots systemd in ``files``, with the network of ``namespace``.
+
+    ``engines``: of its containers, such as podman.
+    """
     return (
         *("systemd-nspawn", "--quiet", "--register=no", "--keep-unit", "--boot", "--notify-ready=yes"),
         *("--directory", str(files.root), "--machine", host.name, f"--hostname={host.name}"),
@@ -77,6 +85,7 @@ def nspawn_argv(
         *("--console=passive", "--resolv-conf=off", "--timezone=off", "--link-journal=no"),
         f"--bind={files.pts}:{PTS_INSIDE}",
         *(f"--bind-ro={folder}" for folder in (workspace.folders if workspace else ())),
+        *containers.nspawn_options(files, engines),
     )
 
 

@@ -69,8 +69,8 @@ class Fkie:
         files = (release.ros_client(), *_files(swarm, island))
         return Part(
             files,
-            units=(_unit(swarm, files),),
-            requires=tuple(package(node.package) for node in _nodes(swarm, island)),
+            units=(_unit(swarm, host, files),),
+            requires={package(node.package): ("multimaster",) for node in _nodes(swarm, island)},
         )
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
@@ -96,12 +96,12 @@ def _files(swarm: Swarm, island: Island) -> tuple[File, ...]:
     )
 
 
-def _unit(swarm: Swarm, files: tuple[File, ...]) -> tuple[File, Unit]:
+def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> tuple[File, Unit]:
     """The unit; it waits for the master and restarts with it."""
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render(
         "multimaster.service",
-        **release.service_values(swarm),
+        **release.service_values(swarm, host),
         command=_command(swarm),
         runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
     )

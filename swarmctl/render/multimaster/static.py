@@ -49,7 +49,7 @@ class Static:
         """Returns the node, its parameters and its unit."""
         params = File(PARAMS, params_file(_parameters(swarm, host, island)), origin="multimaster")
         files = (params, *shipped_files.folder("multimaster"))
-        return Part(files, units=(_unit(swarm, files),))
+        return Part(files, units=(_unit(swarm, host, files),))
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
         """Returns the node, which reports the state of its bridges."""
@@ -60,9 +60,9 @@ class Static:
 STATIC: MultimasterProvider = Static()
 
 
-def _unit(swarm: Swarm, files: tuple[File, ...]) -> tuple[File, Unit]:
+def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> tuple[File, Unit]:
     name = names.unit(swarm.name, names.MULTIMASTER)
-    text = render("static.service", **release.service_values(swarm), params=PARAMS)
+    text = render("static.service", **release.service_values(swarm, host), params=PARAMS)
     file = File(f"units/{name}", text, origin="multimaster")
     return file, Unit(name, (file.path, *(one.path for one in files)))
 

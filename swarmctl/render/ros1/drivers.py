@@ -7,50 +7,68 @@ from typing import Any
 
 from swarmctl.render import shipped_files, sketch
 from swarmctl.render.bundle import File, Unit
-from swarmctl.render.driver_config import codec_path, parameters, params_path
+from swarmctl.render.driver_config import codec_path, parameters, params_path, type_params, urdf_path
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1 import rosserial_python
-from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, home, ros_client, service_values
+from swarmctl.render.ros1 import foreign_drivers, gate, robot_model
+from swarmctl.render.ros1.release import RUNNING, home, ros_client, service_values
 from swarmctl.robot_types.effective_settings import watchdog_of
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Host, RfcommLine, Robot, Swarm
+from swarmctl.swarm.resolved import ForeignDriver, Host, RfcommLine, Robot, Swarm, SwarmctlDriver
 
 
 def files(swarm: Swarm, host: Host) -> Iterator[File]:
     """Yields what the drivers of ``host`` need, their units aside."""
     robots = swarm.robots_on(host.name)
-    if not all(robot.foreign_sketch for robot in robots):
+    foreign = [isinstance(robot.driver, ForeignDriver) for robot in robots]
+    if not all(foreign):
         yield from shipped_files.folder("drivers")
-    if any(robot.foreign_sketch for robot in robots):
+    if any(foreign):
         yield ros_client()
+    if any(robot.gated for robot in robots):
+        yield from shipped_files.folder(gate.FOLDER)
     for robot in robots:
-        yield from _robot_files(swarm, robot)
+        yield from sketch.files(robot)
+        if isinstance(robot.driver, ForeignDriver):
+            yield from foreign_drivers.files(swarm, robot, robot.driver)
+            if robot.driver.gated:
+                yield from gate.files(swarm, robot, robot.driver)
+        else:
+            yield from _own_files(swarm, robot, robot.driver)
 
 
 def launch_file(swarm: Swarm, robots: Sequence[Robot]) -> File:
     """Returns the launch file with which people start all drivers of a host."""
-    text = render("swarm.launch", home=home(swarm), robots=[one.name for one in robots])
+    gates = [gate.launch_name(one) for one in robots if one.gated]
+    text = render("swarm.launch", home=home(swarm), names=[*gates, *(one.name for one in robots)])
     return File("launch/swarm.launch", text, origin="robots")
 
 
 def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
     """Yields the units of the drivers, in the order of the spec."""
-    common = service_values(swarm)
     for robot in swarm.robots_on(host.name):
         bound = isinstance(robot.line, RfcommLine)
-        line = names.unit(swarm.name, robot.name, "rfcomm") if bound else ""
-        yield _unit(swarm, robot, line, common)
+        values = {
+            **service_values(swarm, host),
+            "robot": robot.name,
+            "title": robot.type.title,
+            "line": names.unit(swarm.name, robot.name, "rfcomm") if bound else "",
+            "runtime": names.runtime_folder(swarm.name, robot.name),
+        }
+        if isinstance(robot.driver, ForeignDriver):
+            if robot.driver.gated:
+                yield gate.unit(swarm, robot, values)
+            yield foreign_drivers.unit(swarm, host, robot, robot.driver, values)
+        else:
+            yield _own_unit(swarm, robot, robot.driver, values)
 
 
-def _robot_files(swarm: Swarm, robot: Robot) -> Iterator[File]:
-    """The sketch, the launch file and the configuration of one robot."""
-    yield from sketch.files(robot)
-    if robot.foreign_sketch is not None:
-        yield rosserial_python.launch_file(robot)
-        return
-    yield File(params_path(robot), parameters(robot), origin=f"robots.{robot.name}")
-    if robot.codec:
-        yield File(codec_path(robot), robot.codec, origin=f"types.{robot.type_name}")
+def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[File]:
+    """The launch file and the configuration of swarmctl's driver."""
+    yield File(params_path(robot), parameters(robot, driver), origin=f"robots.{robot.name}")
+    urdf = robot.urdf.content if robot.urdf is not None else robot_model.urdf(type_params(robot, driver))
+    yield File(urdf_path(robot), urdf, origin=f"robots.{robot.name}")
+    if driver.codec:
+        yield File(codec_path(robot), driver.codec, origin=f"types.{robot.type_name}")
     launch = render(
         "robot.launch",
         group=robot.namespace[1:],
@@ -58,31 +76,19 @@ def _robot_files(swarm: Swarm, robot: Robot) -> Iterator[File]:
         home=home(swarm),
         robot=robot.name,
     )
-    yield File(_launch_path(robot), launch, origin=f"robots.{robot.name}")
+    yield File(foreign_drivers.launch_path(robot), launch, origin=f"robots.{robot.name}")
 
 
-def _unit(swarm: Swarm, robot: Robot, line: str, common: dict[str, Any]) -> tuple[File, Unit]:
+def _own_unit(
+    swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any]
+) -> tuple[File, Unit]:
     name = names.unit(swarm.name, robot.name)
-    values = {
-        **common,
-        "robot": robot.name,
-        "title": robot.type.title,
-        "line": line,
-        "runtime": names.runtime_folder(swarm.name, robot.name),
-    }
-    if robot.foreign_sketch is not None:
-        file = rosserial_python.unit_file(swarm.name, robot, robot.foreign_sketch, values)
-        return file, Unit(name, (file.path, *RUNNING, ROS_CLIENT, _launch_path(robot)), robot=robot.name)
     text = render(
         "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
-        watchdog=f"{watchdog_of(robot.type, robot.baud or robot.type.link.baud, robot.settings):.3g}",
+        watchdog=f"{watchdog_of(driver.type, driver.baud, robot.settings):.3g}",
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped_files.folder("drivers"))
-    codec = (codec_path(robot),) if robot.codec else ()
-    needs = (file.path, *RUNNING, params_path(robot), *codec, *drivers)
+    codec = (codec_path(robot),) if driver.codec else ()
+    needs = (file.path, *RUNNING, params_path(robot), urdf_path(robot), *codec, *drivers)
     return file, Unit(name, needs, robot=robot.name)
-
-
-def _launch_path(robot: Robot) -> str:
-    return f"launch/{robot.name}.launch"

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from swarmctl.render.middleware import ExpectedDriver, ExpectedNode
+from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, ExpectedNode
+from swarmctl.render.ros1.gate import REPORTS as GATE_REPORTS
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Program, Robot, Swarm
+from swarmctl.swarm.resolved import ForeignDriver, Program, Robot, Swarm, SwarmctlDriver
 from swarmctl.swarm.topics import (
-    COMMAND,
-    COMMAND_TYPE,
     DIAGNOSTICS,
     DIAGNOSTICS_TYPE,
     DriverTopic,
-    driver_topics,
+    sendable,
 )
 
 #: Topics without a namespace that ROS itself or every driver publishes.
@@ -32,17 +31,37 @@ def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
     """Returns the node of a driver, whichever of the drivers it is."""
     return ExpectedDriver(
         unit=names.unit(swarm.name, robot.name),
-        node=robot.driver_node,
+        node=_node(robot),
         publishes=_published(robot),
-        command=f"{robot.namespace}/{COMMAND}",
-        command_type=COMMAND_TYPE,
-        guarded=robot.foreign_sketch is None,
+        command=robot.command.topic if robot.command is not None else "",
+        command_type=robot.command.type if robot.command is not None else "",
+        guarded=isinstance(robot.driver, SwarmctlDriver),
+        gate=_gate(swarm, robot, robot.driver) if isinstance(robot.driver, ForeignDriver) else None,
+        ungated=(robot.driver.ros.reason or "") if isinstance(robot.driver, ForeignDriver) else "",
     )
+
+
+def _gate(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> ExpectedGate | None:
+    if not driver.gated:
+        return None
+    return ExpectedGate(
+        unit=names.unit(swarm.name, robot.name, names.GATE_NODE),
+        node=robot.gate_node,
+        output=f"{robot.namespace}/{names.GATE_OUTPUT}",
+        output_type=driver.ros.command_type,
+        reports=DriverTopic(DIAGNOSTICS, DIAGNOSTICS_TYPE, GATE_REPORTS),
+    )
+
+
+def _node(robot: Robot) -> str:
+    """Returns the node of a driver; a launch file names its nodes itself."""
+    driver = robot.driver
+    return "" if isinstance(driver, ForeignDriver) and driver.ros.launch else robot.driver_node
 
 
 def _published(robot: Robot) -> tuple[DriverTopic, ...]:
     """What the driver publishes; one topic per reading."""
-    relative = [one for one in driver_topics(robot.type, robot.settings, robot.driver) if not one.part]
+    relative = [one for one in robot.topics if not one.part]
     return tuple(
         topic if topic.name.startswith("/") else replace(topic, name=f"{robot.namespace}/{topic.name}")
         for topic in relative
@@ -50,19 +69,26 @@ def _published(robot: Robot) -> tuple[DriverTopic, ...]:
 
 
 def program(swarm: Swarm, program: Program) -> ExpectedNode:
-    """Returns the node of a program; a launch file names its nodes itself."""
+    """Returns the node of a program, unless it names its nodes itself or does not run for good."""
     declared = program.declared
     commanded = program.commands if declared.use is not None else ()
-    commands = ((f"{names.namespace(robot)}/{COMMAND}", COMMAND_TYPE) for robot in commanded)
+    commands = ((one.topic, one.type) for one in sendable(commanded, swarm.command_topics))
     return ExpectedNode(
         names.unit(swarm.name, program.name),
-        program.node if declared.launch is None else "",
+        program.node if declared.names_its_node and declared.lifecycle == "service" else "",
         publishes=(*_topics(program, declared.publishes), *commands),
         subscribes=_topics(program, declared.subscribes),
+        measured=tuple(
+            DriverTopic(_full_name(program, one), one.type, one.rate)
+            for one in declared.publishes
+            if one.rate is not None
+        ),
     )
 
 
 def _topics(program: Program, topics: tuple[Topic, ...]) -> tuple[tuple[str, str], ...]:
-    return tuple(
-        (names.resolved(one.topic, program.node, program.declared.remap), one.type) for one in topics
-    )
+    return tuple((_full_name(program, one), one.type) for one in topics)
+
+
+def _full_name(program: Program, topic: Topic) -> str:
+    return names.resolved(topic.topic, program.node, program.declared.remap)

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from swarmctl.render import sketch
 from swarmctl.render.bundle import File, required, workspace
 from swarmctl.render.middleware import ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.part import Part
-from swarmctl.render.ros1 import drivers, graph, programs, release, rosserial_python
+from swarmctl.render.ros1 import delivered_packages, drivers, foreign_drivers, graph, programs, release, rviz
 from swarmctl.resources import HostModule, templates
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, master_loc
-from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
+from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm, SwarmctlDriver
 
-_ROSCORE, _ROSPY, _PYSERIAL = "roscore", "rospy", "pyserial"
-_INSTALL = {
-    _ROSCORE: "`apt install ros-noetic-ros-base` (Ubuntu 20.04) or `apt install python3-roslaunch` (Debian)",
-    _ROSPY: "`apt install ros-noetic-ros-base` (Ubuntu 20.04) or `apt install python3-rospy` (Debian)",
-    _PYSERIAL: "`apt install python3-serial`",
+_ROSCORE, _ROSPY, _PYSERIAL, _TF = "roscore", "rospy", "pyserial", "tf2_msgs"
+_DEBIAN = {  # of Ubuntu 20.04 with the packages of ROS, and of Debian
+    _ROSCORE: ("ros-noetic-ros-base", "python3-roslaunch"),
+    _ROSPY: ("ros-noetic-ros-base", "python3-rospy"),
+    _PYSERIAL: ("python3-serial",),
+    _TF: ("ros-noetic-tf2-msgs", "python3-tf2-msgs"),
+    "podman": ("podman",),
+    "docker": ("docker.io",),
 }
+
+_DEBIAN_NAME = re.compile(r"[a-z0-9][a-z0-9.+-]+")
 
 
 class Noetic:
@@ -47,13 +53,19 @@ class Noetic:
             files=tuple(programs.files(swarm, host)),
             units=tuple(programs.units(swarm, host)),
             requires=programs.requires(swarm, host),
+            secrets=tuple(programs.secret_forms(swarm, host)),
+            secret_forms=programs.secret_forms(swarm, host),
+            platform=delivered_packages.platform(swarm, host),
+            unbuilt=delivered_packages.unbuilt(swarm, host),
         )
 
     def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
-        """`setup.bash`, a launch file of all drivers, a script for each interactive program."""
+        """`setup.bash`, launch files of all drivers and of RViz, a script for each interactive program."""
         yield release.setup_script(swarm, host, island)
         if robots := swarm.robots_on(host.name):
             yield drivers.launch_file(swarm, robots)
+        if host.name == island.hub:
+            yield from rviz.files([one for name in island.hosts for one in swarm.robots_on(name)])
         yield from programs.terminal_scripts(swarm, host)
 
     def master(self, swarm: Swarm, island: Island) -> Master:
@@ -76,6 +88,28 @@ class Noetic:
         """Yields the port of the master."""
         yield Listener(island.hub, island.master_port, "the ROS master", master_loc(spec, island))
 
+    def debian_packages(self, requirement: str) -> tuple[str, ...]:
+        """Returns the package of ROS's own archive, then those of Debian."""
+        kind, name = required(requirement)
+        if kind == "package":
+            dashed = name.replace("_", "-")
+            return (f"ros-noetic-{dashed}", f"python3-{dashed}", f"ros-{dashed}")
+        return _DEBIAN.get(name, ())
+
+    def package_source(self, platform: str) -> str:
+        """Returns the archive of ROS for Ubuntu 20.04; Debian 12 has ROS 1 itself."""
+        return "packages.ros.org" if platform.startswith("ubuntu-20.04-") else ""
+
+    def packages_of_key(self, key: str, *, headers: bool) -> tuple[str, ...]:
+        """Returns the package of ROS's own archive, those of Debian, and the one of the same name."""
+        dashed = key.replace("_", "-").lower()
+        runtime, compiled = (f"python3-{dashed}", f"ros-{dashed}"), (f"lib{dashed}-dev",)
+        of_debian = (*compiled, *runtime) if headers else (*runtime, *compiled)
+        plain = (dashed,) if "-" in key or key == "catkin" else ()
+        return tuple(
+            one for one in (f"ros-noetic-{dashed}", *of_debian, *plain) if _DEBIAN_NAME.fullmatch(one)
+        )
+
     def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
         """Debian packages, or the build of a workspace."""
         packages: list[str] = []
@@ -83,22 +117,39 @@ class Noetic:
             if kind == "package":
                 packages.append(f"ros-noetic-{name.replace('_', '-')}")
             elif kind == "workspace":
-                yield f"`cd {name} && catkin_make` on the host, or correct `ros.workspace`"
+                yield f"`cd {name} && catkin_make` on the host, or correct `ros.workspace` or the host's"
             else:
-                yield _INSTALL[name]
+                ubuntu, *debian = _DEBIAN[name]
+                other = f" (Ubuntu 20.04) or `apt install {debian[0]}` (Debian)" if debian else ""
+                yield f"`apt install {ubuntu}`{other}"
         if packages:
             apt = f"`apt install {' '.join(packages)}`"
             yield f"{apt}, or build it in the workspace that `ros.workspace` names"
+        if any(one.startswith("ros-noetic-fkie") for one in packages):
+            yield "or `multimaster: {provider: static}` in the spec: swarmctl's bridge needs no package"
 
 
 NOETIC: Middleware = Noetic()
 
 
-def _requires(swarm: Swarm, host: Host, island: Island) -> tuple[str, ...]:
-    """What must be installed on this host already."""
-    own = (workspace(swarm.workspace),) if swarm.workspace else ()
-    master = (_ROSCORE,) if host.name == island.hub else ()
-    foreign = [robot.foreign_sketch for robot in swarm.robots_on(host.name)]
-    driver = (_ROSPY, _PYSERIAL) if not all(foreign) else ()
-    boards = (rosserial_python.PACKAGE,) if any(foreign) else ()
-    return (*own, *master, *driver, *boards)
+def _requires(swarm: Swarm, host: Host, island: Island) -> dict[str, tuple[str, ...]]:
+    """What must be installed on this host already, and for whom."""
+    robots = swarm.robots_on(host.name)
+    driven = tuple(f"robots.{robot.name}" for robot in robots if isinstance(robot.driver, SwarmctlDriver))
+    gated = tuple(f"robots.{robot.name}" for robot in robots if robot.gated)
+    started = tuple(f"robots.{robot.name}" for robot in robots if _publishes_start(robot))
+    needs = {
+        _ROSCORE: ("ros",) if host.name == island.hub else (),
+        _ROSPY: (*driven, *gated),
+        _PYSERIAL: driven,
+        _TF: started,
+        **foreign_drivers.requires(swarm, host),
+    }
+    own = "ros.workspace" if host.workspaces == (swarm.workspace,) else f"hosts.{host.name}.workspaces"
+    needs = {**{workspace(path): (own,) for path in host.workspaces}, **needs}
+    return {name: entries for name, entries in needs.items() if entries}
+
+
+def _publishes_start(robot: Robot) -> bool:
+    """True if a node of swarmctl publishes the transform from `map` to the robot's start."""
+    return robot.start is not None and (robot.gated or isinstance(robot.driver, SwarmctlDriver))

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
-from typing import Any
+from itertools import chain
 
+from swarmctl.field_types import Value
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import File, Unit, package
+from swarmctl.render.bundle import File, SecretForm, Unit, package
 from swarmctl.render.quoting import render
+from swarmctl.render.ros1 import delivered_packages
+from swarmctl.render.ros1.program_commands import (
+    RUN_NODE,
+    TELEOP,
+    command_of,
+    container_name,
+    environment_of,
+    launch_path,
+    runs_alone,
+    with_values,
+)
+from swarmctl.render.ros1.program_files import files_of, loaded_files
 from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, home, ros_client, service_values
-from swarmctl.render.yaml_params import params_file
-from swarmctl.swarm import names
+from swarmctl.robot_types.placeholders import filled
+from swarmctl.swarm import names, used_packages
+from swarmctl.swarm.program_values import secrets_folder, values_of
 from swarmctl.swarm.resolved import Host, Program, Swarm
-from swarmctl.swarm.shipped_programs import INTERACTIVE, SCRIPTS
-from swarmctl.swarm.topics import COMMAND
 
 _HAS_PACKAGES = "bin/has-packages"
-_TELEOP = "teleop"
+_GIVE_SECRETS = "bin/give-secrets"
 
 
 def files(swarm: Swarm, host: Host) -> Iterator[File]:
@@ -24,23 +37,28 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     programs = swarm.programs_on(host.name)
     if programs:
         yield ros_client()
-    if any(_packages(one) for one in programs if one.declared.optional):
+    if any(_installed(swarm, one) for one in programs if one.declared.optional):
         yield File(_HAS_PACKAGES, shipped_files.text("host/has-packages"), 0o755)
     if any(one.declared.use for one in programs):
-        yield from shipped_files.folder(_TELEOP)
+        yield from shipped_files.folder(TELEOP)
+    if any(one.declared.secrets.names for one in programs):
+        yield File(_GIVE_SECRETS, shipped_files.text("host/give-secrets"), 0o755)
+    if any(runs_alone(one) for one in programs):
+        yield File(RUN_NODE, shipped_files.text("host/run-node"), 0o755)
+    yield from delivered_packages.files(swarm, host, used_packages.on_host(swarm, host))
+    yield from delivered_packages.space_marker(swarm, host)
     for program in programs:
         origin = f"programs.{program.name}"
-        if program.declared.use is None:
-            yield File(_launch_path(program), _launch(swarm, program), origin=origin)
-        if program.declared.use is not None or _has_parameter_file(program):
-            yield File(_params_path(program), parameters(program), origin=origin)
+        if _has_launch_file(program):
+            yield File(launch_path(program), _launch(swarm, program), origin=origin)
+        yield from files_of(swarm, program)
 
 
 def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
     """Yields a script for each program of ``host`` that a person starts at a terminal."""
     for program in swarm.programs_on(host.name):
-        if program.declared.use in INTERACTIVE:
-            text = render("interactive.bash", home=home(swarm), command=_command(swarm, program))
+        if program.is_interactive:
+            text = render("interactive.bash", home=home(swarm), command=command_of(swarm, program))
             yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
 
 
@@ -51,104 +69,118 @@ def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
             yield _unit(swarm, host, program)
 
 
-def requires(swarm: Swarm, host: Host) -> tuple[str, ...]:
-    """Returns what must be installed for the programs that the swarm is not complete without."""
-    programs = swarm.programs_on(host.name)
-    found = [package(name) for one in programs if not one.declared.optional for name in _packages(one)]
-    ours = ["rospy"] if any(one.declared.use for one in programs) else []
-    return tuple(dict.fromkeys([*ours, *found]))
+def requires(swarm: Swarm, host: Host) -> dict[str, tuple[str, ...]]:
+    """Returns what must be installed for programs without which the swarm is not complete, and for which."""
+    found: dict[str, tuple[str, ...]] = {}
+    for program in swarm.programs_on(host.name):
+        for name in _required(swarm, program):
+            found[name] = (*found.get(name, ()), f"programs.{program.name}")
+    return found
 
 
-def parameters(program: Program) -> bytes:
-    """Returns a program's private parameters; those of a shipped one have its node and robots, too."""
-    data: dict[str, Any] = dict(program.declared.params)
-    if program.declared.use is not None:
-        robots = program.commands
-        data = {
-            "node": program.node,
-            "targets": [{"robot": one, "topic": f"{names.namespace(one)}/{COMMAND}"} for one in robots],
-            "params": data,
-        }
-    return params_file(data)
+def secret_forms(swarm: Swarm, host: Host) -> dict[str, SecretForm]:
+    """Returns the secrets of the programs of ``host``, with what they may hold."""
+    declared = [one.declared.secrets for one in swarm.programs_on(host.name)]
+    files: dict[str, SecretForm] = {one.secret: "text" for each in declared for one in each.files.values()}
+    return {**files, **{one.secret: "line" for each in declared for one in each.env.values()}}
+
+
+def _required(swarm: Swarm, program: Program) -> tuple[str, ...]:
+    """What must be installed for a program; an optional one is skipped without its packages."""
+    ours = ("rospy",) if program.declared.use else ()
+    if program.declared.optional:
+        return ours
+    container = program.declared.container
+    engine = (container.engine,) if container is not None else ()
+    return (*ours, *engine, *map(package, _installed(swarm, program)))
 
 
 def _launch(swarm: Swarm, program: Program) -> bytes:
     declared = program.declared
     return render(
         "program.launch",
-        home=home(swarm),
-        program=program.name,
-        group=program.node.rpartition("/")[0][1:],
+        group=program.namespace[1:],
         node=program.node.rpartition("/")[2],
         package=declared.package,
         executable=declared.executable,
         launch=declared.launch,
-        params=list(declared.params.items()),
+        loaded=list(loaded_files(swarm, program)),
+        words=shlex.join(with_values(swarm, program, declared.words)),
+        arguments=list(_arguments(swarm, program).items()),
         remap=list(declared.remap.items()),
-        environment=list(declared.environment.items()),
+        environment=list(environment_of(swarm, program).items()),
     )
+
+
+def _arguments(swarm: Swarm, program: Program) -> dict[str, Value]:
+    """The arguments of a launch file."""
+    values = values_of(swarm, program)
+    return {name: filled(value, values) for name, value in program.declared.arguments.items()}
 
 
 def _unit(swarm: Swarm, host: Host, program: Program) -> tuple[File, Unit]:
     name = names.unit(swarm.name, program.name)
-    packages = _packages(program) if program.declared.optional else ()
+    packages = _installed(swarm, program) if program.declared.optional else ()
+    container = program.declared.container
     text = render(
         "program.service",
-        **service_values(swarm),
+        **service_values(swarm, host),
         program=program.name,
         packages=packages,
-        command=_command(swarm, program),
+        command=command_of(swarm, program),
         runtime=names.runtime_folder(swarm.name, program.name),
         memory_mb=program.declared.memory_mb,
         shipped=program.declared.use is not None,
+        container=container_name(swarm, program) if container is not None else "",
+        engine=container.engine if container is not None else "",
+        oneshot=program.declared.lifecycle == "oneshot",
+        secrets=_secrets(swarm, host, program),
+        secrets_folder=secrets_folder(swarm.name, program.name),
         user=host.user,
     )
     file = File(f"units/{name}", text, origin=f"programs.{program.name}")
-    needs = [file.path, *RUNNING, ROS_CLIENT, *_reads(program)]
+    own_packages = used_packages.of_program(swarm, program)
+    own = (file.path for file in delivered_packages.files(swarm, host, own_packages))
+    needs = [file.path, *RUNNING, ROS_CLIENT, *_reads(swarm, program), *own]
     if packages:
         needs.append(_HAS_PACKAGES)
-    return file, Unit(name, tuple(needs), program=program.name, packages=packages)
+    secrets = program.declared.secrets.names
+    if secrets:
+        needs.append(_GIVE_SECRETS)
+    return file, Unit(name, tuple(needs), program=program.name, packages=packages, secrets=secrets)
 
 
-def _command(swarm: Swarm, program: Program) -> tuple[str, ...]:
-    """What `ros-client` runs."""
-    current, declared = f"{home(swarm)}/current", program.declared
-    if declared.use is None:
-        return ("roslaunch", "--wait", "--screen", "--disable-title", f"{current}/{_launch_path(program)}")
-    environment = [f"{key}={value}" for key, value in declared.environment.items()]
-    namespace, _, node = program.node.rpartition("/")
+def _secrets(swarm: Swarm, host: Host, program: Program) -> tuple[str, ...]:
+    """The arguments of `give-secrets`; none for a program without secrets."""
+    secrets = program.declared.secrets
+    if not secrets.names:
+        return ()
+    variables = (("--variable", f"{key}={one.secret}") for key, one in secrets.env.items())
+    files = (("--file", f"{name}={one.secret}") for name, one in secrets.files.items())
+    owner = "root" if program.declared.container is not None else host.user
     return (
-        *(["/usr/bin/env", *environment] if environment else []),
-        "/usr/bin/python3", f"{current}/{_TELEOP}/{SCRIPTS[declared.use]}",
-        "--config", f"{current}/{_params_path(program)}",
-        f"__ns:={namespace or '/'}", f"__name:={node}",
-        *(f"{old}:={new}" for old, new in declared.remap.items()),
+        "--owner", owner, "--source", f"/etc/swarm/{swarm.name}/secrets",
+        "--to", secrets_folder(swarm.name, program.name), *chain(*variables, *files),
     )  # fmt: skip
 
 
-def _reads(program: Program) -> Iterator[str]:
+def _reads(swarm: Swarm, program: Program) -> Iterator[str]:
     """The files whose change restarts a program."""
-    if program.declared.use is None:
-        yield _launch_path(program)
-    else:
-        yield from (file.path for file in shipped_files.folder(_TELEOP))
-    if program.declared.use is not None or _has_parameter_file(program):
-        yield _params_path(program)
+    if _has_launch_file(program):
+        yield launch_path(program)
+    if runs_alone(program):
+        yield RUN_NODE
+    if program.declared.use is not None:
+        yield from (file.path for file in shipped_files.folder(TELEOP))
+    yield from (file.path for file in files_of(swarm, program))
 
 
-def _packages(program: Program) -> tuple[str, ...]:
+def _installed(swarm: Swarm, program: Program) -> tuple[str, ...]:
+    """The packages that must lie on the host already."""
     declared = program.declared
-    return tuple(dict.fromkeys([*([declared.package] if declared.package else []), *declared.requires]))
+    named = dict.fromkeys([*([declared.package] if declared.package else []), *declared.requires])
+    return tuple(name for name in named if name not in swarm.packages)
 
 
-def _has_parameter_file(program: Program) -> bool:
-    """A node's parameters stand in a file, whose text roslaunch leaves alone; a launch file has arguments."""
-    return bool(program.declared.params) and program.declared.launch is None
-
-
-def _launch_path(program: Program) -> str:
-    return f"launch/{program.name}.launch"
-
-
-def _params_path(program: Program) -> str:
-    return f"params/{program.name}.yaml"
+def _has_launch_file(program: Program) -> bool:
+    return program.declared.executable is not None or program.declared.launch is not None

@@ -8,9 +8,10 @@ from typing import Any
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import ROOT, File, Unit
 from swarmctl.render.quoting import render
+from swarmctl.render.ros1 import delivered_packages
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of
-from swarmctl.swarm.resolved import Host, Island, Swarm
+from swarmctl.swarm.resolved import Host, Island, Swarm, SwarmctlDriver
 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
@@ -41,11 +42,12 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
     name = names.unit(swarm.name, names.MASTER)
     text = render(
         "master.service",
-        **service_values(swarm),
+        **service_values(swarm, host),
         island=island.name,
         port=island.master_port,
         address=host.address,
         uri=swarm.master_uri(island),
+        use_sim_time=swarm.use_sim_time,
         runtime=names.runtime_folder(swarm.name, names.MASTER),
     )
     file = File(f"units/{name}", text, origin="ros")
@@ -57,13 +59,13 @@ def ros_client() -> File:
     return File(ROS_CLIENT, shipped_files.text("host/ros-client"), 0o755)
 
 
-def service_values(swarm: Swarm) -> dict[str, Any]:
-    """Returns the template values that all units of this swarm share."""
+def service_values(swarm: Swarm, host: Host) -> dict[str, Any]:
+    """Returns the template values that all units of this host share."""
     return {
         "swarm": swarm.name,
         "home": home(swarm),
         "target": names.target(swarm.name),
-        "workspace": swarm.workspace,
+        "workspaces": host.workspaces,
     }
 
 
@@ -73,13 +75,26 @@ def home(swarm: Swarm) -> str:
 
 
 def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
+    own = (*_own_packages(swarm, host), *delivered_packages.package_path(swarm, host))
     return {
         "swarm": swarm.name,
         "distro": swarm.distro,
         "home": home(swarm),
-        "workspace": swarm.workspace,
+        "workspaces": host.workspaces,
         "master_uri": swarm.master_uri(island),
         "self_key": "ROS_IP" if ip_of(host.advertised) else "ROS_HOSTNAME",
         "advertised": host.advertised,
-        "package_path": ":".join((f"{home(swarm)}/current/drivers", *_DEBIAN_PACKAGES)),
+        "use_sim_time": swarm.use_sim_time,
+        "own_packages": "".join(f"{folder}:" for folder in own),
+        "package_path": ":".join((*own, *_DEBIAN_PACKAGES)),
+        "python_path": ":".join(delivered_packages.python_path(swarm, host)),
+        "built": delivered_packages.space(swarm, host),
     }
+
+
+def _own_packages(swarm: Swarm, host: Host) -> Iterator[str]:
+    """Yields the folders with ROS packages of swarmctl that this host's release has."""
+    if any(isinstance(robot.driver, SwarmctlDriver) for robot in swarm.robots_on(host.name)):
+        yield f"{home(swarm)}/current/drivers"
+    if any(robot.gated for robot in swarm.robots_on(host.name)):
+        yield f"{home(swarm)}/current/gate"

@@ -9,17 +9,28 @@ from rich.text import Text
 
 from swarmctl.analysis.bluetooth_load import STABLE
 from swarmctl.analysis.budgets import Budgets
+from swarmctl.analysis.network_load import NetworkBudget
+from swarmctl.views.equal_hosts import FEW, grouped
+from swarmctl.yamltext import hostlist
 
 _CAREFUL, _FULL = 0.7, 1.0
 
 
-def tables(shown: Budgets) -> Iterator[Table]:
-    """One table for each kind of budget that the swarm has."""
-    made = (_lines(shown), _radios(shown), _boards(shown), _hosts(shown), _networks(shown))
+_Row = tuple[str | Text, ...]
+_Part = tuple[tuple[str, ...], Iterable[_Row]]  # headings and rows
+
+
+def tables(shown: Budgets, *, details: bool = False) -> Iterator[Table]:
+    """One table for each kind of budget that the swarm has.
+
+    Rows that differ in nothing but their owner are one, unless with ``details``.
+    """
+    parts = (_lines, _radios, _dongles, _ip_links, _boards, _hosts, _networks)
+    made = (_table(*part(shown), details=details) for part in parts)
     return (table for table in made if table.row_count)
 
 
-def _lines(shown: Budgets) -> Table:
+def _lines(shown: Budgets) -> _Part:
     rows = (
         (
             one.robot,
@@ -30,18 +41,54 @@ def _lines(shown: Budgets) -> Table:
         )
         for one in shown.lines
     )
-    return _table(("line of", "kind", "bytes", "cycle of requests", "load"), rows)
+    return (("line of", "kind", "bytes", "cycle of requests", "load"), rows)
 
 
-def _radios(shown: Budgets) -> Table:
+def _radios(shown: Budgets) -> _Part:
     rows = (
-        (one.host, one.adapter, _of(len(one.members), STABLE), ", ".join(one.members), _share(one.share))
+        (
+            one.host,
+            one.adapter,
+            _of(len(one.members), STABLE),
+            hostlist.written(one.members),
+            _share(one.share),
+        )
         for one in shown.radios
     )
-    return _table(("adapter of", "name", "robots", "names", "load"), rows)
+    return (("adapter of", "name", "robots", "names", "load"), rows)
 
 
-def _boards(shown: Budgets) -> Table:
+def _dongles(shown: Budgets) -> _Part:
+    rows = (
+        (
+            one.host,
+            one.dongle,
+            f"{sum(one.exchanges):.0f}/s",
+            hostlist.written(one.members),
+            _share(one.share),
+        )
+        for one in shown.dongles
+    )
+    return (("dongle of", "name", "exchanges", "robots", "load"), rows)
+
+
+def _ip_links(shown: Budgets) -> _Part:
+    rows = (
+        (
+            one.robot,
+            one.kind,
+            f"{one.needed_mbps:.3g} of {one.capacity_mbps:g} Mbit/s"
+            if one.capacity_mbps is not None
+            else f"{one.needed_mbps:.3g} Mbit/s",
+            one.network or "-",
+            _share(one.share) if one.share is not None else "-",
+        )
+        for one in shown.ip_links
+    )
+    return (("link of", "kind", "traffic", "over", "load"), rows)
+
+
+def _boards(shown: Budgets) -> _Part:
     rows = (
         (
             one.owner,
@@ -53,10 +100,10 @@ def _boards(shown: Budgets) -> Table:
         )
         for one in shown.boards
     )
-    return _table(("board of", "kind", "publishers", "subscribers", "bytes", "load"), rows)
+    return (("board of", "kind", "publishers", "subscribers", "bytes", "load"), rows)
 
 
-def _hosts(shown: Budgets) -> Table:
+def _hosts(shown: Budgets) -> _Part:
     rows = (
         (
             one.host,
@@ -67,34 +114,47 @@ def _hosts(shown: Budgets) -> Table:
         )
         for one in shown.hosts
     )
-    return _table(("host", "kind", "memory", "for, MB", "used"), rows)
+    return (("host", "kind", "memory", "for, MB", "used"), rows)
 
 
-def _networks(shown: Budgets) -> Table:
+def _networks(shown: Budgets) -> _Part:
     rows = (
         (
             one.network,
             one.kind,
             f"{one.needed_mbps:.3g} of {one.capacity_mbps:g} Mbit/s",
-            f"{len(one.flows)} topic{'' if len(one.flows) == 1 else 's'}",
+            _traffic(one),
             _share(one.share),
         )
         for one in shown.networks
     )
-    return _table(("network", "kind", "load", "traffic", "used"), rows)
+    return (("network", "kind", "load", "traffic", "used"), rows)
+
+
+def _traffic(budget: NetworkBudget) -> str:
+    """How many topics and how many links of robots a network carries."""
+    links = sum(not flow.topic.startswith("/") for flow in budget.flows)
+    found = ((len(budget.flows) - links, "topic"), (links, "link"))
+    shown = [f"{many} {what}{'' if many == 1 else 's'}" for many, what in found if many]
+    return ", ".join(shown) or "0 topics"
 
 
 def _of(used: float, there: float, unit: str = "") -> str:
     return f"{used:.0f} of {there:.0f} {unit}".rstrip()
 
 
-def _table(headings: tuple[str, ...], rows: Iterable[tuple[str | Text, ...]]) -> Table:
+def _table(headings: tuple[str, ...], rows: Iterable[_Row], *, details: bool) -> Table:
     made = Table(box=None, show_edge=False, pad_edge=False)
     for heading in headings:
         made.add_column(heading)
-    for row in rows:
-        made.add_row(*row)
+    for group in grouped(rows, _beside, alone=lambda group: details or len(group) <= FEW):
+        made.add_row(hostlist.written(str(row[0]) for row in group), *group[0][1:])
     return made
+
+
+def _beside(row: _Row) -> tuple[str, ...]:
+    """Everything but the owner."""
+    return tuple(map(str, row[1:]))
 
 
 def _share(share: float) -> Text:

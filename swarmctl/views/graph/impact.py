@@ -2,27 +2,63 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from rich.table import Table
 from rich.text import Text
 
 from swarmctl.analysis.impact import Impact
+from swarmctl.views.equal_hosts import FEW, grouped
+from swarmctl.yamltext import hostlist
 
-_NAMED = 4  # names of one list that are shown; the rest are counted
+NUMBER = re.compile(r"(?<=[\w\[/,-])\d+")  # of a name or a range; counts stand behind a blank
+_PROGRAM = "program"
+_NAMED = 4  # names and ranges of one list that are shown; the rest are counted
 
 
-def table(impacts: Sequence[Impact]) -> Table:
-    """One row for each part whose failure affects others."""
+def table(impacts: Sequence[Impact], *, details: bool = False) -> Table:
+    """One row for each program, and for each other part whose failure affects something.
+
+    Parts that differ only in numbers of names share a row, and so do programs that end alone, unless with
+    ``details``.
+    """
     made = Table(box=None, show_edge=False, pad_edge=False)
-    made.add_column("if this fails", no_wrap=True)
+    made.add_column("if this fails", overflow="fold")
     made.add_column("robots lost", justify="right")
+    if programs := any(one.programs or one.kind == _PROGRAM for one in impacts):
+        made.add_column("programs", justify="right")
     made.add_column("what fails with it")
-    for one in impacts:
-        if not one.harmless:
-            style = "bold red" if one.single_point else ""
-            made.add_row(Text(f"{one.kind} {one.name}", style), _count(one), losses(one))
+    shown = [one for one in impacts if one.kind == _PROGRAM or not one.harmless]
+    for group in grouped(shown, _pattern, alone=lambda group: details or _is_alone(group)):
+        first = group[0]
+        style = "bold red" if first.single_point else ""
+        lost = "nothing else" if first.harmless else losses(first)
+        like = f"{len(group)} like {first.name}: " if len(group) > 1 and not first.harmless else ""
+        part = Text(f"{first.kind} {hostlist.written(one.name for one in group)}", style)
+        made.add_row(part, *_counts(first, programs), f"{like}{lost}")
     return made
+
+
+def _is_alone(group: Sequence[Impact]) -> bool:
+    return len(group) <= FEW and not group[0].harmless
+
+
+def _pattern(one: Impact) -> tuple[object, ...]:
+    """Equal for parts that differ only in the numbers of names, and for all that affect nothing else."""
+    if one.harmless:
+        return one.kind, *_counts(one, True)
+    name, lost = (NUMBER.sub("#", text) for text in (one.name, losses(one)))
+    return one.kind, one.single_point, name, lost, *_counts(one, True)
+
+
+def _counts(one: Impact, programs: bool) -> list[str]:
+    """How many robots and programs are lost; a program counts itself, as a robot does."""
+    robots = _count(one.robots, one.missed)
+    own = (one.name,) if one.kind == _PROGRAM else ()
+    missed = tuple(name for name in own if name not in one.optional)
+    ended = _count((*own, *one.programs), (*missed, *one.missed_programs))
+    return [robots, ended] if programs else [robots]
 
 
 def losses(impact: Impact) -> str:
@@ -40,11 +76,12 @@ def losses(impact: Impact) -> str:
 def _who(names: Sequence[str], one: str, several: str) -> str:
     if not names:
         return ""
-    shown = ", ".join(names[:_NAMED])
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{shown}{more} {one if len(names) == 1 else several}"
+    ranges = hostlist.ranges_of(names)
+    more = sum(count for _, count in ranges[_NAMED:])
+    shown = ", ".join(text for text, _ in ranges[:_NAMED])
+    return f"{shown}{f' and {more} more' if more else ''} {one if len(names) == 1 else several}"
 
 
-def _count(impact: Impact) -> str:
-    spared = len(impact.robots) - len(impact.missed)
-    return f"{len(impact.missed)}{f' + {spared} optional' if spared else ''}"
+def _count(lost: Sequence[str], missed: Sequence[str]) -> str:
+    spared = len(lost) - len(missed)
+    return f"{len(missed)}{f' + {spared} optional' if spared else ''}"

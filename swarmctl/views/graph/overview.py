@@ -10,7 +10,7 @@ from rich.text import Text
 from swarmctl.analysis.diagram import Diagram, Edge, Node
 from swarmctl.views.escape import printable
 
-_BELOW = ("runs", "serial", "bluetooth")
+_BELOW = ("runs", "serial", "bluetooth", "udp", "tcp", "radio")
 Edges = Mapping[str, Sequence[Edge]]  # by the id of a node
 
 

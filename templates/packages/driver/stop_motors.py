@@ -13,13 +13,14 @@ import sys
 import time
 from pathlib import Path
 
-from swarm_driver.config import Config, ConfigError, load
+from swarm_common.parameters import ConfigError
+from swarm_driver.config import Config, load
 from swarm_driver.kinematics import STANDSTILL
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
 from swarm_driver.polled_robot import linked
 from swarm_driver.port import Port, PortError
 from swarm_driver.protocols import RosserialProtocol
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 from swarm_rosserial.conversation import Conversation, UnsendableError
 from swarm_rosserial.messages import TWIST_MD5, TWIST_TYPE, twist
 from swarm_rosserial.topics import MessageType

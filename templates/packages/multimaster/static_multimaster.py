@@ -14,11 +14,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+from swarm_common import slave
+from swarm_common.parameters import ConfigError
+from swarm_common.publication import Publication
 from swarm_common.systemd import Notifier
-from swarm_multimaster import diagnostics, slave
+from swarm_multimaster import diagnostics
 from swarm_multimaster.bridge import Bridge
-from swarm_multimaster.config import Config, ConfigError, load
-from swarm_multimaster.topic import Topic
+from swarm_multimaster.config import Config, load
 
 _TICK = 1.0  # s between two diagnostics messages
 
@@ -46,7 +48,7 @@ async def _serve(config: Config, notifier: Notifier) -> None:
     stop = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
-    topic = Topic(config.node, diagnostics.TOPIC, diagnostics.TYPE, diagnostics.MD5SUM)
+    topic = Publication(config.node, diagnostics.TOPIC, diagnostics.TYPE, diagnostics.MD5SUM)
     place = ["TCPROS", config.address, await topic.start()]
     answers = slave.SlaveApi()
     bridge = Bridge(config, f"http://{config.address}:{await answers.start()}/")
@@ -70,7 +72,7 @@ async def _serve(config: Config, notifier: Notifier) -> None:
             one.result()
 
 
-async def _report(bridge: Bridge, topic: Topic, notifier: Notifier) -> None:
+async def _report(bridge: Bridge, topic: Publication, notifier: Notifier) -> None:
     number = 0
     while True:
         status = bridge.status()

@@ -12,6 +12,7 @@ from swarmctl.lab.emulators.emulator_lookup import Measured, build_robot, emulat
 from swarmctl.lab.emulators.user_robot import UserRobotError
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_plan import plan_of
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.settings import Calibration, RobotSettings
 from swarmctl.rules.runner import load_swarm
@@ -32,7 +33,7 @@ class Beetle(LineRobot):
 
 
 def test_every_type_of_the_catalog_has_an_emulator() -> None:
-    types = [file.stem for file in (ROOT / "templates/robots").glob("*.yaml")]
+    types = with_protocol(load_catalog().types)
     assert types
     assert all(emulator_for(name, {}) in TYPES for name in types)
 
@@ -61,7 +62,7 @@ def test_a_user_type_uses_the_emulator_beside_it(tmp_path: Path) -> None:
 def test_odometry_of_a_calibrated_robot_is_right(type_name: str) -> None:
     """Its driver multiplies what the wheels count by what was measured; in the lab the robot is so."""
     measured = {"distance_scale": 1.25, "wheel_separation": 0.4}
-    robot_type = load_catalog().types[type_name]
+    robot_type = with_protocol(load_catalog().types)[type_name]
     params = params_of(
         robot_type,
         robot="r",

@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
+import socket
+import struct
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 from swarm_agent.verbs import probe
-from swarm_ros1_probe import observe
+from swarm_ros1_probe import nodes
 
 from swarmctl.health.observations import SenderSeen
 from swarmctl.health.probe_answer import answer_of
 from tests.packages.ros1_probe.ros_fakes import (
     FakeRos,
     diagnostics,
+    header,
     peer,
     publishing,
+    received_header,
     served,
     slave,
 )
@@ -58,14 +63,19 @@ ConditionTimestampMonotonic=12
 
 
 def systemctl(folder: Path, monkeypatch: pytest.MonkeyPatch, answer: str) -> None:
-    """A ``systemctl`` that says ``answer``; ``$restarts`` grows with every call."""
+    """A ``systemctl`` that prints ``answer``, where ``$restarts`` grows with every look; a ``journalctl``."""
     program = folder / "bin" / "systemctl"
     program.parent.mkdir(exist_ok=True)
     count = folder / "calls"
     program.write_text(
-        f"#!/bin/sh\necho >> {count}\nrestarts=$(wc -l < {count})\ncat <<END\n{answer}END\n", encoding="utf-8"
+        f'#!/bin/sh\ncase "$*" in *NRestarts*) echo >> {count};; esac\n'
+        f"restarts=$(wc -l < {count})\ncat <<END\n{answer}END\n",
+        encoding="utf-8",
     )
     program.chmod(0o755)
+    journal = program.with_name("journalctl")
+    journal.write_text(f"#!/bin/sh\ncat {folder}/journal 2>/dev/null || true\n", encoding="utf-8")
+    journal.chmod(0o755)
     monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
 
 
@@ -91,7 +101,10 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
     request = {
         "swarm": "test", "module": "swarm_ros1_probe.observe",
         "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
+        "command_types": [],
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
+        "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
+        "clock": None,
     }  # fmt: skip
     return probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
 
@@ -116,6 +129,60 @@ def test_a_healthy_host_reports_everything(prefix: Path, graph: tuple[FakeRos, s
     assert answer.senders == {"/joystick": SenderSeen("127.0.0.1", {"/k3/cmd_vel": TWIST})}
     assert answer.clock_ahead == pytest.approx(0.0, abs=at_most(0.5))
     assert answer.boot_id
+
+
+def test_topics_of_a_commands_type_are_reported_unnamed(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    fake, uri = graph
+    fake.types.update({"/cmd_vel": TWIST, "/text": "std_msgs/String"})
+    fake.publishers["/cmd_vel"] = ["/joystick"]
+    answer = probed(uri, command_types=[TWIST])
+    assert answer["commanders"] == {"/k3/cmd_vel": ["/joystick"], "/cmd_vel": ["/joystick"]}
+    assert answer["receivers"]["/cmd_vel"] == []
+
+
+def clock(step: int, rate: float = 40.0) -> Callable[[socket.socket], None]:
+    """Behaves like a publisher of /clock at ``rate`` Hz whose time moves by ``step`` ns with each message."""
+
+    def behave(connection: socket.socket) -> None:
+        received_header(connection)
+        connection.sendall(header(callerid="/sim", md5sum="0" * 32, type="rosgraph_msgs/Clock"))
+        for count in itertools.count():
+            connection.sendall(struct.pack("<III", 8, 1000 + count * step // 10**9, count * step % 10**9))
+            time.sleep(1 / rate)
+
+    return behave
+
+
+@pytest.mark.parametrize(
+    ("step", "publishers", "moves"),
+    [(10**8, ["/sim"], True), (0, ["/sim"], False), (0, ["/gone"], None), (0, [], None)],
+    ids=["moves", "stands", "its node is gone", "nothing publishes it"],
+)
+def test_the_clock_of_simulated_time_is_measured(
+    step: int, publishers: list[str], moves: bool | None, prefix: Path
+) -> None:
+    with ExitStack() as stack:
+        port = stack.enter_context(peer(clock(step)))
+        uri = stack.enter_context(served(slave({"/clock": port}, {"/clock": "rosgraph_msgs/Clock"})))
+        fake = FakeRos({"/sim": uri}, {"/clock": publishers}, parameters={"/use_sim_time": True})
+        seen = answer_of(probed(stack.enter_context(served(fake.functions())), nodes=[], clock=0.4))
+    found = seen.simulated_time
+    assert found is not None
+    assert (found.used, found.publishers) == (True, tuple(publishers))
+    assert (None if found.moved is None else found.moved > 0) is moves
+    assert bool(found.error) is (publishers == ["/gone"])
+    assert found.now is None if moves is None else found.now is not None and found.now >= 1000
+
+
+@pytest.mark.parametrize(("value", "used"), [(None, False), (False, False), (True, True), (1, True)])
+def test_simulated_time_of_a_master_is_read(value: Any, used: bool, prefix: Path) -> None:
+    parameters = {} if value is None else {"/use_sim_time": value}
+    fake = FakeRos(parameters=parameters)
+    with served(fake.functions()) as uri:
+        answer = probed(uri, nodes=[], commands=[], clock=0.0)
+    assert answer["simulated_time"] == {"used": used}
+    assert "getSystemState" not in fake.calls
+    assert answer["troubles"] == {}
 
 
 def test_the_probe_registers_nothing(prefix: Path, graph: tuple[FakeRos, str]) -> None:
@@ -223,6 +290,6 @@ def test_dialout_makes_a_device_usable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_request_cannot_listen_for_ever(prefix: Path, graph: tuple[FakeRos, str], monkeypatch: Any) -> None:
-    monkeypatch.setattr(observe, "LONGEST_LISTENING", 0.2)
-    nodes: list[Mapping[str, Any]] = [{"name": "/k3/driver", "topics": {"/k3/odom": 1e9}}]
-    assert probed(graph[1], nodes=nodes)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["seconds"] == 0.2
+    monkeypatch.setattr(nodes, "LONGEST_LISTENING", 0.2)
+    endless: list[Mapping[str, Any]] = [{"name": "/k3/driver", "topics": {"/k3/odom": 1e9}}]
+    assert probed(graph[1], nodes=endless)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["seconds"] == 0.2

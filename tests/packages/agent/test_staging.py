@@ -10,6 +10,7 @@ import subprocess
 import tarfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from swarm_agent.files import digest_of
 from swarm_agent.manifest import parse
 from swarm_agent.staging import unpack
 
+from swarmctl.remote import agent_client
 from swarmctl.render.bundle import Bundle, File
 from tests.packages.agent.fakehost import FakeHost, bundle, payload_of, request_for
 
@@ -197,3 +199,21 @@ def test_a_read_only_disk_is_named(tmp_path: Path) -> None:
         assert reply.error["kind"] == "refused"
         assert "Read-only file system" in reply.error["message"]
         assert host.observe()["release"] == bundle("1").digest
+
+
+def test_contents_of_the_release_before_need_not_travel(tmp_path: Path) -> None:
+    host, first, second = FakeHost(tmp_path / "host"), bundle("1"), bundle("2")
+    host.apply(first)
+    known = {file.digest for file in first.files}
+    new = replace(second, files=tuple(file for file in second.files if file.digest not in known))
+    sent = agent_client.pack(second.manifest_bytes, {one.path: (one.content, one.mode) for one in new.files})
+
+    change = request_for(second, base=first.digest, start=[])
+    (host.prefix / f"opt/swarm/new/releases/{first.digest}/hosts").write_text("edited")
+    refused = host.ask(change, sent)
+    assert refused.error["kind"] == "refused"
+    assert "lacks hosts" in refused.error["message"]
+
+    host.apply(first, base=first.digest, start=[])  # repairs it
+    assert host.ask(change, sent).answer["release"] == second.digest
+    assert host.observe()["drift"]["files"] == {}

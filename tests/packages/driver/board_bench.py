@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from swarm_command.report import Report
 from swarm_driver.driver import Phase
 from swarm_driver.port import PortError
-from swarm_driver.report import Report
 
 from tests.packages.driver.fakes import Bench, Clock, config_for
 from tests.packages.rosserial.compiled_sketch import Sketch

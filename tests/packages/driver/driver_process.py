@@ -27,7 +27,7 @@ from tests.packages.driver.fakes import params_for
 from tests.timing import PATIENCE, wait_for
 
 DRIVERS = templates() / "packages/driver"
-SHARED = f"{templates()}/packages/common:{templates()}/packages/rosserial"
+SHARED = ":".join(f"{templates()}/packages/{name}" for name in ("command", "common", "rosserial"))
 FAKE_ROS = Path(__file__).parent / "fake_ros"
 NO_MASTER = "http://127.0.0.1:9/"  # where none answers
 
@@ -59,18 +59,21 @@ class Wiring:
         return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
-class Node:
-    """A running serial_driver.py. ``published`` is what it published, in order."""
+PYTHONPATH = f"{FAKE_ROS}:{SHARED}"
 
-    def __init__(self, config: Path, **environment: str) -> None:
+
+class Node:
+    """A running serial_driver.py, or another ``script``. ``published`` is what it published, in order."""
+
+    def __init__(self, config: Path, script: Path = DRIVERS / "serial_driver.py", **environment: str) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, str(DRIVERS / "serial_driver.py"), "--config", str(config), "__name:=driver"],
+            [sys.executable, str(script), "--config", str(config), "__name:=driver"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             env={
                 **os.environ,
-                "PYTHONPATH": f"{FAKE_ROS}:{SHARED}",
+                "PYTHONPATH": PYTHONPATH,
                 "ROS_MASTER_URI": NO_MASTER,
                 **environment,
             },
@@ -81,6 +84,11 @@ class Node:
 
     def command(self, linear: float, angular: float = 0.0, sender: str = "/tester") -> None:
         self.process.stdin.write(f"{sender} {linear} {angular}\n")
+        self.process.stdin.flush()
+
+    def shut_down(self) -> None:
+        """Ends the node as ROS does, for one of the same name or by `rosnode kill`."""
+        self.process.stdin.write("shutdown\n")
         self.process.stdin.flush()
 
     def set(self, actuator: str, *values: int) -> None:
@@ -182,8 +190,8 @@ def wired(type_name: str, folder: Path, **settings: Any) -> Iterator[Wiring]:
 
 
 @contextmanager
-def running(config: Path, **environment: str) -> Iterator[Node]:
-    node = Node(config, **environment)
+def running(config: Path, *script: Path, **environment: str) -> Iterator[Node]:
+    node = Node(config, *script, **environment)
     try:
         yield node
     finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from swarm_driver.codec import Values
 from swarm_driver.config import Config
 from swarm_driver.polled_robot import linked
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.emulator_lookup import EMULATED_AS

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from swarm_command.command_mailbox import CommandMailbox
+from swarm_command.report import Level, Report
 from swarm_driver.actuators import ActuatorSettings
 from swarm_driver.codec import Values
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config, Sensor, parse
 from swarm_driver.driver import Driver
 from swarm_driver.kinematics import Pose
 from swarm_driver.port import PortError
 from swarm_driver.relay import Outgoing, Parameter
-from swarm_driver.report import Level, Report
 from swarm_rosserial.topics import MessageType, Topic
 
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.spec.catalog import load_catalog
@@ -35,7 +36,7 @@ def params_for(
     type_name: str, port: str = "/dev/robot", commanders: Any = (TESTER,), **settings: Any
 ) -> dict[str, Any]:
     params = params_of(
-        load_catalog().types[type_name],
+        with_protocol(load_catalog().types)[type_name],
         robot=ros_name(type_name),
         namespace=f"/{ros_name(type_name)}",
         port=port,

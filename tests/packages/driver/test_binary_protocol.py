@@ -15,7 +15,7 @@ from swarm_driver.codec import BadReplyError, Reply
 from swarm_driver.link import FAILED_EXCHANGE, NoReplyError
 from swarm_driver.polled_robot import linked
 from swarm_driver.protocols import BinaryProtocol, BinaryQuery
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 
 from tests.packages.driver.fakes import TYPES, Bench, Clock, config_for
 
@@ -178,7 +178,7 @@ class Overtaken:
 def test_the_answer_to_a_repeated_speed_is_no_position(takes):
     """A stop waits for no late answer, and may take it for its own: then its own is still to come."""
     set_speed = BinaryQuery("bc {left:h} {right:h}", "2h")
-    protocol = BinaryProtocol(0.1, "little", (), set_speed, {"position": BinaryQuery("af", "2h")})
+    protocol = BinaryProtocol(0.1, "little", None, (), set_speed, {"position": BinaryQuery("af", "2h")})
     koala = config_for("koala")
     config = replace(koala, protocol=protocol, actuators=(), sensors=(koala.sensor("odom"),))
     bench = Bench(config, Overtaken)

@@ -17,6 +17,7 @@ from swarm_driver.config import Config
 from swarm_driver.driver import Phase
 from swarm_driver.protocols import BinaryQuery
 
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.effective_settings import watchdog_of
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.spec.catalog import load_catalog
@@ -197,7 +198,7 @@ def test_the_rest_of_a_larger_image_is_no_position(side, lost):
 @pytest.mark.parametrize("silent_to", [(0xB7,), (0xF8,), (0xB7, 0xF8), (0xBC, 0xB7)])
 def test_whatever_is_not_answered_the_driver_shows_that_it_is_alive(silent_to):
     tuned = RobotSettings.model_validate({"rates": {"camera": 2.0}})
-    watchdog = watchdog_of(load_catalog().types["epuck2"], BAUD, tuned)
+    watchdog = watchdog_of(with_protocol(load_catalog().types)["epuck2"], BAUD, tuned)
     bench = ready()
     bench.robot.silent_to = silent_to
     for number in range(300):

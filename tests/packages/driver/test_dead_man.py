@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import socket
 import time
@@ -13,12 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.packages.driver.driver_process import Node, Wiring, running, wired
+from tests.packages.driver.driver_process import PYTHONPATH, Node, Wiring, running, wired
 from tests.packages.driver.fakes import TYPES
 from tests.timing import PATIENCE, RunQueue, at_most, wait_for
 
 SPEED = 0.1  # m/s
 WATCHDOG = 1.0  # s, as in the driver's unit
+RAISE_IN_LOOP = Path(__file__).with_name("raise_in_loop.py")
 START = 1.0  # s; what stops the robot is a program that has to start
 
 
@@ -37,9 +37,11 @@ class Systemd:
     def look_after(self, node: Node, wiring: Wiring) -> None:
         """Until the driver has ended, or has to be ended; then stop its robot."""
         beat = time.monotonic()
+        patience = beat + PATIENCE
         while node.process.poll() is None:
             if b"WATCHDOG=1" in self._received():
                 beat = time.monotonic()
+            assert time.monotonic() < patience, "the driver goes on"
             if time.monotonic() - beat > WATCHDOG:
                 node.process.send_signal(signal.SIGABRT)
                 node.process.send_signal(signal.SIGCONT)
@@ -60,13 +62,14 @@ class Systemd:
             return b""
 
 
+def raising(folder: Path) -> dict[str, str]:
+    """The environment in which SIGUSR1 raises an exception in the driver's loop."""
+    (folder / "sitecustomize.py").write_text(RAISE_IN_LOOP.read_text())
+    return {"PYTHONPATH": f"{PYTHONPATH}:{folder}"}
+
+
 def signalled(number: int) -> Callable[[Node], None]:
     return lambda node: node.process.send_signal(number)
-
-
-def out_of_descriptors(node: Node) -> None:
-    """What needs one the next time raises, in the loop that drives."""
-    resource.prlimit(node.process.pid, resource.RLIMIT_NOFILE, (3, 3))
 
 
 @contextmanager
@@ -75,7 +78,7 @@ def driving(type_name: str, folder: Path) -> Iterator[tuple[Node, Wiring, System
     with (
         closing(Systemd(folder)) as systemd,
         wired(type_name, folder, command_timeout=2.0) as wiring,
-        running(wiring.config, **systemd.environment) as node,
+        running(wiring.config, **systemd.environment, **raising(folder)) as node,
     ):
         node.wait_until_ready()
         node.drive(0.3, SPEED)
@@ -90,7 +93,7 @@ def driving(type_name: str, folder: Path) -> Iterator[tuple[Node, Wiring, System
     [
         pytest.param(signalled(signal.SIGKILL), 0.3, id="killed"),
         pytest.param(signalled(signal.SIGSTOP), WATCHDOG + 0.3, id="hung"),
-        pytest.param(out_of_descriptors, WATCHDOG / 3 + 0.1, id="exception"),
+        pytest.param(signalled(signal.SIGUSR1), 0.1, id="exception"),
         pytest.param(signalled(signal.SIGTERM), 0.1, id="stopped"),
     ],
 )

@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from swarm_driver.kinematics import wheel_units
 from swarm_driver.polled_robot import linked
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 
 from swarmctl.resources import templates
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.swarm.topics import actuators_of, driver_topics
@@ -70,11 +71,11 @@ def test_d4_a_metre_a_second_is_one_metre_a_second(type_name):
         assert units[0] / scale.speed_units_per_mps == pytest.approx(0.1, rel=0.02)
 
 
-@pytest.mark.parametrize("type_name", sorted(load_catalog().types))
+@pytest.mark.parametrize("type_name", sorted(with_protocol(load_catalog().types)))
 def test_d5_diagnostics_is_the_only_topic_at_the_top(type_name):
     """All robots shared `/robot_motors`, and two e-pucks had one node name."""
-    robot_type = load_catalog().types[type_name]
-    topics = [one.name for one in driver_topics(robot_type, robot_type.settings, "swarmctl")]
+    robot_type = with_protocol(load_catalog().types)[type_name]
+    topics = [one.name for one in driver_topics(robot_type, robot_type.settings)]
     assert [one for one in (*topics, *actuators_of(robot_type)) if one.startswith("/")] == ["/diagnostics"]
     for file in DRIVERS.rglob("ros*.py"):
         names = re.findall(r'(?:Publisher|Subscriber)\(\s*f?"(/[^"]+)"', file.read_text("utf-8"))

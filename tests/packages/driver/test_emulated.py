@@ -12,6 +12,7 @@ import pytest
 from swarm_driver import readings
 
 from swarmctl.lab.emulators.obstacles import Wall
+from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog
 from tests.packages.driver.emulated_robots import Emulated
 from tests.packages.driver.fakes import TYPES, config_for
@@ -41,7 +42,7 @@ def volts(robot: Emulated) -> readings.Charge:
 
 @pytest.mark.parametrize("type_name", TYPES)
 def test_every_sensor_of_a_type_is_read(type_name: str) -> None:
-    everything = dict.fromkeys(load_catalog().types[type_name].sensors, 1.0)
+    everything = dict.fromkeys(with_protocol(load_catalog().types)[type_name].sensors, 1.0)
     robot = Emulated(type_name, config_for(type_name, rates=everything))
     robot.set_up()
     for sensor in robot.config.sensors:

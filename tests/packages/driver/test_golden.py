@@ -19,7 +19,7 @@ from swarm_driver.codec import Codec
 from swarm_driver.config import Config
 from swarm_driver.kinematics import STANDSTILL, wheel_units
 from swarm_driver.polled_robot import linked
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 
 from tests.packages.driver.fakes import TYPES, config_for
 

@@ -139,3 +139,22 @@ def test_a_robot_that_was_reset_does_not_jump():
     assert after.update(Counters(1000, 1000, 1.2), KOALA, scale).pose.x == pytest.approx(
         odometry.pose.x + 0.045
     )
+
+
+def test_no_speed_is_more_than_the_wheels_can_do():
+    scale = KOALA.scales[0]
+    odometry = Odometry().update(Counters(0, 0, 0.0), KOALA, scale)
+    pushed = odometry.update(Counters(1000, 500, 0.05), KOALA, scale)
+    assert (pushed.jumps, pushed.pose.driven) == (0, pytest.approx(0.03375))
+    left = pushed.pose.linear - pushed.pose.angular * KOALA.wheel_separation / 2
+    right = pushed.pose.linear + pushed.pose.angular * KOALA.wheel_separation / 2
+    assert (left, right) == pytest.approx((KOALA.wheel_speed_max, KOALA.wheel_speed_max / 2))
+
+
+def test_a_late_reply_makes_the_next_speed_no_faster():
+    scale, trusted = KOALA.scales[0], 0.075
+    odometry = Odometry()
+    for count, moment in ((0, 0.0), (400, 0.1), (800, 0.285), (1200, 0.3), (1600, 0.4)):
+        odometry = odometry.update(Counters(count, count, moment), KOALA, scale, trusted)
+        assert odometry.pose.linear <= 0.1801
+    assert odometry.pose.linear == pytest.approx(0.18)

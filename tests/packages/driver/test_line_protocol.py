@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -41,6 +44,27 @@ def test_a_speed_is_sent_in_the_format_of_the_robot(type_name, request_line):
 )
 def test_a_good_reply_is_understood(line, query, reply):
     assert understand(line, query, ("z", "$")) == reply
+
+
+@pytest.mark.parametrize(
+    ("separator", "line"),
+    [
+        (" ", b"h -5  7 "),
+        ("\t", b"h\t-5\t7"),
+        (";", b"h;-5;7"),
+        (", ", b"h, -5,7"),
+        (":", b"h:-5:7"),
+        ("|", b"h | -5|7"),
+    ],
+)
+def test_any_separator_stands_between_head_and_numbers(separator, line):
+    assert understand(line, POSITION, ("z", "$"), separator).values == (-5, 7)
+
+
+def test_values_of_an_actuator_are_separated_alike():
+    protocol = dataclasses.replace(config_for("koala").protocol, separator=" ")
+    lights = SimpleNamespace(send="L {values}", reply="l")
+    assert LineCodec(protocol).actuator(lights, 0, (1, 0, 1)).data == b"L 1 0 1\n"
 
 
 @pytest.mark.parametrize(

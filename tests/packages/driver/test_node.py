@@ -65,6 +65,15 @@ def test_a_signal_ends_the_node_with_a_stop(number, tmp_path):
         assert wiring.pty.snapshot().last_command == "D,0,0"
 
 
+def test_a_node_that_ros_shuts_down_stops_its_robot_and_restarts(tmp_path):
+    with wired("koala", tmp_path, command_timeout=2.0) as wiring, running(wiring.config) as node:
+        node.wait_until_ready()
+        node.drive(0.3, 0.1)
+        node.shut_down()
+        assert node.process.wait(PATIENCE) == os.EX_TEMPFAIL, "`Restart=on-failure` restarts it"
+        assert not wiring.moving()
+
+
 def test_a_node_whose_master_is_away_stops_its_robot_and_can_be_ended(tmp_path):
     with wired("koala", tmp_path) as wiring:
         wiring.pty.robot.receive(b"D,50,50\n")

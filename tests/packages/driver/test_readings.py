@@ -85,3 +85,18 @@ def test_whole_volts_and_their_decimals_make_one_voltage():
 def test_numbers_of_a_message_of_sixteen_bits_fit_into_it():
     assert readings.whole([-3, 70_000, 12.7]) == [0, 65535, 12]
     assert readings.whole([5000], 4095) == [4095]
+
+
+def test_a_lens_maps_the_edge_of_its_view_to_that_of_the_image():
+    focal = config_for("epuck-binary").sensor("camera").settings["focal"]
+    lens = readings.pinhole(40, 40, focal)
+    assert 2 * math.degrees(math.atan(640 / 8 / 2 / focal)) == pytest.approx(48)
+    assert lens["K"] == [focal, 0.0, 19.5, 0.0, focal, 19.5, 0.0, 0.0, 1.0]
+    assert [lens["P"][row : row + 3] for row in (0, 4, 8)] == [lens["K"][row : row + 3] for row in (0, 3, 6)]
+    assert readings.pinhole(41, 21, focal)["K"][2::3] == [20.0, 10.0, 1.0]
+
+
+def test_a_lens_that_is_not_known_is_not_calibrated():
+    lens = readings.pinhole(40, 30, None)
+    assert not any(number for matrix in lens.values() for number in matrix)
+    assert {name: len(matrix) for name, matrix in lens.items()} == {"K": 9, "R": 9, "P": 12}

@@ -6,9 +6,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from swarm_command.report import Level
 from swarm_driver.driver import Phase
 from swarm_driver.relay import Outgoing, Parameter
-from swarm_driver.report import Level
 
 from tests.packages.driver.board_bench import STILL, BoardBench, ready
 from tests.packages.rosserial.fakes import (

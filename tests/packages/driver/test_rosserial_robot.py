@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from swarm_command.report import Level
 from swarm_driver.driver import Phase
-from swarm_driver.report import Level
 
 from tests.packages.driver.board_bench import STILL, BoardBench, ready
 from tests.packages.rosserial.fakes import (
@@ -39,7 +39,7 @@ def test_a_board_without_commands_is_sent_only_stops():
     bench = ready()
     bench.run(10.0)
     assert set(bench.sent) == {STILL}
-    assert (bench.report.level, bench.report.message) == (Level.OK, "standing still: no command yet")
+    assert (bench.report.level, bench.report.message) == (Level.OK, "standing still: no accepted command yet")
 
 
 def test_a_command_is_sent_at_once_and_repeated():

@@ -7,9 +7,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from swarm_command.report import Level
 from swarm_driver.driver import Phase, run
 from swarm_driver.protocols import LineQuery
-from swarm_driver.report import Level
 
 from tests.packages.driver.fakes import Bench, config_for
 
@@ -44,7 +44,7 @@ def test_a_robot_without_commands_is_sent_only_stops():
     bench = ready()
     bench.run(10.0)
     assert set(bench.robot.speed_requests()) == {STOP}
-    assert bench.sink.reports[-1].message == "standing still: no command yet"
+    assert bench.sink.reports[-1].message == "standing still: no accepted command yet"
 
 
 def test_a_command_is_sent_at_once_and_repeated():

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 import yaml
+from swarm_command.report import Level
 from swarm_driver import user_codec
 from swarm_driver.codec import BadReplyError, Reply
 from swarm_driver.config import Config, parse
 from swarm_driver.driver import Phase
 from swarm_driver.protocols import PythonProtocol
-from swarm_driver.report import Level
 from swarm_driver.user_codec import InterruptionError, UserCodec
 
 from tests.packages.driver.driver_process import running, wired
@@ -126,7 +126,10 @@ def test_it_drives_as_a_protocol_of_lines_does(config: Callable[..., Config]) ->
             (ASK, "        return Request('H', 'H', None)\n" + ASK),
             "returns a Request instead of a Request of",
         ),
-        ((ASK, "        return Request(b'', 'H', Reader)\n" + ASK), "makes a request of 0 bytes"),
+        (
+            (ASK, "        return Request(b'H' * 5000, 'H', Reader)\n" + ASK),
+            "makes a request of 5000 bytes, 4096 at most",
+        ),
         (
             (FEED, "        data.decode('ascii').nonsense\n" + FEED),
             "koala.py:35: AttributeError: 'str' object",
@@ -356,3 +359,15 @@ def test_stop_motors_ends_in_time_with_a_class_that_hangs(tmp_path: Path) -> Non
         ran = wiring.stop_motors()
         assert ran.returncode == -signal.SIGALRM
         assert f'{tmp_path / "koala.py"}", line 22 in ask' in ran.stderr
+
+
+def test_only_a_query_may_send_nothing(config: Callable[..., Config]) -> None:
+    """A query of no bytes waits for a line that the robot sends by itself; a command would be lost."""
+    silent = (ASK, "        if text[0] in 'HD':\n            text = ''\n        return Request(")
+    end = ('.encode() + b"\\n"', ".encode()")
+    with pytest.raises(
+        BadReplyError, match="`speed` makes a request of 0 bytes; only a query may send nothing"
+    ):
+        UserCodec(config(silent, end).protocol)
+    silent = (ASK, "        if text == 'H':\n            text = ''\n        return Request(")
+    assert UserCodec(config(silent, end).protocol).query("position").data == b""

@@ -12,10 +12,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import pytest
+from swarm_common.slave import SlaveApi, methods
 from swarm_common.xmlrpc import Names, PeerError, within
 from swarm_multimaster import config, rpc
 from swarm_multimaster.bridge import Bridge
-from swarm_multimaster.slave import SlaveApi, methods
 
 from tests.packages.multimaster.masters import Rosmaster, reply, served
 from tests.timing import PATIENCE, at_most

@@ -131,6 +131,7 @@ class FakeRos:
     subscribers: dict[str, list[str]] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
     calls: list[str] = field(default_factory=list)
+    parameters: dict[str, Any] = field(default_factory=dict)
 
     def functions(self) -> dict[str, Callable[..., Any]]:
         def lookup(caller: str, name: str) -> list[Any]:
@@ -143,7 +144,10 @@ class FakeRos:
 
         return {
             "getPid": self._noted("getPid", lambda caller: [1, "", 4711]),
-            "getParam": self._noted("getParam", lambda caller, name: [1, "", "run-1"]),
+            "hasParam": self._noted("hasParam", lambda caller, name: [1, name, name in self.parameters]),
+            "getParam": self._noted(
+                "getParam", lambda caller, name: [1, "", self.parameters.get(name, "run-1")]
+            ),
             "lookupNode": self._noted("lookupNode", lookup),
             "getSystemState": self._noted("getSystemState", state),
             "getTopicTypes": self._noted(

@@ -27,6 +27,7 @@ from tests.timing import wait_for
 TELEOP = templates() / "packages/teleop"
 FAKE_ROS = Path(__file__).parent / "fake_ros"
 ROBOTS = ("koala", "epuck")
+STAMPED = "epuck"  # its driver takes TwistStamped
 DEADMAN = 4
 
 
@@ -37,7 +38,10 @@ class World:
         self.folder = folder
         self.config = folder / "params.yaml"
         self.log = folder / "log"
-        targets = [{"robot": name, "topic": f"/{name}/cmd_vel"} for name in ROBOTS]
+        targets = [
+            {"robot": name, "topic": f"/{name}/cmd_vel", **({"stamped": True} if name == STAMPED else {})}
+            for name in ROBOTS
+        ]
         self.config.write_text(yaml.safe_dump({"node": node, "targets": targets, "params": params}))
         os.mkfifo(folder / "joy")
         (folder / "published").touch()

@@ -65,6 +65,10 @@ def test_a_joystick_drives_all_robots_until_the_button_is_let_go(tmp_path):
         stopped(world)
         assert {"node": "/joystick"}.items() <= world.records()[0].items()
         assert {"subscribes": "joy"}.items() <= world.records()[1].items()
+        assert {(one["topic"], one["stamped"]) for one in world.records() if "topic" in one} == {
+            ("/koala/cmd_vel", False),
+            ("/epuck/cmd_vel", True),
+        }
 
 
 def test_a_joy_node_that_repeats_nothing_is_noticed(tmp_path):

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.model import Mode
-from swarmctl.swarm import names
+from swarmctl.swarm.command_topics import SENDABLE
 from swarmctl.swarm.subnets import advertised
-from swarmctl.swarm.topics import COMMAND, COMMAND_TYPE
+from swarmctl.swarm.topics import Endpoint
 from swarmctl.yamltext.edits import append_item, make_fix, remove, set_key
 
 
@@ -103,41 +103,39 @@ def _once(context: RuleContext, index: int, place: int, *, equal: bool) -> Fix |
 @rule("AUTH004")
 def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
     """A program publishes velocity commands without authority from `control` or from the mode."""
-    spec = context.spec
     for one in context.endpoints:
-        space, _, name = one.topic.rpartition("/")
-        if not one.publishes or name != COMMAND or space not in context.robot_by_namespace:
-            continue
-        robot = context.robot_by_namespace[space]
-        address = advertised(spec, one.host) if one.host in spec.hosts else ""
-        if any(commander.includes(one.node, address) for commander in context.authority.over(robot)):
-            continue
-        listed = sorted(control.by for control in spec.control if robot in control.of)
-        entry = {"by": one.owner, "of": [robot]}
-        made = (
-            append_item(context.source, ("control",), entry)
-            if spec.control
-            else set_key(context.source, (), "control", [entry])
-        )
-        listing = f"{{by: {one.owner}, of: [{robot}]"
-        yield Diagnostic(
-            "AUTH004",
-            f"program `{one.owner}` publishes commands to robot `{robot}` without authority",
-            context.span(*one.loc, "topic"),
-            label=f"the command topic of `{robot}`",
-            notes=(Note(context.span("control", key=True), "the list of commanders"),)
-            if spec.control
-            else (),
-            help=(
-                f"add to `control`: {listing}, priority: ...}}; "
-                f"already commanding `{robot}`: `{'`, `'.join(listed)}`"
-                if listed
-                else f"add to `control`: {listing}}}",
-            ),
-            fix=None
+        robots = context.robots_by_command.get(one.topic, ()) if one.publishes else ()
+        address = advertised(context.spec, one.host) if one.host in context.spec.hosts else ""
+        for robot in robots:
+            over = context.authority.over(robot)
+            if not any(commander.includes(one.node, address) for commander in over):
+                yield _unauthorised(context, one, robot)
+
+
+def _unauthorised(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic:
+    spec = context.spec
+    listed = sorted(control.by for control in spec.control if robot in control.of)
+    entry = {"by": one.owner, "of": [robot]}
+    made = (
+        append_item(context.source, ("control",), entry)
+        if spec.control
+        else set_key(context.source, (), "control", [entry])
+    )
+    listing = f"{{by: {one.owner}, of: [{robot}]"
+    return Diagnostic(
+        "AUTH004",
+        f"program `{one.owner}` publishes commands to robot `{robot}` without authority",
+        context.span(*one.loc, "topic"),
+        label=f"the command topic of `{robot}`",
+        notes=(Note(context.span("control", key=True), "the list of commanders"),) if spec.control else (),
+        help=(
+            f"add to `control`: {listing}, priority: ...}}; "
+            f"already commanding `{robot}`: `{'`, `'.join(listed)}`"
             if listed
-            else make_fix(f"add `{one.owner}` to `control` of `{robot}`", made, safe=False),
-        )
+            else f"add to `control`: {listing}}}",
+        ),
+        fix=None if listed else make_fix(f"add `{one.owner}` to `control` of `{robot}`", made, safe=False),
+    )
 
 
 @rule("AUTH005")
@@ -152,15 +150,17 @@ def commanders_without_commands(context: RuleContext) -> Iterator[Diagnostic]:
         if control.by not in declared:
             continue
         for place, robot in enumerate(control.of):
-            topic = f"{names.namespace(robot)}/{COMMAND}"
-            if topic not in declared[control.by]:
+            command = context.command_topics.get(robot)
+            if command is None or spec.programs[control.by].use is not None:  # AUTH010 reports these
+                continue
+            if command.topic not in declared[control.by]:
                 yield Diagnostic(
                     "AUTH005",
-                    f"`{control.by}` commands robot `{robot}`, but does not publish `{topic}`",
+                    f"`{control.by}` commands robot `{robot}`, but does not publish `{command.topic}`",
                     context.span("control", index, "of", place),
                     label="receives no commands",
                     notes=(Note(context.span("programs", control.by, "publishes", key=True), "its topics"),),
-                    help=(f"add {{topic: {topic}, type: {COMMAND_TYPE}}} there, or remap to it",),
+                    help=(f"add {{topic: {command.topic}, type: {command.type}}} there, or remap to it",),
                 )
 
 
@@ -204,12 +204,12 @@ def ambiguous_commanders(context: RuleContext) -> Iterator[Diagnostic]:
 def unarbitrated_commanders(context: RuleContext) -> Iterator[Diagnostic]:
     """Several commanders of a robot whose driver does not arbitrate; one finding per robot."""
     spec = context.spec
-    foreign = {name for name, one in spec.robots.items() if context.types[one.type].foreign(one.driver)}
+    ungated = {name for name, one in context.ros_drivers.items() if one.ungated}
     first: dict[str, tuple[str, int, int]] = {}
     reported: set[str] = set()
-    for index, control in enumerate(spec.control if foreign else ()):
+    for index, control in enumerate(spec.control if ungated else ()):
         for place, robot in enumerate(control.of):
-            if robot not in foreign or robot in reported:
+            if robot not in ungated or robot in reported:
                 continue
             by, other, there = first.setdefault(robot, (control.by, index, place))
             if by == control.by:
@@ -219,7 +219,73 @@ def unarbitrated_commanders(context: RuleContext) -> Iterator[Diagnostic]:
                 "AUTH008",
                 f"robot `{robot}` executes commands of `{by}` and `{control.by}`, ignoring priorities",
                 context.span("control", index, "of", place),
-                label="rosserial_python accepts every publisher",
+                label="its driver is ungated and accepts every publisher",
                 notes=(Note(context.span("control", other, "of", there), "another commander"),),
-                help=(f"remove `driver` from `{robot}`, so that swarmctl's driver arbitrates",),
+                help=(f"remove `ungated` from the driver of `{robot}`, so that swarmctl's gate arbitrates",),
             )
+
+
+@rule("AUTH010")
+def impossible_commands(context: RuleContext) -> Iterator[Diagnostic]:
+    """An entry of `control` for a robot that takes no commands, or none of the kind its commander sends."""
+    for index, control in enumerate(context.spec.control):
+        program = context.spec.programs.get(control.by)
+        for place, robot in enumerate(control.of):
+            command = context.command_topics.get(robot)
+            span, named = context.span("control", index, "of", place), f"robot `{robot}`"
+            note = Note(context.span("robots", robot, key=True), named)
+            if command is None:
+                yield Diagnostic(
+                    "AUTH010",
+                    f"`{control.by}` cannot command {named}: it takes no commands",
+                    span,
+                    label="its kinematics is `none`",
+                    notes=(note,),
+                    help=("remove it here, or declare how it moves under `kinematics` of its type",),
+                )
+            elif program is not None and program.use is not None and command.type not in SENDABLE:
+                yield Diagnostic(
+                    "AUTH010",
+                    f"`{program.use}` cannot command {named}: it takes {command.type}, not velocities",
+                    span,
+                    label=f"on `{command.topic}`",
+                    notes=(note,),
+                    help=("command it by a program of your own that publishes this type",),
+                )
+
+
+@rule("AUTH011")
+def commanding_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A program whose nodes have unknown names commands: all nodes of its host may; one finding per entry."""
+    spec = context.spec
+    ungated = {name for name, one in context.ros_drivers.items() if one.ungated}
+    for index, control in enumerate(spec.control):
+        program, host = spec.programs.get(control.by), context.program_hosts.get(control.by)
+        if program is None or program.names_its_node or host is None:
+            continue
+        named = [one for one in control.of if one not in ungated and not _commands_anyway(context, host, one)]
+        if not named:
+            continue
+        kind = program.kinds[0]
+        others = f" and {len(named) - 1} more" if len(named) > 1 else ""
+        yield Diagnostic(
+            "AUTH011",
+            f"every node on host `{host}` may command `{named[0]}`{others}, not only `{control.by}`",
+            context.span("control", index, "by"),
+            label="the names of its nodes are not known",
+            notes=(
+                Note(
+                    context.span("programs", control.by, kind, key=True),
+                    f"a `{kind}` names its nodes itself",
+                ),
+            ),
+            help=(
+                "run the node that sends the commands as a program with `package` and `executable`",
+                f"if every node there may command, write `by: {host}`",
+            ),
+        )
+
+
+def _commands_anyway(context: RuleContext, host: str, robot: str) -> bool:
+    """Whether `control` lets all nodes of ``host`` command ``robot``."""
+    return any(control.by == host and robot in control.of for control in context.spec.control)

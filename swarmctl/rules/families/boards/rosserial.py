@@ -8,6 +8,7 @@ from swarmctl.analysis.rosserial_load import CAREFUL, PATIENCE, Carried, Rosseri
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.robot_types.board_limits import boards
 from swarmctl.robot_types.message_sizes import size_of
+from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.serial_lines.rules import BAUDS, meant_baud, near_bauds
 from swarmctl.suggest import did_you_mean
@@ -35,7 +36,7 @@ def _named(context: RuleContext) -> Iterator[tuple[Loc, str]]:
         if program.board is not None:
             yield ("programs", name), program.board
     for name, kind in context.spec.types.items():
-        if kind.sketch is not None:
+        if isinstance(kind, RobotType) and kind.sketch is not None:
             yield ("types", name, "protocol"), kind.sketch.board
 
 

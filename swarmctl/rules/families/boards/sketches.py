@@ -10,17 +10,17 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, clashes
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.serial_lines.rules import BAUDS
-from swarmctl.spec.model import Serial
+from swarmctl.spec.link_model import Serial
 
 
 @rule("BOARD010")
 def pins_used_twice(context: RuleContext) -> Iterator[Diagnostic]:
     """A pin with two uses."""
     general = context.spec.defaults.robot
-    ours = {name for name, kind in context.types.items() if kind.sketch is not None and kind.sketch.firmware}
-    for name, robot in context.spec.robots.items() if ours else ():
-        if robot.type not in ours:
+    for name, kind in context.native_robots.items():
+        if kind.sketch is None or not kind.sketch.firmware:
             continue
+        robot = context.spec.robots[name]
         layers = {("robots", name, "settings"): robot.settings, ("defaults", "robot"): general}
         declared = {loc: one.firmware for loc, one in layers.items() if "firmware" in one.model_fields_set}
         if not declared:
@@ -51,8 +51,8 @@ def wiring_without_sketch(context: RuleContext) -> Iterator[Diagnostic]:
     for name, robot in context.spec.robots.items():
         if "firmware" not in robot.settings.model_fields_set:
             continue
-        kind = context.types[robot.type]
-        if kind.sketch is None or kind.sketch.firmware is None:
+        kind = context.native_robots.get(name)
+        if kind is None or kind.sketch is None or kind.sketch.firmware is None:
             yield Diagnostic(
                 "BOARD011",
                 f"swarmctl generates no sketch for robot `{name}`, so `firmware` has no effect",
@@ -65,12 +65,8 @@ def wiring_without_sketch(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("BOARD012")
 def sketch_limits(context: RuleContext) -> Iterator[Diagnostic]:
     """A baud rate or encoders that the generated sketch cannot handle."""
-    ours = {
-        name: one for name, one in context.types.items() if one.sketch is not None and one.sketch.firmware
-    }
-    for index, link in context.lines if ours else ():
-        kind = ours.get(context.spec.robots[link.robot].type)
-        if kind is None or kind.sketch is None:
+    for index, link, kind in context.native_lines:
+        if kind.sketch is None or not kind.sketch.firmware:
             continue
         declared = link.baud if isinstance(link, Serial) else None
         dead_man = kind.sketch.firmware_timeout

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.serial_lines.rules import BAUDS
-from swarmctl.spec.model import Serial
+from swarmctl.spec.link_model import Serial
 from swarmctl.yamltext import edits
 
 
@@ -18,16 +18,16 @@ def agreed_rates(context: RuleContext) -> Iterator[Diagnostic]:
         if not isinstance(link, Serial) or link.baud is None or link.baud not in BAUDS:
             continue
         type_name = context.spec.robots[link.robot].type
-        known = context.types[type_name].link
-        if link.baud != known.baud and link.baud not in known.other_bauds:
-            rates = " or ".join(str(rate) for rate in (known.baud, *known.other_bauds))
+        known = context.bauds_of(link.robot)
+        if known and link.baud not in known:
+            rates = " or ".join(map(str, known))
             yield Diagnostic(
                 "DEV007",
                 f"robot `{link.robot}` (type `{type_name}`) supports {rates} baud, not {link.baud}",
                 context.span("links", index, "baud"),
                 label="both sides need the same rate",
                 notes=(Note(context.span("robots", link.robot, "type"), "the robot's type"),),
-                help=(f"leave `baud` out to use the type's rate, {known.baud}",),
+                help=(f"leave `baud` out to use the type's rate, {known[0]}",),
                 fix=edits.make_fix(
                     "remove `baud`",
                     edits.remove(context.document.source, ("links", index, "baud")),

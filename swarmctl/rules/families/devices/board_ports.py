@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Serial
+from swarmctl.spec.link_model import Serial
 
 _BOARD_PORTS = ("/dev/ttyS0", "/dev/ttyAMA0", "/dev/serial0")
 _BOARD_LIMIT = 460800  # rosserial#552: 921600 fails on the UART of a Raspberry Pi 3
@@ -20,7 +20,7 @@ def board_ports(context: RuleContext) -> Iterator[Diagnostic]:
     for index, link in context.lines:
         if not isinstance(link, Serial) or link.device not in _BOARD_PORTS:
             continue
-        baud = link.baud or context.types[context.spec.robots[link.robot].type].link.baud
+        baud = context.baud_of(link) or 0
         computer = context.computer_of(link.host) or ""
         if baud > _BOARD_LIMIT and computer.startswith("raspberry-pi"):
             yield Diagnostic(

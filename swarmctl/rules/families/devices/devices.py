@@ -7,11 +7,13 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Bluetooth, Serial, Usb
+from swarmctl.spec.link_model import Bluetooth, Serial, Usb
 
 _NUMBERED = ("/dev/ttyUSB", "/dev/ttyACM")
 _BY_ID = "/dev/serial/by-id/"
 _RFCOMM = "/dev/rfcomm"
+_CH340 = ("1a86", "7523")
+_PORT = "(`udevadm info -a` shows it as KERNELS)"
 _UDEVADM = "(`udevadm info -a` shows the serial number)"
 
 # What `udevadm info -a` shows last is the USB controller: a PCI address, or its name on a board.
@@ -36,7 +38,7 @@ _IN_EXAMPLES = {
 
 @rule("LINK004")
 def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
-    """A serial link with neither a USB adapter nor a device, or with both."""
+    """A serial link with neither a USB adapter nor a device, or with both, or with an adapter of no name."""
     for index, link in context.lines:
         if not isinstance(link, Serial):
             continue
@@ -49,6 +51,17 @@ def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
                 help=(
                     f"usb: {{serial: ...}} for a USB adapter {_UDEVADM}",
                     "device: /dev/ttyS0 for an on-board port",
+                ),
+            )
+        elif link.usb is not None and not link.usb.identity:
+            yield Diagnostic(
+                "LINK004",
+                f"`usb` of `{link.robot}` names no adapter",
+                context.span("links", index, "usb"),
+                label="needs `serial`, or `path` for an adapter that has none",
+                help=(
+                    f"usb: {{serial: ...}} {_UDEVADM}",
+                    f"usb: {{path: 1-1.3}} for one without, such as a CH340, and keep its port {_PORT}",
                 ),
             )
         elif link.usb is not None and link.device is not None:
@@ -101,6 +114,8 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
         if not isinstance(link, Serial) or link.usb is None:
             continue
         serial = link.usb.serial
+        if serial is None:
+            continue
         if _CONTROLLER.fullmatch(serial) or _IDS.fullmatch(serial):
             whole = _CONTROLLER.fullmatch(serial) is not None
             yield Diagnostic(
@@ -124,21 +139,35 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
                     f"the number is probably its last part: usb: {{serial: {found['serial']}}} {_UDEVADM}",
                 ),
             )
-        elif link.usb.vendor is None and link.usb.product is None and FACTORY.fullmatch(serial):
-            yield from _factory_serial(context, index, link.usb)
+        elif link.usb.path is None:
+            yield from _shared_or_absent(context, index, link.usb, serial)
 
 
-def _factory_serial(context: RuleContext, index: int, usb: Usb) -> Iterator[Diagnostic]:
-    yield Diagnostic(
-        "DEV004",
-        f"many cheap adapters have the serial number `{usb.serial}`",
-        context.span("links", index, "usb", "serial"),
-        label="factory default",
-        help=(
-            "add `vendor` and `product` (`lsusb` shows them), so that only this model matches",
-            "for two adapters of one model: device: /dev/serial/by-path/..., and keep the USB port",
-        ),
-    )
+def _shared_or_absent(context: RuleContext, index: int, usb: Usb, serial: str) -> Iterator[Diagnostic]:
+    """Serial numbers of chips that leave the factory all with the same one, or with none."""
+    place = context.span("links", index, "usb", "serial")
+    if (usb.vendor, usb.product) == _CH340:
+        yield Diagnostic(
+            "DEV004",
+            "most adapters with a CH340 (1a86:7523) have no serial number",
+            place,
+            label="then no adapter matches it",
+            help=(
+                f"name the USB port, and keep it: usb: {{path: 1-1.3}} {_PORT}",
+                "suppress this if `udevadm info -a` shows the number next to the adapter's ATTRS{idVendor}",
+            ),
+        )
+    elif usb.vendor is None and usb.product is None and FACTORY.fullmatch(serial):
+        yield Diagnostic(
+            "DEV004",
+            f"many cheap adapters have the serial number `{serial}`",
+            place,
+            label="factory default",
+            help=(
+                "add `vendor` and `product` (`lsusb` shows them), so that only this model matches",
+                f"for two adapters of one model, name the USB ports: usb: {{path: 1-1.3}} {_PORT}",
+            ),
+        )
 
 
 @rule("DEV005", "DEV006")

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Bluetooth, Mode
+from swarmctl.spec.link_model import Bluetooth
+from swarmctl.spec.model import Mode
 from swarmctl.yamltext.edits import append_item, make_fix, set_key
 
 
@@ -16,12 +17,14 @@ def robot_lines(context: RuleContext) -> Iterator[Diagnostic]:
     spec = context.spec
     for name, found in context.lines_of.items():
         host = context.driving[name]
+        if not found and name not in context.driven_robots and not context.link_kinds(name):
+            continue
         if not found:
             yield Diagnostic(
                 "LINK001",
                 f"robot `{name}` has no link to its host",
                 context.span("robots", name, key=True),
-                label="no serial or bluetooth link names it",
+                label=f"no {' or '.join(context.link_kinds(name))} link names it",
                 help=tuple(f"add to `links`: {line}" for line in _possible_lines(context, name, host)),
             )
             continue
@@ -55,12 +58,17 @@ def robot_lines(context: RuleContext) -> Iterator[Diagnostic]:
 def _possible_lines(context: RuleContext, robot: str, host: str | None) -> Iterator[str]:
     """Yields the links, as spec text, that the robot type and its host support."""
     spec = context.spec
-    kinds = context.types[spec.robots[robot].type].link.kinds
+    kinds = context.link_kinds(robot)
     ends = f"host: {host or '...'}, robot: {robot}"
     if "bluetooth" in kinds and host is not None and spec.hosts[host].bluetooth:
         yield f'{{kind: bluetooth, {ends}, mac: "..."}}'
     if "serial" in kinds:
         yield f"{{kind: serial, {ends}, usb: {{serial: ...}}}}"
+    for kind in ("udp", "tcp"):
+        if kind in kinds:
+            yield f"{{kind: {kind}, {ends}, address: ...}}"
+    if "radio" in kinds:
+        yield f"{{kind: radio, {ends}, uri: radio://0/80/2M/E7E7E7E7E7}}"
 
 
 @rule("LINK007")
@@ -69,7 +77,7 @@ def link_kinds(context: RuleContext) -> Iterator[Diagnostic]:
     spec = context.spec
     for index, link in context.lines:
         type_name = spec.robots[link.robot].type
-        kinds = context.types[type_name].link.kinds
+        kinds = context.link_kinds(link.robot)
         if link.kind not in kinds:
             yield Diagnostic(
                 "LINK007",
@@ -77,7 +85,7 @@ def link_kinds(context: RuleContext) -> Iterator[Diagnostic]:
                 context.span("links", index, "kind"),
                 label=f"not supported by `{type_name}`",
                 notes=(Note(context.span("robots", link.robot, "type"), "the robot's type"),),
-                help=(f"connect it by {' or '.join(kinds)}",),
+                help=(f"connect it by {' or '.join(kinds)}" if kinds else "remove the link: it needs none",),
             )
 
 
@@ -113,15 +121,15 @@ def _adapter_added(context: RuleContext, host: str, adapter: str) -> Fix | None:
 @rule("LINK008")
 def channels(context: RuleContext) -> Iterator[Diagnostic]:
     """An RFCOMM channel that is not the robot type's."""
-    for index, link in context.lines:
+    for index, link, kind in context.native_lines:
         if not isinstance(link, Bluetooth) or link.channel is None:
             continue
         type_name = context.spec.robots[link.robot].type
-        known = context.types[type_name].link.rfcomm_channel
+        known = kind.link.rfcomm_channel
         if link.channel != known:
             others = [
                 name
-                for name, one in context.types.items()
+                for name, one in context.native_types.items()
                 if "bluetooth" in one.link.kinds and one.link.rfcomm_channel == link.channel
             ]
             yield Diagnostic(

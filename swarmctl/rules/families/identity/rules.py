@@ -10,10 +10,11 @@ from typing import Any
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.devices.devices import FACTORY
-from swarmctl.spec.model import Bluetooth, Serial, Usb
+from swarmctl.spec.link_model import Bluetooth, Serial, Usb
 from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import Subnet, normal
+from swarmctl.swarm.ip_links import IpEnds
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.yamltext.edits import make_fix, replace_value
 
@@ -45,7 +46,7 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
     adapters: dict[tuple[str, str], list[Usb]] = {}
     for index, link in context.lines:
         if isinstance(link, Serial) and link.usb is not None:
-            named = adapters.setdefault((link.host, link.usb.serial), [])
+            named = adapters.setdefault((link.host, link.usb.identity), [])
             if len(named) >= _MODELS:
                 continue
             same = (place for place, one in enumerate(named) if _may_be_one(one, link.usb))
@@ -53,9 +54,9 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
             named[adapter:] = named[adapter:] or [link.usb]
             claims.append(
                 (
-                    (link.host, link.usb.serial, adapter),
+                    (link.host, link.usb.identity, adapter),
                     f"robot `{link.robot}`",
-                    ("links", index, "usb", "serial"),
+                    ("links", index, *_place(link)),
                 )
             )
     for index, link in context.lines:
@@ -87,7 +88,7 @@ def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
         if not isinstance(link, Serial) or (link.usb is None and link.device is None):
             continue
         usb = link.usb or Usb.model_construct(serial=_serial_in(link.device or ""), vendor=None, product=None)
-        if not usb.serial or FACTORY.fullmatch(usb.serial):
+        if usb.path or not usb.serial or FACTORY.fullmatch(usb.serial):
             continue
         earlier = first.setdefault(usb.serial, [])
         if len(earlier) >= _MODELS:
@@ -110,7 +111,9 @@ def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 
 
 def _place(link: Serial) -> tuple[str, ...]:
-    return ("usb", "serial") if link.usb is not None else ("device",)
+    if link.usb is None:
+        return ("device",)
+    return ("usb", "path" if link.usb.path else "serial")
 
 
 def _may_be_one(first: Usb, second: Usb) -> bool:
@@ -134,6 +137,40 @@ def duplicate_bluetooth(context: RuleContext) -> Iterator[Diagnostic]:
         claims,
         "each robot has its own address; its label or `bluetoothctl scan on` shows it",
     )
+
+
+@rule("ID008")
+def duplicate_robot_addresses(context: RuleContext) -> Iterator[Diagnostic]:
+    """Two robots with one address and port, as one host or one network reaches them.
+
+    Robots that are their own access points have one address by default; each needs a host of its own.
+    """
+    claims: list[Claim] = [
+        (
+            (ends.link.kind, normal(ends.link.address), ends.port, _seen_from(ends)),
+            f"robot `{ends.link.robot}`",
+            ("links", index, "address"),
+        )
+        for index, ends in context.ip_links.items()
+    ]
+    help_ = "each robot needs its own address; one that is its own access point needs a host of its own"
+    yield from _duplicates(context, "ID008", "address and port", claims, help_)
+
+
+def _seen_from(ends: IpEnds) -> str:
+    """Where an address means one robot: in a network of the spec, else at the host alone."""
+    return f"network {ends.network.name}" if ends.network is not None else f"host {ends.link.host}"
+
+
+@rule("ID009")
+def duplicate_radio_addresses(context: RuleContext) -> Iterator[Diagnostic]:
+    """Two Crazyflies with one address on one channel: each obeys the commands for both."""
+    claims: list[Claim] = [
+        ((link.channel, link.address), f"robot `{link.robot}`", ("links", index, "uri"))
+        for index, link in context.radios
+    ]
+    help_ = "give each Crazyflie its own address, with the Crazyflie client over USB, or another channel"
+    yield from _duplicates(context, "ID009", "radio address and channel", claims, help_)
 
 
 @rule("ID004")

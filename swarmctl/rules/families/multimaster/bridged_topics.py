@@ -9,8 +9,7 @@ from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.multimaster_model import Crossing
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
-from swarmctl.swarm.names import split_topic
-from swarmctl.swarm.topics import DIAGNOSTICS, sensors_of
+from swarmctl.swarm.topics import DIAGNOSTICS
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
@@ -88,9 +87,8 @@ def origins(context: RuleContext) -> Iterator[Diagnostic]:
 
 
 def _nearest(context: RuleContext, topic: str) -> str | None:
-    space = split_topic(topic)[0]
+    space = context.split_topic(topic)[0]
     known = [*context.publishers.programs]
     if (robot := context.robot_by_namespace.get(space)) is not None:
-        entry = context.spec.robots[robot]
-        known += [f"{space}/{one}" for one in sensors_of(context.types[entry.type], entry.driver)]
+        known += [f"{space}/{one}" for one in context.sensors_of(robot)]
     return nearest(topic, tuple(known))

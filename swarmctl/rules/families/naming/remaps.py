@@ -15,7 +15,7 @@ from swarmctl.yamltext.edits import make_fix, remove, rename_key
 def remaps(context: RuleContext) -> Iterator[Diagnostic]:
     """A name remapped to itself."""
     for name, program in context.spec.programs.items():
-        node = names.program_node(name, program.robot)
+        node = context.program_nodes[name]
         for old, new in program.remap.items():
             if names.resolved(old, node, {}) == names.resolved(new, node, {}):
                 loc = ("programs", name, "remap", old)
@@ -39,7 +39,7 @@ def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
     known: set[str] = {one.topic for one in context.endpoints}
     for name, program in context.spec.programs.items():
         topics = [one.topic for one in (*program.publishes, *program.subscribes)]
-        node = names.program_node(name, program.robot)
+        node = context.program_nodes[name]
         own = {names.resolved(one, node, {}): one for one in topics}
         for old, new in program.remap.items() if own else ():
             before, after = (names.resolved(one, node, {}) for one in (old, new))
@@ -76,7 +76,7 @@ def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
 def remap_chains(context: RuleContext) -> Iterator[Diagnostic]:
     """A remap to a name that another remap of the program changes."""
     for name, program in context.spec.programs.items():
-        node = names.program_node(name, program.robot)
+        node = context.program_nodes[name]
         changed = {names.resolved(old, node, {}): old for old in program.remap}
         swapped: set[str] = set()
         for old, new in program.remap.items():

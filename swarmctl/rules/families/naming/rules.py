@@ -5,30 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note
+from swarmctl.diagnostics import Diagnostic, Edit, Fix
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.swarm import names
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
 _CONVENTIONAL = re.compile("[a-z][a-z0-9_]*", re.ASCII)  # REP 144
-# Nodes of the master and of multimasters. Multimasters exclude nodes by these names.
-_ALWAYS_THERE = {
-    "rosout": "every ROS master",
-    "master_discovery": "multimaster",
-    "master_sync": "multimaster",
-    "node_manager": "multimaster",
-    "node_manager_daemon": "multimaster",
-    "param_sync": "multimaster",
-    "zeroconf": "multimaster",
-    "mas_discovery": "multimaster",
-    "mas_sync": "multimaster",
-    "mas_daemon": "multimaster",
-}
 
 
 def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
     """Yields every ROS name in the spec, its place, and whether it is a key."""
+    for kind in ("robots", "programs"):
+        for name, one in getattr(context.spec, kind).items():
+            if one.namespace is not None:
+                yield one.namespace, (kind, name, "namespace"), False
     for program_name, program in context.spec.programs.items():
         for key in ("publishes", "subscribes"):
             for index, topic in enumerate(getattr(program, key)):
@@ -99,34 +89,6 @@ def trailing_hyphens(context: RuleContext) -> Iterator[Diagnostic]:
                 label="hyphens become underscores in ROS names",
                 help=(f"write `{'-'.join(part for part in name.split('-') if part)}`",),
             )
-
-
-@rule("NAME004", "NAME005", ros1=True)
-def nodes(context: RuleContext) -> Iterator[Diagnostic]:
-    """A program's node with the name of a driver, or of a node of ROS or swarmctl."""
-    spec = context.spec
-    for name, program in spec.programs.items():
-        node = names.program_node(name, program.robot)
-        if program.robot is not None and node == names.driver_node(program.robot):
-            yield Diagnostic(
-                "NAME004",
-                f"program `{name}` and the driver of robot `{program.robot}` have one node name, `{node}`",
-                context.span("programs", name, key=True),
-                label="the master shuts down the older node",
-                notes=(Note(context.span("programs", name, "robot"), "this robot's driver"),),
-                help=("rename the program",),
-            )
-    for kind in ("robots", "programs"):
-        for taken, whose in _ALWAYS_THERE.items():
-            word = taken.replace("_", "-")
-            if word in getattr(spec, kind) and (kind == "robots" or spec.programs[word].robot is None):
-                yield Diagnostic(
-                    "NAME005",
-                    f"the node name `/{taken}` is used by {whose}",
-                    context.span(kind, word, key=True),
-                    label="reserved name",
-                    help=("choose another name",),
-                )
 
 
 @rule("NAME007")

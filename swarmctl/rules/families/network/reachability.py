@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Wlan
+from swarmctl.spec.link_model import Wlan
 from swarmctl.swarm.addresses import Subnet
 from swarmctl.yamltext.edits import append_item, make_fix
 

@@ -6,9 +6,11 @@ import posixpath
 from collections.abc import Iterator
 from dataclasses import replace
 
-from swarmctl.diagnostics import Diagnostic, Fix
+from swarmctl.diagnostics import Diagnostic, Fix, Span
+from swarmctl.ros_packages.launched import Place
 from swarmctl.ros_packages.package import Package
 from swarmctl.rules.context import RuleContext, rule
+from swarmctl.rules.launch_uses import declared_launches
 from swarmctl.suggest import Guess, did_you_mean, guess
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
@@ -24,33 +26,37 @@ def executables(context: RuleContext) -> Iterator[Diagnostic]:
         if program.executable is not None:
             loc = ("programs", name, "executable")
             yield from _executable(context, loc, package, program.executable, f"program `{name}`")
-        for node in context.launches[name].nodes if name in context.launches else ():
+    seen: set[tuple[Span, Place]] = set()
+    for use in context.launches:
+        span = context.launch_span(use, "launch")
+        for node in use.launched.nodes:
             of_node = context.document.packages.by_name.get(node.package or "")
-            if of_node is not None and node.executable and node.certain:
-                loc = ("programs", name, "launch")
-                yield from _executable(context, loc, of_node, node.executable, f"{node.place}")
+            if of_node is not None and node.executable and node.certain and (span, node.place) not in seen:
+                seen.add((span, node.place))
+                yield from _executable(context, span, of_node, node.executable, f"{node.place}")
 
 
 def _executable(
-    context: RuleContext, loc: Loc, package: Package, name: str, who: str
+    context: RuleContext, at: Loc | Span, package: Package, name: str, who: str
 ) -> Iterator[Diagnostic]:
+    span = at if isinstance(at, Span) else context.span(*at)
     found = package.executable(name)
     if found is None and not package.is_computed:
         meant = guess(name, package.executables)
         yield Diagnostic(
             "PKG001",
             f"package `{package.name}` ({package.folder}) has no executable `{name}`, which {who} starts",
-            context.span(*loc),
+            span,
             label="not found in the package",
             help=did_you_mean(name, package.executables, f"executables of {package.name}"),
-            fix=_write(context, loc, meant) if loc[-1] == "executable" else None,
+            fix=None if isinstance(at, Span) else _write(context, at, meant),
         )
     elif found is False:
         path = next(one for one in package.files if posixpath.basename(one) == name)
         yield Diagnostic(
             "PKG002",
             f"`{path}` of package `{package.name}` is not executable, and {who} starts it",
-            context.span(*loc),
+            span,
             label="roslaunch does not find it",
             help=(
                 f"run `chmod +x {posixpath.join(package.folder, path)}`",
@@ -62,23 +68,25 @@ def _executable(
 @rule("PKG003", ros1=True)
 def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that its package does not have."""
-    for name, program in context.spec.programs.items():
-        package = context.document.packages.by_name.get(program.package or "")
-        if package is None or program.launch is None or f"launch/{program.launch}" in package.files:
+    known, seen = context.document.packages, set()
+    for use, _ in declared_launches(context) if known.by_name or known.on_hosts else ():
+        package, path = known.known_on(use.host).get(use.started.package or ""), use.started.launch or ""
+        span = context.launch_span(use, "launch")
+        if package is None or package.has(f"launch/{path}") is not False or (package.folder, span) in seen:
             continue
-        base = posixpath.basename(program.launch)
+        seen.add((package.folder, span))
+        base = posixpath.basename(path)
         elsewhere = [one for one in package.files if posixpath.basename(one) == base]
-        meant = guess(program.launch, package.launch_paths())
-        loc = ("programs", name, "launch")
+        meant = guess(path, package.launch_paths())
         yield Diagnostic(
             "PKG003",
-            f"package `{package.name}` ({package.folder}) has no launch file `launch/{program.launch}`",
-            context.span(*loc),
+            f"package `{package.name}` ({package.folder}) has no launch file `launch/{path}`",
+            span,
             label="not found in the package",
             help=(f"move `{elsewhere[0]}` into the folder `launch` of the package",)
             if elsewhere and not meant.words
-            else did_you_mean(program.launch, package.launch_paths(), f"launch files of {package.name}"),
-            fix=_write(context, loc, meant),
+            else did_you_mean(path, package.launch_paths(), f"launch files of {package.name}"),
+            fix=None if use.of_type else _write(context, (*use.loc, "launch"), meant),
         )
 
 

@@ -22,11 +22,10 @@ from swarmctl.yamltext import edits
 @rule("PORT001", "PORT002")
 def clashes(context: RuleContext) -> Iterator[Diagnostic]:
     """Two servers on one port of one address; the second one does not start."""
-    found: dict[tuple[object, int], list[Listener]] = {}
+    found: dict[tuple[object, int, str], list[Listener]] = {}
     for one in context.listeners:
-        if one.protocol == "tcp":  # discoveries on one address share their multicast port
-            found.setdefault((_address(context, one.host), one.port), []).append(one)
-    # One finding for all ports of two hosts; servers that always run come first.
+        found.setdefault((_address(context, one.host), one.port, one.protocol), []).append(one)
+    # One finding for all ports of two hosts or of two drivers; servers that always run come first.
     reported: dict[frozenset[str], tuple[Listener, Listener]] = {}
     for listeners in found.values():
         if len(listeners) < 2:
@@ -37,11 +36,18 @@ def clashes(context: RuleContext) -> Iterator[Diagnostic]:
                 continue
             if (first.host, first.what) == (other.host, other.what):  # the hub of two islands, by mistake
                 continue
-            pair = frozenset((first.host, other.host))
+            if first.what == other.what and first.protocol == "udp":  # discoveries share their multicast port
+                continue
+            pair = frozenset((_owner(first), _owner(other)))
             if pair not in reported or (other.runs and not reported[pair][1].runs):
                 reported[pair] = (first, other)
     for first, other in reported.values():
         yield _clash(context, first, other)
+
+
+def _owner(one: Listener) -> str:
+    """Returns whose port it is: a robot's driver, or the host of the swarm's own servers."""
+    return one.what if one.of_robot else one.host
 
 
 def _address(context: RuleContext, host: str) -> object:
@@ -56,12 +62,17 @@ def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic
     return Diagnostic(
         "PORT001" if other.runs else "PORT002",
         f"{first.what} of `{first.host}` and {other.what} of `{other.host}` "
-        f"{'both listen' if other.runs else 'would both listen'} on port {first.port} of `{address}`",
+        f"{'both listen' if other.runs else 'would both listen'} on "
+        f"{'UDP ' if first.protocol == 'udp' else ''}port {first.port} of `{address}`",
         _place(context, other),
         label=f"{other.what} uses port {other.port}",
         notes=(Note(_place(context, first), f"{first.what} uses port {first.port}"),),
         help=(
-            f"set another one on host `{moved}`: master_port: {free}" if free else "change one of the ports",
+            f"set another one on host `{moved}`: master_port: {free}"
+            if free
+            else "write other `local_ports` in one of the links; its driver has to use them"
+            if one.of_robot
+            else "change one of the ports",
         ),
         fix=edits.make_fix(f"set the master port of `{moved}` to {free}", change, safe=False)
         if free
@@ -77,6 +88,8 @@ def _of_a_master(one: Listener) -> bool:
 def _place(context: RuleContext, one: Listener) -> Span:
     """Returns the place of the port in the spec; for a default, the host that listens there."""
     host, ros = context.spec.hosts[one.host], context.spec.ros
+    if one.of_robot:
+        return context.span(*one.loc)
     if one.loc[0] == "hosts":
         given = one.loc[2] in host.model_fields_set
     else:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Program
+from swarmctl.spec.program_model import Program
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.yamltext.edits import make_fix, replace_value
 

@@ -1,4 +1,4 @@
-"""What each program runs, where it runs, and with which environment and parameters."""
+"""Where each program runs, and with which environment and parameters."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.render.quoting import FIND
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Program
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
@@ -16,61 +16,6 @@ from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 IDENTITY = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE")
 _GLOBAL = "use_sim_time"  # nodes read only the global /use_sim_time
 _PARAMETER = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*", re.ASCII)
-
-
-@rule("PROG002", "PROG003", "PROG004")
-def commands(context: RuleContext) -> Iterator[Diagnostic]:
-    """A program without exactly one shipped program, executable or launch file."""
-    for name, program in context.spec.programs.items():
-        starts = [key for key in ("executable", "launch") if getattr(program, key) is not None]
-        if program.use is None and program.package is None:
-            yield Diagnostic(
-                "PROG002",
-                f"program `{name}` has nothing to run",
-                context.span("programs", name, starts[0], key=True)
-                if starts
-                else context.span("programs", name, key=True),
-                label="`package` missing" if starts else "needs `use` or `package`",
-                help=(
-                    "add the ROS package: package: joy, executable: joy_node",
-                    f"or a program that swarmctl ships: {_use_help()}",
-                ),
-            )
-        elif program.use is not None and (program.package is not None or starts):
-            key = "package" if program.package is not None else starts[0]
-            yield Diagnostic(
-                "PROG003",
-                f"program `{name}` has both `use` and `{key}`",
-                context.span("programs", name, key, key=True),
-                label="second program",
-                notes=(Note(context.span("programs", name, "use", key=True), "first program"),),
-                help=("keep one, and add the other as a separate program",),
-            )
-        elif program.package is not None and len(starts) != 1:
-            yield _start(context, name, program)
-
-
-def _start(context: RuleContext, name: str, program: Program) -> Diagnostic:
-    if program.launch is not None:
-        return Diagnostic(
-            "PROG004",
-            f"program `{name}` has both an `executable` and a `launch` file",
-            context.span("programs", name, "launch", key=True),
-            label="only one of them is allowed",
-            notes=(Note(context.span("programs", name, "executable", key=True), "the other one"),),
-            help=("keep one; a launch file starts its own nodes",),
-        )
-    return Diagnostic(
-        "PROG004",
-        f"program `{name}` has neither an `executable` nor a `launch` file of `{program.package}`",
-        context.span("programs", name, "package"),
-        label="`executable` or `launch` missing",
-        help=("add `executable: NODE`, or `launch: FILE.launch`",),
-    )
-
-
-def _use_help() -> str:
-    return ", ".join(f"use: {one}" for one in SHIPPED)
 
 
 @rule("PROG005")
@@ -186,18 +131,23 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
 
 @rule("PROG016", ros1=True)
 def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
-    """`$(...)` in a value that roslaunch evaluates; it cannot be escaped."""
+    """`$(...)` in a value that roslaunch evaluates; it cannot be escaped. `$(find PACKAGE)` is meant."""
     for name, program in context.spec.programs.items():
         if program.package is None:
             continue
-        values = [("environment", key, value) for key, value in program.environment.items()]
+        values: list[tuple[str, str | int, str]] = [
+            ("environment", key, value) for key, value in program.environment.items()
+        ]
         if program.launch is not None:
-            values += [("params", key, str(value)) for key, value in program.params.items()]
+            stated, arguments = program.named_values
+            values += [(stated, key, str(value)) for key, value in arguments.items()]
+        values += [("args", index, word) for index, word in enumerate(program.words)]
         for kind, key, value in values:
-            if "$(" in value:
+            if "$(" in FIND.sub("", value):
+                where = value if isinstance(key, int) else key
                 yield Diagnostic(
                     "PROG016",
-                    f"roslaunch would evaluate the `$(` in `{key}` of program `{name}`",
+                    f"roslaunch would evaluate the `$(` in `{where}` of program `{name}`",
                     context.span("programs", name, kind, key),
                     label="cannot be escaped",
                     help=("write the resulting value", "or set it in the launch file of your package"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Program
+from swarmctl.spec.program_model import Program
 from swarmctl.spec.program_params import shipped
 from swarmctl.swarm.topics import JOY_TYPE
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import posixpath
 import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix
-from swarmctl.field_types import Value
+from swarmctl.field_types import Parameter
+from swarmctl.render.quoting import FIND
 from swarmctl.rules.context import RuleContext, rule
+from swarmctl.spec.program_model import Program
 from swarmctl.yamltext.edits import make_fix, replace_value
+from swarmctl.yamltext.source import Loc
 
 # Where ROS is found, set by its setup.bash; by variable, the folder without which it is not.
 _SEARCH_PATHS = {
@@ -24,6 +28,9 @@ _SUBSTITUTION = re.compile(r"\$\([a-z]+[^)]*\)?")
 _EXPANDED_BY_ROS = "ROSCONSOLE_FORMAT"  # rosconsole replaces ${severity}, ${message} and the like
 _COMMAND = re.compile(r"`[^`]+`")
 
+_SHELLS = frozenset({"bash", "dash", "sh", "zsh"})
+_OPERATORS = frozenset({"&&", "||", "|", ";", "&", ">", ">>", "<", "2>", "2>&1", "&>"})
+_QUOTED = '"FIRST && SECOND"'
 _LAUNCH = (".launch", ".xml", ".test")
 _SETUP = re.compile(r"(/devel|/install)?/(local_)?setup\.(ba|z|fi)?sh$")
 
@@ -59,21 +66,35 @@ def _lost(key: str, value: str) -> str | None:
 def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
     """A variable, a home folder or a command in a value that no shell and no roslaunch expands."""
     for name, program in context.spec.programs.items():
-        values: list[tuple[str, str, Value]] = [
+        values: list[tuple[str, str | int, Parameter]] = [
             ("environment", key, value)
             for key, value in program.environment.items()
             if _lost(key, value) is None and key != _EXPANDED_BY_ROS
         ]
         if program.package is not None:
-            values += [("params", key, value) for key, value in program.params.items()]
+            stated, named = program.named_values
+            values += [(stated, key, value) for key, value in named.items()]
+        values += [("command", index, word) for index, word in enumerate(_words(program))]
         for kind, key, value in values:
-            found = _unexpanded(value, in_a_node=kind == "params" and program.launch is None)
+            evaluated = kind == "environment" or (kind != "command" and program.launch is not None)
+            if kind == "command" and (message := _for_a_shell(program, name, value)):
+                yield Diagnostic(
+                    "PROG021",
+                    message,
+                    context.span("programs", name, kind, key),
+                    label="passed as it stands",
+                    help=(f"for a shell write command: [bash, -c, {_QUOTED}]",)
+                    if value in _OPERATORS
+                    else (f"write each word on its own: [{', '.join(str(value).split())}]",),
+                )
+                continue
+            found = _unexpanded(_without_find(value, kind), in_a_node=not evaluated)
             if found is None:
                 continue
             home = _home(context, name)
             yield Diagnostic(
                 "PROG021",
-                f"nothing expands `{found}` in `{key}` of program `{name}`",
+                f"nothing expands `{found}` in `{kind if isinstance(key, int) else key}` of program `{name}`",
                 context.span("programs", name, kind, key),
                 label="passed as it stands",
                 help=(
@@ -86,13 +107,34 @@ def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-def _unexpanded(value: Value, *, in_a_node: bool) -> str | None:
+def _for_a_shell(program: Program, name: str, word: Parameter) -> str | None:
+    """Returns what is wrong with a word of a command that only a shell would read or divide."""
+    if word in _OPERATORS:
+        return f"no shell reads `{word}` in the command of program `{name}`"
+    lone = program.command is not None and len(program.command) == 1
+    if lone and isinstance(word, str) and len(word.split()) > 1 and not word.startswith("/"):
+        return f"the command of program `{name}` is one word with blanks in it"
+    return None
+
+
+def _unexpanded(value: Parameter, *, in_a_node: bool) -> str | None:
     """Returns what somebody expects to be expanded; ``$(`` elsewhere is PROG016's; no file's text."""
     if not isinstance(value, str) or "\n" in value:
         return None
     patterns = (_VARIABLE, _HOME, _COMMAND, *((_SUBSTITUTION,) if in_a_node else ()))
     found = next((match for pattern in patterns if (match := pattern.search(value))), None)
     return found[0] if found else None
+
+
+def _without_find(value: Parameter, kind: str) -> Parameter:
+    """Returns a text without the folders that roslaunch finds; no shell does that in a command."""
+    return FIND.sub("", value) if isinstance(value, str) and kind != "command" else value
+
+
+def _words(program: Program) -> tuple[str, ...]:
+    """The words of a command that no shell expands."""
+    words = program.command or ()
+    return () if words and posixpath.basename(words[0]) in _SHELLS else words
 
 
 def _home(context: RuleContext, program: str) -> str:
@@ -146,9 +188,14 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("PROG023", ros1=True)
 def workspaces(context: RuleContext) -> Iterator[Diagnostic]:
     """A workspace that is a file or a folder within one."""
-    workspace, loc = context.spec.ros.workspace, ("ros", "workspace")
-    if workspace is None:
-        return
+    if context.spec.ros.workspace is not None:
+        yield from _within(context, context.spec.ros.workspace, ("ros", "workspace"))
+    for name, host in context.spec.hosts.items():
+        for number, workspace in enumerate(host.workspaces):
+            yield from _within(context, workspace, ("hosts", name, "workspaces", number))
+
+
+def _within(context: RuleContext, workspace: str, loc: Loc) -> Iterator[Diagnostic]:
     script, folder = _SETUP.search(workspace), workspace.rpartition("/")[2]
     meant = workspace[: script.start()] if script else workspace.rpartition("/")[0]
     if (script is None and folder not in ("src", "build", "logs")) or not meant:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 from swarmctl.rules.context import RuleContext
-from swarmctl.spec.model import Mode, NetworkLink
+from swarmctl.spec.link_model import NetworkLink
+from swarmctl.spec.model import Mode
 from swarmctl.spec.references import mentions
 from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, typing_errors
 from swarmctl.yamltext.source import Loc

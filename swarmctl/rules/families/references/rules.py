@@ -13,7 +13,8 @@ from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import LikelyNames
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.model import Bluetooth, NetworkLink, Serial, Spec
+from swarmctl.spec.link_model import NetworkLink
+from swarmctl.spec.model import Spec
 from swarmctl.spec.references import renaming
 from swarmctl.spec.unread_types import advice
 from swarmctl.suggest import Guess, suggestion
@@ -46,20 +47,42 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     likely, used = LikelyNames(context), Counter(word for _, _, word, _ in unknown)
     words = {what: tuple(known) for what, known, _, _ in unknown}
     unread = _unread(context) if unknown else {}
+    sets = _sets(context) if unknown else frozenset()
     for span, alike in groupby(unknown, key=lambda one: context.span(*one[3])):
         same = list(alike)
         of_range = _of_a_range([word for _, _, word, _ in same], words[same[0][0]])
         for what, _, word, loc in same:
-            meant = likely.guess(word, words[what], loc)
+            host = _host_of(spec, word) if what == "host" else ""
+            meant = Guess((host,)) if host else likely.guess(word, words[what], loc)
+            of_robot = (f"`{word}` is a robot; its host is `{host}`",) if host else ()
             help_ = unread.get(word) if what == "robot type" else None
+            if word in sets and loc[-2:-1] in (("hosts",), ("of",)):
+                help_ = f"write `@{word}` in quotes: it is a group or label"
             yield Diagnostic(
                 "REF001",
                 f"unknown {what} `{word}`",
                 span,
                 label="not defined",
-                help=(help_,) if help_ else of_range or suggestion(meant, words[what], f"known {what}s"),
+                help=(
+                    (help_,)
+                    if help_
+                    else of_robot or of_range or suggestion(meant, words[what], f"known {what}s")
+                ),
                 fix=None if help_ else _fix(likely, word, loc, meant, used[word]),
             )
+
+
+def _sets(context: RuleContext) -> frozenset[str]:
+    """The names of groups and labels."""
+    labels = [one.labels for one in context.spec.hosts.values()]
+    labels += [one.labels for one in context.spec.robots.values()]
+    return frozenset(context.spec.groups).union(*labels)
+
+
+def _host_of(spec: Spec, robot: str) -> str:
+    """The host of a robot whose name stands where a host belongs; empty if there is none of either."""
+    host = spec.robots[robot].host if robot in spec.robots else None
+    return host if host in spec.hosts else ""
 
 
 def _of_a_range(missing: list[str], known: tuple[str, ...]) -> tuple[str, ...]:
@@ -100,6 +123,7 @@ def _types(spec: Spec) -> Iterator[Named]:
 def _hosts(spec: Spec) -> Iterator[Named]:
     yield from ((getattr(spec, key), (key,)) for key in ("leader", "hub"))
     yield spec.time.root, ("time", "root")
+    yield from ((host, ("ros", "builders", place)) for place, host in enumerate(spec.ros.builders))
     yield from ((robot.host, ("robots", name, "host")) for name, robot in spec.robots.items())
     yield from ((host.via, ("hosts", name, "via")) for name, host in spec.hosts.items())
     yield from ((program.host, ("programs", name, "host")) for name, program in spec.programs.items())
@@ -115,7 +139,7 @@ def _hosts(spec: Spec) -> Iterator[Named]:
 
 def _robots(spec: Spec) -> Iterator[Named]:
     for index, link in enumerate(spec.links):
-        if isinstance(link, (Serial, Bluetooth)):
+        if not isinstance(link, NetworkLink):
             yield link.robot, ("links", index, "robot")
     yield from ((program.robot, ("programs", name, "robot")) for name, program in spec.programs.items())
     for index, control in enumerate(spec.control):

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from swarmctl.diagnostics import Diagnostic, Note
-from swarmctl.field_types import Value
+from swarmctl.field_types import Parameter
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Bluetooth, Program
+from swarmctl.spec.link_model import Bluetooth
+from swarmctl.spec.program_model import Program
 from swarmctl.yamltext.edits import make_fix, remove, set_key
 from swarmctl.yamltext.source import Loc
 
@@ -26,11 +27,13 @@ def stopping_distances(context: RuleContext) -> Iterator[Diagnostic]:
     """A robot that drives too far or too long after its last command."""
     base = context.spec.defaults.robot
     for name, robot in context.spec.robots.items():
-        kind = context.types[robot.type]
-        sketch = kind.foreign(robot.driver)  # rosserial_python reads no settings
-        layers = () if sketch else context.document.settings_layers(name)[::-1]
-        timeout = sketch.firmware_timeout if sketch else _first(layers, "command_timeout") or _TIMEOUT
-        top = kind.kinematics.wheel_speed_max
+        driver = context.ros_drivers.get(name)
+        ungated = driver is not None and driver.ungated  # then nothing reads its settings
+        layers = () if ungated else context.document.settings_layers(name)[::-1]
+        timeout = _first(layers, "command_timeout") or _TIMEOUT
+        if driver is not None and ungated:
+            timeout = driver.stops_after or 0.0  # not known
+        top = context.motions[robot.type].axes[0]
         speed = min(_limit(layers) or top, top)
         if timeout * speed <= _MAX_DISTANCE and timeout <= _MAX_TIMEOUT:
             continue
@@ -45,8 +48,8 @@ def stopping_distances(context: RuleContext) -> Iterator[Diagnostic]:
             notes=(Note(context.span("robots", name, key=True), "this robot"),)
             if loc[:1] != ("robots",) and loc
             else (),
-            help=("shorten the timeout in its sketch, and set `firmware_timeout` in its type",)
-            if sketch
+            help=("shorten the timeout of its driver, or remove `ungated`",)
+            if ungated
             else (f"shorten its timeout: command_timeout: {_sooner(speed):g}",)
             if timeout > _TIMEOUT
             else ("limit its speed: settings: {limits: {linear: ...}}, or shorten its `command_timeout`",),
@@ -67,20 +70,19 @@ def _limit(layers: Sequence[RobotSettings]) -> float | None:
 
 def _place(context: RuleContext, name: str, base: RobotSettings) -> Loc:
     """Returns the place of a robot's timeout in the spec; empty if its type or swarmctl sets it."""
-    robot = context.spec.robots[name]
-    if context.types[robot.type].foreign(robot.driver):
-        return ()
-    return context.command_timeout_loc(name)
+    driver = context.ros_drivers.get(name)
+    return () if driver is not None and driver.ungated else context.command_timeout_loc(name)
 
 
 @rule("SAFE003")
 def disabled_dead_men(context: RuleContext) -> Iterator[Diagnostic]:
     """A joystick or keyboard program with its dead-man disabled; the shipped programs have no such switch."""
     for name, program in context.spec.programs.items():
-        for key, value in program.params.items() if program.use is None else ():
+        kind, values = program.named_values
+        for key, value in values.items() if program.use is None else ():
             if not _is_off(program, key, value):
                 continue
-            loc = ("programs", name, "params")
+            loc = ("programs", name, kind)
             repeats = key == "repeat_rate"
             yield Diagnostic(
                 "SAFE003",
@@ -102,11 +104,11 @@ def disabled_dead_men(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-def _is_off(program: Program, key: str, value: Value) -> bool:
+def _is_off(program: Program, key: str, value: Parameter) -> bool:
     """True if a parameter disables the dead-man (teleop_twist_joy, teleop_twist_keyboard)."""
     if key in _SWITCHES:
         return value is False
-    if isinstance(value, (bool, str)):
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     if key in _BUTTONS:
         return value < 0
@@ -117,9 +119,7 @@ def _is_off(program: Program, key: str, value: Value) -> bool:
 @rule("SAFE004")
 def runaways(context: RuleContext) -> Iterator[Diagnostic]:
     """A fast robot that keeps its last speed when its Bluetooth link fails."""
-    for index, link in context.lines:
-        robot = context.spec.robots[link.robot]
-        kind = context.types[robot.type]
+    for index, link, kind in context.native_lines:
         if kind.firmware_dead_man or not isinstance(link, Bluetooth):
             continue
         top = kind.kinematics.wheel_speed_max

@@ -22,7 +22,7 @@ from swarmctl.rules.context import RuleContext, rule
 @rule("SENSE001", "SENSE002", "SENSE009", "SENSE010")
 def implausible_wheels(context: RuleContext) -> Iterator[Diagnostic]:
     """Wheels, speeds and units of a robot type that contradict each other or physics."""
-    for name, kind in context.document.own_types.items():
+    for name, kind in context.document.own_native_types.items():
         for doubt in doubts_about_wheels(kind):
             yield _of_type(context, name, doubt)
 
@@ -30,7 +30,7 @@ def implausible_wheels(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SENSE011", "SENSE012", "SENSE013", "SENSE014", "SENSE015", "SENSE016")
 def implausible_sensors(context: RuleContext) -> Iterator[Diagnostic]:
     """Sensors of a robot type that sit, look or measure as none does."""
-    for name, kind in context.document.own_types.items():
+    for name, kind in context.document.own_native_types.items():
         for doubt in doubts_about_sensors(kind):
             yield _of_type(context, name, doubt)
 
@@ -38,12 +38,13 @@ def implausible_sensors(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SENSE003", "SENSE004")
 def implausible_calibrations(context: RuleContext) -> Iterator[Diagnostic]:
     """A measured value of a robot that is far from its type's."""
-    for name, kind in context.document.own_types.items():
+    for name, kind in context.document.own_native_types.items():
         for doubt in doubts_about_calibration(kind, kind.settings):
             yield _of_type(context, name, doubt)
-    for name, robot in context.spec.robots.items():
+    for name, kind in context.native_robots.items():
+        robot = context.spec.robots[name]
         if robot.settings.calibration.model_fields_set:
-            for doubt in doubts_about_calibration(context.types[robot.type], robot.settings):
+            for doubt in doubts_about_calibration(kind, robot.settings):
                 yield _of_robot(context, name, doubt)
     yield from _of_defaults(context, doubts_about_calibration)
 
@@ -51,12 +52,13 @@ def implausible_calibrations(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SENSE005", "SENSE006")
 def standing_robots(context: RuleContext) -> Iterator[Diagnostic]:
     """A full speed, or a limit, that leaves a robot no speed or only a few."""
-    for name, kind in context.document.own_types.items():
+    for name, kind in context.document.own_native_types.items():
         for doubt in standstills(kind, kind.settings):
             yield _of_type(context, name, doubt)
-    for name, robot in context.spec.robots.items():
+    for name, kind in context.driven_robots.items():
+        robot = context.spec.robots[name]
         if robot.settings.limits.linear is not None:
-            for doubt in standstills(context.types[robot.type], robot.settings):
+            for doubt in standstills(kind, robot.settings):
                 if _is_of_settings(doubt):
                     yield _of_robot(context, name, doubt)
     yield from _of_defaults(context, standstills)
@@ -65,16 +67,15 @@ def standing_robots(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("SENSE007", "SENSE008")
 def ambiguous_counters(context: RuleContext) -> Iterator[Diagnostic]:
     """Position counters that wrap between two readings."""
-    for name, kind in context.document.own_types.items():
+    for name, kind in context.document.own_native_types.items():
         doubt = wrapping_counters(kind, _rate(kind, kind.settings))
         if doubt is not None:
             yield _of_type(context, name, doubt)
     defaults = context.spec.defaults.robot
-    for name, robot in context.spec.robots.items():
-        own = ODOM in robot.settings.rates
+    for name, kind in context.driven_robots.items():
+        own = ODOM in context.spec.robots[name].settings.rates
         if not own and ODOM not in defaults.rates:
             continue
-        kind = context.types[robot.type]
         doubt = wrapping_counters(kind, _rate(kind, *context.document.settings_layers(name)))
         if doubt is not None and not kind.sketch:
             at = ("robots", name, "settings") if own else ("defaults", "robot")
@@ -94,9 +95,9 @@ def _of_defaults(
 ) -> Iterator[Diagnostic]:
     """The doubts about the settings of all robots, for each type that has robots."""
     defaults = context.spec.defaults.robot
-    types = {one.type for one in context.spec.robots.values()} if defaults.model_fields_set else ()
-    for name in sorted(types):
-        for doubt in filter(_is_of_settings, doubts(context.types[name], defaults)):
+    robots = context.driven_robots if defaults.model_fields_set else ()
+    for name in sorted({context.spec.robots[one].type for one in robots}):
+        for doubt in filter(_is_of_settings, doubts(context.native_types[name], defaults)):
             span = context.span("defaults", "robot", *doubt.at[1:])
             yield _finding(doubt, f"robots of type `{name}`", span)
 

@@ -16,10 +16,8 @@ from swarmctl.analysis.serial_load import (
 from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
 from swarmctl.robot_types.settings import DIAGNOSTICS
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Serial
+from swarmctl.spec.link_model import Serial
 from swarmctl.suggest import did_you_mean, guess, typing_errors
-from swarmctl.swarm.names import namespace
-from swarmctl.swarm.topics import COMMAND
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value, set_key
 
 # The standard rates of termios(3), from 300.
@@ -137,9 +135,9 @@ def _timeout_place(context: RuleContext, robot: str) -> Span:
 
 
 def _slow_commanders(context: RuleContext, robot: str) -> Iterator[Note]:
-    topic = f"{namespace(robot)}/{COMMAND}"
+    command = context.command_topics.get(robot)
     for one in context.endpoints:
-        if one.publishes and one.topic == topic and one.rate is not None:
+        if one.publishes and command is not None and one.topic == command.topic and one.rate is not None:
             yield Note(context.span(*one.loc, "rate"), f"`{one.owner}` publishes commands at {one.rate:g} Hz")
 
 
@@ -170,7 +168,7 @@ def slow_replies(context: RuleContext) -> Iterator[Diagnostic]:
         slow, timeout = budget.load.slowest, context.command_timeouts[budget.robot]
         if slow is None or slow.wait < timeout:
             continue
-        faster = context.types[context.spec.robots[budget.robot].type].sensors[slow.sensors[0][0]].faster
+        faster = context.native_robots[budget.robot].sensors[slow.sensors[0][0]].faster
         more = f", or set a `command_timeout` above {slow.wait:.2f}" if slow.wait < _MOST_TIMEOUT else ""
         yield Diagnostic(
             "LINE007",
@@ -196,11 +194,10 @@ def odd_bauds(context: RuleContext) -> Iterator[Diagnostic]:
     """A non-standard baud rate, usually a typing error."""
     for index, link in context.lines:
         if isinstance(link, Serial) and link.baud is not None and link.baud not in BAUDS:
-            supported = context.types[context.spec.robots[link.robot].type].link
-            rates = (supported.baud, *supported.other_bauds)
+            rates = context.bauds_of(link.robot)
             own = near_bauds(link.baud, rates)
             near = own or near_bauds(link.baud)
-            supported_rates = f"its type has {' or '.join(map(str, rates))} baud"
+            supported_rates = f"its type has {' or '.join(map(str, rates))} baud" if rates else ""
             loc = ("links", index, "baud")
             yield Diagnostic(
                 "LINE004",
@@ -229,13 +226,13 @@ def meant_baud(near: Sequence[int]) -> str:
 @rule("LINE005")
 def unknown_rates(context: RuleContext) -> Iterator[Diagnostic]:
     """A rate for a sensor that the robot type, or no type, has."""
-    everything = {sensor: None for one in context.types.values() for sensor in one.sensors}
+    everything = {sensor: None for one in context.native_types.values() for sensor in one.sensors}
     for sensor in context.spec.defaults.robot.rates:
         if sensor not in everything and sensor != DIAGNOSTICS:
             yield _no_such_sensor(context, ("defaults", "robot"), sensor, "no robot type has a", everything)
     for name, robot in context.spec.robots.items():
         for sensor in robot.settings.rates:
-            kind = context.types.get(robot.type)
+            kind = context.native_types.get(robot.type)
             if kind is not None and sensor not in kind.sensors and sensor != DIAGNOSTICS:
                 who = f"robot `{name}` (type `{robot.type}`) has no"
                 yield _no_such_sensor(context, ("robots", name, "settings"), sensor, who, kind.sensors)
@@ -247,7 +244,7 @@ def _no_such_sensor(
     known = (*sensors, DIAGNOSTICS)
     loc, meant = (*place, "rates", sensor), guess(sensor, known)
     near = meant.only
-    others = sorted(name for name, one in context.types.items() if sensor in one.sensors)
+    others = sorted(name for name, one in context.native_types.items() if sensor in one.sensors)
     return Diagnostic(
         "LINE005",
         f"{who} sensor `{sensor}`",

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
-from swarmctl.diagnostics import Diagnostic
+from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.robot_types.cameras import Image
-from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.robot_types.settings import Limits
+from swarmctl.robot_types.driver_names import SWARMCTL
+from swarmctl.robot_types.motion import Motion
+from swarmctl.robot_types.placeholders import PlaceholderError, filled
+from swarmctl.robot_types.ros_robot_type import RosRobotType
+from swarmctl.robot_types.settings import Limits, RobotSettings
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.yamltext.edits import make_fix, remove
+from swarmctl.yamltext.edits import joined, make_fix, remove
 from swarmctl.yamltext.source import Loc
 
 
@@ -20,14 +24,18 @@ def unreachable_limits(context: RuleContext) -> Iterator[Diagnostic]:
     """A speed limit above the maximum of the wheels: of a robot, of a type, or of all robots."""
     for name, robot in context.spec.robots.items():
         limits = robot.settings.limits
-        for axis, found in _unreachable(limits, _reach(context.types[robot.type]), f"type `{robot.type}`"):
+        for axis, found in _unreachable(limits, _reach(context.motions[robot.type]), f"type `{robot.type}`"):
             yield replace(found, span=context.span("robots", name, "settings", "limits", axis))
     for name, kind in context.document.own_types.items():
-        for axis, found in _unreachable(kind.settings.limits, _reach(kind), f"type `{name}`"):
+        for axis, found in _unreachable(
+            kind.settings.limits, _reach(context.motions[name]), f"type `{name}`"
+        ):
             yield replace(found, span=context.document.span_of_type(name, "settings", "limits", axis))
     limits = context.spec.defaults.robot.limits
     if limits.model_fields_set:
-        reaches = [_reach(context.types[kind]) for kind in {one.type for one in context.spec.robots.values()}]
+        reaches = [
+            _reach(context.motions[kind]) for kind in {one.type for one in context.spec.robots.values()}
+        ]
         fastest = {axis: max((one[axis] for one in reaches), default=math.inf) for axis in _AXES}
         for axis, found in _unreachable(limits, fastest, "every robot"):
             yield replace(found, span=context.span("defaults", "robot", "limits", axis))
@@ -36,10 +44,10 @@ def unreachable_limits(context: RuleContext) -> Iterator[Diagnostic]:
 _AXES = {"linear": "m/s", "angular": "rad/s"}
 
 
-def _reach(kind: RobotType) -> Mapping[str, float]:
-    """The fastest that the wheels of a type allow, by axis."""
-    fastest = kind.kinematics.wheel_speed_max
-    return {"linear": fastest, "angular": 2 * fastest / kind.kinematics.wheel_separation}
+def _reach(motion: Motion) -> Mapping[str, float]:
+    """The fastest that a type allows, by axis."""
+    linear, _, _, angular = motion.axes
+    return {"linear": linear, "angular": angular}
 
 
 def _unreachable(limits: Limits, reach: Mapping[str, float], whose: str) -> Iterator[tuple[str, Diagnostic]]:
@@ -58,45 +66,65 @@ def _unreachable(limits: Limits, reach: Mapping[str, float], whose: str) -> Iter
             )
 
 
+READ_BY_THE_GATE = {"command_timeout", "limits"}
 READ_BY_OUR_SKETCH = {"firmware", "calibration"}
+FOR_BOARDS = {"rosserial_python"}  # drivers that speak rosserial
 
 
 @rule("SET002")
 def unread_settings(context: RuleContext) -> Iterator[Diagnostic]:
-    """Settings of a robot with driver rosserial_python, which reads none."""
-    for name, robot in context.spec.robots.items():
-        sketch = context.types[robot.type].foreign(robot.driver)
-        if sketch is None:
-            continue
-        read = READ_BY_OUR_SKETCH if sketch.firmware else set()
-        if robot.settings.model_fields_set - read:
-            loc = ("robots", name, "settings")
-            yield Diagnostic(
-                "SET002",
-                f"the settings of robot `{name}` have no effect with driver `rosserial_python`",
-                context.span(*loc, key=True),
-                label="read by swarmctl's driver only",
-                help=(
-                    f"remove `driver` from `{name}`, so that swarmctl drives it, or set them in its sketch",
-                ),
-                fix=make_fix("remove the settings", remove(context.source, loc), safe=False),
-            )
+    """Settings that nothing reads, because a ROS package drives the robot."""
+    for name, driver in context.ros_drivers.items():
+        kind, settings = context.native_robots.get(name), context.spec.robots[name].settings
+        read = set() if driver.ungated else READ_BY_THE_GATE
+        read |= READ_BY_OUR_SKETCH if kind is not None and kind.sketch and kind.sketch.firmware else set()
+        unread = [key for key in RobotSettings.model_fields if key in settings.model_fields_set - read]
+        if unread:
+            yield _without_effect(context, name, driver.package, unread)
+
+
+def _without_effect(context: RuleContext, robot: str, package: str, unread: Sequence[str]) -> Diagnostic:
+    loc = ("robots", robot, "settings")
+    every = set(unread) == context.spec.robots[robot].settings.model_fields_set
+    named = " and ".join(f"`{key}`" for key in unread)
+    edits = [remove(context.source, (*loc, key)) for key in unread]
+    return Diagnostic(
+        "SET002",
+        f"{named} of robot `{robot}` {'has' if len(unread) == 1 else 'have'} no effect: "
+        f"`{package}` drives it",
+        context.span(*loc, unread[0], key=True),
+        label="read by swarmctl's driver only",
+        help=("remove it, or set it in the parameters of the driver",),
+        fix=make_fix(f"remove {named}", remove(context.source, loc) if every else joined(edits), safe=False),
+    )
 
 
 @rule("SET003")
 def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
-    """Driver rosserial_python for a robot without rosserial firmware."""
+    """A driver that cannot drive robots of this type."""
     for name, robot in context.spec.robots.items():
-        if robot.driver == "rosserial_python" and context.types[robot.type].sketch is None:
-            loc = ("robots", name, "driver")
-            yield Diagnostic(
-                "SET003",
-                f"robot `{name}` has no rosserial firmware",
-                context.span(*loc),
-                label=f"cannot drive a `{robot.type}`",
-                help=("remove `driver`, so that swarmctl's driver is used",),
-                fix=make_fix("remove it", remove(context.source, loc), safe=False),
-            )
+        kind = context.native_robots.get(name)
+        if robot.driver == SWARMCTL and isinstance(context.types[robot.type], RosRobotType):
+            message = f"the type of robot `{name}` has no protocol that swarmctl's driver knows"
+            use = "remove `driver`, so that the ROS package of its type is used"
+        elif (
+            isinstance(robot.driver, str)
+            and robot.driver in FOR_BOARDS
+            and (kind is None or kind.sketch is None)
+        ):
+            message = f"robot `{name}` has no rosserial firmware"
+            use = "remove `driver`, so that the driver of its type is used"
+        else:
+            continue
+        loc = ("robots", name, "driver")
+        yield Diagnostic(
+            "SET003",
+            message,
+            context.span(*loc),
+            label=f"cannot drive a `{robot.type}`",
+            help=(use,),
+            fix=make_fix("remove it", remove(context.source, loc), safe=False),
+        )
 
 
 @rule("SET004", "SET005")
@@ -105,7 +133,7 @@ def camera_settings(context: RuleContext) -> Iterator[Diagnostic]:
     defaults, robots = context.spec.defaults.robot.camera, context.spec.robots
     cameras = {
         name: one
-        for name, kind in context.types.items()
+        for name, kind in context.native_types.items()
         for one in kind.sensors.values()
         if isinstance(one, Image)
     }
@@ -140,3 +168,71 @@ def _no_camera(context: RuleContext, loc: Loc, message: str, *others: str) -> Di
         help=("; ".join(["remove it", *others]),),
         fix=make_fix("remove it", remove(context.source, loc), safe=False),
     )
+
+
+@rule("SET006")
+def equal_starts(context: RuleContext) -> Iterator[Diagnostic]:
+    """Two robots that start at one place."""
+    places: dict[tuple[float, float], list[str]] = {}
+    for name, robot in context.spec.robots.items():
+        if robot.start is not None:
+            places.setdefault((round(robot.start.x, 2), round(robot.start.y, 2)), []).append(name)
+    for (x, y), (first, *others) in places.items():
+        for second in others[:1]:  # a range has hundreds at one place
+            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            yield Diagnostic(
+                "SET006",
+                f"robots `{first}` and `{second}`{more} start at the same place",
+                context.span("robots", second, "start"),
+                label=f"x {x:g} m, y {y:g} m",
+                notes=(Note(context.span("robots", first, "start"), "the other one"),),
+                help=("give each robot the place where it stands, or leave `start` out",),
+            )
+
+
+@rule("SET007")
+def unpublished_starts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A start pose of a robot whose driver is a ROS package without a gate."""
+    for name, driver in context.ros_drivers.items():
+        if context.spec.robots[name].start is None or _is_gated(context, name):
+            continue
+        why = "its driver is `ungated`" if driver.ungated else "it has no gate, as it does not move"
+        yield Diagnostic(
+            "SET007",
+            f"nothing publishes the start of robot `{name}`: {why}",
+            context.span("robots", name, "start"),
+            label="has no effect",
+            help=("remove it, or publish it by a program: static_transform_publisher of tf2_ros",),
+        )
+
+
+def _is_gated(context: RuleContext, robot: str) -> bool:
+    moves = context.motions[context.spec.robots[robot].type].kind != "none"
+    return moves and not context.ros_drivers[robot].ungated
+
+
+@rule("SET008")
+def shared_frames(context: RuleContext) -> Iterator[Diagnostic]:
+    """Two robots of one master with a start, whose drivers publish one odometry frame."""
+    users: dict[tuple[str, str], list[str]] = {}
+    for name, driver in context.ros_drivers.items():
+        island, space = context.island_of_robot(name), context.namespaces[name][1:]
+        known = {"robot": name, "namespace": space, "frame": space, "host": context.driving[name] or ""}
+        started = context.spec.robots[name].start is not None and _is_gated(context, name)
+        if started and island is not None:
+            with suppress(PlaceholderError):  # of a link: it is another one for each robot
+                users.setdefault((island.name, str(filled(driver.odometry_frame, known))), []).append(name)
+    for (_, frame), (first, *others) in users.items():
+        for second in others[:1]:
+            more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            yield Diagnostic(
+                "SET008",
+                f"the starts of robots `{first}` and `{second}`{more} are for one frame, `{frame}`",
+                context.span("robots", second, "start"),
+                label="only one of them can hold",
+                notes=(Note(context.span("robots", first, "start"), "the other one"),),
+                help=(
+                    "pass `{frame}` to the parameter or argument of the driver that begins its frames",
+                    "or write the frame that it publishes: `odom_frame` of the driver",
+                ),
+            )

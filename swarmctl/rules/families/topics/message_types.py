@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic
+from swarmctl.robot_types.protocols import RosserialProtocol
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.ros_packages.message_types import NoMessage, no_message
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import typing_errors
@@ -28,10 +31,22 @@ def _declared(context: RuleContext) -> Iterator[tuple[Loc, str]]:
         for key in ("publishes", "subscribes"):
             for index, topic in enumerate(getattr(program, key)):
                 yield ("programs", name, key, index, "type"), topic.type
+    for loc, declared in _of_robots(context):
+        for key in ("publishes", "subscribes"):
+            for index, topic in enumerate(getattr(declared, key)):
+                yield (*loc, key, index, "type"), topic.type
+
+
+def _of_robots(context: RuleContext) -> Iterator[tuple[Loc, RosserialProtocol | RosDriver]]:
+    """The sketches and drivers of the spec's own types and robots."""
     for name, robot_type in context.spec.types.items():
-        for key in ("publishes", "subscribes") if robot_type.sketch is not None else ():
-            for index, topic in enumerate(getattr(robot_type.sketch, key)):
-                yield ("types", name, "protocol", key, index, "type"), topic.type
+        if isinstance(robot_type, RosRobotType):
+            yield ("types", name, "driver"), robot_type.driver
+        elif robot_type.sketch is not None:
+            yield ("types", name, "protocol"), robot_type.sketch
+    for name, robot in context.spec.robots.items():
+        if isinstance(robot.driver, RosDriver):
+            yield ("robots", name, "driver"), robot.driver
 
 
 def _finding(context: RuleContext, loc: Loc, kind: str, fault: NoMessage) -> Diagnostic:

@@ -8,10 +8,8 @@ from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import is_near, nearest
-from swarmctl.swarm.names import namespace, split_topic
+from swarmctl.swarm.command_topics import COMMAND
 from swarmctl.swarm.topics import (
-    COMMAND,
-    COMMAND_TYPE,
     Endpoint,
     sensor_behind,
 )
@@ -52,10 +50,9 @@ def bridged(context: RuleContext) -> Mapping[str, set[str]]:
 
 def _of_a_driver(context: RuleContext, topic: str) -> tuple[str, str] | None:
     """Returns the robot whose driver has ``topic``, and its message type."""
-    space, name = split_topic(topic)
-    if name == COMMAND:
-        robot = context.robot_by_namespace.get(space)
-        return (robot, COMMAND_TYPE) if robot is not None else None
+    robots = context.robots_by_command.get(topic)
+    if robots:
+        return robots[0], context.command_topics[robots[0]].type
     return context.publishers.sensed(topic)
 
 
@@ -89,12 +86,14 @@ def sensors_off(context: RuleContext) -> Iterator[Diagnostic]:
     """A subscription to a sensor that is turned off."""
     for one in context.endpoints:
         driven = None if one.publishes else _of_a_driver(context, one.topic)
-        sensor = sensor_behind(split_topic(one.topic)[1])
-        if driven is None or sensor == COMMAND or one.topic in context.publishers.programs:
+        sensor = sensor_behind(context.split_topic(one.topic)[1])
+        if driven is None or one.topic in context.robots_by_command:
+            continue
+        if one.topic in context.publishers.programs:
             continue
         robot = context.spec.robots[driven[0]]
-        kind = context.types[robot.type]
-        if kind.sketch is not None:  # a sketch publishes the topics of its type
+        kind = context.driven_robots.get(driven[0])
+        if kind is None or kind.sketch is not None:  # its topics are declared
             continue
         if rates_of(kind, *context.document.settings_layers(driven[0]))[sensor] > 0:
             continue
@@ -144,11 +143,15 @@ def commands_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
     for one in context.endpoints:
         space, _, name = one.topic.rpartition("/")
         robots = context.robot_by_namespace
-        if not one.publishes or name != COMMAND or space in robots or one.topic in subscribed:
+        taken = one.topic in context.robots_by_command or one.topic in subscribed
+        if not one.publishes or name != COMMAND or taken:
+            continue
+        if space in robots:
+            yield _other_command_topic(context, one, robots[space])
             continue
         near = nearest(space.strip("/"), tuple(other.strip("/") for other in robots)) if space else None
         written = context.spec.programs[one.owner]
-        own = namespace(written.robot) if written.robot is not None else next(iter(robots))
+        own = context.namespaces[written.robot] if written.robot is not None else next(iter(robots))
         meant = f"/{near}/{COMMAND}" if near else f"{own}/{COMMAND}"
         loc = (*one.loc, "topic")
         as_is = not written.remap and one.topic == _written(one, context)
@@ -164,6 +167,21 @@ def commands_without_robot(context: RuleContext) -> Iterator[Diagnostic]:
             if near and as_is
             else None,
         )
+
+
+def _other_command_topic(context: RuleContext, one: Endpoint, robot: str) -> Diagnostic:
+    """Commands in the namespace of a robot that takes them elsewhere, or takes none."""
+    command = context.command_topics.get(robot)
+    return Diagnostic(
+        "TOPIC005",
+        f"program `{one.owner}` publishes commands to `{one.topic}`, which no robot subscribes to",
+        context.span(*one.loc, "topic"),
+        label="each robot has its own command topic",
+        notes=(Note(context.span("robots", robot, key=True), f"robot `{robot}`"),),
+        help=(f"`{robot}` takes {command.type} on `{command.topic}`; publish that, or remap to it",)
+        if command is not None
+        else (f"`{robot}` takes no commands: its kinematics is `none`",),
+    )
 
 
 def _written(one: Endpoint, context: RuleContext) -> str:

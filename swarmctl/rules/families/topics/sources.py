@@ -8,7 +8,6 @@ from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.robot_types.effective_settings import rates_of
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.topics.rules import bridged
-from swarmctl.swarm.names import split_topic
 from swarmctl.swarm.topics import JOINTS, Endpoint, sensor_behind
 
 # Whoever receives these takes each message for the next state of one thing.
@@ -25,7 +24,6 @@ _OF_ONE_THING = frozenset(
         "sensor_msgs/NavSatFix",
         "sensor_msgs/MagneticField",
         "sensor_msgs/BatteryState",
-        "rosgraph_msgs/Clock",
     }
 )
 
@@ -35,14 +33,14 @@ def doubled_sensors(context: RuleContext) -> Iterator[Diagnostic]:
     """A program publishes what the driver of a robot publishes."""
     for one in context.endpoints:
         driven = context.publishers.sensed(one.topic) if one.publishes else None
-        name = split_topic(one.topic)[1]
+        name = context.split_topic(one.topic)[1]
         if driven is None or name == JOINTS or not _is_published(context, driven[0], sensor_behind(name)):
             continue
         robot, home = driven[0], context.home.get(one.host)
         if home is None or context.publishers.island(robot) not in _islands(context, one, home.name):
             continue
         sensor = sensor_behind(name)
-        polled = context.types[context.spec.robots[robot].type].sketch is None
+        polled = robot in context.driven_robots and context.driven_robots[robot].sketch is None
         off = f"settings: {{rates: {{{sensor}: 0}}}}"
         yield Diagnostic(
             "TOPIC008",
@@ -59,8 +57,8 @@ def doubled_sensors(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _is_published(context: RuleContext, robot: str, sensor: str) -> bool:
     """True if the robot's driver publishes a sensor, by its rate."""
-    kind = context.types[context.spec.robots[robot].type]
-    if kind.sketch is not None:  # a sketch publishes the topics of its type
+    kind = context.driven_robots.get(robot)
+    if kind is None or kind.sketch is not None:  # its topics are declared
         return True
     return rates_of(kind, *context.document.settings_layers(robot)).get(sensor, 0) > 0
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.model import Program
+from swarmctl.spec.program_model import Program
 from swarmctl.suggest import MOST_NEAR, Guess, guess, suggestion
-from swarmctl.swarm.names import namespace, split_topic
-from swarmctl.swarm.topics import COMMAND, JOY_TYPE, Endpoint, sensors_of
+from swarmctl.swarm.command_topics import COMMAND
+from swarmctl.swarm.topics import JOY_TYPE, Endpoint
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 _GAMEPAD = (
@@ -119,13 +119,14 @@ def _may_be_published(context: RuleContext, one: Endpoint) -> bool:
     return (
         topic in context.middleware.topics
         or topic.rpartition("/")[2] == COMMAND
+        or topic in context.robots_by_command
         or topic.startswith(f"{one.node}/")
     )
 
 
 def _likely(context: RuleContext, one: Endpoint) -> Guess:
     """Returns the published topics that may be meant; a program's own robot comes before others."""
-    space, name = split_topic(one.topic)
+    space, name = context.split_topic(one.topic)
     word = one.topic.rpartition("/")[2]
     elsewhere = tuple(
         other
@@ -137,9 +138,11 @@ def _likely(context: RuleContext, one: Endpoint) -> Guess:
     robots = context.robot_by_namespace
     known = list(context.publishers.programs)
     if space in robots:
-        robot = context.spec.robots[robots[space]]
-        known += [f"{space}/{one}" for one in sensors_of(context.types[robot.type], robot.driver)]
-        return guess(one.topic, known)
+        sensed = context.sensors_of(robots[space])
+        below = [topic for topic, kind in sensed.items() if topic.startswith(f"{name}/") and kind == one.type]
+        if len(below) == 1:
+            return Guess((f"{space}/{below[0]}",))
+        return guess(one.topic, [*known, *(f"{space}/{topic}" for topic in sensed)])
     spaces = robots if len(robots) <= _FEW else ()
     same = tuple(topic for at in spaces if context.publishers.sensed(topic := f"{at}/{name}"))
     meant, own = guess(one.topic, (*known, *same)), _of_own_robot(context, one, name)
@@ -152,5 +155,5 @@ def _likely(context: RuleContext, one: Endpoint) -> Guess:
 def _of_own_robot(context: RuleContext, one: Endpoint, name: str) -> str | None:
     """Returns the topic of that name of the robot that the program belongs to."""
     robot = context.spec.programs[one.owner].robot
-    topic = f"{namespace(robot)}/{name}" if robot is not None else ""
+    topic = f"{context.namespaces[robot]}/{name}" if robot is not None else ""
     return topic if context.publishers.sensed(topic) else None

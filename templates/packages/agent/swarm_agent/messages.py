@@ -9,15 +9,19 @@ from __future__ import annotations
 from typing import Any, Literal, Mapping, TypedDict
 
 from .manifest import ManifestData
+from .probe_messages import ImageAnswer, ImageRequest
 
 FileDrift = Literal["changed", "missing", "extra", "damaged"]
 LinkDrift = Literal["changed", "missing", "extra", "foreign"]
 BlockDrift = Literal["changed", "missing", "extra", "broken"]
 SecretState = Literal["same", "other", "new", "kept", "missing"]
+DebianState = Literal["installed", "available", "unknown"]
+WorkspaceState = Literal["built", "sources", "absent"]
 
 
 class UnitState(TypedDict):
-    """A systemd unit as ``systemctl show`` reports it. ``skipped``: a condition of the unit is not met."""
+    """A systemd unit as ``systemctl show`` reports it. ``skipped``: a condition of the unit is not met;
+    ``unmet``: those that are not met now, such as ``ConditionPathExists=/sys/class/bluetooth/hci0``."""
 
     load: str
     active: str
@@ -27,6 +31,7 @@ class UnitState(TypedDict):
     pid: int
     restarts: int
     skipped: bool
+    unmet: list[str]
 
 
 class Locking(TypedDict, total=False):
@@ -83,7 +88,9 @@ class FactsAlways(TypedDict):
 
 class Facts(FactsAlways, Prepared, total=False):
     """The host itself. ``time`` in s since 1970; ``has``: the path of each requirement, or null; ``absent``:
-    folders and files of programs that are not installed."""
+    folders and files of programs that are not installed; ``platform``: as in ``platforms.platform``."""
+
+    platform: str
 
 
 class Drift(TypedDict):
@@ -140,8 +147,8 @@ class ApplyNeeds(TypedDict):
 class ApplyRequest(ApplyNeeds, Locking, total=False):
     """Bring the host from release ``base`` to release ``next`` (digests).
 
-    ``reload``: keys of ``paths.READERS``. The payload is a tar.gz, the manifest first; it is empty if the
-    host has the release already.
+    ``reload``: keys of ``paths.READERS``. The payload is a tar.gz, the manifest first, without
+    files whose contents release ``base`` has; it is empty if the host has the release already.
     """
 
     stop: list[str]
@@ -220,6 +227,135 @@ class FlashAnswer(TypedDict):
     logged: bool
 
 
+class AccountState(TypedDict):
+    """``exists``; ``keys``: some key logs in to it; ``sudo``: runs all without a password; its ``groups``."""
+
+    exists: bool
+    keys: bool
+    sudo: bool
+    groups: list[str]
+
+
+class LaunchFilesRequest(TypedDict):
+    """Launch files of ROS packages on the host. ``requires``: its workspaces, as for ``observe``; ``files``:
+    by package the paths below its folder; without paths it is only looked for."""
+
+    verb: Literal["launch_files"]
+    swarm: str
+    requires: list[str]
+    files: dict[str, list[str]]
+
+
+class PackageAnswer(TypedDict):
+    """``folder``: null without the package; ``has``: those of the paths that exist; ``texts``: of those that
+    are launch files; ``launch``: the launch files that it has, if it lacks one of the paths."""
+
+    folder: str | None
+    has: list[str]
+    texts: dict[str, str]
+    launch: list[str]
+
+
+class LaunchFilesAnswer(TypedDict):
+    """``packages``: by name; ``complete``: false if it would have been too much."""
+
+    packages: dict[str, PackageAnswer]
+    complete: bool
+
+
+class InventoryRequest(TypedDict):
+    """What the host has of what it may need. ``requires`` as for ``observe``; ``debian``: names
+    of Debian packages, ``pip``: names with an optional ``==version``; ``groups``: which of these exist;
+    ``rosdep``: keys of package.xml files, to be looked up for the ROS ``distro``."""
+
+    verb: Literal["inventory"]
+    swarm: str
+    requires: list[str]
+    debian: list[str]
+    pip: list[str]
+    account: str
+    groups: list[str]
+    workspaces: list[str]
+    rosdep: list[str]
+    distro: str
+    images: list[ImageRequest]
+
+
+class InventoryAnswer(TypedDict):
+    """``debian``: state by package; ``pip``: version or null by requirement; ``workspaces``: by path;
+    ``rosdep``: Debian packages by key, as far as the host's rosdep knows them; ``sources``: servers of
+    apt; ``images``: in the order of the request; ``wireless``: interfaces with a radio."""
+
+    facts: Facts
+    debian: dict[str, DebianState]
+    pip: dict[str, str | None]
+    account: AccountState
+    groups: list[str]
+    workspaces: dict[str, WorkspaceState]
+    rosdep: dict[str, list[str]]
+    sources: list[str]
+    images: list[ImageAnswer]
+    wireless: list[str]
+
+
+class PrepareRequest(TypedDict):
+    """One step: add a ``source`` of packages, ``refresh`` the lists of packages, install by ``apt`` or
+    ``pip``, ``pull`` images, named as ENGINE IMAGE, create ``account``, give it the ``keys`` of the account
+    ``login``, a ``sudo`` rule or a ``group``, ``build`` workspaces.
+
+    ``workspaces``: those of the host in their order; each is built upon those behind it."""
+
+    verb: Literal["prepare"]
+    swarm: str
+    step: str
+    targets: list[str]
+    account: str
+    login: str
+    workspaces: list[str]
+
+
+class PrepareAnswer(TypedDict):
+    """``step``: the one that is done."""
+
+    step: str
+
+
+class BuildRequest(TypedDict):
+    """Build the packages in the payload, a tar.gz of ``PACKAGE/path``, upon the ``workspaces`` of the host.
+
+    ``packages``: those whose results are wanted; ``folders``: by package what errors call its folder.
+    """
+
+    verb: Literal["build_packages"]
+    swarm: str
+    account: str
+    workspaces: list[str]
+    packages: list[str]
+    folders: dict[str, str]
+
+
+class BuildAnswer(TypedDict):
+    """``sizes``: by package, bytes of its results, a tar.gz; ``platform``: what they are compiled for."""
+
+    platform: str
+    sizes: dict[str, int]
+
+
+class FetchBuildRequest(TypedDict):
+    """A piece of the results of a ``package``, from the byte ``offset`` on."""
+
+    verb: Literal["fetch_build"]
+    swarm: str
+    package: str
+    offset: int
+
+
+class FetchBuildAnswer(TypedDict):
+    """``data``: the piece in base64."""
+
+    data: str
+
+
 #: The type of the answer by verb. A probe's (``probe_messages``) is not here, since misfits
 #: count as unknown.
 ANSWERS: Mapping[str, type] = {
@@ -228,4 +364,9 @@ ANSWERS: Mapping[str, type] = {
     "keep_secrets": KeepSecretsAnswer,
     "remove": RemoveAnswer,
     "flash": FlashAnswer,
+    "launch_files": LaunchFilesAnswer,
+    "inventory": InventoryAnswer,
+    "prepare": PrepareAnswer,
+    "build_packages": BuildAnswer,
+    "fetch_build": FetchBuildAnswer,
 }

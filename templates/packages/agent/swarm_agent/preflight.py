@@ -30,7 +30,7 @@ def standing(has: dict[str, str | None], outside: Outside) -> Prepared:
     if "chronyd" in has:
         states["clock"] = _clock()
     if "iw" in has:
-        states["power_save"] = {name: _power_save(has["iw"], name) for name in _wireless(outside)}
+        states["power_save"] = {name: _power_save(has["iw"], name) for name in wireless(outside)}
     return states
 
 
@@ -52,7 +52,7 @@ def _clock() -> Literal["follows", "alone", "borrowed"]:
     return "alone" if state == _TIME_ERROR else "follows"
 
 
-def _wireless(outside: Outside) -> list[str]:
+def wireless(outside: Outside) -> list[str]:
     """Returns the wireless interfaces: those with a radio."""
     folder = outside("/sys/class/net")
     try:

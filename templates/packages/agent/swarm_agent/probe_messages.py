@@ -19,11 +19,34 @@ class GraphRequest(TypedDict):
     own: list[str]
 
 
+class ImageRequest(TypedDict):
+    """The image of a container, by its digest, and what runs it."""
+
+    engine: str
+    image: str
+
+
+class ImageAnswer(TypedDict):
+    """``built_for``: its architecture, as Go names it; ``machine``: the host's; ``error``: why nothing is
+    known.
+    """
+
+    there: bool
+    built_for: str
+    machine: str
+    error: str
+
+
 class ProbeRequest(TypedDict):
     """The state of the host's part of the swarm, without changing or joining anything.
 
     ``module``: its ``observe(request, answer)`` fills in the ``GraphAnswer``; ``master``: its URI, empty
-    without one; ``commands``: topics whose publishers are looked up; ``graph``: null on one island.
+    without one; ``commands``: topics whose publishers and subscribers are looked up, with those of all topics
+    that have one of ``command_types``; ``graph``: null on one
+    island; ``launched``: units whose nodes are to be found, each with the seconds to listen to its topics (0:
+    not at all); ``advertised``: the host in the URIs of this host's nodes; ``restart_window``: s in which
+    restarts count; ``images``: those of containers, by unit; ``clock``: s to listen to the clock of simulated
+    time, 0 where time is not simulated, null where the host runs no master.
     """
 
     verb: Literal["probe"]
@@ -34,7 +57,13 @@ class ProbeRequest(TypedDict):
     nodes: list[NodeRequest]
     graph: GraphRequest | None
     commands: list[str]
+    command_types: list[str]
     devices: list[str]
+    launched: dict[str, dict[str, float]]
+    advertised: str
+    restart_window: float
+    images: dict[str, ImageRequest]
+    clock: float | None
 
 
 class MasterAnswer(TypedDict, total=False):
@@ -48,10 +77,14 @@ class MasterAnswer(TypedDict, total=False):
 
 
 class TopicAnswer(TypedDict):
-    """The messages of a topic within ``seconds``. ``rate`` in Hz, null before the second message."""
+    """The messages of a topic within ``seconds``. ``rate`` in Hz, null before the second message.
+
+    ``age``: s since the last message when the listening ended, null before the first.
+    """
 
     count: int
     rate: float | None
+    age: float | None
     seconds: float
     type: str
     error: str
@@ -85,6 +118,29 @@ class NodeAnswer(TypedDict, total=False):
     reports: list[StatusAnswer]
 
 
+class EndedAnswer(TypedDict):
+    """A node of a launch file that has ended: how (empty if unknown), and after how many s, if known."""
+
+    exit: str
+    lasted: float | None
+
+
+class LaunchedAnswer(TypedDict, total=False):
+    """The nodes of a unit; ``starts`` of those that roslaunch runs; those that have ended and stay away."""
+
+    nodes: dict[str, NodeAnswer]
+    starts: dict[str, int]
+    ended: dict[str, EndedAnswer]
+    error: str
+
+
+class ConflictAnswer(TypedDict):
+    """How often a node was ended by another of the same name, and how many s ago for the last time."""
+
+    count: int
+    ago: float
+
+
 class SenderAnswer(TypedDict, total=False):
     """A publisher of command topics: its host, and which of these topics it publishes as what type."""
 
@@ -110,25 +166,59 @@ class IslandsAnswer(TypedDict):
     strangers: list[StrangerAnswer]
 
 
+class SimulatedTimeAnswer(TypedDict, total=False):
+    """``used``: nodes that start now take simulated time. The rest is there if the clock was listened to:
+    its ``publishers``, the messages within ``seconds`` of the first of them, by how many s they ``moved`` the
+    time (null without two of them), the time ``now``.
+    """
+
+    used: bool
+    publishers: list[str]
+    count: int
+    moved: float | None
+    seconds: float
+    error: str
+    now: float
+
+
 class GraphAnswer(TypedDict, total=False):
     """What the module of a middleware finds out, by node and by topic. Missing: it could not, or has none.
 
-    ``troubles``: the reasons, by part: ``ros``, ``commanders``, ``graph``.
+    ``launched``: by unit; ``conflicts``: by unit and node. ``troubles``: the reasons, by part: ``ros``,
+    ``commanders``, ``graph``, ``launched``, ``conflicts``, ``simulated time``.
     """
 
     master: MasterAnswer
     nodes: dict[str, NodeAnswer]
     commanders: dict[str, list[str]]
+    receivers: dict[str, list[str]]
     senders: dict[str, SenderAnswer]
     graph: IslandsAnswer
+    simulated_time: SimulatedTimeAnswer
+    launched: dict[str, LaunchedAnswer]
+    conflicts: dict[str, dict[str, ConflictAnswer]]
     troubles: dict[str, str]
 
 
+class HistoryAnswer(TypedDict):
+    """The ``recent`` restarts of a unit, how it ended last, and ``since`` when (s since 1970) that counts."""
+
+    recent: int
+    exit: str
+    since: float
+
+
 class ProbeAnswer(GraphAnswer, total=False):
-    """A part that fails is missing or null, and ``troubles`` has the reason."""
+    """A part that fails is missing or null, and ``troubles`` has the reason.
+
+    ``stopped``: by unit, the processes that a signal or a debugger has stopped.
+    """
 
     release: str | None
     units: dict[str, Any] | None
+    history: dict[str, HistoryAnswer] | None
+    stopped: dict[str, list[str]] | None
+    images: dict[str, ImageAnswer] | None
     devices: dict[str, Any] | None
     time: float
     boot_id: str | None

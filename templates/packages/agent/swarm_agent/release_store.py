@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
 from . import files
 from .errors import RefusedError
@@ -90,6 +90,17 @@ class Home(NamedTuple):
             return self.manifest(digest)
         except (RefusedError, ValueError, LookupError, TypeError):
             return None
+
+    def kept(self, digest: str | None) -> Callable[[str], bytes | None]:
+        """Returns the function that looks up intact contents of a stored release by their SHA-256."""
+        manifest = self.known_manifest(digest) or EMPTY
+        places = {entry.sha256: path for path, entry in manifest.files.items()}
+
+        def content(sha256: str) -> bytes | None:
+            found = files.read(f"{self.release(digest or '')}/{places[sha256]}") if sha256 in places else None
+            return found if found is not None and files.digest_of(found) == sha256 else None
+
+        return content
 
     def deviations(self, digest: str, manifest: Manifest) -> dict[str, FileDrift]:
         """How the release on disk differs from its manifest: ``changed``, ``missing``, ``extra`` by path."""

@@ -8,6 +8,7 @@ import os
 import shutil
 import tarfile
 import zlib
+from typing import Callable, Optional
 
 from . import files
 from .errors import RefusedError
@@ -15,6 +16,7 @@ from .failpoint import passed
 from .manifest import NAME, Manifest, parse
 from .release_store import Home
 
+Kept = Callable[[str], Optional[bytes]]  # the content with a SHA-256, if the host has it
 _LONGEST_MANIFEST = 4 << 20
 _MARGIN = 1 << 20  # bytes for state, links and blocks
 _BLOCK = 4096
@@ -22,21 +24,25 @@ _BLOCK = 4096
 _DATE = 946684800  # 2000-01-01 00:00 UTC
 
 
-def unpack(payload: bytes, digest: str) -> tuple[Manifest, bytes, dict[str, bytes]]:
+def _nothing(_sha256: str) -> bytes | None:
+    return None
+
+
+def unpack(payload: bytes, digest: str, kept: Kept = _nothing) -> tuple[Manifest, bytes, dict[str, bytes]]:
     """Returns the manifest, its bytes, and the files: exactly those in the manifest.
 
-    Raises ``RefusedError``.
+    Files that the payload leaves out are ``kept`` on the host. Raises ``RefusedError``.
     """
     try:
         with tarfile.open(fileobj=io.BytesIO(payload), mode="r|gz") as archive:
-            return _unpack(archive, digest)
+            return _unpack(archive, digest, kept)
     except (tarfile.TarError, EOFError, OSError, zlib.error) as error:
         raise RefusedError(
             f"the uploaded archive is damaged: {error}", "run the same command again"
         ) from error
 
 
-def _unpack(archive: tarfile.TarFile, digest: str) -> tuple[Manifest, bytes, dict[str, bytes]]:
+def _unpack(archive: tarfile.TarFile, digest: str, kept: Kept) -> tuple[Manifest, bytes, dict[str, bytes]]:
     members = iter(archive)
     first = next(members, None)
     if first is None or first.name != NAME or not first.isreg() or first.size > _LONGEST_MANIFEST:
@@ -51,9 +57,17 @@ def _unpack(archive: tarfile.TarFile, digest: str) -> tuple[Manifest, bytes, dic
         found[member.name] = _content(archive, member)
         if files.digest_of(found[member.name]) != entry.sha256:
             raise RefusedError(f"{member.name} was damaged on its way", "run the same command again")
-    missing = sorted(set(manifest.files) - set(found))
+    missing = []
+    for path in sorted(set(manifest.files) - set(found)):
+        known = kept(manifest.files[path].sha256)
+        if known is None:
+            missing.append(path)
+        else:
+            found[path] = known
     if missing:
-        raise RefusedError("the uploaded archive lacks {}".format(", ".join(missing)))
+        raise RefusedError(
+            "the uploaded archive lacks {}".format(", ".join(missing)), "run the same command again"
+        )
     return manifest, content, found
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from typing import TYPE_CHECKING, Any, Sequence, cast
 
+from . import conditions
 from .errors import FailedError
 from .release_store import Home
 
@@ -29,7 +29,6 @@ _SERVICES = {
     "chrony": ("chrony.service", "restart"),
     "NetworkManager": ("NetworkManager.service", "reload-or-restart"),
 }
-_WORDS, _LONGEST_WORDS = 5, 600  # lines, characters
 
 
 def present(home: Home) -> bool:
@@ -37,7 +36,8 @@ def present(home: Home) -> bool:
     return os.path.isdir(home.outside("/run/systemd/system"))
 
 
-def _call(command: Sequence[str], timeout: float) -> str:
+def call(command: Sequence[str], timeout: float) -> str:
+    """Returns what a command prints. Raises ``FailedError``, also if it takes more than ``timeout`` s."""
     environment = dict(os.environ, LC_ALL="C", SYSTEMD_COLORS="0")
     try:
         done = subprocess.run(
@@ -61,22 +61,35 @@ def _call(command: Sequence[str], timeout: float) -> str:
 def states(units: Sequence[str]) -> dict[str, UnitState]:
     """Returns the state of each unit: load, active and sub state, main process, restarts, the last result.
 
-    ``skipped``: it does not run because a condition of the unit was checked and not met.
+    ``skipped``: it does not run because a condition of the unit was checked and not met; ``unmet`` are those
+    that are not met now, as its file has them.
     """
-    if not units:
-        return {}
-    fields = ",".join(["Id", *_FIELDS, *_NUMBERS, *_CONDITION])
-    output = _call(["systemctl", "show", "--no-pager", "-p", fields, "--", *units], 20)
+    wanted = ("Id", *_FIELDS, *_NUMBERS, *_CONDITION)
     found: dict[str, UnitState] = {}
-    for unit, paragraph in zip(units, output.strip("\n").split("\n\n")):
-        values = dict(line.split("=", 1) for line in paragraph.splitlines() if "=" in line)
+    for unit, values in properties(units, wanted).items():
         state: dict[str, Any] = {short: values.get(name, "") for name, short in _FIELDS.items()}
         state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
         met, looked = (values.get(name, "") for name in _CONDITION)
         unmet = met == "no" and looked not in ("", "0")
         state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
+        state["unmet"] = []
         found[unit] = cast("UnitState", state)
+    skipped = [unit for unit, state in found.items() if state["skipped"]]
+    for unit, values in properties(skipped, ("Id", "FragmentPath")).items():
+        found[unit]["unmet"] = conditions.unmet(values.get("FragmentPath", ""))
     return found
+
+
+def properties(units: Sequence[str], names: Sequence[str]) -> dict[str, dict[str, str]]:
+    """Returns the properties ``names`` of each unit, named as in ``systemctl show``. ``Id`` is one."""
+    if not units:
+        return {}
+    output = call(["systemctl", "show", "--no-pager", "-p", ",".join(names), "--", *units], 20)
+    paragraphs = output.strip("\n").split("\n\n")
+    return {
+        unit: dict(line.split("=", 1) for line in paragraph.splitlines() if "=" in line)
+        for unit, paragraph in zip(units, paragraphs)
+    }
 
 
 def running(units: Sequence[str]) -> list[str]:
@@ -90,63 +103,33 @@ def stop(units: Sequence[str]) -> None:
     known = states(units)
     loaded = [u for u in units if known[u]["load"] != "not-found" or known[u]["active"] != "inactive"]
     if loaded:
-        _call(["systemctl", "stop", "--", *loaded], 90)
-
-
-def start(units: Sequence[str]) -> None:
-    """Starts units in this order and waits until systemd reports each as started. Raises ``FailedError``."""
-    if not units:
-        return
-    _call(["systemctl", "reset-failed", "--", *units], 20)
-    trouble = ""
-    try:
-        _call(["systemctl", "start", "--", *units], 180)
-    except FailedError as error:
-        trouble = error.message
-    unwell = ("failed", "activating") if trouble else ("failed",)
-    broken = [unit for unit, state in states(units).items() if state["active"] in unwell]
-    if broken:
-        words = _last_words(broken[0])
-        raise FailedError("{} did not start{}".format(", ".join(broken), f": {words}" if words else ""))
-    if trouble:
-        raise FailedError(trouble)
-
-
-def _last_words(unit: str) -> str:
-    """Returns the last log messages of a unit, on one line, without those of systemd itself."""
-    command = ["journalctl", "--unit", unit, "--lines=40", "--output=json", "--no-pager", "--boot"]
-    try:
-        entries = [json.loads(line) for line in _call(command, 10).splitlines()]
-    except (FailedError, ValueError):
-        return ""
-    messages = [str(one.get("MESSAGE", "")) for one in entries if one.get("SYSLOG_IDENTIFIER") != "systemd"]
-    return " | ".join(line.strip() for line in messages[-_WORDS:] if line.strip())[-_LONGEST_WORDS:]
+        call(["systemctl", "stop", "--", *loaded], 90)
 
 
 def journal(unit: str, since: float) -> str:
     """Returns the log of a unit since ``since`` (s since 1970)."""
     span = f"--since=@{since:.6f}"
-    return _call(["journalctl", "--unit", unit, span, "--output=cat", "--no-pager", "--boot"], 20)
+    return call(["journalctl", "--unit", unit, span, "--output=cat", "--no-pager", "--boot"], 20)
 
 
 def forget(units: Sequence[str]) -> None:
     """Resets failed units that no longer exist: systemd lists them otherwise."""
     failed = [unit for unit, state in states(units).items() if state["active"] == "failed"]
     if failed:
-        _call(["systemctl", "reset-failed", "--", *failed], 20)
+        call(["systemctl", "reset-failed", "--", *failed], 20)
 
 
 def reload(home: Home, daemons: Sequence[str]) -> None:
     """Makes daemons read their files again; udev applies its rules to the devices present."""
     if "systemd" in daemons:
-        _call(["systemctl", "daemon-reload"], 90)
+        call(["systemctl", "daemon-reload"], 90)
     if "udev" in daemons and os.path.exists(home.outside("/run/udev/control")):
-        _call(["udevadm", "control", "--reload"], 20)
+        call(["udevadm", "control", "--reload"], 20)
         kinds = ("--subsystem-match=tty", "--subsystem-match=usb-serial")
-        _call(["udevadm", "trigger", "--action=change", *kinds], 20)
-        _call(["udevadm", "settle", "--timeout=10"], 20)
+        call(["udevadm", "trigger", "--action=change", *kinds], 20)
+        call(["udevadm", "settle", "--timeout=10"], 20)
     for name, (unit, verb) in _SERVICES.items():
         # One that is stopped reads its file when it starts; one that failed may have died of what is undone.
         if name in daemons and states([unit])[unit]["active"] != "inactive":
-            _call(["systemctl", "reset-failed", "--", unit], 20)
-            _call(["systemctl", verb, "--", unit], 90)
+            call(["systemctl", "reset-failed", "--", unit], 20)
+            call(["systemctl", verb, "--", unit], 90)

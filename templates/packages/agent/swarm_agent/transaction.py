@@ -10,7 +10,7 @@ import os
 import shutil
 from typing import TYPE_CHECKING, Any, NamedTuple, Sequence
 
-from . import files, secrets, staging, system_links, systemd
+from . import files, secrets, staging, system_links, systemd, unit_start
 from .errors import FailedError, RefusedError
 from .failpoint import passed
 from .manifest import Manifest
@@ -115,7 +115,7 @@ def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manife
             raise RefusedError(f"release {change.next} is not on the host", "run the same command again")
         _prove_writable(home)
         return manifest
-    manifest, content, found = staging.unpack(payload, change.next)
+    manifest, content, found = staging.unpack(payload, change.next, home.kept(change.base))
     staging.check_space(home, manifest)
     _prove_writable(home)
     passed("preflight")
@@ -166,7 +166,7 @@ def _forward(
     units = [unit for unit in manifest.units if unit in starting]
     if units:
         report.note("starting {}".format(", ".join(units)))
-        systemd.start(units)
+        unit_start.start(units)
     passed("start")
 
 
@@ -202,7 +202,7 @@ def _back(home: Home, business: _Business) -> None:
     passed("undo-outside")
     systemd.reload(home, _unique(business.reload + _daemons_of(changed)))
     again = set(business.touched) & set(business.active)
-    systemd.start([unit for unit in manifest.units if unit in again])
+    unit_start.start([unit for unit in manifest.units if unit in again])
 
 
 def _entry(change: Change, business: _Business, history: list[str]) -> dict[str, Any]:

@@ -17,6 +17,8 @@ class Notifier:
     ) -> None:
         name = environment.get("NOTIFY_SOCKET", "")
         self._address = "\0" + name[1:] if name.startswith("@") else name
+        # Opened once: a node whose file descriptors are used up by connections must still send beats.
+        self._channel = _channel() if self._address else None
         self._clock = clock
         self._last_beat = -float("inf")
         microseconds = environment.get("WATCHDOG_USEC", "")
@@ -47,9 +49,12 @@ class Notifier:
         self._send("STOPPING=1")
 
     def _send(self, message: str) -> None:
-        if not self._address:
-            return
-        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as channel:
-            channel.setblocking(False)
+        if self._channel is not None:
             with contextlib.suppress(OSError):  # a deaf systemd must not stop a node
-                channel.sendto(message.encode(), self._address)
+                self._channel.sendto(message.encode(), self._address)
+
+
+def _channel() -> socket.socket:
+    channel = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+    channel.setblocking(False)
+    return channel

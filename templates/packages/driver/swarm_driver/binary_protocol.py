@@ -8,6 +8,7 @@ from typing import Mapping, Sequence
 
 from swarm_driver.codec import BadReplyError, Reply, Request
 from swarm_driver.config import Actuator
+from swarm_driver.line_protocol import LineBuffer
 from swarm_driver.protocols import BinaryProtocol, BinaryQuery
 
 _PLACE = re.compile(r"\{([a-z]+):([bBhHiIf])\}")
@@ -39,8 +40,16 @@ class BinaryCodec:
         return [self._request(f"setup {one.send}", one, {}, one.begins) for one in self._protocol.setup]
 
     def identify(self) -> Request | None:
-        """Returns None: no reply in bytes contains the firmware version."""
-        return None
+        query = self._protocol.identify
+        if query is None:
+            return None
+        return Request(
+            bytes.fromhex(query.send),
+            "identify",
+            lambda: TextReader(query.reply),
+            framed=False,
+            trails=True,
+        )
 
     def _request(
         self,
@@ -68,6 +77,24 @@ class BinaryCodec:
             return bytes.fromhex(token)
         values = places[place.group(1)]
         return struct.pack(f"{self._order}{len(values)}{place.group(2)}", *values)
+
+
+class TextReader:
+    """Waits for a line of text that begins with ``head``, among whatever else arrives."""
+
+    def __init__(self, head: str) -> None:
+        self._head = head
+        self._lines = LineBuffer()
+        self.noise = 0
+        self.stray = ""
+
+    def feed(self, data: bytes) -> Reply | None:
+        for line in self._lines.feed(data):
+            head, _, rest = line.decode("ascii", "backslashreplace").strip().partition(",")
+            if head == self._head:
+                return Reply((), rest)
+            self.noise += 1
+        return None
 
 
 class BinaryReader:

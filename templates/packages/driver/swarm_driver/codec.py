@@ -40,7 +40,7 @@ class Request:
     """What is sent, how people call it, and who reads the answer.
 
     ``answered`` is false where none comes; ``framed`` where an answer shows whose it is; ``urgent`` is what
-    waits for nothing.
+    waits for nothing; ``trails`` where more follows the answer.
     """
 
     data: bytes
@@ -49,6 +49,7 @@ class Request:
     answered: bool = True
     framed: bool = True
     urgent: bool = False
+    trails: bool = False
 
 
 class Codec(Protocol):

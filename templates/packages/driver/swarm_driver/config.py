@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping
 
-import yaml
+from swarm_command.authority import Commander, commander_of
+from swarm_command.start import Start, start_of
+from swarm_common.parameters import between, loaded, positive
 
-from swarm_driver.authority import Commander
 from swarm_driver.protocols import Protocol, protocol_of
-from swarm_driver.ranges import between, positive
-
-
-class ConfigError(Exception):
-    """An invalid parameter file: what is wrong, and where in it."""
 
 
 @dataclass(frozen=True)
@@ -110,12 +105,19 @@ class Config:
     serial: Serial
     command_timeout: float
     waits: Mapping[str, float]  # s for the answers that take a time of their own, by query
+    firmware_of: Mapping[str, str]  # text that the firmware's name must have, by query
     commanders: tuple[Commander, ...]
     diagnostics_rate: float
     kinematics: Kinematics
     protocol: Protocol
     sensors: tuple[Sensor, ...]
     actuators: tuple[Actuator, ...]
+    urdf: Path | None = None  # file with its shape
+    start: Start | None = None
+
+    def readable(self, sensor: Sensor, firmware: str) -> bool:
+        """Returns whether a robot with this ``firmware`` has the query of a sensor."""
+        return self.firmware_of.get(sensor.read, "") in firmware
 
     def sensor(self, name: str) -> Sensor | None:
         """Returns the sensor of that name; None if it is off."""
@@ -124,16 +126,7 @@ class Config:
 
 def load(path: Path) -> Config:
     """Returns the parameters in the file ``path``. Raises ``ConfigError``."""
-    try:
-        data = yaml.safe_load(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"cannot read {path}: {error}") from error
-    try:
-        return parse(data, path.parent)
-    except KeyError as error:
-        raise ConfigError(f"{path}: the key {error} is missing") from error
-    except (TypeError, ValueError, AttributeError, re.error) as error:
-        raise ConfigError(f"{path}: {error}") from error
+    return loaded(path, lambda data: parse(data, path.parent))
 
 
 def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
@@ -150,22 +143,15 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         serial=_serial(data["serial"]),
         command_timeout=between("command_timeout", data["command_timeout"], 0.05, 2.0),
         waits={str(name): positive(f"waits.{name}", wait) for name, wait in data.get("waits", {}).items()},
-        commanders=tuple(_commander(one) for one in data["commanders"]),
+        firmware_of={str(name): str(text) for name, text in data.get("firmware_of", {}).items()},
+        commanders=tuple(commander_of(one) for one in data["commanders"]),
         diagnostics_rate=between("diagnostics_rate", data["diagnostics_rate"], 0.2, 10.0),
         kinematics=_kinematics(data["kinematics"]),
         protocol=protocol_of(data["protocol"], folder, data["kinematics"].get("wheel_radius")),
         sensors=tuple(_sensor(name, one) for name, one in data["sensors"].items()),
         actuators=tuple(_actuator(name, one) for name, one in data["actuators"].items()),
-    )
-
-
-def _commander(data: Mapping[str, Any]) -> Commander:
-    return Commander(
-        name=str(data["name"]),
-        priority=int(data["priority"]),
-        nodes=tuple(str(node) for node in data["nodes"]),
-        namespace=str(data["namespace"]) if data["namespace"] is not None else None,
-        addresses=tuple(str(address).lower() for address in data["addresses"]),
+        urdf=folder / str(data["urdf"]) if "urdf" in data else None,
+        start=start_of(data["start"]) if "start" in data else None,
     )
 
 

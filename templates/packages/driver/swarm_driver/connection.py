@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Callable, Protocol, Sequence
 
+from swarm_command.command_mailbox import CommandMailbox
+
 from swarm_driver.actuators import ActuatorSettings
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config
 from swarm_driver.kinematics import Odometry
-from swarm_driver.report import Tally
 from swarm_driver.session import Sink
+from swarm_driver.tally import Tally
 
 
 @dataclass(frozen=True)

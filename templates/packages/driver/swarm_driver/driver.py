@@ -8,9 +8,11 @@ import time
 from enum import Enum
 from typing import Callable, Sequence
 
+from swarm_command.authority import Standing
+from swarm_command.command_mailbox import CommandMailbox
+from swarm_command.report import Level, Report
+
 from swarm_driver.actuators import ActuatorSettings
-from swarm_driver.authority import Standing
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config
 from swarm_driver.connection import Connection, ConnectionContext, Readable
 from swarm_driver.kinematics import Odometry
@@ -19,9 +21,9 @@ from swarm_driver.polled_robot import PolledRobot, linked
 from swarm_driver.port import PortError
 from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.relay import Relay
-from swarm_driver.report import Level, Report, Tally
 from swarm_driver.rosserial_robot import Board
 from swarm_driver.session import Sink
+from swarm_driver.tally import Tally
 
 _FIRST_RETRY, _LAST_RETRY = 0.2, 5.0  # s between two attempts to connect, doubled from the one to the other
 _STABLE = 5.0  # s a session must last before its loss counts as a new one
@@ -148,7 +150,7 @@ class Driver:
 
     def _report(self) -> Report:
         standing, connection = self._standing(), self._connection
-        figures = {**self._figures(), "commander": standing.commander, "refused senders": standing.refused}
+        figures = {**self._figures(), **standing.values()}
         if connection is None or connection.since is None:
             trouble = connection.trouble if connection is not None else ""
             level = Level.ERROR if connection is None or trouble else Level.WARN

@@ -33,7 +33,7 @@ class LineCodec:
 
     def actuator(self, actuator: Actuator, index: int, values: Sequence[int]) -> Request:
         query = LineQuery(actuator.send, actuator.reply or "")
-        together = ",".join(str(value) for value in values)
+        together = self._protocol.separator.join(str(value) for value in values)
         return self._request(filled(query.send, index=index, value=values[index], values=together), query)
 
     def setup(self) -> list[Request]:
@@ -65,7 +65,7 @@ class LineReader:
 
     def feed(self, data: bytes) -> Reply | None:
         for line in self._lines.feed(data):
-            reply = understand(line, self._query, self._protocol.error_heads)
+            reply = understand(line, self._query, self._protocol.error_heads, self._protocol.separator)
             if reply is not None:
                 return reply
             self.noise += 1
@@ -80,20 +80,22 @@ def filled(send: str, **values: int | str) -> str:
     return send
 
 
-def understand(line: bytes, query: LineQuery, error_heads: Sequence[str]) -> Reply | None:
+def understand(
+    line: bytes, query: LineQuery, error_heads: Sequence[str], separator: str = ","
+) -> Reply | None:
     """Returns the reply in ``line``, or None if it is noise: a banner, an old answer.
 
     Raises BadReplyError.
     """
     text = _text(line)
-    head, _, rest = text.partition(",")
+    head, rest = _parted(text, separator)
     if head != query.reply:
         if text.startswith(tuple(error_heads)):
             raise BadReplyError(f"the robot answers `{text[:80]}`")
         return None
     if query.values == 0:
         return Reply((), rest)
-    fields = _fields(rest, query)
+    fields = _fields(rest, query, separator)
     if fields is None:
         raise BadReplyError(f"`{text[:80]}` is not what is expected after `{query.reply}`")
     if not query.values <= len(fields) <= query.values + query.extra:
@@ -123,10 +125,19 @@ def _text(line: bytes) -> str:
     return line.decode("ascii", "backslashreplace").strip()
 
 
-def _fields(rest: str, query: LineQuery) -> list[str] | None:
+def _parted(text: str, separator: str) -> tuple[str, str]:
+    """The head of a line, and the rest."""
+    blank = None if separator.isspace() else separator.strip()
+    head, *rest = text.split(blank, 1) or [""]
+    return head.strip(), "".join(rest)
+
+
+def _fields(rest: str, query: LineQuery, separator: str) -> list[str] | None:
     """Returns the numbers as text; None if the reply does not have the form that ``query`` describes."""
     if query.pattern is None:
-        return [field.strip() for field in rest.split(",")] if rest else []
+        if separator.isspace():
+            return rest.split()
+        return [field.strip() for field in rest.split(separator.strip())] if rest else []
     found = query.pattern.match(rest)
     return [group or "" for group in found.groups()] if found else None
 

@@ -7,7 +7,7 @@ import typing
 from typing import Callable, TypeVar
 
 from swarm_driver.codec import BadReplyError, Codec, Reply, Request
-from swarm_driver.report import Tally
+from swarm_driver.tally import Tally
 
 T = TypeVar("T")
 
@@ -106,6 +106,12 @@ class Link:
                 break
         self._unsettled = deadline <= now < enough
         return True
+
+    def pass_by(self) -> None:
+        """Waits until no more of what follows a reply arrives."""
+        deadline = self._clock() + self.reply_timeout
+        while (remaining := deadline - self._clock()) > 0 and self._port.read(min(_QUIET, remaining)):
+            pass
 
     def twice(self, exchange: Callable[[], T]) -> T:
         """Returns the outcome of ``exchange``, repeated once if it fails.

@@ -9,6 +9,8 @@ import time
 from functools import partial
 from typing import Callable, Iterator, Union
 
+from swarm_command.report import Level
+
 from swarm_driver.binary_protocol import BinaryCodec
 from swarm_driver.codec import BadReplyError, Codec
 from swarm_driver.connection import ConnectionContext
@@ -16,8 +18,8 @@ from swarm_driver.kinematics import STANDSTILL, Odometry
 from swarm_driver.line_protocol import LineCodec, firmware_version, overheard
 from swarm_driver.link import BytePort, Link, LinkLostError
 from swarm_driver.protocols import BinaryProtocol, LineProtocol, PythonProtocol
-from swarm_driver.report import Level, Tally
 from swarm_driver.session import Session
+from swarm_driver.tally import Tally
 from swarm_driver.user_codec import UserCodec
 
 
@@ -33,6 +35,7 @@ class PolledRobot:
         self._settled_at = around.clock() + around.config.serial.settle
         self._session: Session | None = None
         self._unprepared: list[str] = []
+        self._left_out: list[str] = []
         self._meeting = self._met()
         self._failures_reported = around.tally.failed_exchanges
 
@@ -75,7 +78,7 @@ class PolledRobot:
     def complaints(self) -> list[str]:
         failures = self._around.tally.failed_exchanges - self._failures_reported
         self._failures_reported += failures
-        return [*([f"{failures} exchanges failed"] if failures else []), *self._unprepared]
+        return [*([f"{failures} exchanges failed"] if failures else []), *self._unprepared, *self._left_out]
 
     def figures(self) -> dict[str, str]:
         return {}
@@ -97,6 +100,13 @@ class PolledRobot:
         for trouble in self._set_up():
             self._unprepared += [trouble] if trouble else []
             yield None
+        on = [one for one in config.sensors if one.rate > 0]
+        left_out = [one for one in on if not config.readable(one, self.firmware)]
+        self._left_out = [
+            f"`{one.name}` is left out: the firmware is not {config.firmware_of[one.read]}'s "
+            f"({self.firmware}); set its rate to 0"
+            for one in left_out
+        ]
         around.tally.connections += 1
         around.tally.reported = ""
         around.sink.event(Level.OK, f"connected to {config.port}, firmware {self.firmware}")
@@ -111,12 +121,16 @@ class PolledRobot:
             tally=around.tally,
             clock=around.clock,
             slow=not self._unprepared,  # what is not set may send more than is expected
+            left_out=left_out,
         )
 
     def _requested_firmware(self) -> str:
         try:
             request = self._link.codec.identify()
-            return (self._link.twice(lambda: self._link.ask(request)).text if request else "") or "unknown"
+            reply = self._link.twice(lambda: self._link.ask(request)) if request else None
+            if request and request.trails:
+                self._link.pass_by()
+            return (reply.text if reply else "") or "unknown"
         except BadReplyError as error:  # a class that cannot even ask
             self._around.tally.failed(error)
         except LinkLostError:

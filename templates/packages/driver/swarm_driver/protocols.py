@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping, Pattern, Union
 
-from swarm_driver.ranges import between, positive
+from swarm_common.parameters import between, positive
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ class LineProtocol:
     setup: tuple[LineQuery, ...]
     set_speed: LineQuery
     queries: Mapping[str, LineQuery]
+    separator: str = ","  # of the head and the numbers of a reply; a blank or a tab: any number of these
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,7 @@ class BinaryProtocol:
 
     reply_timeout: float
     byte_order: str
+    identify: LineQuery | None
     setup: tuple[BinaryQuery, ...]
     set_speed: BinaryQuery
     queries: Mapping[str, BinaryQuery]
@@ -123,11 +125,13 @@ def protocol_of(data: Mapping[str, Any], folder: Path, wheel_radius: Any) -> Pro
             setup=tuple(LineQuery(**one) for one in data["setup"]),
             set_speed=_line_query(data["set_speed"]),
             queries={name: _line_query(one) for name, one in data["queries"].items()},
+            separator=str(data["separator"]),
         )
     if data["kind"] == "binary":
         return BinaryProtocol(
             reply_timeout=timeout,
             byte_order=str(data["byte_order"]),
+            identify=LineQuery(**data["identify"]) if "identify" in data else None,
             setup=tuple(_binary_query(one) for one in data["setup"]),
             set_speed=_binary_query(data["set_speed"]),
             queries={name: _binary_query(one) for name, one in data["queries"].items()},

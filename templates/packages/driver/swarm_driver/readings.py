@@ -111,6 +111,21 @@ def picture(values: Sequence[float], settings: Settings) -> tuple[str, bytes]:
     )
 
 
+def pinhole(width: int, height: int, focal: float | None) -> dict[str, list[float]]:
+    """Returns K, R and P of a sensor_msgs/CameraInfo: the middle of the image, ``focal`` in its pixels.
+
+    All zero without a focal length: a camera that is not calibrated. No distortion is known.
+    """
+    if focal is None:
+        return {"K": [0.0] * 9, "R": [0.0] * 9, "P": [0.0] * 12}
+    x, y = (width - 1) / 2, (height - 1) / 2
+    return {
+        "K": [focal, 0.0, x, 0.0, focal, y, 0.0, 0.0, 1.0],
+        "R": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        "P": [focal, 0.0, x, 0.0, 0.0, focal, y, 0.0, 0.0, 0.0, 1.0, 0.0],
+    }
+
+
 def charge(values: Sequence[float], settings: Settings) -> Charge:
     """Returns voltage and charge of a battery."""
     volts = settings["offset"] + sum(value * each for value, each in zip(values, settings["volts"]))

@@ -5,33 +5,24 @@ Nothing outside `ros*.py` knows ROS.
 
 from __future__ import annotations
 
-import threading
-import time
-from http.client import HTTPConnection
 from typing import Any, Iterator, Mapping
-from xmlrpc.client import ServerProxy, Transport
 
-import rosgraph
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Twist
 from std_msgs.msg import UInt8, UInt8MultiArray
+from swarm_command.command_gate import CommandGate
+from swarm_command.command_mailbox import CommandMailbox
+from swarm_command.report import Level, Report
+from swarm_command.ros import Diagnostics, leave, subscribe
+from swarm_command.ros_transforms import TFMessage, start_is_lost
 
 from swarm_driver import ros_frames, ros_sensors
 from swarm_driver.actuators import ActuatorSettings
 from swarm_driver.codec import Values
-from swarm_driver.command_gate import CommandGate
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Actuator, Config, Sensor
 from swarm_driver.kinematics import Pose
-from swarm_driver.node_hosts import NodeHosts
-from swarm_driver.report import Report
 from swarm_driver.ros_frames import Frames
 from swarm_driver.ros_motion import MotionTopics
-
-_FAREWELL = 1.0  # s
-_MASTER_ANSWERS = 2.0  # s
-_SUCCESS, _UNKNOWN_NODE = 1, -1  # of the Master API: lookupNode found the node, or no such node
+from swarm_driver.shown_params import shown_params
 
 
 def join(config: Config, commands: CommandMailbox, gate: CommandGate, outputs: ActuatorSettings) -> RosSink:
@@ -41,24 +32,25 @@ def join(config: Config, commands: CommandMailbox, gate: CommandGate, outputs: A
     """
     rospy.init_node("driver", disable_signals=True)
     rospy.on_shutdown(commands.stop)
-    sink, node_hosts = RosSink(config), NodeHosts(_node_uri)
-
-    def take(twist: Any) -> None:
-        """Runs in the thread of the sender's connection, so its waiting delays no other sender's commands."""
-        arrived, sender = time.monotonic(), str(twist._connection_header.get("callerid", ""))
-        linear, angular = twist.linear, twist.angular
-        gate.give(
-            sender,
-            node_hosts.of(sender),
-            (linear.x, linear.y, linear.z),
-            (angular.x, angular.y, angular.z),
-            arrived,
-        )
-
-    rospy.Subscriber("cmd_vel", Twist, take, queue_size=1, tcp_nodelay=True)
+    sink = RosSink(config)
+    subscribe("cmd_vel", gate)
     for actuator in config.actuators:
         _subscribe(actuator, outputs)
+    sink.left_out += tuple(_set_params(config))
     return sink
+
+
+def _set_params(config: Config) -> Iterator[str]:
+    """Shows what the driver works with; what it works with stays as its parameter file has it.
+
+    Yields what could not be shown.
+    """
+    try:
+        rospy.set_param(rospy.get_name(), shown_params(config))
+        if config.urdf is not None:
+            rospy.set_param("robot_description", config.urdf.read_text("utf-8"))
+    except Exception as error:  # noqa: BLE001  the robot drives without them
+        yield f"no parameters: {error}"
 
 
 def _subscribe(actuator: Actuator, outputs: ActuatorSettings) -> None:
@@ -76,33 +68,6 @@ def _subscribe(actuator: Actuator, outputs: ActuatorSettings) -> None:
         )
 
 
-def forgotten() -> bool:
-    """Returns True if the master answers but does not know this node: it was restarted."""
-    try:
-        return not _node_uri(rospy.get_name())
-    except Exception:  # noqa: BLE001  a master that is away forgets nothing, and whatever else answers there is none
-        return False
-
-
-def _node_uri(node: str) -> str:
-    """Returns the URI of ``node`` as the master lists it; empty if it knows no such node."""
-    with ServerProxy(rosgraph.get_master_uri(), transport=TimeoutTransport()) as master:
-        answer: Any = master.lookupNode(rospy.get_name(), node)
-    code, message, uri = answer
-    if code not in (_SUCCESS, _UNKNOWN_NODE):
-        raise OSError(message)
-    return str(uri) if code == _SUCCESS else ""
-
-
-class TimeoutTransport(Transport):
-    """An HTTP transport with a timeout."""
-
-    def make_connection(self, host: Any) -> HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = _MASTER_ANSWERS
-        return connection
-
-
 class RosSink:
     """Publishes a driver's data. ``left_out`` are the topics for which this host has no message package."""
 
@@ -112,7 +77,7 @@ class RosSink:
         self._motion = MotionTopics(config, frames)
         self._sensors = ros_sensors.topics_of(config, frames)
         self._places = ros_frames.publish_places(config, frames)
-        self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
+        self._diagnostics = Diagnostics(f"{config.robot}: driver", f"{config.title} {config.robot}")
         self.left_out = tuple(_left_out(config, self._sensors))
 
     def odometry(self, pose: Pose) -> None:
@@ -124,28 +89,18 @@ class RosSink:
             topics.publish(values)
 
     def report(self, report: Report) -> None:
-        figures = dict(report.values, **({"left out": "; ".join(self.left_out)} if self.left_out else {}))
-        status = DiagnosticStatus(
-            level=int(report.level),
-            name=f"{self._config.robot}: driver",
-            message="; ".join([report.message, *self.left_out]),
-            hardware_id=f"{self._config.title} {self._config.robot}",
-            values=[KeyValue(key, value) for key, value in figures.items()],
-        )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = rospy.Time.now()
-        self._diagnostics.publish(message)
+        least = Level.WARN if start_is_lost(self._config.start) else Level.OK
+        self._diagnostics.publish(report.without(self.left_out, least=least))
 
     def leave(self) -> None:
-        """Take leave of the master; one that is gone is not waited for."""
-        farewell = threading.Thread(target=rospy.signal_shutdown, args=("the driver ends",), daemon=True)
-        farewell.start()
-        farewell.join(_FAREWELL)
+        leave()
 
 
 def _left_out(config: Config, sensors: Mapping[str, Any]) -> Iterator[str]:
     """Returns the topics that this host cannot publish because a message package is missing, as text."""
-    if ros_frames.TFMessage is None:
+    if start_is_lost(config.start):
+        yield "no transforms, nor the one from map to its start: this host lacks tf2_msgs"
+    elif TFMessage is None:
         yield "no transforms: this host lacks tf2_msgs"
     if ros_sensors.sensor_msgs is not None:
         return

@@ -6,15 +6,12 @@ import math
 from typing import Any, Iterator, Mapping
 
 import rospy
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Quaternion
+from swarm_command.ros_transforms import Place, TFMessage, start_transform, transform, turned_by
 
 from swarm_driver.config import Config, Sensor
 
-TFMessage: Any
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # a host without tf gets no transforms
-    TFMessage = None
+_OPTICAL = (-0.5, 0.5, -0.5, 0.5)  # x, y, z, w: from ahead-left-up to right-down-ahead
 
 
 class Frames:
@@ -25,41 +22,39 @@ class Frames:
         self.odom = self._prefix + "odom"
         self.base = self._prefix + "base_link"
 
-    def joint(self, name: str) -> str:
-        """Returns the name of a joint."""
-        return self._prefix + name
-
     def element(self, sensor: Sensor, element: Mapping[str, Any]) -> str:
         """Returns the frame of one element of a sensor."""
         return "{}{}_{}".format(self._prefix, sensor.name, element["name"])
 
-
-def transform(parent: str, child: str, place: tuple[float, float, float], yaw: float) -> Any:
-    """Returns a TransformStamped of now; ``place`` in m, ``yaw`` in rad."""
-    message = TransformStamped(child_frame_id=child)
-    message.header.stamp = rospy.Time.now()
-    message.header.frame_id = parent
-    message.transform.translation = Vector3(*place)
-    message.transform.rotation = turned_by(yaw)
-    return message
-
-
-def turned_by(yaw: float) -> Any:
-    """Returns the Quaternion of a rotation around z, in rad."""
-    return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    def optical(self, sensor: Sensor) -> str:
+        """Returns the frame of a camera's images: z ahead, x to the right, y down (REP 103)."""
+        return f"{self._prefix}{sensor.name}_optical"
 
 
 def publish_places(config: Config, frames: Frames) -> Any:
-    """Publishes the pose of each distance sensor, latched. Returns the publisher; None if there are none."""
-    ranges = [sensor for sensor in config.sensors if sensor.kind == "range" and sensor.rate > 0]
-    if TFMessage is None or not ranges:
+    """Publishes what does not move, latched: the pose of each sensor, the robot's start in `map`.
+
+    Returns the publisher; None if there is nothing.
+    """
+    stamp = rospy.Time.now()
+    start = [start_transform(config.start, frames.odom, stamp)] if config.start is not None else []
+    places = [*start, *_places(config, frames, stamp)]
+    if TFMessage is None or not places:
         return None
     publisher = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
-    publisher.publish(TFMessage([one for sensor in ranges for one in _places(frames, sensor)]))
+    publisher.publish(TFMessage(places))  # one message: a latched topic keeps the last one only
     return publisher
 
 
-def _places(frames: Frames, sensor: Sensor) -> Iterator[Any]:
-    for one in sensor.settings["elements"]:
-        place = (one["x"], one["y"], one["z"])
-        yield transform(frames.base, frames.element(sensor, one), place, math.radians(one["heading_deg"]))
+def _places(config: Config, frames: Frames, stamp: Any) -> Iterator[Any]:
+    for sensor in config.sensors:
+        for one in sensor.settings["elements"] if sensor.kind == "range" and sensor.rate > 0 else ():
+            rotation = turned_by(math.radians(one["heading_deg"]))
+            yield transform(frames.base, frames.element(sensor, one), _place(one), rotation, stamp)
+        if sensor.kind == "image" and sensor.rate > 0:
+            place, rotation = _place(sensor.settings), Quaternion(*_OPTICAL)
+            yield transform(frames.base, frames.optical(sensor), place, rotation, stamp)
+
+
+def _place(settings: Mapping[str, Any]) -> Place:
+    return settings["x"], settings["y"], settings["z"]

@@ -6,10 +6,11 @@ from typing import Any
 
 import rospy
 from nav_msgs.msg import Odometry
+from swarm_command.ros_transforms import TFMessage, transform, turned_by
 
 from swarm_driver.config import Config
 from swarm_driver.kinematics import Pose
-from swarm_driver.ros_frames import Frames, TFMessage, transform, turned_by
+from swarm_driver.ros_frames import Frames
 
 JointState: Any
 try:
@@ -17,6 +18,7 @@ try:
 except ImportError:  # a host without sensor_msgs gets no joints
     JointState = None
 
+_JOINTS = ("left_wheel", "right_wheel")  # as in the URDF; their namespace says whose they are
 _UNKNOWN = 1e6  # variance of what a robot on wheels cannot know
 _AT_REST = 1e-6  # variance of what has not gone astray yet
 
@@ -34,18 +36,19 @@ class MotionTopics:
         self._joints = rospy.Publisher("joint_states", JointState, queue_size=1) if joints else None
 
     def publish(self, pose: Pose) -> None:
-        """Publishes the pose on all topics."""
-        message = self._odometry(pose)
-        self._odom.publish(message)
+        """Publishes the pose on all topics, with one stamp."""
+        stamp = rospy.Time.now()
+        self._odom.publish(self._odometry(pose, stamp))
         if self._tf is not None:
-            moved = transform(self._frames.odom, self._frames.base, (pose.x, pose.y, 0.0), pose.yaw)
+            place = (pose.x, pose.y, 0.0)
+            moved = transform(self._frames.odom, self._frames.base, place, turned_by(pose.yaw), stamp)
             self._tf.publish(TFMessage([moved]))
         if self._joints is not None and self._radius is not None:
-            self._joints.publish(self._joint_state(pose, self._radius))
+            self._joints.publish(self._joint_state(pose, self._radius, stamp))
 
-    def _odometry(self, pose: Pose) -> Any:
+    def _odometry(self, pose: Pose, stamp: Any) -> Any:
         message = Odometry()
-        message.header.stamp = rospy.Time.now()
+        message.header.stamp = stamp
         message.header.frame_id = self._frames.odom
         message.child_frame_id = self._frames.base
         message.pose.pose.position.x = pose.x
@@ -63,14 +66,14 @@ class MotionTopics:
         )
         return message
 
-    def _joint_state(self, pose: Pose, radius: float) -> Any:
+    def _joint_state(self, pose: Pose, radius: float, stamp: Any) -> Any:
         half = pose.angular * self._kinematics.wheel_separation / 2
         message = JointState(
-            name=[self._frames.joint("left_wheel"), self._frames.joint("right_wheel")],
+            name=list(_JOINTS),
             position=[pose.left / radius, pose.right / radius],
             velocity=[(pose.linear - half) / radius, (pose.linear + half) / radius],
         )
-        message.header.stamp = rospy.Time.now()
+        message.header.stamp = stamp
         return message
 
 

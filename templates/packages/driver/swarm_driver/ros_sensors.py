@@ -8,7 +8,7 @@ from typing import Any, Callable, Mapping, Protocol, Sequence
 import rospy
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension, UInt16MultiArray
 
-from swarm_driver import readings
+from swarm_driver import readings, scan
 from swarm_driver.codec import Values
 from swarm_driver.config import Config, Sensor
 from swarm_driver.ros_frames import Frames
@@ -54,7 +54,7 @@ class QuantityTopic:
 
 
 class RangeTopics:
-    """The raw readings of an array as one message; each element in metres if its topic has a subscriber."""
+    """The raw readings of an array as one message; in metres, with a subscriber, each alone and as a scan."""
 
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
         settings = sensor.settings
@@ -69,15 +69,21 @@ class RangeTopics:
             rospy.Publisher(f"{sensor.name}/{name}", sensor_msgs.Range, queue_size=1)
             for name in (self._names if sensor_msgs else ())
         ]
+        self._scan: ScanTopic | None = None
+        if sensor_msgs and len(self._names) > 1:
+            self._scan = ScanTopic(sensor, frames)
 
     def publish(self, values: Values) -> None:
         raw = readings.whole(readings.every(values, self._stride), self._largest)
         self._publisher.publish(_labelled(UInt16MultiArray(data=raw), self._names))
+        stamp = rospy.Time.now()
         for publisher, frame, reading in zip(self._elements, self._frames, raw):
             if publisher.get_num_connections() > 0:
-                publisher.publish(self._range(frame, reading))
+                publisher.publish(self._range(frame, reading, stamp))
+        if self._scan is not None and self._scan.wanted():
+            self._scan.publish([self._distances.metres(reading) for reading in raw], stamp)
 
-    def _range(self, frame: str, reading: int) -> Any:
+    def _range(self, frame: str, reading: int, stamp: Any) -> Any:
         message = sensor_msgs.Range(
             radiation_type=self._radiation,
             field_of_view=self._field_of_view,
@@ -85,7 +91,32 @@ class RangeTopics:
             max_range=self._distances.farthest,
             range=self._distances.metres(reading),
         )
-        return _stamped(message, frame)
+        return _stamped(message, frame, stamp)
+
+
+class ScanTopic:
+    """The distances of an array around the robot, as a laser scanner would have them."""
+
+    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+        self._scan, self._period, self._frame = scan.Scan(sensor.settings), 1 / sensor.rate, frames.base
+        self._publisher = rospy.Publisher(f"{sensor.name}/scan", sensor_msgs.LaserScan, queue_size=1)
+
+    def wanted(self) -> bool:
+        """Returns whether somebody subscribes."""
+        return bool(self._publisher.get_num_connections() > 0)
+
+    def publish(self, distances: Sequence[float], stamp: Any) -> None:
+        """Publishes one scan; ``distances`` in m, in the order of the sensors."""
+        message = sensor_msgs.LaserScan(
+            angle_min=scan.FIRST,
+            angle_max=scan.FIRST + (scan.RAYS - 1) * scan.STEP,
+            angle_increment=scan.STEP,
+            scan_time=self._period,
+            range_min=self._scan.nearest,
+            range_max=self._scan.farthest,
+            ranges=self._scan.ranges(distances),
+        )
+        self._publisher.publish(_stamped(message, self._frame, stamp))
 
 
 class ImuTopic:
@@ -150,24 +181,29 @@ class TemperatureTopic:
         self._publisher.publish(_stamped(sensor_msgs.Temperature(temperature=celsius), self._frame))
 
 
-class ImageTopic:
-    """Images of a camera, grey or in colours."""
+class ImageTopics:
+    """Images of a camera, grey or in colours, and what is known of its lens."""
 
     def __init__(self, sensor: Sensor, frames: Frames) -> None:
-        self._settings, self._frame = sensor.settings, frames.base
-        self._publisher = rospy.Publisher(sensor.name, sensor_msgs.Image, queue_size=1)
+        self._settings, self._frame = sensor.settings, frames.optical(sensor)
+        self._images = rospy.Publisher(f"{sensor.name}/image_raw", sensor_msgs.Image, queue_size=1)
+        self._infos = rospy.Publisher(f"{sensor.name}/camera_info", sensor_msgs.CameraInfo, queue_size=1)
 
     def publish(self, values: Values) -> None:
         encoding, pixels = readings.picture(values, self._settings)
-        height = self._settings["height"]
+        height, width = self._settings["height"], self._settings["width"]
         message = sensor_msgs.Image(
             height=height,
-            width=self._settings["width"],
+            width=width,
             encoding=encoding,
             step=len(pixels) // height,
             data=pixels,
         )
-        self._publisher.publish(_stamped(message, self._frame))
+        stamp = rospy.Time.now()
+        self._images.publish(_stamped(message, self._frame, stamp))
+        lens = readings.pinhole(width, height, self._settings.get("focal"))
+        info = sensor_msgs.CameraInfo(height=height, width=width, distortion_model="plumb_bob", **lens)
+        self._infos.publish(_stamped(info, self._frame, stamp))
 
 
 _KINDS: Mapping[str, Callable[[Sensor, Frames], SensorTopics]] = {
@@ -178,7 +214,7 @@ _KINDS: Mapping[str, Callable[[Sensor, Frames], SensorTopics]] = {
     "magnetic": MagneticTopic,
     "battery": BatteryTopic,
     "temperature": TemperatureTopic,
-    "image": ImageTopic,
+    "image": ImageTopics,
 }
 _WITHOUT_SENSOR_MSGS = ("raw", "quantity", "range")
 
@@ -199,8 +235,8 @@ def _labelled(message: Any, names: Sequence[str]) -> Any:
     return message
 
 
-def _stamped(message: Any, frame: str) -> Any:
-    message.header.stamp = rospy.Time.now()
+def _stamped(message: Any, frame: str, stamp: Any = None) -> Any:
+    message.header.stamp = rospy.Time.now() if stamp is None else stamp
     message.header.frame_id = frame
     return message
 

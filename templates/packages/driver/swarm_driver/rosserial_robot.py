@@ -9,6 +9,8 @@ import contextlib
 import time
 from collections import deque
 
+from swarm_command.dead_man import DeadMan
+from swarm_command.report import Level
 from swarm_rosserial.conversation import (
     GREETING,
     Conversation,
@@ -23,13 +25,12 @@ from swarm_rosserial.frames import OVERHEAD
 from swarm_rosserial.messages import TWIST_TYPE, BadMessageError, Log, twist
 
 from swarm_driver.connection import ConnectionContext
-from swarm_driver.dead_man import DeadMan
 from swarm_driver.kinematics import Odometry, within_limits
 from swarm_driver.link import BytePort, LinkLostError
 from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.relay import MOST_WAITING, Outgoing, Parameter, Relay
-from swarm_driver.report import Level, Meter
 from swarm_driver.sketch_drift import Drift
+from swarm_driver.tally import Meter
 from swarm_driver.wheels import Wheels
 
 COMMAND = "cmd_vel"
@@ -206,7 +207,7 @@ class Board:
         command = self._dead_man.in_force()
         if command is None:
             return _STANDSTILL
-        return within_limits(command.linear, command.angular, self._config.kinematics)
+        return within_limits(command.velocity.forward, command.velocity.turn, self._config.kinematics)
 
     def _speed_due(self, aim: tuple[float, float]) -> float:
         """Returns the moment at which ``aim`` must be sent; a stop at once."""

@@ -7,16 +7,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Callable, Protocol
+from typing import Callable, Protocol, Sequence
+
+from swarm_command.command_mailbox import CommandMailbox
+from swarm_command.dead_man import DeadMan
+from swarm_command.report import Level, Report
 
 from swarm_driver.actuators import ActuatorSettings, Change, SentSettings
 from swarm_driver.codec import BadReplyError, Values
-from swarm_driver.command_mailbox import CommandMailbox
 from swarm_driver.config import Config, Scale, Sensor
-from swarm_driver.dead_man import DeadMan
-from swarm_driver.kinematics import STANDSTILL, Counters, Odometry, Pose, Units, wheel_units
+from swarm_driver.kinematics import (
+    STANDSTILL,
+    TRUSTED_SHARE,
+    Counters,
+    Odometry,
+    Pose,
+    Units,
+    wheel_units,
+)
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
-from swarm_driver.report import Level, Meter, Report, Tally
+from swarm_driver.tally import Meter, Tally
 
 COMMAND_REFRESH_S = 0.2  # s after which an unchanged speed is repeated; a lost robot is noticed that soon
 MIN_COMMAND_GAP_S = 0.02  # s between two changes of speed, so that fast commands leave time for the sensors
@@ -81,8 +91,12 @@ class Session:
         tally: Tally,
         clock: Callable[[], float],
         slow: bool = True,
+        left_out: Sequence[Sensor] = (),
     ) -> None:
-        """``slow``: whether queries whose answers take longer than usual may be sent."""
+        """``slow``: whether queries whose answers take longer than usual may be sent.
+
+        The sensors that are ``left_out`` are not read.
+        """
         self.since = clock()
         self.odometry = odometry
         self._link = link
@@ -93,7 +107,7 @@ class Session:
         self._tally = tally
         self._clock = clock
         self._slow = slow
-        self._polls = self._planned_polls()
+        self._polls = self._planned_polls([one for one in config.sensors if one not in left_out])
         self._shown, self._show_at, self._showed = SentSettings(outputs, self.since), self.since, False
         self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
         self._sent_at = self.since
@@ -123,7 +137,9 @@ class Session:
         command = self._dead_man.in_force()
         if command is None:
             return STANDSTILL
-        return wheel_units(command.linear, command.angular, self._config.kinematics, self._scale)
+        return wheel_units(
+            command.velocity.forward, command.velocity.turn, self._config.kinematics, self._scale
+        )
 
     def _speed_due(self, aim: Units) -> float:
         """Returns when ``aim`` must be sent: at once for a stop, or if the robot's speed is unknown."""
@@ -213,9 +229,9 @@ class Session:
         polls = (poll.due for poll in self._polls if self._fits(poll, now, aim))
         return min([self._speed_due(aim), self._dead_man_due(), show_due, *polls])
 
-    def _planned_polls(self) -> list[Poll]:
+    def _planned_polls(self, sensors: Sequence[Sensor]) -> list[Poll]:
         fed: dict[str, list[Feed]] = {}
-        for sensor in self._config.sensors:
+        for sensor in sensors:
             if sensor.rate > 0:
                 fed.setdefault(sensor.read, []).append(Feed(sensor, self.since))
         return [
@@ -239,5 +255,6 @@ class Session:
             return
         left, right = (int(value) for value in values)
         reading = Counters(left, right, arrived)
-        self.odometry = self.odometry.update(reading, self._config.kinematics, self._scale)
+        trusted = TRUSTED_SHARE / sensor.rate
+        self.odometry = self.odometry.update(reading, self._config.kinematics, self._scale, trusted)
         self._sink.odometry(self.odometry.pose)

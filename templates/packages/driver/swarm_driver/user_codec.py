@@ -127,8 +127,10 @@ class UserCodec:
     def _checked(self, method: Any, made: Any, values: int | None) -> Request:
         if not isinstance(made, Request) or not isinstance(made.data, bytes) or not callable(made.reader):
             raise self.wrong(method, f"returns {_kind(made)} instead of a Request of bytes")
-        if not 0 < len(made.data) <= _LONGEST_REQUEST:
-            raise self.wrong(method, f"makes a request of {len(made.data)} bytes")
+        if not made.data and values is None:
+            raise self.wrong(method, "makes a request of 0 bytes; only a query may send nothing")
+        if len(made.data) > _LONGEST_REQUEST:
+            raise self.wrong(method, f"makes a request of {len(made.data)} bytes, {_LONGEST_REQUEST} at most")
         name, make = str(made.name or "request"), made.reader
         return Request(
             made.data, name, lambda: UserReader(self, make, values), made.answered, made.framed, made.urgent

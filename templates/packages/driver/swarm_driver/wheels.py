@@ -9,7 +9,7 @@ from swarm_rosserial.messages import INTEGERS, integer
 from swarm_rosserial.topics import Topic
 
 from swarm_driver.config import Kinematics, Scale
-from swarm_driver.kinematics import Counters, Odometry, Pose
+from swarm_driver.kinematics import TRUSTED_SHARE, Counters, Odometry, Pose
 from swarm_driver.protocols import RosserialProtocol
 
 _APART = 0.03  # s between both counts of a pair at most: two frames, and an adapter that holds one back
@@ -31,9 +31,8 @@ class Wheels:
         self.scale = Scale(firmware_below=math.inf, speed_units_per_mps=1.0, metres_per_count=way)
         self._counts: dict[str, int] = {}
         fastest = max((protocol.rates[side] for side in self._sides), default=1.0)
-        self._half_a_turn = 0.5 / fastest  # s; what is sent at a steady pace is never less apart
-        self._apart = min(_APART, self._half_a_turn)  # s
-        self._stamp = -math.inf  # of the latest pair
+        self._trusted = TRUSTED_SHARE / fastest  # s
+        self._apart = min(_APART, 0.5 / fastest)  # s
         self._begun = 0.0  # when the first half of a pair came
 
     def forget(self) -> None:
@@ -50,10 +49,8 @@ class Wheels:
         if len(self._counts) < 2:
             return None
         left, right = (self._counts[side] for side in self._sides)
-        # Pairs that a busy host reads in one go were sent one after the other.
-        self._stamp = max(arrived, self._stamp + self._half_a_turn)
-        counters = Counters(left, right, self._stamp)
+        counters = Counters(left, right, arrived)
         self._counts = {}
         kinematics = replace(self._kinematics, counter_bits=_BITS[topic.type])
-        self.odometry = self.odometry.update(counters, kinematics, self.scale)
+        self.odometry = self.odometry.update(counters, kinematics, self.scale, self._trusted)
         return self.odometry.pose

@@ -24,15 +24,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping
 
-import yaml
+from swarm_common.parameters import between, loaded
 from swarm_common.xmlrpc import PeerError, place_of
 
 NAME = re.compile(r"/[A-Za-z][A-Za-z0-9_/]{0,250}")
 _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*")
-
-
-class ConfigError(Exception):
-    """An invalid parameter file: what is wrong, and where."""
 
 
 @dataclass(frozen=True)
@@ -62,22 +58,13 @@ class Config:
 
 def load(path: Path) -> Config:
     """Returns the parameters in ``path``. Raises ``ConfigError``."""
-    try:
-        data = yaml.safe_load(path.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"cannot read {path}: {error}") from error
-    try:
-        return parse(data)
-    except KeyError as error:
-        raise ConfigError(f"{path}: the key {error} is missing") from error
-    except (TypeError, ValueError, AttributeError, PeerError) as error:
-        raise ConfigError(f"{path}: {error}") from error
+    return loaded(path, parse)
 
 
 def parse(data: Mapping[str, Any]) -> Config:
-    """The parameters in ``data``. Raises KeyError, TypeError, ValueError, ... if invalid."""
+    """The parameters in ``data``. Raises KeyError, TypeError, ValueError or AttributeError if invalid."""
     peers = tuple(_peer(one) for one in data["peers"])
-    silent_after = _between("silent_after", data["silent_after"], 0.5, 60.0)
+    silent_after = between("silent_after", data["silent_after"], 0.5, 60.0)
     _all_different("island", [data["island"], *(peer.island for peer in peers)])
     _all_different("master", [data["master"], *(peer.master for peer in peers)])
     _all_different("host", [str(data["address"]).lower(), *(host for peer in peers for host in peer.hosts)])
@@ -86,9 +73,9 @@ def parse(data: Mapping[str, Any]) -> Config:
         node=_matching("node", data["node"], NAME),
         master=_uri(data["master"]),
         address=str(data["address"]),
-        period=1.0 / _between("poll_hz", data["poll_hz"], 0.1, 10.0),
+        period=1.0 / between("poll_hz", data["poll_hz"], 0.1, 10.0),
         silent_after=silent_after,
-        remove_after=_between("remove_after", data["remove_after"], silent_after, 3600.0),
+        remove_after=between("remove_after", data["remove_after"], silent_after, 3600.0),
         peers=peers,
     )
 
@@ -118,7 +105,10 @@ def _all_different(what: str, values: list[str]) -> None:
 
 
 def _uri(value: Any) -> str:
-    place_of(value)
+    try:
+        place_of(value)
+    except PeerError as error:
+        raise ValueError(str(error)) from error
     return str(value)
 
 
@@ -126,10 +116,3 @@ def _matching(name: str, value: Any, pattern: re.Pattern[str]) -> str:
     if not isinstance(value, str) or not pattern.fullmatch(value):
         raise ValueError(f"`{name}` is not a valid ROS name or type: {value!r}")
     return value
-
-
-def _between(name: str, value: Any, low: float, high: float) -> float:
-    number = float(value)
-    if not low <= number <= high:
-        raise ValueError(f"`{name}` must be from {low} to {high}, not {value}")
-    return number

@@ -22,13 +22,20 @@ CALL_SECONDS = 2.0
 _LARGEST_REPLY = 16 << 20  # the system state of some thousand robots
 _ANY = {"md5sum": "*", "type": "*", "tcp_nodelay": "1"}
 _LARGEST_HEADER = 64 << 10
-_LARGEST_FLOW = 32 << 20  # bytes of one topic in one measurement
+_LARGEST_FLOW = 32 << 20  # bytes of one topic after which a measurement ends early, and of one message
+_FOR_A_RATE = 2  # messages
 _LARGEST_KEPT = 64 << 10  # of one message
+_SMALL = 64  # bytes of a message that is always kept
 
 
 async def call(uri: str, method: str, *arguments: Any, seconds: float = CALL_SECONDS) -> Any:
     """The value that a master or a node returns for ``method``. Raises ``PeerError``."""
-    body = xmlrpc.client.dumps((CALLER, *arguments), method).encode("utf-8")
+    return await call_plainly(uri, method, CALLER, *arguments, seconds=seconds)
+
+
+async def call_plainly(uri: str, method: str, *arguments: Any, seconds: float = CALL_SECONDS) -> Any:
+    """As ``call``, for a server whose methods take no name of the caller: roslaunch."""
+    body = xmlrpc.client.dumps(arguments, method).encode("utf-8")
     return _value_in(await bounded(seconds, post(uri, body, Names(), _LARGEST_REPLY)))
 
 
@@ -50,13 +57,16 @@ async def _connect(host: str, port: int) -> tuple[asyncio.StreamReader, asyncio.
 
 
 class Flow:
-    """What came over a topic: how many messages, since when, and the first one if it was wanted."""
+    """What came over a topic: how many messages, since when, and the first one if it was wanted.
+
+    ``first_small`` and ``last_small``: the first and the last message of up to 64 bytes.
+    """
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
         self.count = 0
         self.type = ""
-        self.first_body = b""
+        self.first_body = self.first_small = self.last_small = b""
         self._first = self._last = 0.0
 
     def tick(self, now: float) -> None:
@@ -73,9 +83,17 @@ class Flow:
         overdue = max(0.0, now - self._last - seen / intervals)
         return intervals / max(seen + overdue, 1e-3)
 
+    def age(self, now: float) -> float | None:
+        """Seconds since the last message; None before the first."""
+        return now - self._last if self.count else None
 
-async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False) -> None:
-    """Counts the messages of the node at ``uri`` on ``topic`` for ``flow.seconds``. Raises ``PeerError``."""
+
+async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, caller: str = CALLER) -> None:
+    """Counts the messages of the node at ``uri`` on ``topic`` for ``flow.seconds``. Raises ``PeerError``.
+
+    Large messages end it early; ``flow.seconds`` is then the time that it took. Of two listeners of one name
+    on one topic, rospy closes the connection of the first: ``caller`` sets them apart.
+    """
     protocol = await call(uri, "requestTopic", topic, [["TCPROS"]])
     try:
         name, host, port = protocol
@@ -88,11 +106,13 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False) 
         raise PeerError("it does not offer this topic over TCPROS")
     reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
     try:
-        writer.write(packed({"callerid": CALLER, "topic": topic, **_ANY}))
+        writer.write(packed({"callerid": caller, "topic": topic, **_ANY}))
         flow.type = await bounded(CALL_SECONDS, _greeted(reader), "no answer to the connection header")
-        end = time.monotonic() + flow.seconds
+        began = time.monotonic()
+        end = began + flow.seconds
         try:
             await asyncio.wait_for(_count(reader, flow, end, keep_first), flow.seconds)
+            flow.seconds = min(flow.seconds, time.monotonic() - began)
         except asyncio.TimeoutError:
             pass
         except (asyncio.IncompleteReadError, OSError):
@@ -111,16 +131,20 @@ async def _greeted(reader: asyncio.StreamReader) -> str:
 
 async def _count(reader: asyncio.StreamReader, flow: Flow, end: float, keep_first: bool) -> None:
     taken = 0
-    while time.monotonic() < end:  # a flood of tiny messages never waits, so the clock is read here too
+    # A flood of tiny messages never waits, so the clock is read here too.
+    while time.monotonic() < end and (taken <= _LARGEST_FLOW or flow.count < _FOR_A_RATE):
         size = number(await reader.readexactly(4))
         taken += 4 + size
-        if taken > _LARGEST_FLOW:
-            raise PeerError(f"it sends more than {_LARGEST_FLOW >> 20} MB in {flow.seconds:g} s")
-        wanted = size if keep_first and not flow.count and size <= _LARGEST_KEPT else 0
+        if size > _LARGEST_FLOW:
+            raise PeerError(f"it sends a message of more than {_LARGEST_FLOW >> 20} MB")
+        kept = keep_first and not flow.count and size <= _LARGEST_KEPT
+        wanted = size if kept or size <= _SMALL else 0
         body = await reader.readexactly(wanted)
         await _skip(reader, size - wanted)
+        if size <= _SMALL:
+            flow.first_small, flow.last_small = flow.first_small or body, body
         flow.tick(time.monotonic())
-        flow.first_body = flow.first_body or body
+        flow.first_body = flow.first_body or (body if kept else b"")
 
 
 async def _skip(reader: asyncio.StreamReader, size: int) -> None:

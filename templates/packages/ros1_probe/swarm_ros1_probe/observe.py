@@ -12,60 +12,60 @@ from typing import TYPE_CHECKING, Any, Sequence
 from swarm_agent.clip import clipped
 from swarm_common.xmlrpc import PeerError, place_of
 
-from swarm_ros1_probe import client, islands
+from swarm_ros1_probe import client, islands, launched, name_conflicts, nodes, simulated_time
 
 if TYPE_CHECKING:
     from swarm_agent.probe_messages import (
         GraphAnswer,
         GraphRequest,
         MasterAnswer,
-        NodeAnswer,
-        NodeRequest,
+        ProbeAnswer,
         ProbeRequest,
         SenderAnswer,
-        TopicAnswer,
     )
 
-LONGEST_LISTENING = 15.0  # s for one topic
 _CALLS = 4 * client.CALL_SECONDS  # the calls that come one after the other before and after the listening
 _MOST_NODES = 200
-_MOST_TOPICS = 20  # of one node
 _MOST_NAMES = 20  # publishers of one topic
+_MOST_OTHERS = 400  # topics that are looked up for their type
 _MOST_SENDERS = 400  # nodes that publish on the topics that command robots
-_DIAGNOSTICS = "/diagnostics"
 
 
-def observe(request: ProbeRequest, answer: GraphAnswer) -> None:
-    """Fill in the answers of master and nodes; keeps what has arrived when the time is up."""
-    asyncio.run(_in_time(request, answer))
+def observe(request: ProbeRequest, answer: ProbeAnswer) -> None:
+    """Fill in the ``GraphAnswer`` of master and nodes; keeps what has arrived when the time is up."""
+    running = launched.running(request, answer)
+    asyncio.run(_in_time(request, answer, running))
+    launched.add_endings(answer, running)
+    name_conflicts.add(request, answer)
 
 
-async def _in_time(request: ProbeRequest, answer: GraphAnswer) -> None:
-    longest = max(
-        (_seconds(one) for node in request["nodes"] for one in node["topics"].values()), default=0.0
-    )
+async def _in_time(request: ProbeRequest, answer: GraphAnswer, running: launched.Running) -> None:
+    topics = [*(node["topics"] for node in request["nodes"]), *request["launched"].values()]
+    listening = [*(one for wanted in topics for one in wanted.values()), request["clock"] or 0.0]
+    longest = max(map(nodes.seconds_of, listening))
+    rounds = 2 if request["launched"] else 1  # topics that no node of roslaunch has are looked for afterwards
     answer["nodes"], answer["commanders"], answer["senders"] = {}, {}, {}
+    answer["launched"], answer["receivers"] = {}, {}
     try:
-        await asyncio.wait_for(_master_and_nodes(request, answer), longest + 2 * _CALLS)
+        await asyncio.wait_for(_master_and_nodes(request, answer, running), rounds * longest + 2 * _CALLS)
     except asyncio.TimeoutError:
         answer["troubles"]["ros"] = "master and nodes took too long to answer"
 
 
-def _seconds(value: Any) -> float:
-    return min(max(0.0, float(value)), LONGEST_LISTENING)
-
-
-async def _master_and_nodes(request: ProbeRequest, answer: GraphAnswer) -> None:
+async def _master_and_nodes(request: ProbeRequest, answer: GraphAnswer, running: launched.Running) -> None:
     uri = str(request["master"])
     answer["master"] = await master(uri)
     if not answer["master"]["reachable"]:
         return
-    works = [_node(uri, one, answer["nodes"]) for one in request["nodes"][:_MOST_NODES]]
+    works = [nodes.look(uri, one, answer["nodes"]) for one in request["nodes"][:_MOST_NODES]]
     if request["commands"]:
-        works.append(_commanders(uri, request["commands"], answer))
+        works.append(_commanders(uri, request["commands"], request["command_types"], answer))
     bridged = request.get("graph")
     if bridged:
         works.append(_graph(uri, bridged, answer))
+    if request["clock"] is not None:
+        works.append(simulated_time.look(uri, request["clock"], answer))
+    works.append(launched.look(request, answer, running))
     await asyncio.gather(*works)
 
 
@@ -86,22 +86,30 @@ async def master(uri: str) -> MasterAnswer:
     }
 
 
-async def _commanders(uri: str, topics: Sequence[str], answer: GraphAnswer) -> None:
-    """Who publishes on each of ``topics``, as the master has it."""
+async def _commanders(uri: str, named: Sequence[str], types: Sequence[str], answer: GraphAnswer) -> None:
+    """Who publishes on each topic that is ``named`` or has one of ``types``, and who subscribes to it."""
+    topics = list(named)
     try:
-        publishers = (await client.call(uri, "getSystemState", seconds=3 * client.CALL_SECONDS))[0]
-        found = {
-            str(topic): [clipped(name) for name in sorted(names)[:_MOST_NAMES]] for topic, names in publishers
-        }
+        if types:
+            known = await client.call(uri, "getTopicTypes", seconds=3 * client.CALL_SECONDS)
+            found = sorted(str(topic) for topic, kind in known if kind in types)
+            topics += [topic for topic in found if topic not in named][:_MOST_OTHERS]
+        state = await client.call(uri, "getSystemState", seconds=3 * client.CALL_SECONDS)
+        publishers, subscribers = _nodes_of(state[0]), _nodes_of(state[1])
     except PeerError as error:
         answer["troubles"]["commanders"] = str(error)
     except (TypeError, ValueError, LookupError):
         answer["troubles"]["commanders"] = "the master's system state makes no sense"
     else:
-        answer["commanders"] = {topic: found.get(topic, []) for topic in topics}
+        answer["commanders"] = {topic: publishers.get(topic, []) for topic in topics}
+        answer["receivers"] = {topic: subscribers.get(topic, []) for topic in topics}
         senders = {name for names in answer["commanders"].values() for name in names}
         works = (_sender(uri, name, topics, answer["senders"]) for name in sorted(senders)[:_MOST_SENDERS])
         await asyncio.gather(*works)
+
+
+def _nodes_of(entries: Any) -> dict[str, list[str]]:
+    return {str(topic): [clipped(name) for name in sorted(names)[:_MOST_NAMES]] for topic, names in entries}
 
 
 async def _sender(
@@ -112,7 +120,7 @@ async def _sender(
     try:
         uri = str(await client.call(master_uri, "lookupNode", name))
         found["host"] = clipped(place_of(uri)[0])
-        publishes = _types(await client.call(uri, "getPublications"))
+        publishes = nodes.types_of(await client.call(uri, "getPublications"))
     except PeerError as error:
         found["error"] = str(error)
     else:
@@ -125,49 +133,3 @@ async def _graph(uri: str, request: GraphRequest, answer: GraphAnswer) -> None:
         answer["graph"] = await islands.look(uri, request)
     except PeerError as error:
         answer["troubles"]["graph"] = str(error)
-
-
-async def _node(master_uri: str, request: NodeRequest, answers: dict[str, NodeAnswer]) -> None:
-    """One node: whether it is registered and alive, its topics, and their rates."""
-    name = str(request["name"])
-    found: NodeAnswer = {"registered": None, "alive": None, "error": "", "topics": {}}
-    answers[name] = found
-    try:
-        uri = str(await client.call(master_uri, "lookupNode", name))
-    except PeerError as error:
-        found.update({"registered": False, "error": str(error)})
-        return
-    found.update({"registered": True, "uri": clipped(uri)})
-    try:
-        pid, publications, subscriptions = await asyncio.gather(
-            client.call(uri, "getPid"),
-            client.call(uri, "getPublications"),
-            client.call(uri, "getSubscriptions"),
-        )
-        found.update({"pid": pid if isinstance(pid, int) else 0, "alive": True})
-        found.update({"publishes": _types(publications), "subscribes": _types(subscriptions)})
-    except PeerError as error:
-        found.update({"alive": False, "error": str(error)})
-        return
-    topics = list(request["topics"].items())[:_MOST_TOPICS]
-    await asyncio.gather(*(_topic(uri, topic, _seconds(seconds), found) for topic, seconds in topics))
-
-
-def _types(pairs: Any) -> dict[str, str]:
-    try:
-        return {clipped(topic): clipped(kind) for topic, kind in pairs[:200]}
-    except (TypeError, ValueError):
-        raise PeerError("its list of topics makes no sense") from None
-
-
-async def _topic(uri: str, topic: str, seconds: float, node: NodeAnswer) -> None:
-    flow = client.Flow(seconds)
-    entry: TopicAnswer = {"count": 0, "rate": None, "seconds": seconds, "type": "", "error": ""}
-    node["topics"][topic] = entry
-    try:
-        await client.listen(uri, topic, flow, keep_first=topic == _DIAGNOSTICS)
-        if flow.first_body:
-            node["reports"] = client.diagnostics_in(flow.first_body)
-    except PeerError as error:
-        entry["error"] = str(error)
-    entry.update({"count": flow.count, "rate": flow.rate(time.monotonic()), "type": flow.type})

@@ -18,10 +18,11 @@ class ConfigError(Exception):
 
 @dataclass(frozen=True)
 class Target:
-    """A robot and the topic of its commands."""
+    """A robot and the topic of its commands; ``stamped``: with a header, as TwistStamped."""
 
     robot: str
     topic: str
+    stamped: bool = False
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def parse(data: Mapping[str, Any], known: Mapping[str, Any]) -> Config:
 
     Raises ``KeyError``, ``TypeError`` or ``ValueError`` if it is not what swarmctl writes.
     """
-    targets = tuple(Target(str(one["robot"]), str(one["topic"])) for one in data["targets"])
+    targets = tuple(_target(one) for one in data["targets"])
     if not targets:
         raise ValueError("no robot to command: `control` in the swarm's spec gives it some")
     return Config(
@@ -70,6 +71,10 @@ def parse(data: Mapping[str, Any], known: Mapping[str, Any]) -> Config:
             name: (setting["min"], setting["max"]) for name, setting in known.items() if "min" in setting
         },
     )
+
+
+def _target(data: Mapping[str, Any]) -> Target:
+    return Target(str(data["robot"]), str(data["topic"]), bool(data.get("stamped", False)))
 
 
 def resolved(params: Mapping[str, Any], known: Mapping[str, Any]) -> Mapping[str, Any]:

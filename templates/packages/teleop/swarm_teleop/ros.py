@@ -1,4 +1,4 @@
-"""The one module that knows ROS 1: publishes commands as Twist, subscribes to a joystick as Joy."""
+"""The one module that knows ROS 1: publishes commands as Twist or TwistStamped, subscribes to Joy."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 from typing import Any, Callable
 
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
 from sensor_msgs.msg import Joy
 
 from swarm_teleop.config import Config
@@ -30,16 +30,20 @@ class Commander:
         os.environ["ROS_NAMESPACE"] = space or "/"
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(before_shutdown)  # publishing fails once ROS itself shuts down
-        topics = [target.topic for target in config.targets]
-        self._publishers = [rospy.Publisher(topic, Twist, queue_size=1, tcp_nodelay=True) for topic in topics]
+        self._stamped = [one.stamped for one in config.targets]
+        self._publishers = [
+            rospy.Publisher(one.topic, TwistStamped if one.stamped else Twist, queue_size=1, tcp_nodelay=True)
+            for one in config.targets
+        ]
 
     def send(self, commands: Commands) -> None:
         """Publishes each command on its robot's topic."""
         for robot, command in commands:
-            message = Twist()
-            message.linear.x, message.angular.z = command.linear, command.angular
+            twist, stamped = Twist(), TwistStamped()
+            twist.linear.x, twist.angular.z = command.linear, command.angular
+            stamped.header.stamp, stamped.twist = rospy.Time.now(), twist
             with contextlib.suppress(rospy.ROSException):  # closed: ROS is shutting down
-                self._publishers[robot].publish(message)
+                self._publishers[robot].publish(stamped if self._stamped[robot] else twist)
 
     def leave(self) -> None:
         """Take leave of the master; one that is gone is not waited for."""

@@ -1,9 +1,9 @@
-"""As much of rospy as the driver node touches, without a master.
+"""As much of rospy as the nodes of a driver and a gate touch, without a master.
 
-Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``, and
-messages of any other kind as ``<topic>:<bytes in hex>``; publications go out on stdout, one JSON object a
-line. With FAKE_MASTER=away in the environment no node ever joins; FAKE_LISTENERS=0 says that nobody listens,
-FAKE_LACKS names a package that is not installed.
+Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``,
+messages of any other kind as ``<topic>:<bytes in hex>``, and ``shutdown`` as the end by ROS. Publications go
+out on stdout, one JSON object a line. With FAKE_MASTER=away in the environment no node ever joins;
+FAKE_LISTENERS=0 says that nobody listens, FAKE_LACKS names a package that is not installed.
 """
 
 from __future__ import annotations
@@ -53,10 +53,19 @@ def _messages(package: str, *names: str) -> None:
 
 
 _messages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
-_messages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "Vector3")
+_messages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "TwistStamped", "Vector3")
 _messages("nav_msgs", "Odometry")
 _messages(
-    "sensor_msgs", "BatteryState", "Image", "Imu", "JointState", "MagneticField", "Range", "Temperature"
+    "sensor_msgs",
+    "BatteryState",
+    "CameraInfo",
+    "Image",
+    "Imu",
+    "JointState",
+    "LaserScan",
+    "MagneticField",
+    "Range",
+    "Temperature",
 )
 _messages(
     "std_msgs", "Float32MultiArray", "MultiArrayDimension", "UInt8", "UInt8MultiArray", "UInt16MultiArray"
@@ -73,8 +82,16 @@ def get_name() -> str:
     return "/driver"
 
 
+def set_param(name: str, value: Any) -> None:
+    _say({"topic": "parameter", "name": name, "value": value})
+
+
+_HOOKS: list[Any] = []
+
+
 def on_shutdown(hook: Any) -> None:
-    """Nobody shuts this node down but the test."""
+    """Runs when the test writes the line ``shutdown``, as for a node that another one replaces."""
+    _HOOKS.append(hook)
 
 
 def signal_shutdown(reason: str) -> None:
@@ -89,6 +106,10 @@ class AnyMsg:
     """A message whose bytes nobody looks into."""
 
     _buff: bytes
+
+
+class SubscribeListener:
+    """Is never called: everybody listens from the beginning."""
 
 
 class Publisher:
@@ -141,6 +162,10 @@ class Subscriber:
 def _listen() -> None:
     _say({"topic": "listening"})
     for line in sys.stdin:
+        if line == "shutdown\n":
+            for hook in _HOOKS:
+                hook()
+            continue
         if "=" in line:
             topic, _, numbers = line.strip().partition("=")
             values = [int(number) for number in numbers.split(",")]

@@ -37,13 +37,24 @@ class _Twist:
         self.linear, self.angular = (SimpleNamespace(x=0.0, y=0.0, z=0.0) for _ in range(2))
 
 
+class _TwistStamped:
+    def __init__(self) -> None:
+        self.header, self.twist = SimpleNamespace(stamp=0.0), _Twist()
+
+
+class Time:
+    """The time of ROS."""
+
+    now = staticmethod(time.time)
+
+
 def _messages(package: str, **kinds: Any) -> None:
     module = types.ModuleType(f"{package}.msg")
     module.__dict__.update(kinds)
     sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
 
 
-_messages("geometry_msgs", Twist=_Twist)
+_messages("geometry_msgs", Twist=_Twist, TwistStamped=_TwistStamped)
 _messages("sensor_msgs", Joy=object)
 
 
@@ -86,16 +97,19 @@ def get_master() -> Any:
 
 
 class Publisher:
-    def __init__(self, topic: str, _type: Any, queue_size: int, tcp_nodelay: bool) -> None:
+    def __init__(self, topic: str, kind: Any, queue_size: int, tcp_nodelay: bool) -> None:
         assert (queue_size, tcp_nodelay) == (1, True)
-        self._topic = topic
+        self._topic, self._kind = topic, kind
 
     def publish(self, message: Any) -> None:
         if _state.closed:
             raise ROSException("publish() to a closed topic")
-        if (_FOLDER / "failing").exists() and message.linear.x:
+        assert type(message) is self._kind  # rospy refuses any other
+        twist = getattr(message, "twist", message)
+        if (_FOLDER / "failing").exists() and twist.linear.x:
             raise RuntimeError("a bug")
-        _record(topic=self._topic, linear=message.linear.x, angular=message.angular.z)
+        stamped = message is not twist and message.header.stamp > 0
+        _record(topic=self._topic, linear=twist.linear.x, angular=twist.angular.z, stamped=stamped)
 
 
 class Subscriber:

@@ -9,7 +9,7 @@ import tempfile
 import time
 from typing import TYPE_CHECKING, Any, BinaryIO, Sequence
 
-from swarm_agent import lock, systemd
+from swarm_agent import lock, systemd, unit_start
 from swarm_agent.errors import FailedError, RefusedError
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
@@ -66,7 +66,7 @@ def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer
         try:
             if runs:
                 report.note(f"start {unit}")
-                systemd.start(runs)
+                unit_start.start(runs)
         except FailedError as error:
             troubles.append(error)
     if troubles:

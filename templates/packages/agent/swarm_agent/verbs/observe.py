@@ -14,6 +14,7 @@ from swarm_agent import (
     files,
     lock,
     packages,
+    platforms,
     preflight,
     secrets,
     system_links,
@@ -103,10 +104,12 @@ def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -
             "roscore": shutil.which("roscore") or next(iter(glob.glob("/opt/ros/*/bin/roscore")), None),
             "rospy": _module("rospy"),
             "pyserial": _module("serial"),
+            "tf2_msgs": _module("tf2_msgs"),
             **packages.found(requires, home.outside),
             **programs,
         },
         "absent": system_links.absent(home),
+        "platform": platforms.platform(home.outside),
         **preflight.standing(programs, home.outside),
     }
 

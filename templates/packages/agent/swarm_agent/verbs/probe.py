@@ -14,7 +14,7 @@ import stat
 import time
 from typing import TYPE_CHECKING, Any, Callable, Mapping
 
-from swarm_agent import systemd
+from swarm_agent import images, systemd, unit_history
 from swarm_agent.clip import clipped
 from swarm_agent.errors import RefusedError
 from swarm_agent.release_store import home_of
@@ -44,7 +44,14 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     def states() -> dict[str, Any]:
         return systemd.states([str(unit) for unit in request["units"]])
 
-    before = part("units", states)
+    before = answer["units"] = part("units", states)
+    answer["history"] = part(
+        "journal", lambda: unit_history.restarts(home, before or {}, float(request["restart_window"]))
+    )
+    answer["stopped"] = part("processes", lambda: unit_history.stopped(list(before or {})))
+    answer["images"] = part(
+        "images", lambda: {unit: images.look(one) for unit, one in request["images"].items()}
+    )
     answer["release"] = part("release", home.current)
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))

@@ -1,12 +1,10 @@
 # Written by swarmctl; the next deploy replaces it.
 # For people:  source /opt/swarm/newswarm/current/setup.bash
-for folder in /opt/ros/noetic; do
-  if [ -f "$folder/setup.bash" ]; then
-    . "$folder/setup.bash"
-    break
-  fi
-done
-unset folder
+extend=
+if [ -z "$extend" ] && [ -f /opt/ros/noetic/setup.bash ]; then
+  . /opt/ros/noetic/setup.bash
+fi
+unset folder extend
 export SWARM=newswarm
 export ROS_MASTER_URI=http://192.168.77.10:11311
 unset ROS_IP ROS_HOSTNAME

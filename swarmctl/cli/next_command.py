@@ -1,0 +1,32 @@
+"""The command that usually comes next, as the last line of a verb on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from swarmctl.cli import console
+from swarmctl.cli.spec_args import SpecFiles
+
+
+def advise(verb: str, spec: SpecFiles, *more: str) -> None:
+    """Print ``next: swarmctl VERB SPEC MORE``. Scripts, which have no terminal as stdout, see nothing."""
+    console.show_next(spec.command(verb, *more))
+
+
+def in_lab_errors(lines: Iterable[str], spec: SpecFiles, name: str = "") -> list[str]:
+    """Help of the lab, in which ``lab up`` has the spec and the name of the lab."""
+    booting = spec.command("lab up", *(["--name", name] if name else []))
+    return [line.replace("`swarmctl lab up`", f"`{booting}`") for line in lines]
+
+
+def selection(hosts: Iterable[str]) -> str:
+    """The hosts as one value of ``--limit``."""
+    from swarmctl.yamltext import hostlist
+
+    return ",".join(text for text, _ in hostlist.ranges_of(hosts))
+
+
+def where(*, lab: bool = False, lab_name: str = "", limit: list[str] | None = None) -> list[str]:
+    """The options that choose hosts, to be repeated in the next command."""
+    chosen = ["--lab-name", lab_name] if lab_name else ["--lab"] if lab else []
+    return [*chosen, *(word for name in limit or () for word in ("--limit", name))]

@@ -1,0 +1,142 @@
+"""Keeps builds of packages on the operator's side, by key, and which platform each host has."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import tarfile
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from swarmctl.deploy import journal
+from swarmctl.plan.host_builds import keys_of
+from swarmctl.resources import cache_folder
+from swarmctl.ros_packages.builds import Built
+from swarmctl.swarm.resolved import Swarm
+from swarmctl.swarm.used_packages import in_swarm
+
+MAX_BYTES = 2 << 30  # of all builds; the oldest go first
+MAX_UNPACKED = 512 << 20  # of one build
+_SUFFIX = ".tar.gz"
+
+
+class DamagedBuildError(ValueError):
+    """A build that is no archive of plain files."""
+
+
+@dataclass(frozen=True)
+class BuildStore:
+    """The folder of all builds; one file each."""
+
+    folder: Path
+
+    def keys(self) -> frozenset[str]:
+        """Returns the keys of the builds that are stored."""
+        return frozenset(one.name.removesuffix(_SUFFIX) for one in self.folder.glob(f"[!.]*{_SUFFIX}"))
+
+    def find(self, key: str) -> Built | None:
+        """Returns the files of a build; None if it is missing or damaged."""
+        path = self._path(key)
+        try:
+            found = unpacked(path.read_bytes())
+            path.touch()  # it is in use
+        except (OSError, DamagedBuildError):
+            return None
+        return found
+
+    def keep(self, key: str, archive: bytes) -> None:
+        """Stores a build, atomically; removes the oldest ones beyond ``MAX_BYTES``.
+
+        Raises ``OSError`` and ``DamagedBuildError``.
+        """
+        unpacked(archive)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        draft = self.folder / f".{key}.{os.getpid()}"
+        try:
+            draft.write_bytes(archive)
+            draft.replace(self._path(key))
+        finally:
+            draft.unlink(missing_ok=True)
+        self._remove_oldest()
+
+    def _remove_oldest(self) -> None:
+        kept = 0
+        stored = [(one.stat(), one) for one in self.folder.glob(f"[!.]*{_SUFFIX}")]
+        for state, path in sorted(stored, key=lambda one: one[0].st_mtime_ns, reverse=True):
+            kept += state.st_size
+            if kept > MAX_BYTES:
+                path.unlink(missing_ok=True)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}{_SUFFIX}"
+
+
+def store() -> BuildStore:
+    """Returns the store of this operator."""
+    return BuildStore(cache_folder() / "builds")
+
+
+def unpacked(archive: bytes) -> Built:
+    """Returns the files of a packed build. Raises ``DamagedBuildError``."""
+    found: dict[str, tuple[bytes, bool]] = {}
+    total = 0
+    try:
+        with tarfile.open(fileobj=io.BytesIO(archive), mode="r:gz") as packed:
+            for member in packed:
+                parts = member.name.split("/")
+                total += member.size
+                if not member.isreg() or parts[0] != "lib" or {"", ".", ".."} & set(parts):
+                    raise DamagedBuildError(f"{member.name!r} cannot be a file of a build")
+                if total > MAX_UNPACKED:
+                    raise DamagedBuildError(f"it is larger than {MAX_UNPACKED >> 20} MiB")
+                content = packed.extractfile(member)
+                found[member.name] = (content.read() if content else b"", bool(member.mode & 0o100))
+    except (tarfile.TarError, EOFError, OSError) as error:
+        raise DamagedBuildError(f"it is no tar.gz: {error}") from error
+    return found
+
+
+def with_builds(swarm: Swarm, lab: str = "") -> Swarm:
+    """Returns the swarm with the known platforms of its hosts and the stored builds for them.
+
+    ``lab``: the name of the lab whose hosts are meant; empty for the real ones.
+    """
+    if not any(one.built_by for one in in_swarm(swarm)):
+        return swarm
+    platforms = known_platforms(swarm.name, lab)
+    hosts = {name: replace(host, platform=platforms.get(name, "")) for name, host in swarm.hosts.items()}
+    keys = {
+        key for name in hosts if platforms.get(name) for key in keys_of(swarm, name, platforms[name]).values()
+    }
+    own = store()
+    found = {key: built for key in sorted(keys) if (built := own.find(key)) is not None}
+    return replace(swarm, hosts=hosts, builds=found)
+
+
+def known_platforms(swarm: str, lab: str) -> Mapping[str, str]:
+    """Returns the platform of each host that `prepare` has seen."""
+    try:
+        known = json.loads(_platforms_file(swarm, lab).read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    pairs: Iterable[tuple[object, object]] = known.items() if isinstance(known, dict) else ()
+    return {str(host): one for host, one in pairs if isinstance(one, str)}
+
+
+def remember_platforms(swarm: str, lab: str, platforms: Mapping[str, str], hosts: Collection[str]) -> None:
+    """Stores the platforms of hosts beside those known already, atomically. Raises ``OSError``.
+
+    ``hosts``: all of the spec; others are forgotten.
+    """
+    path = _platforms_file(swarm, lab)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    whole = {**known_platforms(swarm, lab), **platforms}
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    draft.write_text(json.dumps({name: whole[name] for name in hosts if name in whole}), "utf-8")
+    draft.replace(path)
+
+
+def _platforms_file(swarm: str, lab: str) -> Path:
+    return journal.folder(swarm) / "platforms" / (f"lab-{lab}.json" if lab else "hosts.json")

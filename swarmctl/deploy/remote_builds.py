@@ -1,0 +1,139 @@
+"""Has packages built on their builders, in parallel, and keeps the results."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import gzip
+import io
+import tarfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from swarm_agent.messages import BuildAnswer, BuildRequest, FetchBuildRequest
+
+from swarmctl.deploy.build_store import BuildStore, DamagedBuildError
+from swarmctl.deploy.prepare import Prepared, prepared
+from swarmctl.plan.host_builds import HERE, Build
+from swarmctl.plan.host_needs import HostNeeds
+from swarmctl.plan.package_needs import build_needs
+from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+from swarmctl.ros_packages.package import DeliveredPackage
+from swarmctl.swarm.resolved import Swarm
+
+_VERBS = ("build_packages", "fetch_build")
+_ALL_VERBS = ("inventory", "prepare", *_VERBS)  # of a container, which is made fit at once
+_ROOT = "root"  # the account of the container
+_BUILD_TIMEOUT = 7500.0  # s; above the agent's own limit
+_LARGEST = 512 << 20  # bytes of one packed result
+
+
+def build(
+    swarm: Swarm,
+    builds: Sequence[Build],
+    targets: Mapping[str, Target],
+    transport: Transport,
+    store: BuildStore,
+    *,
+    parallel: int = parallel_hosts.PARALLEL,
+    stop: parallel_hosts.Stop | None = None,
+) -> Iterator[parallel_hosts.Event[Prepared]]:
+    """Carries out the builds, one of each builder; a failure stays with its builder."""
+    by_builder = {one.builder: one for one in builds}
+
+    def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
+        due = by_builder[target.host]
+        with agent_client.talk(session, verbs=_VERBS) as host:
+            _carry_out(host, swarm, due, store, note)
+        return Prepared(due.steps)
+
+    return parallel_hosts.run(
+        [targets[name] for name in by_builder], work, transport=transport, parallel=parallel, stop=stop
+    )
+
+
+def build_here(
+    swarm: Swarm,
+    due: Build,
+    transport: Transport,
+    store: BuildStore,
+    *,
+    stop: parallel_hosts.Stop | None = None,
+) -> Iterator[parallel_hosts.Event[Prepared]]:
+    """Installs in a container on this machine what a build needs, then builds there."""
+    needs = HostNeeds(
+        swarm.name, HERE, _ROOT, swarm.distro, packages=tuple(build_needs(swarm)), container=True
+    )
+
+    def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
+        with agent_client.talk(session, verbs=_ALL_VERBS) as host:
+            first = prepared(host, needs, "", note)
+            _carry_out(host, swarm, due, store, note)
+        return Prepared((*first.steps, *due.steps))
+
+    return parallel_hosts.run([Target(HERE, "", _ROOT)], work, transport=transport, stop=stop)
+
+
+def _carry_out(
+    host: agent_client.Conversation, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
+) -> None:
+    builder = swarm.hosts.get(due.builder)
+    request: BuildRequest = {
+        "verb": "build_packages",
+        "swarm": swarm.name,
+        "account": builder.user if builder else _ROOT,
+        "workspaces": list(builder.workspaces) if builder else [],
+        "packages": list(due.keys),
+        "folders": {one.name: one.folder for one in due.sources},
+    }
+    note(f"building {', '.join(due.keys)}")
+    answer: BuildAnswer = host.ask(request, sources(due.sources), on_note=note, timeout=_BUILD_TIMEOUT)
+    if answer["platform"] != due.platform:
+        raise HostError(Kind.REFUSED, f"it is {answer['platform']} now", "run the same command again")
+    for name, key in due.keys.items():
+        archive = _fetched(host, swarm.name, name, answer["sizes"].get(name, 0), note)
+        try:
+            store.keep(key, archive)
+        except DamagedBuildError as error:
+            raise HostError(Kind.PROTOCOL, f"the build of {name} is damaged: {error}") from error
+        except OSError as error:
+            raise HostError(
+                Kind.REFUSED, f"the build of {name} cannot be kept in {store.folder}: {error.strerror}"
+            ) from error
+
+
+def _fetched(
+    host: agent_client.Conversation, swarm: str, name: str, size: int, note: Callable[[str], None]
+) -> bytes:
+    if not 0 < size <= _LARGEST:
+        raise HostError(Kind.PROTOCOL, f"the build of {name} has {size} bytes")
+    found = b""
+    while len(found) < size:
+        request: FetchBuildRequest = {
+            "verb": "fetch_build", "swarm": swarm, "package": name, "offset": len(found)
+        }  # fmt: skip
+        try:
+            piece = base64.b64decode(host.ask(request)["data"], validate=True)
+        except binascii.Error as error:
+            raise HostError(Kind.PROTOCOL, f"the build of {name} is no base64") from error
+        if not piece:
+            raise HostError(Kind.PROTOCOL, f"the build of {name} ends early", "run the same command again")
+        found += piece
+        note(f"{name}: {len(found) * 100 // size} % of {size / 1e6:.1f} MB")
+    return found
+
+
+def sources(packages: Sequence[DeliveredPackage]) -> bytes:
+    """Returns the packages as a tar.gz of ``PACKAGE/path``. Same files, same bytes."""
+    stream = io.BytesIO()
+    with (
+        gzip.GzipFile(fileobj=stream, mode="wb", compresslevel=6, mtime=0) as packed,
+        tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as archive,
+    ):
+        for one in packages:
+            for path, (content, may) in sorted(one.files.items()):
+                member = tarfile.TarInfo(f"{one.name}/{path}")
+                member.size = len(content)
+                member.mode = 0o755 if may else 0o644
+                archive.addfile(member, io.BytesIO(content))
+    return stream.getvalue()

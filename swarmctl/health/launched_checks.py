@@ -1,0 +1,123 @@
+"""Checks of the nodes that a launch file starts, which the probe finds through roslaunch. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.health import checks
+from swarmctl.health.checks import State, Verdict
+from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
+from swarmctl.health.observations import EndedSeen, LaunchedSeen, NodeSeen
+from swarmctl.swarm.topics import DriverTopic
+
+LONGEST_TASK = 60.0  # s; a node that ends with exit code 0 before that has done its task
+_HINT = "correct the spec, or remap the program's names"
+
+
+class Launched(Protocol):
+    """What a unit launches, and the topics that its nodes should have, with their types."""
+
+    @property
+    def unit(self) -> str:
+        """The systemd unit."""
+
+    @property
+    def publishes(self) -> tuple[tuple[str, str], ...]:
+        """Topics with their types."""
+
+    @property
+    def subscribes(self) -> tuple[tuple[str, str], ...]:
+        """Topics with their types."""
+
+
+@dataclass(frozen=True)
+class LaunchedDriver:
+    """The launch file of a robot's driver; its topics are checked one by one."""
+
+    unit: str
+    publishes: tuple[tuple[str, str], ...] = ()
+    subscribes: tuple[tuple[str, str], ...] = ()
+
+
+def driver(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict:
+    """Checks the nodes of a robot's driver that is a launch file."""
+    commands = (robot.takes,) if robot.command else ()
+    found = problem(LaunchedDriver(robot.unit, subscribes=commands), host, seen)
+    return found or checks.ok(f"{', '.join(seen.started) if seen is not None else 'it'} runs")
+
+
+def topic(wanted: DriverTopic, seen: LaunchedSeen) -> Verdict:
+    """Checks a topic that one of the nodes of a launch file should publish."""
+    node = publisher(wanted.name, seen)
+    return checks.topic(wanted, node) if node is not None else checks.bad("is not published")
+
+
+def problem(program: Launched, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict | None:
+    """Returns the worst problem of the nodes of ``program``, or None."""
+    if seen is None:
+        return checks.unknown("its nodes were not checked")
+    if seen.error:
+        return checks.unknown(f"its nodes were not found: {seen.error}")
+    found = [*_ended(program, host, seen), *_alive(program, host, seen), *_topics(program, seen)]
+    return max(found, key=lambda one: one.state is State.BAD, default=None)
+
+
+def _ended(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterator[Verdict]:
+    """Nodes that have ended without being started again."""
+    for name, one in seen.ended.items():
+        if _has_done_its_task(one):
+            continue
+        text = f"its node {name} has ended{f' ({one.exit})' if one.exit else ''} and is not started again"
+        hint = (
+            f"on {host.name}: sudo journalctl -u {program.unit}; `respawn` in the launch file starts it again"
+        )
+        yield Verdict(State.BAD if one.exit else State.WARNING, text, hint)
+
+
+def _has_done_its_task(one: EndedSeen) -> bool:
+    return one.exit == "exit code 0" and one.lasted is not None and one.lasted < LONGEST_TASK
+
+
+def _alive(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterator[Verdict]:
+    """Nodes that are registered, but not alive, or elsewhere. Not all that roslaunch runs register."""
+    restart = f"on {host.name}: systemctl restart {program.unit}"
+    for name in seen.started:
+        node = seen.nodes.get(name)
+        if node is None or not node.registered:
+            continue
+        if not node.alive:
+            yield checks.bad(f"{name} {checks.dead(host, node)}", restart)
+        elif other := checks.moved(host, node):
+            yield checks.bad(f"{name} {other}", f"check for a second node of this name; else {restart}")
+
+
+def _topics(program: Launched, seen: LaunchedSeen) -> Iterator[Verdict]:
+    """Topics of the spec that no node has, or has with another type."""
+    nodes = seen.nodes.values()
+    for topics, sides, verb, state in (
+        (program.publishes, [node.publishes for node in nodes], "publishes", State.BAD),
+        (program.subscribes, [node.subscribes for node in nodes], "subscribes to", State.WARNING),
+    ):
+        for topic, kind in topics:
+            known = {side[topic] for side in sides if topic in side}
+            if not known:
+                yield Verdict(state, f"none of its nodes {verb} {topic}", _HINT)
+            elif not known & {kind, "*", ""}:
+                yield checks.bad(f"{topic} has type {known.pop()} instead of {kind}", _HINT)
+
+
+def publisher(topic: str, seen: LaunchedSeen | None) -> NodeSeen | None:
+    """Returns the node that publishes ``topic``, if one does."""
+    nodes = seen.nodes.values() if seen is not None else ()
+    return next((one for one in nodes if topic in one.publishes), None)
+
+
+def files(faults: Sequence[Diagnostic]) -> Verdict:
+    """What the rules find in the launch files of a host: the worst, and how many more there are."""
+    first = min(faults, key=lambda one: one.severity is not Severity.ERROR)
+    more = f"; {len(faults) - 1} more, which `swarmctl plan` shows" if len(faults) > 1 else ""
+    state = State.BAD if first.severity is Severity.ERROR else State.WARNING
+    return Verdict(state, f"{first.line}{more}", "; ".join(first.help))

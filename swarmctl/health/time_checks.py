@@ -1,0 +1,71 @@
+"""Checks of simulated time: each master has what the spec says, and the clock of its island moves. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from swarmctl.health import checks
+from swarmctl.health.checks import State, Verdict
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.observations import Answer, SimulatedTimeSeen
+from swarmctl.health.program_checks import CHECK as PROGRAM
+from swarmctl.health.root_cause import Findings
+from swarmctl.swarm.topics import CLOCK
+
+TIME = "simulated time"
+
+
+def clock_programs(graph: ExpectedGraph, host: ExpectedHost) -> tuple[ExpectedProgram, ...]:
+    """The programs of ``host`` from which the nodes have their time; none where time is not simulated."""
+    found = (one for one in host.programs if any(name == CLOCK for name, _ in one.publishes))
+    return tuple(found) if graph.simulated_time else ()
+
+
+def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> None:
+    """Files one finding for each master, after those of the programs that publish the clock."""
+    clocks = [f"{PROGRAM} {one.name}" for host in graph.hosts for one in clock_programs(graph, host)]
+    for host in graph.hosts:
+        seen = answers[host.name].simulated_time if host.name in answers else None
+        if host.name not in answers or not host.master_unit or (seen is None and not graph.simulated_time):
+            continue
+        verdict = _verdict(host, seen, wanted=graph.simulated_time)
+        causes = [f"master {host.name}", f"probe {host.name} ros"]
+        found.add(TIME, host.name, verdict, host=host, after=[*causes, f"probe {host.name} {TIME}", *clocks])
+
+
+def _verdict(host: ExpectedHost, seen: SimulatedTimeSeen | None, *, wanted: bool) -> Verdict:
+    restart = f"on {host.name}: sudo systemctl restart {host.master_unit}"
+    if seen is None:
+        return checks.unknown("was not checked")
+    if seen.used and not wanted:
+        text = f"/use_sim_time is true at {host.master_uri}, and the spec does not simulate time: nodes that"
+        hint = f"{restart}, which starts its nodes again; or write `ros: {{use_sim_time: true}}`"
+        return checks.bad(f"{text} start now wait for {CLOCK}", hint)
+    if not wanted:
+        return checks.ok("nodes have the time of their hosts")
+    if not seen.used:
+        text = f"/use_sim_time is not true at {host.master_uri}: nodes that start now have the time of their"
+        return checks.bad(f"{text} hosts", f"{restart}, which sets it and starts its nodes again")
+    return _clock(seen)
+
+
+def _clock(seen: SimulatedTimeSeen) -> Verdict:
+    paused = "check whether the simulator or player is paused or has ended"
+    if not seen.publishers:
+        return checks.bad(f"nothing publishes {CLOCK}: the time of all nodes stands still", paused)
+    who = seen.publishers[0]
+    if len(seen.publishers) > 1:
+        names = checks.listed(seen.publishers)
+        return checks.bad(f"{names} publish {CLOCK}: the time jumps between them", "stop all but one")
+    if seen.error:
+        return checks.bad(f"{CLOCK} of {who} cannot be received: {seen.error}")
+    within = f"in {seen.seconds:g} s"
+    if not seen.count:
+        return checks.bad(f"no message of {who} on {CLOCK} {within}: the time stands still", paused)
+    if seen.moved == 0:
+        text = f"stands at {seen.now or 0.0:.1f} s: {seen.count} messages {within} have the same time"
+        return checks.bad(f"{CLOCK} of {who} {text}", paused)
+    if seen.moved is None:
+        return Verdict(State.WARNING, f"one message of {who} on {CLOCK} {within}: the time moves in jumps")
+    return checks.ok(f"{CLOCK} of {who} moves")

@@ -1,0 +1,66 @@
+"""What delivered packages need by their package.xml to run on a host, and to be built there. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+
+import yaml
+
+from swarmctl import resources
+from swarmctl.plan.need import Entries, Need
+from swarmctl.render.bundle import package
+from swarmctl.render.middleware import middleware_of
+from swarmctl.swarm.resolved import Host, Swarm
+from swarmctl.swarm.used_packages import in_swarm, on_host
+
+_COMPILERS = ("g++", "make")
+_TOOLS = ("catkin", "rosgraph")  # rosgraph has the version of ROS, which is part of a platform
+
+
+def package_needs(swarm: Swarm, host: Host) -> Iterator[Need]:
+    """Yields the needs of the packages of ``host``, and those of all builds on a builder."""
+    run: dict[str, Entries] = {}
+    for one in on_host(swarm, host):
+        _add(swarm, run, one.name, one.to_run)
+    if host.name in swarm.builders:
+        yield from build_needs(swarm, run)
+    for key, who in run.items():
+        headers = any(one.built_by and one.origin in who for one in swarm.packages.values())
+        yield _need(swarm.distro, key, who, headers=headers)
+
+
+def build_needs(swarm: Swarm, run: dict[str, Entries] | None = None) -> Iterator[Need]:
+    """Yields the needs of all builds; takes those out of ``run`` that run and build need."""
+    build: dict[str, Entries] = {}
+    compiled = [one for one in in_swarm(swarm) if one.built_by]
+    for one in compiled:
+        _add(swarm, build, one.name, one.to_build)
+    if compiled:
+        entries = tuple(one.origin for one in compiled)
+        build |= dict.fromkeys(_TOOLS, entries)
+        yield from (Need("", (name,), entries) for name in _COMPILERS)
+    for key, who in build.items():
+        also = run.pop(key, ()) if run is not None else ()
+        yield _need(swarm.distro, key, (*who, *also), headers=True)
+
+
+def _add(swarm: Swarm, found: dict[str, Entries], name: str, keys: frozenset[str]) -> None:
+    """Adds the ``keys`` that no delivered package is; those that the spec skips are no needs."""
+    for key in sorted(keys - swarm.packages[name].skip_keys - set(swarm.packages)):
+        found[key] = (*found.get(key, ()), swarm.packages[name].origin)
+
+
+def _need(distro: str, key: str, entries: Entries, *, headers: bool) -> Need:
+    known = system_packages().get(key, ())
+    if known:
+        return Need("", known, entries, key)
+    candidates = middleware_of(distro).packages_of_key(key, headers=headers)
+    return Need(package(key), candidates, tuple(dict.fromkeys(entries)), key)
+
+
+@lru_cache
+def system_packages() -> Mapping[str, tuple[str, ...]]:
+    """Returns the Debian packages of the known keys that are no ROS packages."""
+    text = (resources.templates() / "data/system_keys.yaml").read_text("utf-8")
+    return {key: tuple(names) for key, names in yaml.safe_load(text).items()}

@@ -1,0 +1,145 @@
+"""A ROS package as driver: how it is launched, what it publishes, where it takes commands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import Field
+
+from swarmctl.field_types import (
+    ConsistencyError,
+    FrameName,
+    GraphName,
+    PackageName,
+    Printable,
+    TypeName,
+    fits_together,
+)
+from swarmctl.robot_types.declared_topic import Topic
+from swarmctl.robot_types.placeholders import PLACEHOLDERS, Loc, placeholders_in, texts_in
+from swarmctl.robot_types.ros_launchable import RosLaunchable
+from swarmctl.units import Unit
+
+VELOCITIES = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")  # what a gate sends
+
+
+class RosDriver(RosLaunchable):
+    """A ROS package that drives the robot: one of its executables, or a launch file.
+
+    Its node is called `driver`. Texts of `params`, `args` and `environment` may have placeholders such as
+    `{namespace}` and `{device}`.
+    """
+
+    package: PackageName = Field(examples=["rosaria"], description="Its ROS package.")
+    command: GraphName = Field(
+        "cmd_vel",
+        examples=["mobile_base/commands/velocity"],
+        description="Topic on which its node takes commands, in the robot's namespace or absolute.",
+    )
+    command_type: TypeName = Field(
+        "geometry_msgs/Twist",
+        examples=["geometry_msgs/TwistStamped"],
+        description="Message type of its commands: geometry_msgs/Twist or geometry_msgs/TwistStamped, or any "
+        "other with `ungated: true`.",
+    )
+    publishes: tuple[Topic, ...] = Field(
+        (),
+        examples=[[{"topic": "odom", "type": "nav_msgs/Odometry", "rate": 30.0}]],
+        description="Topics it publishes; `status` checks them.",
+    )
+    subscribes: tuple[Topic, ...] = Field((), description="Topics it subscribes to beside its commands.")
+    odom_frame: FrameName | None = Field(
+        None,
+        examples=["{frame}/odom"],
+        description="Frame of its odometry: by default `{frame}/odom` where a text of the driver has "
+        "`{frame}`, else `odom`. The gate publishes the robot's `start` as the transform from `map` to it.",
+    )
+    requires: tuple[PackageName, ...] = Field(
+        (), examples=[["joy"]], description="ROS packages without which it cannot run."
+    )
+    stops_after: Annotated[float, Field(gt=0, le=60, examples=[0.6]), Unit("s")] | None = Field(
+        None,
+        description="Time without a command after which it stops the robot by itself, if it does.",
+    )
+    ungated: bool = Field(
+        False,
+        description="Whether swarmctl's gate is left out: then every publisher of its command topic commands "
+        "the robot, without limits or dead-man.",
+    )
+    reason: Annotated[Printable, Field(min_length=3)] | None = Field(
+        None,
+        examples=["the autopilot takes setpoints, not velocities"],
+        description="Why it is ungated; status prints it.",
+    )
+
+    @property
+    def texts(self) -> Iterator[tuple[Loc, str]]:
+        """Every text that may have placeholders, with its place."""
+        yield from texts_in(self.params, "params")
+        yield from texts_in(self.args, "args")
+        yield from texts_in(self.environment, "environment")
+        if self.odom_frame is not None:
+            yield ("odom_frame",), self.odom_frame
+
+    @property
+    def odometry_frame(self) -> str:
+        """The frame of its odometry; it may have placeholders."""
+        prefixed = any("frame" in placeholders_in(value) for _, value in self.texts)
+        return self.odom_frame or ("{frame}/odom" if prefixed else "odom")
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """The packages that must be installed."""
+        return tuple(dict.fromkeys((self.package, *self.requires)))
+
+    @fits_together
+    def _is_launchable(self) -> Iterator[ConsistencyError]:
+        yield from self.start_errors()
+        yield from self.argument_errors()
+
+    @fits_together
+    def _topics_have_known_names(self) -> Iterator[ConsistencyError]:
+        for key, topics in (("publishes", self.publishes), ("subscribes", self.subscribes)):
+            for index, one in enumerate(topics if self.launch is not None else ()):
+                if one.topic.startswith("~"):
+                    yield ConsistencyError(
+                        f"`{one.topic}` is private to a node that the launch file names; write `NODE/TOPIC`",
+                        key, index, "topic",
+                    )  # fmt: skip
+
+    @fits_together
+    def _has_a_reason(self) -> Iterator[ConsistencyError]:
+        if self.ungated and self.reason is None:
+            yield ConsistencyError(
+                "`ungated` needs a `reason`; write why no gate can stand before it", "ungated"
+            )
+        if self.reason is not None and not self.ungated:
+            yield ConsistencyError("`reason` belongs to `ungated: true`; remove it", "reason")
+
+    @fits_together
+    def _commands_are_velocities(self) -> Iterator[ConsistencyError]:
+        if not self.ungated and self.command_type not in VELOCITIES:
+            yield ConsistencyError(
+                f"the gate sends {' or '.join(VELOCITIES)}, not {self.command_type}; "
+                "write one of them, or leave the gate out: `ungated: true` with a `reason`",
+                "command_type",
+            )
+
+    @fits_together
+    def _commands_have_a_known_name(self) -> Iterator[ConsistencyError]:
+        if self.ungated and self.launch is not None and self.command.startswith("~"):
+            yield ConsistencyError(
+                f"`{self.command}` is private to a node that the launch file names; write `NODE/TOPIC`",
+                "command",
+            )
+
+    @fits_together
+    def _placeholders_exist(self) -> Iterator[ConsistencyError]:
+        for loc, value in self.texts:
+            unknown = next((one for one in placeholders_in(value) if one not in PLACEHOLDERS), None)
+            if unknown is not None:
+                names = ", ".join(f"{{{one}}}" for one in PLACEHOLDERS)
+                yield ConsistencyError(
+                    f"`{{{unknown}}}` is no placeholder; write one of {names}, or `{{{{` for a brace", *loc
+                )

@@ -1,0 +1,94 @@
+"""A robot type without a protocol: a ROS package that exists already drives it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, Port, fits_together
+from swarmctl.robot_types.motion import Motion
+from swarmctl.robot_types.robot_type import Text
+from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.robot_types.settings import CommandSettings, RobotSettings
+from swarmctl.units import Unit
+
+LinkKind = Literal["serial", "bluetooth", "udp", "tcp", "radio"]
+_IP = ("udp", "tcp")
+
+
+class RosLink(Model):
+    """What connects the robot with the host of its driver."""
+
+    kinds: Annotated[tuple[LinkKind, ...], Field(min_length=1, strict=False)] = Field(
+        examples=[["serial"]], description="What the robot can be connected by."
+    )
+    baud: Baud | None = Field(None, description="Bits per second of a serial link, unless the link sets it.")
+    port: Port | None = Field(
+        None,
+        examples=[8889],
+        description="The robot's port of a udp or tcp link, unless the link sets it.",
+    )
+    local_ports: tuple[Port, ...] = Field(
+        (),
+        max_length=8,
+        examples=[[8890, 6038]],
+        description="Ports of the host of a udp or tcp link on which the driver receives what the robot "
+        "sends, unless the link sets them. Two robots of one host need different ones.",
+    )
+    load_mbps: Annotated[float, Field(gt=0, le=100_000), Unit("Mbit/s")] | None = Field(
+        None,
+        examples=[4.0],
+        description="What host and robot exchange over a udp or tcp link, as measured; by default what its "
+        "topics of known rate and size add up to.",
+    )
+
+    @fits_together
+    def _has_what_its_kinds_have(self) -> Iterator[ConsistencyError]:
+        for key in ("port", "local_ports", "load_mbps"):
+            if getattr(self, key) and not set(self.kinds) & set(_IP):
+                yield ConsistencyError(f"`{key}` is of a udp or tcp link, which is not among `kinds`", key)
+        if self.baud is not None and "serial" not in self.kinds:
+            yield ConsistencyError("`baud` is of a serial link, which is not among `kinds`", "baud")
+
+
+class RosRobotType(Model):
+    """One kind of robot whose driver is a ROS package."""
+
+    title: Text = Field(examples=["ROBOTIS TurtleBot3 Burger"], description="What people call it.")
+    driver: RosDriver = Field(
+        examples=[{"package": "rosaria", "executable": "RosAria", "params": {"port": "{device}"}}],
+        description="The ROS package that drives it.",
+    )
+    kinematics: Motion = Field(
+        examples=[{"kind": "differential", "linear_max": 0.22, "angular_max": 2.84}],
+        description="How it moves.",
+    )
+    link: RosLink | None = Field(
+        None,
+        examples=[{"kinds": ["serial"], "baud": 115200}],
+        description="What connects it with its host; left out where the host itself is the robot's computer.",
+    )
+    urdf: FilePath | None = Field(
+        None,
+        examples=["urdf/turtlebot3.urdf"],
+        description="A URDF with its shape, by its path from the spec's folder: the `robot_description` of "
+        "its robots.",
+    )
+    settings: CommandSettings = Field(
+        default_factory=CommandSettings, description="What differs from swarmctl's own defaults."
+    )
+    source: Text = Field(
+        "",
+        examples=["https://github.com/ROBOTIS-GIT/turtlebot3"],
+        description="Where its launch files and parameters are published.",
+    )
+    tried: Text = Field(
+        "", examples=["not on a robot"], description="What was tried with it, and what was not."
+    )
+
+    @property
+    def settings_layer(self) -> RobotSettings:
+        """Its settings as one layer of a robot's."""
+        return RobotSettings.model_validate(self.settings.model_dump(exclude_unset=True))

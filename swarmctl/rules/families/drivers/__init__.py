@@ -1,0 +1,1 @@
+"""Rules: ROS packages as drivers."""

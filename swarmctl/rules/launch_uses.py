@@ -1,0 +1,143 @@
+"""The launch files that a spec starts, of programs and of drivers, each evaluated with its arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from swarmctl.field_types import Parameter
+from swarmctl.robot_types.placeholders import PlaceholderError, filled
+from swarmctl.robot_types.ros_launchable import RosLaunchable
+from swarmctl.ros_packages.launch_files import evaluate
+from swarmctl.ros_packages.launched import Launched
+from swarmctl.ros_packages.package import Package
+from swarmctl.spec.program_model import Program
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.program_values import files_folder, secrets_folder
+from swarmctl.swarm.ros_drivers import placeholder_values
+from swarmctl.yamltext.source import Loc
+
+#: The rules on what launch files contain, which may lie on hosts only.
+OF_LAUNCH_FILES = frozenset({
+    "MM017", "PKG003", "PKG004", "PKG005", "PKG006", "PKG007", "PKG008", "PKG009", "PKG010", "PKG011",
+    "PKG012", "PKG013", "PKG020", "PKG022", "TIME008", "TOPIC011",
+})  # fmt: skip
+_MAX_LAUNCHED = 50_000  # elements of all launch files together
+
+
+@dataclass(frozen=True)
+class LaunchUse:
+    """One launch file with who starts it, where, and what it starts.
+
+    ``loc`` is the mapping in the spec that names the file, or in the file of the robot type ``of_type``.
+    """
+
+    owner: str  # for messages, such as "program `nav`"
+    name: str  # of the program or the robot
+    robot: str | None  # whose driver it is, or in whose namespace it runs
+    host: str | None
+    namespace: str
+    started: RosLaunchable
+    requires: tuple[str, ...]
+    loc: Loc
+    launched: Launched
+    of_type: str = ""
+
+    @property
+    def is_driver(self) -> bool:
+        """True for the driver of a robot."""
+        return self.loc[:1] != ("programs",)
+
+
+def launch_uses(index: SwarmIndex) -> tuple[LaunchUse, ...]:
+    """Returns the launch files whose packages are found; those beyond a limit of elements are left out."""
+    known, left = index.document.packages, _MAX_LAUNCHED
+    found: list[LaunchUse] = []
+    for use, arguments in declared_launches(index) if known.by_name or known.on_hosts else ():
+        read = evaluated(use, arguments, known.known_on(use.host), limit=left) if left > 0 else None
+        if read is not None:
+            found.append(read)
+            left -= read.launched.cost + 1
+    return tuple(found)
+
+
+def evaluated(
+    use: LaunchUse, arguments: Mapping[str, str | None], packages: Mapping[str, Package], *, limit: int
+) -> LaunchUse | None:
+    """The launch file with what it starts, from ``packages`` by name; None if it is in none of them."""
+    package, path = packages.get(use.started.package or ""), f"launch/{use.started.launch}"
+    if package is None or not package.has(path):
+        return None
+    return replace(
+        use, launched=evaluate(package, path, arguments, use.namespace or "/", packages, limit=limit)
+    )
+
+
+def declared_launches(index: SwarmIndex) -> Iterator[tuple[LaunchUse, Mapping[str, str | None]]]:
+    """Yields the launch files that the spec names, not read yet, with the arguments that they get."""
+    for name, program in index.spec.programs.items():
+        if program.launch is not None:
+            host = index.program_hosts[name]
+            use = LaunchUse(
+                f"program `{name}`", name, program.robot, host, index.program_namespaces[name], program,
+                program.requires, ("programs", name), Launched(),
+            )  # fmt: skip
+            yield use, _arguments(program, _values(index, name, program, host) if program.args else None)
+    for name, driver in index.ros_drivers.items():
+        if driver.launch is not None:
+            loc, of_type = _place(index, name)
+            host, space = index.driving[name], index.namespaces[name]
+            use = LaunchUse(
+                f"the driver of robot `{name}`", name, name, host, space, driver, driver.requires, loc,
+                Launched(), of_type,
+            )  # fmt: skip
+            known = host if host in index.spec.hosts else None
+            address = index.spec.hosts[known].address if known else ""
+            values = placeholder_values(name, space, known or "", address, {})
+            yield use, _arguments(driver, values)
+
+
+def lie_on_hosts(index: SwarmIndex) -> bool:
+    """True if the package of a launch file is not found here, so that only a host has it."""
+    packages = index.document.packages.by_name
+    return any(use.started.package not in packages for use, _ in declared_launches(index))
+
+
+def _place(index: SwarmIndex, robot: str) -> tuple[Loc, str]:
+    """Where the driver of a robot is written: in the robot, in its type, or out of sight in the catalog."""
+    given = index.spec.robots[robot]
+    if given.driver is not None:
+        return ("robots", robot, "driver"), ""
+    if given.type in index.document.own_types:
+        return ("driver",), given.type
+    return ("robots", robot, "type"), ""
+
+
+def _values(index: SwarmIndex, name: str, program: Program, host: str | None) -> Mapping[str, str]:
+    """The values of a program's placeholders but for the URI of its master."""
+    values = {
+        "swarm": index.spec.name,
+        "program": name,
+        "namespace": index.program_namespaces[name][1:],
+        "files": files_folder(index.spec.name, name),
+        "secrets": secrets_folder(index.spec.name, name),
+    }
+    if host in index.spec.hosts:
+        values |= {"host": host, "address": index.spec.hosts[host].address}
+    return {**values, "robot": program.robot} if program.robot is not None else values
+
+
+def _arguments(started: RosLaunchable, values: Mapping[str, str | int] | None) -> Mapping[str, str | None]:
+    """The arguments as roslaunch gets them; None for one with a placeholder whose value is not known here."""
+    return {name: _argument(value, values) for name, value in started.arguments.items()}
+
+
+def _argument(value: Parameter, values: Mapping[str, str | int] | None) -> str | None:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str) and values is not None:
+        try:
+            return str(filled(value, values))
+        except PlaceholderError:
+            return None
+    return str(value)

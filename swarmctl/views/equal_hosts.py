@@ -1,0 +1,138 @@
+"""Finds hosts that differ only in names, addresses and measured numbers, and writes them as one text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+from swarmctl.swarm.resolved import Swarm
+from swarmctl.yamltext import hostlist
+
+FEW = 3  # equal hosts that are still shown one by one
+LONGEST_LIST = 40  # letters of a list of names within a sentence
+_Item = TypeVar("_Item")
+
+# Marks in the place of names and numbers; no text for a terminal has private characters of Unicode.
+_HOST, _ADDRESS, _NUMBER, _RELEASE, _ROBOTS = "\ue000", "\ue001", "\ue002", "\ue003", 0xE010
+_MARK = re.compile("[\ue000-\uf8ff]")
+_MEASURED = re.compile(r"(?<![\w.])\d+\.\d+(?!\.?\d)|(?<![\w.-])\d+(?= (?:s|times|ms)\b)")
+_DIGEST = re.compile(r"\b[0-9a-f]{16}\b")
+_WORDS = {_HOST: "HOST", _ADDRESS: "ADDRESS", _RELEASE: "RELEASE"}
+_EACH = re.compile(r"^HOST\b(?: \(ADDRESS(?:, ([^()]*))?\))?")
+
+
+@dataclass(frozen=True)
+class Names:
+    """The names of one host: its own, its address, those of its robots and their namespaces.
+
+    ``kind`` differs if hosts do.
+    """
+
+    host: str
+    address: str = ""
+    robots: tuple[str, ...] = ()
+    namespaces: tuple[str, ...] = ()  # of these robots, without the leading slash
+    kind: str = ""
+
+    @cached_property
+    def _marks(self) -> dict[str, str]:
+        robots = {name: chr(_ROBOTS + number) for number, name in enumerate(self.robots)}
+        namespaces = dict(zip(self.namespaces, robots.values(), strict=False))
+        return {**namespaces, **robots, self.address: _ADDRESS, self.host: _HOST}
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        names = sorted(filter(None, self._marks), key=len, reverse=True)
+        return re.compile(rf"(?<![A-Za-z0-9])(?:{'|'.join(map(re.escape, names))})(?![A-Za-z0-9])")
+
+    def pattern_of(self, text: str) -> str:
+        """Returns ``text`` with marks for names and numbers; equal for texts that differ only in these."""
+        return self._marked(text)[0]
+
+    def values_in(self, text: str) -> list[str]:
+        """Returns the names and numbers in ``text`` that marks replace."""
+        return self._marked(text)[1]
+
+    def _marked(self, text: str) -> tuple[str, list[str]]:
+        named = self._pattern.sub(lambda found: self._marks[found[0]], text)
+        names = iter(self._pattern.findall(text))
+        released = _DIGEST.sub(_RELEASE, named)
+        others = {_NUMBER: iter(_MEASURED.findall(released)), _RELEASE: iter(_DIGEST.findall(named))}
+        marked = _MEASURED.sub(_NUMBER, released)
+        return marked, [next(others.get(mark, names)) for mark in _MARK.findall(marked)]
+
+
+def names_of(swarm: Swarm) -> Mapping[str, Names]:
+    """Returns what equal hosts may differ in; hosts with robots of other types are not equal."""
+    on = {name: swarm.robots_on(name) for name in swarm.hosts}
+    return {
+        name: Names(
+            name,
+            host.address,
+            tuple(robot.name for robot in on[name]),
+            tuple(robot.namespace[1:] for robot in on[name]),
+            kind=" ".join(robot.type_name for robot in on[name]),
+        )
+        for name, host in swarm.hosts.items()
+    }
+
+
+def grouped(
+    items: Iterable[_Item],
+    key: Callable[[_Item], Hashable],
+    alone: Callable[[list[_Item]], bool] | None = None,
+) -> list[list[_Item]]:
+    """Returns the items in groups of equal keys, in the order of their first.
+
+    The items of a group that is to stay ``alone`` are groups of one each.
+    """
+    found: dict[Hashable, list[_Item]] = {}
+    kept = list(items)
+    lists = [found.setdefault(key(item), []) for item in kept]
+    for item, group in zip(kept, lists, strict=True):
+        group.append(item)
+    groups = []
+    for item, group in zip(kept, lists, strict=True):
+        if alone is not None and alone(group):
+            groups.append([item])
+        elif group[0] is item:
+            groups.append(group)
+    return groups
+
+
+def merged(texts: Sequence[str], names: Sequence[Names]) -> str:
+    """Returns texts of one pattern as one: names as ranges, numbers from the least to the greatest.
+
+    A list that is long, or no single range, becomes the word HOST, ADDRESS or ROBOT.
+    """
+    if len(set(texts)) == 1:
+        return texts[0]
+    pattern = names[0].pattern_of(texts[0])
+    columns = iter(zip(*(own.values_in(text) for own, text in zip(names, texts, strict=True)), strict=True))
+    return _MARK.sub(lambda mark: _together(mark[0], next(columns)), pattern)
+
+
+def behind_names(message: str, listed: str) -> str:
+    """Returns a message that stands behind the names of its hosts, without repeating them in front.
+
+    ``HOST (ADDRESS, port 22) is off``, which ``merged`` writes, becomes ``each (port 22) is off``.
+    """
+    for name in (listed, _WORDS[_HOST]):
+        if message.startswith(f"{name}: "):
+            return message.removeprefix(f"{name}: ")
+    return _EACH.sub(lambda found: f"each ({found[1]})" if found[1] else "each", message)
+
+
+def _together(mark: str, values: Sequence[str]) -> str:
+    if len(set(values)) == 1:
+        return values[0]
+    if mark == _NUMBER:
+        least, *_, greatest = sorted(values, key=float)
+        return f"{least}-{greatest}"
+    listed = hostlist.written(values)
+    if mark == _RELEASE or ", " in listed or len(listed) > LONGEST_LIST:
+        return _WORDS.get(mark, "ROBOT")
+    return listed

@@ -1,0 +1,81 @@
+"""The processes of systemd units, from /proc: what they run, their state, the ports on which they listen."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from typing import Iterator, Mapping, NamedTuple, Sequence
+
+_STOPPED = "Tt"  # by a signal, by a debugger (proc_pid_stat(5))
+_LISTENING = "0A"  # TCP_LISTEN in the column `st` of /proc/net/tcp
+_INTERPRETERS = ("python", "sh", "bash", "dash", "perl")
+
+
+class Process(NamedTuple):
+    """A process: its number, the letter of its state as in proc_pid_stat(5), its command line."""
+
+    pid: int
+    state: str
+    words: Sequence[str]
+
+    @property
+    def stopped(self) -> bool:
+        """True if a signal or a debugger has stopped it."""
+        return self.state in _STOPPED
+
+    @property
+    def name(self) -> str:
+        """The program it runs; for an interpreter, the script."""
+        names = [os.path.basename(word) for word in self.words[:2]] or [""]
+        script = names[0].rstrip("0123456789.") in _INTERPRETERS and not self.words[-1].startswith("-")
+        return names[-1] if script else names[0]
+
+
+def of_units(groups: Mapping[str, str], proc: str = "/proc") -> dict[str, list[Process]]:
+    """The processes of each unit. ``groups``: the control group of each, empty for one that does not run."""
+    found: dict[str, list[Process]] = {unit: [] for unit in groups}
+    for pid in sorted(int(name) for name in os.listdir(proc) if name.isdigit()):
+        with suppress(OSError, IndexError):  # it has ended
+            paths = [line.rpartition(":")[2] + "/" for line in _read(f"{proc}/{pid}/cgroup").splitlines()]
+            for unit, group in groups.items():
+                # Seen from outside a container, the path begins with the group of the container.
+                if group and any(group + "/" in path for path in paths):
+                    found[unit].append(_process(proc, pid))
+    return found
+
+
+def _process(proc: str, pid: int) -> Process:
+    state = _read(f"{proc}/{pid}/stat").rpartition(")")[2].split()[0]
+    return Process(pid, state, _read(f"{proc}/{pid}/cmdline").rstrip("\0").split("\0"))
+
+
+def listening_ports(pid: int, proc: str = "/proc") -> list[int]:
+    """The TCP ports on which a process listens. Raises ``OSError`` if it has ended."""
+    sockets = set(_sockets(f"{proc}/{pid}/fd"))
+    ports = set()
+    for table in ("tcp", "tcp6"):
+        try:
+            lines = _read(f"{proc}/{pid}/net/{table}").splitlines()[1:]
+        except FileNotFoundError:  # a kernel without IPv6
+            continue
+        for line in lines:
+            fields = line.split()
+            if fields[3] == _LISTENING and fields[9] in sockets:
+                ports.add(int(fields[1].rpartition(":")[2], 16))
+    return sorted(ports)
+
+
+def _sockets(folder: str) -> Iterator[str]:
+    """The inodes of a process's sockets."""
+    for name in os.listdir(folder):
+        try:
+            target = os.readlink(f"{folder}/{name}")
+        except OSError:  # closed meanwhile
+            continue
+        if target.startswith("socket:["):
+            yield target[len("socket:[") : -1]
+
+
+def _read(path: str) -> str:
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return file.read()

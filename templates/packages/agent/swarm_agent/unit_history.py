@@ -1,0 +1,66 @@
+"""What a single look at systemd does not show of units: recent restarts, and processes that are stopped."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any, Mapping, Sequence
+
+from . import processes, systemd, unit_journal
+from .clip import clipped
+from .processes import Process
+from .release_store import Home
+
+_MOST_NAMES = 20  # processes of one unit
+_BEGAN = "InactiveExitTimestampMonotonic"
+
+
+def running(units: Sequence[str]) -> dict[str, list[Process]]:
+    """The processes of each unit."""
+    shown = systemd.properties(units, ("Id", "ControlGroup"))
+    return processes.of_units({unit: values.get("ControlGroup", "") for unit, values in shown.items()})
+
+
+def stopped(units: Sequence[str]) -> dict[str, list[str]]:
+    """By unit, the processes that a signal or a debugger has stopped, as number and name."""
+    return {
+        unit: [clipped(f"{one.pid} ({one.name})") for one in members if one.stopped][:_MOST_NAMES]
+        for unit, members in running(units).items()
+    }
+
+
+def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) -> dict[str, dict[str, Any]]:
+    """For each unit: ``recent`` restarts, how it ended last (``exit``), and ``since`` when that counts.
+
+    ``units``: their states; ``window``: s before now. A start by hand or by a deploy, and ``systemctl
+    reset-failed``, begin a new count.
+    """
+    begin = _begin(home, window)
+    troubled = [unit for unit, state in units.items() if state["restarts"] or state["active"] == "failed"]
+    found = unit_journal.restarts(troubled, begin) if troubled else {}
+    nothing = unit_journal.Restarts([], "")
+    starts = _starts([unit for unit in units if not units[unit]["restarts"]])
+    return {
+        unit: {
+            "recent": min(state["restarts"], len(found.get(unit, nothing).times)),
+            "exit": found.get(unit, nothing).exit,
+            "since": max(begin, starts.get(unit, begin)),
+        }
+        for unit, state in units.items()
+    }
+
+
+def _begin(home: Home, window: float) -> float:
+    """``window`` s ago, in s since 1970, or when the current release began."""
+    begin = time.time() - window
+    try:
+        return max(begin, os.lstat(home.current_link).st_mtime)
+    except FileNotFoundError:
+        return begin
+
+
+def _starts(units: Sequence[str]) -> dict[str, float]:
+    """When each unit was started last, in s since 1970."""
+    booted = time.time() - time.monotonic()
+    shown = systemd.properties(units, ("Id", _BEGAN))
+    return {unit: booted + int(values.get(_BEGAN) or 0) / 1e6 for unit, values in shown.items()}

@@ -1,0 +1,92 @@
+"""What the journal has of units: the restarts by systemd itself, how main processes ended, messages."""
+
+from __future__ import annotations
+
+import json
+import signal
+from typing import Any, Iterator, NamedTuple, Sequence
+
+from . import systemd
+
+# systemd/sd-messages.h
+_RESTARTED = "5eb03494b6584870a536b337290809b3"  # SD_MESSAGE_UNIT_RESTART_SCHEDULED
+_EXITED = "98e322203f7a4ed290d09fe03c09fe15"  # SD_MESSAGE_UNIT_PROCESS_EXIT
+_MOST_EVENTS = 3000
+_MOST_MESSAGES = 2000
+_TIMEOUT = 10  # s
+
+
+class Restarts(NamedTuple):
+    """When systemd restarted a unit (s since 1970), and how its main process ended last, empty if unknown."""
+
+    times: list[float]
+    exit: str
+
+
+class Message(NamedTuple):
+    """A line of a unit's log: its time (s since 1970), its text."""
+
+    time: float
+    text: str
+
+
+def restarts(units: Sequence[str], since: float) -> dict[str, Restarts]:
+    """The restarts of each unit since ``since`` (s since 1970). A start by hand or by a deploy is none."""
+    matches = [f"MESSAGE_ID={_RESTARTED}", f"MESSAGE_ID={_EXITED}", *(f"UNIT={unit}" for unit in units)]
+    fields = "MESSAGE,MESSAGE_ID,UNIT,EXIT_CODE,EXIT_STATUS"
+    found = {unit: Restarts([], "") for unit in units}
+    for entry in _entries(fields, since, _MOST_EVENTS, matches):
+        unit = str(entry.get("UNIT"))
+        if unit not in found:
+            continue
+        if entry.get("MESSAGE_ID") == _RESTARTED:
+            found[unit].times.append(_time(entry))
+        elif "ain process" in _text(entry):  # "Main process exited"; not a control process
+            found[unit] = found[unit]._replace(exit=_exit(entry))
+    return found
+
+
+def messages(unit: str, since: float, pid: int = 0) -> list[Message]:
+    """The latest log lines of a unit since ``since``, oldest first. ``pid``: of this process alone."""
+    matches = [f"_SYSTEMD_UNIT={unit}", *([f"_PID={pid}"] if pid else [])]
+    return [Message(_time(one), _text(one)) for one in _entries("MESSAGE", since, _MOST_MESSAGES, matches)]
+
+
+def _entries(fields: str, since: float, most: int, matches: Sequence[str]) -> Iterator[dict[str, Any]]:
+    command = ["journalctl", f"--since=@{since:.6f}", f"--lines={most}", "--output=json", "--no-pager"]
+    output = systemd.call([*command, "--boot", f"--output-fields={fields}", *matches], _TIMEOUT)
+    for line in output.splitlines():
+        try:
+            entry = json.loads(line)
+        except ValueError:  # cut off, or a remark of journalctl
+            continue
+        if isinstance(entry, dict):
+            yield entry
+
+
+def _time(entry: dict[str, Any]) -> float:
+    stamp = str(entry.get("__REALTIME_TIMESTAMP"))
+    return int(stamp) / 1e6 if stamp.isdigit() else 0.0
+
+
+def _text(entry: dict[str, Any]) -> str:
+    """The message; one with colours is a list of bytes."""
+    message = entry.get("MESSAGE")
+    if isinstance(message, list):
+        return bytes(one for one in message if isinstance(one, int) and 0 <= one < 256).decode(
+            "utf-8", "replace"
+        )
+    return str(message or "")
+
+
+def _exit(entry: dict[str, Any]) -> str:
+    """How a process ended, such as ``exit code 1`` or ``SIGKILL``."""
+    status = str(entry.get("EXIT_STATUS"))
+    if not status.isdigit():
+        return ""
+    if entry.get("EXIT_CODE") == "exited":
+        return f"exit code {status}"
+    try:
+        return signal.Signals(int(status)).name
+    except ValueError:
+        return f"signal {status}"

@@ -1,0 +1,225 @@
+"""Who may move the robot: the sender of each command, the robot's commanders, and time. Knows no ROS.
+
+A commander holds the robot from its first command until it has been silent for ``command_timeout``; meanwhile
+only one of higher priority is obeyed. A stop is a command like any other: it lasts until the next command of
+the sender that holds the robot. If anybody could stop it, the robot would stutter and nobody would be safer.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import math
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any, Mapping, Sequence
+
+NOBODY = "nobody"
+_MOST_REFUSED = 16  # senders that are remembered
+_REMEMBERED = 60.0  # s after its last command for which a refused sender is named
+_RECENT = 5.0  # s for which a refusal is reported: the longest time between two reports
+_MOST_NAMED = 3  # senders in one text
+_MORE = "more"  # at the end of a list that is not complete; no node is called so
+_LONGEST_LIST = 190  # characters; probes cut longer values
+
+
+@dataclass(frozen=True)
+class Commander:
+    """Nodes by name, all in a namespace, all on some hosts (by the address their nodes advertise)."""
+
+    name: str
+    priority: int
+    nodes: tuple[str, ...] = ()
+    namespace: str | None = None
+    addresses: tuple[str, ...] = ()
+
+    def includes(self, sender: Sender) -> bool:
+        """Returns True if ``sender`` is a node of this commander."""
+        return (
+            sender.node in self.nodes
+            or sender.host in self.addresses
+            or (self.namespace is not None and sender.node.startswith(self.namespace + "/"))
+        )
+
+
+def commander_of(data: Mapping[str, Any]) -> Commander:
+    """Returns an entry of `commanders` in a parameter file.
+
+    Raises ``KeyError``, ``TypeError`` or ``ValueError``.
+    """
+    return Commander(
+        name=str(data["name"]),
+        priority=int(data["priority"]),
+        nodes=tuple(str(node) for node in data["nodes"]),
+        namespace=str(data["namespace"]) if data["namespace"] is not None else None,
+        addresses=tuple(str(address).lower() for address in data["addresses"]),
+    )
+
+
+@dataclass(frozen=True)
+class Sender:
+    """A node that sends commands, and the host in its URI: none while that is not known."""
+
+    node: str
+    host: str | None = None
+
+    def __str__(self) -> str:
+        return f"{self.node} on {self.host}" if self.host else self.node
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Who is obeyed now, who was refused lately, and the problem with that (empty if there is none).
+
+    ``refused`` is for people, ``refused_nodes`` for programs: whole names, with a space between two, and
+    ``more`` at the end if there are others. ``strangers`` are those of the refused that may never command.
+    """
+
+    commander: str = NOBODY
+    refused: str = "none"
+    complaint: str = ""
+    refused_nodes: str = ""
+    strangers: str = ""
+
+    def values(self) -> Mapping[str, str]:
+        """Returns what /diagnostics shows of it."""
+        return {
+            "commander": self.commander,
+            "refused senders": self.refused,
+            "refused nodes": self.refused_nodes,
+            "unauthorised senders": self.strangers,
+        }
+
+
+@dataclass
+class _Hold:
+    """The sender that a priority belongs to until it has been silent for long enough.
+
+    ``spoken`` is when any node of this priority last sent a command: lower ones wait for all of them.
+    """
+
+    commander: str
+    node: str
+    received: float
+    spoken: float
+
+    def __str__(self) -> str:
+        return f"{self.commander} ({self.node})"
+
+
+@dataclass
+class _Refused:
+    """A sender's refusals. ``behind``: who held the robot at the last one; empty for who is no commander."""
+
+    sender: Sender
+    count: int
+    received: float
+    behind: str
+
+
+class Authority:
+    """Accepts or refuses commands. Its memory is bounded by the commanders and ``_MOST_REFUSED``."""
+
+    def __init__(self, commanders: Sequence[Commander], timeout: float) -> None:
+        self._commanders = sorted(commanders, key=lambda one: -one.priority)
+        self._timeout = timeout
+        self._holds: dict[int, _Hold] = {}  # by priority
+        self._refused: OrderedDict[str, _Refused] = OrderedDict()  # by node, the latest at the end
+        self._forgot = -math.inf  # when a refused sender was forgotten for lack of space
+
+    def admits(self, sender: Sender, now: float) -> bool:
+        """Whether a command that ``sender`` sends at ``now`` is accepted."""
+        commander = next((one for one in self._commanders if one.includes(sender)), None)
+        if commander is None:
+            return self._refuse(sender, now)
+        hold = self._holds.get(commander.priority)
+        if hold is not None and hold.node != sender.node and self._recent(hold.received, now):
+            hold.spoken = now
+            return self._refuse(sender, now, behind=str(hold))
+        self._holds[commander.priority] = own = _Hold(commander.name, sender.node, now, now)
+        above = self._highest(now)
+        if above is not None and above is not own:
+            return self._refuse(sender, now, behind=str(above))
+        self._refused.pop(sender.node, None)
+        return True
+
+    def standing(self, now: float) -> Standing:
+        """Returns who is obeyed and who was refused at ``now``."""
+        while self._refused and next(iter(self._refused.values())).received < now - _REMEMBERED:
+            self._refused.popitem(last=False)
+        lately = list(reversed(self._refused.values()))
+        strangers = [one for one in lately if not one.behind and one.received >= now - _RECENT]
+        hold = self._highest(now)
+        return Standing(
+            commander=str(hold) if hold is not None and self._recent(hold.received, now) else NOBODY,
+            refused=_listed([self._described(one) for one in lately], "; ") or "none",
+            complaint=self._complaint([one.sender for one in strangers]) if strangers else "",
+            refused_nodes=_names(
+                [one.sender.node for one in lately], complete=self._forgot < now - _REMEMBERED
+            ),
+            strangers=_listed([self._described(one) for one in lately if not one.behind], "; "),
+        )
+
+    def _described(self, refused: _Refused) -> str:
+        why = f"behind {refused.behind}" if refused.behind else self._strangeness(refused.sender)
+        return f"{refused.sender} ({refused.count} command{'' if refused.count == 1 else 's'}): {why}"
+
+    def _complaint(self, strangers: Sequence[Sender]) -> str:
+        who = _listed([str(one) for one in strangers], ", ")
+        return f"refuses {who}: {self._strangeness(strangers[0])}"
+
+    def _recent(self, moment: float, now: float) -> bool:
+        return now < moment + self._timeout
+
+    def _highest(self, now: float) -> _Hold | None:
+        """The hold of the highest priority with a recent command."""
+        holds = (self._holds[priority] for priority in sorted(self._holds, reverse=True))
+        return next((hold for hold in holds if self._recent(hold.spoken, now)), None)
+
+    def _refuse(self, sender: Sender, now: float, *, behind: str = "") -> bool:
+        known = self._refused.pop(sender.node, None)
+        count = known.count + 1 if known is not None else 1
+        self._refused[sender.node] = _Refused(sender, count, now, behind)
+        if len(self._refused) > _MOST_REFUSED:
+            self._refused.popitem(last=False)
+            self._forgot = now
+        return False
+
+    def _strangeness(self, sender: Sender) -> str:
+        """Why a sender is no commander."""
+        if not self._commanders:
+            return "nobody may command it"
+        if sender.host is None:
+            return "the master has not reported where it runs"
+        named = "not among its commanders " + ", ".join(dict.fromkeys(one.name for one in self._commanders))
+        addresses = [address for one in self._commanders for address in one.addresses]
+        if not addresses or _form(sender.host) in map(_form, addresses):
+            return named
+        # The same host under another name cannot be distinguished from another host.
+        return "{} (known as {}: was it started with another ROS_IP?)".format(named, ", ".join(addresses))
+
+
+def _form(address: str) -> str:
+    """How an address is written: nodes of one host that advertise it in two ways have two of them."""
+    try:
+        ip = ipaddress.ip_address(address)
+    except ValueError:
+        return "loopback" if address == "localhost" else "name"
+    return "loopback" if ip.is_loopback else f"IPv{ip.version}"
+
+
+def _listed(texts: Sequence[str], separator: str) -> str:
+    more = len(texts) - _MOST_NAMED
+    return separator.join([*texts[:_MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
+
+
+def _names(nodes: Sequence[str], *, complete: bool) -> str:
+    """The names with a space between two, as many as fit; ``_MORE`` at the end if that is not all."""
+    shown: list[str] = []
+    for node in nodes:
+        if any(character.isspace() for character in node):  # no name that ROS gives
+            complete = False
+        elif len(" ".join([*shown, node, _MORE])) <= _LONGEST_LIST:
+            shown.append(node)
+        else:
+            complete = False
+    return " ".join(shown if complete else [*shown, _MORE])

@@ -1,0 +1,145 @@
+"""The gate without ROS: passes on at once what the mailbox has, within limits, and zeros when that is old."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Callable, Protocol
+
+from swarm_command.authority import Standing
+from swarm_command.command_mailbox import Command, CommandMailbox
+from swarm_command.dead_man import DeadMan
+from swarm_command.limits import STANDSTILL, Velocity
+from swarm_command.report import Level, Report
+
+from swarm_gate.config import Config
+from swarm_gate.motion import limited, on_axes
+from swarm_gate.wiring import Wiring
+
+
+class Sink(Protocol):
+    """Receives what a gate lets through; ``ros.RosSink`` publishes it."""
+
+    def send(self, velocity: Velocity) -> None:
+        """Takes the velocity that the robot is to have now."""
+
+    def flush(self) -> None:
+        """Returns when what was sent is on its way."""
+
+    def report(self, report: Report) -> None:
+        """Takes the state of the gate, as /diagnostics shows it."""
+
+
+@dataclass
+class _Tally:
+    """Counts what has happened since the gate started."""
+
+    slowed: int = 0
+    without_axis: int = 0
+    dead_man_trips: int = 0
+
+
+class Gate:
+    """``step`` and ``close`` belong to one thread; commands come through ``commands`` from any other."""
+
+    def __init__(
+        self,
+        config: Config,
+        commands: CommandMailbox,
+        sink: Sink,
+        *,
+        standing: Callable[[], Standing] = Standing,
+        wiring: Callable[[], Wiring | None] = lambda: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """``wiring`` returns None while the master has not answered."""
+        self._config = config
+        self._commands = commands
+        self._sink = sink
+        self._standing = standing
+        self._wiring = wiring
+        self._clock = clock
+        self._dead_man = DeadMan(commands, config.command_timeout, clock)
+        self._tally = _Tally()
+        self._obeyed: Command | None = None
+        self._aim = STANDSTILL
+        self._slowed = False
+        self._due = -math.inf
+        self._report_due = clock()
+
+    def greet(self) -> None:
+        """Sends the velocity in force again at once, to somebody new. May be called in any thread."""
+        self._due = -math.inf
+        self._commands.ring()
+
+    def step(self) -> float:
+        """Sends and reports what is due. Returns the seconds until more is due."""
+        command = self._dead_man.in_force()
+        if command is not self._obeyed:
+            self._obey(command)
+            self._due = -math.inf
+        now = self._clock()
+        if self._due <= now:
+            self._due = now + 1 / self._config.rate
+            self._sink.send(self._aim)
+        if self._report_due <= now:
+            self._report_due = now + 1 / self._config.diagnostics_rate
+            self._sink.report(self._report())
+        expiry = self._dead_man.due() if command is not None else math.inf
+        return max(0.0, min(self._due, self._report_due, expiry) - self._clock())
+
+    def close(self) -> None:
+        """Sends the last velocity: zero."""
+        self._sink.send(STANDSTILL)
+        self._sink.flush()
+
+    def _obey(self, command: Command | None) -> None:
+        self._obeyed = command
+        if command is None:
+            self._tally.dead_man_trips += 1
+            self._aim, self._slowed = STANDSTILL, False
+            return
+        possible = on_axes(command.velocity, self._config.motion)
+        self._aim = limited(possible, self._config.motion)
+        self._slowed = self._aim != possible
+        self._tally.slowed += self._slowed
+        self._tally.without_axis += possible != command.velocity
+
+    def _report(self) -> Report:
+        standing, wiring = self._standing(), self._wiring()
+        activity = self._dead_man.activity(self._aim != STANDSTILL)
+        activity += ", slowed to the robot's limits" if self._slowed else ""
+        bypasses = list(wiring.bypasses()) if wiring is not None else []
+        complaints = [*bypasses, *([standing.complaint] if standing.complaint else [])]
+        if wiring is not None and not wiring.receivers:
+            output = self._config.output
+            complaints.append(f"no node subscribes to {output}: commands do not reach the driver")
+        level = Level.ERROR if bypasses else Level.WARN if complaints else Level.OK
+        return Report(level, "; ".join([activity, *complaints]), self._figures(standing, wiring))
+
+    def _figures(self, standing: Standing, wiring: Wiring | None) -> dict[str, str]:
+        seen = wiring or Wiring()
+        return {
+            **standing.values(),
+            "refused commands": str(self._commands.refused),
+            "slowed commands": str(self._tally.slowed),
+            "commands on axes that the robot lacks": str(self._tally.without_axis),
+            "dead-man trips": str(self._tally.dead_man_trips),
+            "receivers": ", ".join(seen.receivers) or ("none" if wiring is not None else "unknown"),
+            "past the gate": ", ".join([*seen.rivals, *seen.bypassing]) or "nobody",
+        }
+
+
+def run(gate: Gate, commands: CommandMailbox, beat: Callable[[], None], longest_wait: float) -> None:
+    """Steps ``gate`` until ``commands`` are stopped, with ``beat`` after each step.
+
+    Always ends with a zero.
+    """
+    try:
+        while not commands.stopped:
+            wait = gate.step()
+            beat()
+            commands.wait(min(wait, longest_wait))
+    finally:
+        gate.close()

@@ -1,0 +1,86 @@
+"""SPEC may be left out beside ``swarm.yaml``, and a verb on a terminal names the command that comes next."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exit_codes, next_command
+from swarmctl.cli.app import run
+from swarmctl.cli.spec_args import SpecFiles
+from tests.cli.terminal import shown_by
+
+PROGRAM = Path(sys.executable).with_name("swarmctl")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copy(leader_spec, tmp_path / "swarm.yaml")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    return tmp_path
+
+
+def on_a_terminal(*arguments: str) -> list[str]:
+    """The lines that swarmctl prints on a terminal."""
+    return shown_by([PROGRAM, *arguments], NO_COLOR="1").splitlines()
+
+
+@pytest.mark.parametrize(
+    ("verb", "expected"),
+    [
+        (("validate",), "next: swarmctl plan"),
+        (("plan", "--offline", "--limit", "k3-pi"), "next: swarmctl deploy --limit k3-pi"),
+        (("render", "--out", "out"), "next: swarmctl plan"),
+    ],
+)
+def test_a_verb_ends_with_the_next_command(folder: Path, verb: tuple[str, ...], expected: str) -> None:
+    assert on_a_terminal(*verb)[-1] == expected
+
+
+def test_quiet_and_json_stay_as_they_are(folder: Path) -> None:
+    assert on_a_terminal("validate", "--quiet") == []
+    assert on_a_terminal("validate", "--json")[-1] == "}"
+
+
+def test_no_terminal_sees_the_next_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["validate"]) == exit_codes.OK
+    captured = capsys.readouterr()
+    assert captured.out == "swarm.yaml: swarm `newswarm` is valid: 3 robots on 3 hosts, mode leader\n"
+    assert captured.err == ""
+
+
+def test_the_next_command_can_be_pasted() -> None:
+    spec = SpecFiles((Path("my lab/swarm.yaml"), Path("night.yaml")))
+    where = next_command.where(lab_name="second", limit=["k3-pi"])
+    shown = spec.command("status", *where)
+    assert shown == "swarmctl status 'my lab/swarm.yaml' -f night.yaml --lab-name second --limit k3-pi"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["validate"], ["spec"], ["graph"], ["graph", "--impact"], ["mode", "infer"], ["migrate"],
+        ["plan", "--offline"], ["render", "--out", "out"],
+    ],
+)  # fmt: skip
+def test_spec_may_be_left_out_beside_swarm_yaml(folder: Path, arguments: list[str]) -> None:
+    assert run(arguments) == exit_codes.OK
+
+
+@pytest.mark.parametrize(
+    "arguments", [["unplug", "k3"], ["cut", "k3-pi"], ["shell", "k3-pi", "--", "ls"], ["robots"], ["status"]]
+)
+def test_a_lab_verb_takes_its_first_word_as_the_robot_or_host(
+    folder: Path, arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["lab", *arguments]) == exit_codes.ERROR
+    assert "lab newswarm is not up" in capsys.readouterr().err
+
+
+def test_elsewhere_the_missing_spec_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(["validate"]) == exit_codes.USAGE

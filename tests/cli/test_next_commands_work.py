@@ -1,0 +1,223 @@
+"""Every command that a verb prints as the next one can be typed: tried over verbs, outcomes and options.
+
+The hosts are made up; each printed line goes through the parser of the command line, and its hosts are there.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from swarmctl.cli import console, options, selected
+from swarmctl.cli.app import app, run
+from swarmctl.deploy import rollout
+from swarmctl.deploy.rollout import Outcome, Removed
+from swarmctl.health import collect
+from swarmctl.plan.plan import HostPlan, Plan, Problem, Step
+from swarmctl.plan.plan import Kind as StepKind
+from swarmctl.remote.parallel_hosts import Finished
+from swarmctl.remote.transport import HostError, Kind, Target
+from swarmctl.rules.runner import load_swarm
+from tests.cli.test_width import Terminal
+from tests.health.swarm_values import HOSTS, all_well, nothing_deployed
+
+COMMAND = re.compile(r"(?:next: |then run: |help: run `?|(?<!  )help: `)(swarmctl [^`\n]+)")
+AWAY = HostError(Kind.UNREACHABLE, "no answer")
+LOST = HostError(Kind.LOST, "the connection was lost")
+NEW_KEY = HostError(Kind.HOST_KEY, "has no pinned key")
+UNFIT = HostError(Kind.UNFIT, "it lacks rospy", "`swarmctl prepare` installs it")
+STEP = Step(StepKind.START, "swarm-newswarm.k3.service", "new")
+
+
+class Screen:
+    """A terminal in a folder with a spec; it keeps the commands that verbs print."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self._patch, self.shown = patch, ""
+
+    def typed(self, line: str) -> list[str]:
+        """Runs a line without ``swarmctl``; returns the commands that it prints."""
+        out, err = Terminal(), Terminal()
+        self._patch.setattr(sys, "stdout", out)
+        self._patch.setattr(sys, "stderr", err)
+        console._console.cache_clear()
+        try:
+            run(shlex.split(line))
+        finally:
+            console._console.cache_clear()
+        self.shown = out.getvalue() + err.getvalue()
+        return COMMAND.findall(self.shown)
+
+
+@pytest.fixture
+def screen(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -> Screen:
+    for name in ("swarm.yaml", "lab's spec.yaml"):
+        shutil.copy(leader_spec, tmp_path / name)
+    (tmp_path / "night.yaml").write_text("version: 1\n")
+    text = leader_spec.read_text("utf-8")
+    (tmp_path / "guess.yaml").write_text(text.replace("mode:", "mod:"), "utf-8")
+    (tmp_path / "fixable.yaml").write_text(text.replace("koala-laptop, robot", "koala-laptp, robot"), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    for key, value in {"NO_COLOR": "1", "TERM": "xterm", "COLUMNS": "400", "HOME": str(tmp_path),
+                       "XDG_STATE_HOME": str(tmp_path), "SWARMCTL_STATE": str(tmp_path)}.items():  # fmt: skip
+        monkeypatch.setenv(key, value)
+    return Screen(monkeypatch)
+
+
+@pytest.fixture
+def hosts(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = {name: Target(name, "192.0.2.1", "robot") for name in HOSTS}
+    monkeypatch.setattr(options, "targets", lambda *_, **__: found)
+
+
+def parsed(line: str) -> typer.Context:
+    """What the command line makes of ``line``; raises the usage error of a wrong one."""
+    words = shlex.split(line)
+    assert words.pop(0) == "swarmctl"
+    command: Any = typer.main.get_command(app)
+    context = command.make_context("swarmctl", words)
+    while hasattr(command, "resolve_command"):
+        rest = [*context._protected_args, *context.args]
+        name, command, rest = command.resolve_command(context, rest)
+        context = command.make_context(name, rest, parent=context)
+    found: typer.Context = context
+    return found
+
+
+def check(line: str) -> None:
+    """The command can be parsed, its spec is there, and so are the hosts that it selects."""
+    context = parsed(line)
+    spec = context.params["specs"][0] if "specs" in context.params else context.params["spec"]
+    assert all(file.is_file() for file in spec.files)
+    swarm, _ = load_swarm(spec.first)
+    if swarm is not None and context.params.get("limit"):
+        assert selected.hosts(swarm.candidates, context.params["limit"])
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        ("validate", "swarmctl plan"),
+        ("validate -f swarm.yaml -f night.yaml", "swarmctl plan swarm.yaml -f night.yaml"),
+        ('validate "lab\'s spec.yaml"', "swarmctl plan 'lab'\"'\"'s spec.yaml'"),
+        ("validate fixable.yaml --workspace .", "swarmctl validate fixable.yaml --workspace . --fix"),
+        ("validate guess.yaml", "swarmctl validate guess.yaml --unsafe-fixes --diff"),
+        ("plan fixable.yaml", "swarmctl validate fixable.yaml --fix"),
+        ("spec fixable.yaml", "swarmctl validate fixable.yaml --fix"),
+        ("graph fixable.yaml --impact", "swarmctl validate fixable.yaml --fix"),
+        ("plan --offline --limit 'k3-pi,epuck-pi'", "swarmctl deploy --limit k3-pi,epuck-pi"),
+        ("render --out out --host k3-pi", "swarmctl plan --limit k3-pi"),
+        ("migrate", "swarmctl validate"),
+        ("mode convert --to central", "swarmctl mode convert --to central --write"),
+        ("status --lab", "swarmctl lab up"),
+        ("lab status --name second", "swarmctl lab up --name second"),
+        ("lab unplug k3", "swarmctl lab up"),
+        ("init 'other lab'", "swarmctl validate 'other lab/swarm.yaml'"),
+    ],
+)
+def test_the_next_command_keeps_what_was_typed(screen: Screen, typed: str, printed: str) -> None:
+    found = screen.typed(typed)
+    assert found == [printed], screen.shown
+    check(found[0])
+
+
+@pytest.mark.usefixtures("hosts")
+@pytest.mark.parametrize(
+    ("results", "verb", "printed"),
+    [
+        ({}, "deploy --lab --limit k3-pi", ["status --lab --limit k3-pi"]),
+        ({"k3-pi": LOST, "epuck-pi": AWAY}, "deploy --lab-name b",
+         ["deploy --lab-name b --limit k3-pi,epuck-pi"]),
+        ({"k3-pi": NEW_KEY}, "deploy", ["trust --limit k3-pi"]),
+        ({"k3-pi": HostError(Kind.REFUSED, "full")}, "deploy", []),
+        ({"k3-pi": UNFIT}, "deploy -f swarm.yaml -f night.yaml",
+         ["prepare swarm.yaml -f night.yaml", "deploy swarm.yaml -f night.yaml --skip-unfit"]),
+        ({"k3-pi": AWAY}, "remove --yes", ["remove --limit k3-pi"]),
+        ({}, "remove --yes", []),
+    ],
+)  # fmt: skip
+def test_after_a_rollout(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch, results: dict[str, Any], verb: str, printed: list[str]
+) -> None:
+    def deploy(wanted: Any, *_: Any, **__: Any) -> Iterator[Finished[Any]]:
+        for name in wanted:
+            yield Finished(name, results.get(name, Outcome(HostPlan(name, "a", "a"))), 0.1)
+
+    def remove(_: str, targets: Any, *__: Any, **___: Any) -> Iterator[Finished[Any]]:
+        for target in targets:
+            yield Finished(target.host, results.get(target.host, Removed(True)), 0.1)
+
+    monkeypatch.setattr(rollout, "deploy", deploy)
+    monkeypatch.setattr(rollout, "remove", remove)
+    found = screen.typed(verb)
+    assert found == [f"swarmctl {one}" for one in printed], screen.shown
+    for line in found:
+        check(line)
+
+
+@pytest.mark.usefixtures("hosts")
+@pytest.mark.parametrize(
+    ("problem", "typed", "printed"),
+    [
+        (None, "plan", "deploy"),
+        (Problem("host-key", "no pinned key"), "plan --limit k3-pi", "trust --limit k3-pi"),
+        (Problem("host-key", "no pinned key"), "plan --lab", ""),
+        (Problem("unfit", "it lacks rospy", "`swarmctl prepare` installs it"), "plan --lab", "prepare --lab"),
+        (Problem("unreachable", "no answer"), "plan", ""),
+    ],
+)
+def test_after_a_plan(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch, problem: Problem | None, typed: str, printed: str
+) -> None:
+    steps = () if problem else (STEP,)
+    made = Plan("newswarm", (HostPlan("k3-pi", "a", "b", steps, problem=problem),))
+    monkeypatch.setattr(rollout, "observe", lambda *_, **__: made)
+    found = screen.typed(typed)
+    assert found == ([f"swarmctl {printed}"] if printed else []), screen.shown
+    for line in found:
+        check(line)
+
+
+@pytest.mark.usefixtures("hosts")
+@pytest.mark.parametrize(
+    ("seen", "typed", "printed"),
+    [
+        ("well", "status", []),
+        ("bare", "status --lab", ["deploy --lab", "plan --lab"]),
+        ("away", "status --lab --limit k3-pi", ["status --lab --limit k3-pi --watch"]),
+        ("key", "status", ["trust"]),
+    ],
+)
+def test_after_a_status(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch, seen: str, typed: str, printed: list[str]
+) -> None:
+    def ask(graph: Any, *_: Any, **__: Any) -> dict[str, Any]:
+        answers = all_well()
+        made: dict[str, Any] = {
+            host.name: replace(answers[host.name], release=host.release.digest) for host in graph.hosts
+        }
+        spoilt = {"bare": nothing_deployed(answers["k3-pi"]), "away": AWAY, "key": NEW_KEY}
+        return made | ({"k3-pi": spoilt[seen]} if seen in spoilt else {})
+
+    monkeypatch.setattr(collect, "ask", ask)
+    found = screen.typed(typed)
+    assert found == [f"swarmctl {one}" for one in printed], screen.shown
+    for line in found:
+        check(line)
+
+
+def test_the_harmless_ones_run(screen: Screen) -> None:
+    for line in ("validate guess.yaml", "mode convert --to central", "migrate", "render --out out"):
+        for printed in screen.typed(line):
+            words = [word for word in shlex.split(printed)[1:] if word != "--write"]
+            assert run([*words, *(["--offline"] if words[0] == "plan" else [])]) in (0, 1)
+            assert "usage" not in screen.shown.lower()

@@ -1,0 +1,233 @@
+"""``--limit`` and the other selections of verbs: what they select, and that nothing selected is an error."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.cli.app import run
+from swarmctl.lab import lab
+from swarmctl.lab.lab_plan import plan_of
+from swarmctl.lab.part_of_plan import part_of
+from swarmctl.rules.runner import load_swarm
+
+SPEC = """\
+version: 1
+name: shelf
+mode: leader
+leader: laptop
+hosts:
+  laptop: {address: 192.168.77.10}
+  pi-[1-3]: {address: "192.168.77.[11-13]", labels: [shelf]}
+robots:
+  k3-[1-4]: {type: khepera3, host: "pi-[1-3,3]"}
+  rover: {type: arduino-rover, host: laptop}
+groups:
+  old: [k3-1, k3-2]
+links:
+  - {kind: wlan, name: lab, hosts: ["*"]}
+  - {kind: serial, host: "pi-[1-3,3]", robot: "k3-[1-4]", usb: {serial: "FT-[1-4]"}}
+  - {kind: serial, host: laptop, robot: rover, usb: {serial: "5573"}}
+control:
+  - {by: laptop, of: ["@old", rover]}
+"""
+
+
+@pytest.fixture
+def spec(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("NO_COLOR", "1")
+    path = tmp_path / "swarm.yaml"
+    path.write_text(SPEC)
+    return str(path)
+
+
+@dataclass
+class Fleet:
+    """The lab of ``spec``, or of a part of it, and the calls that verbs make of it."""
+
+    spec: str
+    patch: pytest.MonkeyPatch
+    calls: list[str] = field(default_factory=list)
+
+    def boot(self, *only: str) -> None:
+        swarm, _ = load_swarm(Path(self.spec))
+        assert swarm is not None
+        plan = part_of(plan_of(swarm), list(only) or list(swarm.hosts))
+        self.patch.setattr(lab, "plan", lambda _: plan)
+        self.patch.setattr(lab, "operator", lambda _: SimpleNamespace(swarm="shelf"))
+        for verb in ("cut", "join", "kill", "start", "plug", "unplug"):
+            self.patch.setattr(lab, verb, partial(self._record, verb))
+
+    def _record(self, verb: str, _: str, subject: object, *more: object) -> tuple[str, ...]:
+        self.calls.append(" ".join([verb, str(subject), *(str(one) for one in more if not callable(one))]))
+        return ("lab",)
+
+
+@pytest.fixture
+def fleet(spec: str, monkeypatch: pytest.MonkeyPatch) -> Fleet:
+    found = Fleet(spec, monkeypatch)
+    found.boot()
+    return found
+
+
+def rendered(spec: str, *selections: str) -> list[str]:
+    """The hosts of which ``render`` writes the releases."""
+    out = Path(spec).parent / "out"
+    limits = [word for one in selections for word in ("--limit", one)]
+    assert run(["render", spec, "--out", str(out), *limits]) == exit_codes.OK
+    return sorted(one.name for one in out.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("selections", "hosts"),
+    [
+        (["pi-*"], "pi-1 pi-2 pi-3"),
+        (["@shelf,!pi-2"], "pi-1 pi-3"),
+        (["@old"], "pi-1 pi-2"),
+        (["pi-[1-2]", "laptop", "!k3-1"], "laptop pi-2"),
+        (["type:arduino-rover"], "laptop"),
+        (["mode:leader&pi-3"], "pi-3"),
+    ],
+)
+def test_limit_selects_hosts(spec: str, selections: list[str], hosts: str) -> None:
+    assert rendered(spec, *selections) == hosts.split()
+
+
+def test_a_robot_means_its_host_and_a_note_names_both(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert rendered(spec, "k3-4") == ["pi-3"]
+    assert "note: --limit selects hosts: pi-3 for k3-4 (pi-3 drives k3-3 too)\n" in capsys.readouterr().err
+
+
+VERBS = [
+    ("plan", "--offline", "--limit"),
+    ("deploy", "--limit"),
+    ("status", "--limit"),
+    ("prepare", "--yes", "--limit"),
+    ("remove", "--yes", "--limit"),
+    ("render", "--out", "nowhere", "--host"),
+    ("trust", "--host"),
+    ("lab up", "--only"),
+]
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb[0])
+def test_nothing_selected_is_an_error(
+    spec: str, verb: tuple[str, ...], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(spec).parent)
+    name, *words = verb
+    assert run([*name.split(), spec, *words, "pi-*&laptop"]) == exit_codes.ERROR
+    err = capsys.readouterr().err
+    option = words[-1].replace("--host", "--limit")
+    assert f"error: {option}: `pi-*&laptop` selects no host\n" in err
+    assert "the hosts are: `laptop`, `pi-1`, `pi-2`, `pi-3`\n" in err
+    assert "groups, labels and islands: `@old`, `@shelf`\n" in err
+    assert not Path("nowhere").exists()
+
+
+def test_an_error_names_the_column_and_a_likely_word(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["plan", spec, "--offline", "--limit", "pi-*,!@sehlf"]) == exit_codes.ERROR
+    err = capsys.readouterr().err
+    assert "error: --limit `pi-*,!@sehlf`, column 7: there is no group or label called `sehlf`\n" in err
+    assert "did you mean `@shelf`?" in err
+
+
+def test_boards_are_selected_too(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["firmware", "flash", spec, "k3-[1-2]", "--dry-run"]) == exit_codes.ERROR
+    assert "no robot of this swarm has a board" in capsys.readouterr().err
+    assert run(["firmware", "flash", spec, "type:nothing", "--dry-run"]) == exit_codes.ERROR
+    assert "ROBOT: there is no robot of the type `nothing`" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("line", "called", "printed"),
+    [
+        ("cut @shelf,!pi-2", "cut pi-1 None; cut pi-3 None", "pi-[1,3]: disconnected from lab\n"),
+        ("join pi-1 k3-4 --network lab", "join pi-1 lab; join pi-3 lab", "pi-[1,3]: connected to lab\n"),
+        ("kill pi-*", "kill pi-1; kill pi-2; kill pi-3", "pi-[1-3]: power off\n"),
+        ("start pi-[1-2]", "start ['pi-1', 'pi-2']", "pi-[1-2]: power on\n"),
+        ("unplug @old", "unplug k3-1; unplug k3-2", "k3-[1-2]: cable disconnected\n"),
+        ("plug pi-3", "plug k3-3; plug k3-4", "k3-[3-4]: cable connected\n"),
+    ],
+    ids=["cut", "join", "kill", "start", "unplug", "plug"],
+)
+def test_faults_of_a_lab_take_selections(
+    fleet: Fleet, line: str, called: str, printed: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    verb, *rest = line.split()
+    assert run(["lab", verb, fleet.spec, *rest]) == exit_codes.OK
+    assert "; ".join(fleet.calls) == called
+    assert capsys.readouterr().out == printed
+
+
+@pytest.mark.parametrize(
+    ("verb", "called"),
+    [
+        (["unplug", "k3-[1-2]"], ["unplug k3-1", "unplug k3-2"]),
+        (["kill", "k3-4", "laptop"], ["kill laptop", "kill pi-3"]),
+    ],
+)
+def test_faults_of_a_named_lab_need_no_valid_spec(fleet: Fleet, verb: list[str], called: list[str]) -> None:
+    Path(fleet.spec).write_text(SPEC.replace("mode:", "mod:"))
+    word, *selections = verb
+    assert run(["lab", word, fleet.spec, *selections, "--name", "shelf"]) == exit_codes.OK
+    assert fleet.calls == called
+
+
+def test_a_group_in_a_named_lab_needs_the_spec(fleet: Fleet, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["lab", "unplug", fleet.spec, "@old", "--name", "shelf"]) == exit_codes.OK
+    assert fleet.calls == ["unplug k3-1", "unplug k3-2"]
+    Path(fleet.spec).write_text(SPEC.replace("mode:", "mod:"))
+    assert run(["lab", "unplug", fleet.spec, "@old", "--name", "shelf"]) == exit_codes.ERROR
+    assert "`mode`" in capsys.readouterr().err
+
+
+def test_what_a_lab_of_a_part_lacks_is_left_out(fleet: Fleet, capsys: pytest.CaptureFixture[str]) -> None:
+    fleet.boot("laptop", "pi-1")
+    assert run(["lab", "kill", fleet.spec, "pi-*"]) == exit_codes.OK
+    assert fleet.calls == ["kill pi-1"]
+    assert "note: lab shelf has no pi-[2-3]\n" in capsys.readouterr().err
+    assert run(["lab", "kill", fleet.spec, "pi-2"]) == exit_codes.ERROR
+    err = capsys.readouterr().err
+    assert "error: lab shelf has no pi-2\n  help: it has laptop, pi-1\n" in err
+
+
+ONE_NAME = [
+    (("lab shell", "pi-*"), "error: HOST: `pi-*` selects 3 hosts, and one is needed\n", "pi-[1-3]"),
+    (("graph", "--path", "laptop", "@old"), "error: --path TO: `@old` selects 2 robots", "k3-[1-2]"),
+    (("graph", "--path", "pi-*", "rover"), "error: --path FROM: `pi-*` selects 3 hosts", "pi-[1-3]"),
+    (("graph", "--path", "laptop", "rovr"), "error: --path TO: there is no", "did you mean `rover`"),
+]
+
+
+@pytest.mark.parametrize(("words", "error", "candidates"), ONE_NAME)
+def test_where_one_name_is_needed_several_are_an_error(
+    fleet: Fleet, words: tuple[str, ...], error: str, candidates: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    verb, *rest = words
+    assert run([*verb.split(), fleet.spec, *rest]) == exit_codes.ERROR
+    err = capsys.readouterr().err
+    assert error in err
+    assert candidates in err
+
+
+def test_a_selection_of_one_robot_is_its_name(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["graph", spec, "--path", "laptop", "type:arduino-rover"]) == exit_codes.OK
+    captured = capsys.readouterr()
+    assert "rover" in captured.out
+    assert captured.err == "note: --path TO selects rover\n"
+
+
+def test_the_effective_spec_shows_the_names(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["spec", spec, "--expanded", "--json"]) == exit_codes.OK
+    effective = json.loads(capsys.readouterr().out)
+    assert effective["spec"]["control"][0]["of"] == ["k3-1", "k3-2", "rover"]
+    assert effective["spec"]["groups"] == {"old": ["k3-1", "k3-2"]}
+    assert effective["origins"]["/control/0/of/0"]["line"] == 18

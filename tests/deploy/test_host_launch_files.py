@@ -1,0 +1,210 @@
+"""Launch files that lie on hosts only are checked before any host changes, by the rules for local ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from swarmctl.deploy.launch_files_on_hosts import launch_files_of
+from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.health.checks import State
+from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.expected_graph import Release, expected_graph
+from swarmctl.health.observations import Answer
+from swarmctl.plan.launch_findings import NOT_CHECKED
+from swarmctl.plan.plan import Plan
+from swarmctl.remote.transport import HostError, Kind
+from swarmctl.rules.runner import load_checked
+from swarmctl.spec.load import Document
+from swarmctl.swarm.resolve import resolve
+from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, deployed, hosts
+from tests.packages.agent.fakehost import FakeHost
+from tests.ros_packages.packages import manifest
+
+__all__ = ["hosts"]  # the fixture
+SPEC = """\
+version: 1
+name: new
+mode: central
+hub: leader
+hosts:
+  leader: {address: 192.0.2.1}
+  k3: {address: 192.0.2.2}
+  epuck: {address: 192.0.2.3}
+robots:
+  koala: {type: koala, host: leader}
+links:
+  - {kind: wlan, name: lab, hosts: [leader, k3, epuck]}
+  - {kind: serial, host: leader, robot: koala, usb: {serial: A600dXyz}}
+control:
+  - {by: leader, of: [koala]}
+programs:
+"""
+LEFT = "  left: {host: k3, package: talking, launch: eyes.launch%s}\n"
+RIGHT = "  right: {host: epuck, package: talking, launch: eyes.launch}\n"
+SHARE = "opt/ros/noetic/share"
+EYES = '<launch><arg name="side" default="left"/><node pkg="talking" type="say" name="%s"/></launch>'
+
+
+def document(folder: Path, programs: str) -> Document:
+    spec = folder / "swarm.yaml"
+    spec.write_text(SPEC + programs)
+    found, diagnostics = load_checked(spec)
+    assert found is not None, diagnostics
+    return found
+
+
+def put(host: FakeHost, **files: str) -> None:
+    """Writes launch files, named ``PACKAGE__FILE``, and the packages around them."""
+    for name, text in files.items():
+        package, _, file = name.partition("__")
+        folder = host.prefix / SHARE / package
+        (folder / "launch").mkdir(parents=True, exist_ok=True)
+        (folder / "package.xml").write_text(manifest(package))
+        (folder / f"launch/{file}.launch").write_text(text)
+
+
+def planned(hosts: Mapping[str, FakeHost], found: Document, parallel: int = 3) -> Plan:
+    transport = FolderTransport(hosts, {})
+    return observe(bundles(), TARGETS, transport, parallel=parallel, launch_files=launch_files_of(found))
+
+
+def rollout(
+    hosts: Mapping[str, FakeHost], found: Document, parallel: int = 3, stopping: tuple[str, ...] = HOSTS
+) -> dict[str, Outcome | HostError]:
+    events = deploy(
+        bundles(), TARGETS, FolderTransport(hosts, {}), parallel=parallel, stopping=stopping,
+        launch_files=launch_files_of(found),
+    )  # fmt: skip
+    return deployed(events)
+
+
+def kinds(results: Mapping[str, Outcome | HostError]) -> dict[str, Kind | None]:
+    return {host: one.kind if isinstance(one, HostError) else None for host, one in results.items()}
+
+
+@pytest.mark.parametrize("parallel", [1, 3])
+def test_an_unknown_argument_stops_every_host(
+    parallel: int, hosts: dict[str, FakeHost], tmp_path: Path
+) -> None:
+    put(hosts["k3"], talking__eyes=EYES % "eyes")
+    found = rollout(hosts, document(tmp_path, LEFT % ", args: {sides: both}"), parallel)
+    assert kinds(found) == {"leader": Kind.HELD, "k3": Kind.UNFIT, "epuck": Kind.HELD}
+    refused = found["k3"]
+    assert isinstance(refused, HostError)
+    assert refused.message.startswith(
+        f"PKG005: the launch file of program `left` has no argument `sides` (k3:/{SHARE}/talking/launch/"
+    )
+    assert refused.message.endswith("swarm.yaml:17:66")
+    assert "side" in refused.hint
+    assert all(host.observe()["release"] is None for host in hosts.values())
+    left_out = rollout(hosts, document(tmp_path, LEFT % ", args: {sides: both}"), parallel, stopping=())
+    assert kinds(left_out) == {"leader": None, "k3": Kind.UNFIT, "epuck": None}
+
+
+def test_files_without_faults_hold_nobody(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
+    for name, node in (("k3", "left"), ("epuck", "right")):
+        put(hosts[name], talking__eyes=EYES % node)
+    assert kinds(rollout(hosts, document(tmp_path, LEFT % "" + RIGHT))) == dict.fromkeys(HOSTS)
+
+
+def test_equal_nodes_of_two_hosts_are_found_through_includes(
+    hosts: dict[str, FakeHost], tmp_path: Path
+) -> None:
+    """The path of the second file has an argument, which only the evaluated file shows."""
+    put(
+        hosts["k3"],
+        talking__eyes='<launch><arg name="base" default="a"/>'
+        '<include file="$(find base)/launch/$(arg base).launch"/></launch>',
+        base__a='<launch><include file="$(find base)/launch/b.launch"/></launch>',
+        base__b='<launch>\n<node pkg="base" type="say" name="/eyes"/>\n</launch>',
+    )
+    put(hosts["epuck"], talking__eyes=EYES % "eyes")
+    plan = planned(hosts, document(tmp_path, LEFT % "" + RIGHT))
+    problems = {one.host: one.problem.message for one in plan.hosts if one.problem}
+    assert problems.keys() == {"k3", "epuck"}
+    for message in problems.values():
+        assert message.startswith("PKG008")
+        assert f"k3:/{SHARE}/base/launch/b.launch:2" in message
+        assert f"epuck:/{SHARE}/talking/launch/eyes.launch:1" in message
+
+
+def test_a_finding_on_hosts_can_be_suppressed(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
+    """`validate`, which reads no host, does not call the suppression unused."""
+    for host in ("k3", "epuck"):
+        put(hosts[host], talking__eyes=EYES % "eyes")
+    silence = "silence: [{rule: PKG008, reason: only one of them runs at a time}]\n"
+    found = document(tmp_path, LEFT % "" + RIGHT + silence)
+    assert not [one for one in load_checked(tmp_path / "swarm.yaml")[1] if one.code == "SIL001"]
+    assert all(one.problem is None for one in planned(hosts, found).hosts)
+
+
+def test_a_missing_launch_file_is_an_error_with_what_is_there(
+    hosts: dict[str, FakeHost], tmp_path: Path
+) -> None:
+    put(hosts["k3"], talking__eye="<launch/>", talking__words="<launch/>")
+    problem = planned(hosts, document(tmp_path, LEFT % "")).hosts[1].problem
+    assert problem is not None
+    assert f"PKG003: package `talking` (k3:/{SHARE}/talking) has no launch file" in problem.message
+    assert "`eye.launch`" in problem.hint
+
+
+def test_a_warning_is_a_note_and_holds_nobody(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
+    put(
+        hosts["k3"],
+        talking__eyes='<launch><node pkg="away" type="say" name="a"/>'
+        '<node pkg="there" type="say" name="b"/></launch>',
+        there__x="<launch/>",
+    )
+    plan = planned(hosts, document(tmp_path, LEFT % "")).hosts[1]
+    assert plan.problem is None
+    (note,) = plan.notes
+    assert note.startswith("PKG009: the launch file of program `left` uses undeclared packages: `away` (k3:/")
+
+
+def test_too_many_files_are_not_checked_and_that_is_noted(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
+    chain = {
+        f"talking__{number}": f'<launch><include file="$(find talking)/launch/{number + 1}.launch"/></launch>'
+        for number in range(30)
+    }
+    put(
+        hosts["k3"],
+        talking__eyes='<launch><include file="$(find talking)/launch/0.launch"/></launch>',
+        **chain,
+    )
+    plan = planned(hosts, document(tmp_path, LEFT % ", args: {sides: both}")).hosts[1]
+    assert plan.problem is None
+    assert plan.notes == (NOT_CHECKED,)
+
+
+def test_status_reports_an_error_of_a_launch_file(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
+    put(hosts["k3"], talking__eyes="<launch>\n<node/></launch>")
+    found = document(tmp_path, LEFT % "")
+    launch_files = launch_files_of(found)
+    assert launch_files is not None
+    for _ in range(2):  # as --watch, which reads them once
+        observe(bundles(), TARGETS, FolderTransport(hosts, {}), launch_files=launch_files)
+        (hosts["k3"].prefix / SHARE / "talking/launch/eyes.launch").write_text("<launch/>")
+    swarm = resolve(found)
+    graph = expected_graph(swarm, {name: Release("a", ()) for name in HOSTS})
+    answers = {name: Answer(release="a") for name in HOSTS}
+    cause = diagnose(graph, answers, launch_files.findings()).findings
+    (fault,) = (one for one in cause if one.check == "launch files")
+    assert (fault.host, fault.state) == ("k3", State.BAD)
+    assert f"k3:/{SHARE}/talking/launch/eyes.launch:2" in fault.message
+
+
+def test_a_package_that_a_host_lacks_is_no_fault_of_its_files(
+    hosts: dict[str, FakeHost], tmp_path: Path
+) -> None:
+    assert all(one.problem is None for one in planned(hosts, document(tmp_path, LEFT % "")).hosts)
+
+
+def test_packages_beside_the_spec_are_not_read_on_hosts(tmp_path: Path) -> None:
+    beside = tmp_path / "talking"
+    (beside / "launch").mkdir(parents=True)
+    (beside / "package.xml").write_text(manifest("talking"))
+    (beside / "launch/eyes.launch").write_text("<launch/>")
+    assert launch_files_of(document(tmp_path, LEFT % "")) is None

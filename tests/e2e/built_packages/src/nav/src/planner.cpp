@@ -1,0 +1,1 @@
+double planned() { return 1.5; }

@@ -1,0 +1,177 @@
+"""Packages in C++ in a lab: built once by a builder, delivered to every host; what changes travels alone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from swarmctl.lab import paths
+from tests.e2e.lab_swarm import LabSwarm, Note, SshError, lab_of, quoted, within
+
+TALK = """<package format="2"><name>talk</name><version>1.0.0</version><description>d</description>
+<maintainer email="a@b.example">a</maintainer><license>MIT</license>
+<buildtool_depend>catkin</buildtool_depend></package>
+"""
+CMAKE = (
+    "cmake_minimum_required(VERSION 3.0)\nproject(talk)\nfind_package(catkin REQUIRED)\ncatkin_package()\n"
+)
+SAY = """#!/usr/bin/env python3
+import pathlib, sys, time
+print("{0}")
+if "--stay" in sys.argv:
+    pathlib.Path("/home/robot/talk").write_text("{0}")
+    time.sleep(1000)
+"""
+FIND = 'from roslib.packages import find_node\nprint(*find_node("talk", "say.py"))\n'
+HERE = Path(__file__).with_name("built_packages")
+
+
+@pytest.fixture(scope="module")
+def swarm(workplace: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabSwarm]:
+    folder = workplace / "built"
+    folder.mkdir()
+    shutil.copytree(HERE / "src", folder / "src")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+        with lab_of(f"built-{os.getpid()}", HERE / "swarm.yaml", folder) as lab:
+            yield lab
+
+
+def goal(swarm: LabSwarm, namespace: str) -> str:
+    """The next message of a node, read by a terminal of another host than the node's."""
+    host = "pi" if namespace == "there" else "laptop"
+    command = f". /opt/swarm/built/current/setup.bash && timeout 10 rostopic echo -n 1 /{namespace}/goal/x"
+    try:
+        return swarm.shell(host, f"bash -c '{command}'").split("\n")[0]
+    except SshError:
+        return ""
+
+
+def test_a_package_is_built_once_for_all_hosts(swarm: LabSwarm, note: Note) -> None:
+    refused = swarm.swarmctl("deploy")
+    assert "nav is not built for it" in refused.out
+    assert refused.status == 3
+    done = swarm.swarmctl("prepare", "--yes")
+    assert done.status == 0, done.out + done.err
+    assert done.err.count("building nav") == 1
+    note("prepare: a roscpp package with a message, built", f"{done.seconds:.1f} s", "")
+    again = swarm.swarmctl("prepare", "--yes")
+    assert (again.status, again.out.count("nothing to do")) == (0, 2)
+
+
+def test_both_hosts_run_the_build(swarm: LabSwarm) -> None:
+    run = swarm.deploy()
+    assert run.status == 0, run.out + run.err
+    for program in ("there", "here"):
+        within(30, lambda name=program: goal(swarm, name) == "1.5", f"no goal of {program}")  # type: ignore[misc]
+    assert "src/planner.cpp" not in swarm.shell("pi", "find /opt/swarm/built/current/packages -type f")
+
+
+def test_one_changed_line_delivers_one_library(swarm: LabSwarm, note: Note) -> None:
+    source = swarm.folder / "src/nav/src/planner.cpp"
+    source.write_text(source.read_text().replace("1.5", "2.5"))
+    assert "nav is not built for it" in swarm.plan().out
+    done = swarm.swarmctl("prepare", "--yes")
+    assert done.status == 0, done.out + done.err
+    note("prepare: one changed line of it, built", f"{done.seconds:.1f} s", "")
+    steps = swarm.steps()
+    assert {kind: target for kind, target, _ in steps["pi"] if kind != "activate"} == {
+        "update": "built/lib/libplanner.so",
+        "restart": "swarm-built.here.service",
+    }
+    assert swarm.deploy().status == 0
+    within(30, lambda: goal(swarm, "here") == "2.5", "the old node still runs")
+
+
+def test_an_error_of_the_compiler_is_shown_with_its_line(swarm: LabSwarm) -> None:
+    source = swarm.folder / "src/nav/src/planner.cpp"
+    before = source.read_text()
+    source.write_text(f"// a comment\n{before.replace('2.5', 'speed')}")
+    done = swarm.swarmctl("prepare", "--yes")
+    source.write_text(before)
+    assert done.status != 0
+    assert "the build failed: src/nav/src/planner.cpp:2:" in done.out
+    assert "'speed' was not declared" in done.out
+    assert "/opt/swarm/built/build/log" in done.out
+    assert swarm.plan().status == 0
+
+
+def test_a_full_disk_of_the_builder_is_named(swarm: LabSwarm) -> None:
+    source = swarm.folder / "src/nav/src/planner.cpp"
+    before = source.read_text()
+    source.write_text(f"// another comment\n{before}")
+    place = "/opt/swarm/built/build"
+    swarm.shell("laptop", f"sudo mount -t tmpfs -o size=600k,mode=755 tmpfs {place}")
+    try:
+        done = swarm.swarmctl("prepare", "--yes")
+    finally:
+        swarm.shell("laptop", f"sudo umount {place}")
+        source.write_text(before)
+    assert done.status == 3
+    assert f"the build failed: the disk is full ({place})" in done.out
+    assert "free space there, then run the same again" in done.out
+    assert not list((swarm.folder / "cache").glob("swarmctl/builds/.*"))
+    assert "not built" not in swarm.plan().out
+
+
+def test_this_machine_builds_a_whole_workspace(swarm: LabSwarm, note: Note) -> None:
+    """In a container, for hosts that have built nothing; the hosts get what they have already."""
+    spec = swarm.variant("here", ("builders: [laptop]", "build_here: true"), (
+        "packages:\n  nav: {from: ./src/nav}", "packages:\n  ws: {from: ./src, all: true}"
+    ))  # fmt: skip
+    for stored in (swarm.folder / "cache").glob("swarmctl/builds/*.tar.gz"):
+        stored.unlink()
+    assert "nav is not built for it" in swarm.plan(spec).out
+    done = swarm.swarmctl("prepare", "--yes", spec=spec)
+    assert done.status == 0, done.out + done.err
+    assert "this machine: building nav" in done.err
+    for left in paths.cache().glob("builder-image-*/upper/opt/swarm/built"):
+        shutil.rmtree(left)  # the container itself stays for the next build
+    note("prepare: the package built in a container on this machine", f"{done.seconds:.1f} s", "")
+    planned = swarm.plan(spec)
+    assert planned.status == 0, planned.out + planned.err
+
+
+def test_a_workspace_of_the_host_does_not_hide_what_is_delivered(swarm: LabSwarm) -> None:
+    """The host has another `talk`, built in a workspace: roslaunch and rosrun take the delivered one."""
+    files = {"package.xml": TALK, "CMakeLists.txt": CMAKE, "say.py": SAY.format("workspace")}
+    for path, text in files.items():
+        swarm.shell("pi", f"mkdir -p ws/src/talk; printf %s {quoted(text)} > ws/src/talk/{path}")
+        (swarm.folder / "src/talk").mkdir(exist_ok=True)
+        (swarm.folder / "src/talk" / path).write_text(text.replace("workspace", "delivered"))
+    swarm.shell("pi", "chmod +x ws/src/talk/say.py; catkin_make -C ws", timeout=120)
+    (swarm.folder / "src/talk/say.py").chmod(0o755)
+    say = "  say: {host: pi, package: talk, executable: say.py, args: [--stay], params: {a: 1}}\n"
+    spec = swarm.variant(
+        "ws",
+        ("  pi: {", "  pi: {workspaces: [/home/robot/ws], "),
+        ("packages:\n", "packages:\n  talk: {from: ./src/talk}\n"),
+        ("programs:\n", f"programs:\n{say}"),
+    )
+    done = swarm.deploy(spec)
+    assert done.status == 0, done.out + done.err
+    within(20, lambda: swarm.shell("pi", "cat talk 2>/dev/null || true") == "delivered", "the other one runs")
+    # Without the space of the release the other one is found.
+    setup = ". /opt/swarm/built/current/setup.bash; python3 find.py"
+    without = "export CMAKE_PREFIX_PATH=${CMAKE_PREFIX_PATH#*:}; python3 find.py"
+    swarm.shell("pi", f"printf %s {quoted(FIND)} > find.py")
+    found = swarm.shell("pi", f"bash -c {quoted(f'{setup}; {without}')}")
+    delivered, hidden = found.splitlines()
+    assert delivered == "/opt/swarm/built/current/packages/talk/say.py"
+    assert hidden.split()[0] == "/home/robot/ws/src/talk/say.py"
+
+
+def test_a_build_for_another_platform_is_refused(swarm: LabSwarm) -> None:
+    release = "sudo sed -i s/^VERSION_ID=.*/VERSION_ID=13/ /usr/lib/os-release"
+    swarm.shell("pi", release)
+    assert "it is debian-13-x86_64-ros-" in swarm.plan().out
+    assert "its packages are built for debian-12-x86_64-ros-" in swarm.plan().out
+    done = swarm.swarmctl("prepare", "--yes")
+    assert done.status != 0
+    assert "a build of nav for debian-13-x86_64-ros-" in done.out
+    assert "name a host of debian-13-x86_64-ros-" in done.out
+    swarm.shell("pi", release.replace("=13", '=\\"12\\"'))

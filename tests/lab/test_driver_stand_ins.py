@@ -1,0 +1,160 @@
+"""Which robots of a lab have a stand-in, and what the disk of their host has for it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from swarm_stand_in.config import load
+
+from swarmctl.lab.driver_stand_ins import files, state_in
+from swarmctl.lab.emulators.emulator_lookup import build_robot
+from swarmctl.lab.lab_plan import LabPlan, Workspace, plan_of
+from swarmctl.lab.lab_state import State
+from tests.lab.lab_values import swarm_from
+
+SPEC = """
+version: 1
+name: burgers
+mode: central
+hub: desk
+hosts:
+  desk: {address: 10.77.1.1}
+types:
+  burger:
+    title: Burger
+    driver:
+      package: turtlebot3_bringup
+      launch: turtlebot3_robot.launch
+      args: {multi_robot_name: "{namespace}"}
+      publishes:
+        - {topic: odom, type: nav_msgs/Odometry, rate: 30.0}
+        - {topic: state, type: mavros_msgs/State, rate: 1.0}
+    kinematics: {kind: differential, linear_max: 0.22, angular_max: 2.84, wheel_separation: 0.16}
+    settings: {limits: {linear: 0.1}}
+  pioneer:
+    title: Pioneer
+    driver:
+      package: rosaria
+      executable: RosAria
+      params: {port: "{device}"}
+      requires: [aria_msgs, tf]
+      subscribes: [{topic: cmd_motors, type: std_msgs/Bool}]
+    kinematics: {kind: differential, linear_max: 0.7, angular_max: 2.0}
+    link: {kinds: [serial], baud: 9600}
+robots:
+  b-1: {type: burger, host: desk}
+  b2:
+    type: burger
+    host: desk
+    driver: {package: turtlebot3_bringup, launch: turtlebot3_robot.launch, args: {model: burger}}
+  p1: {type: pioneer, host: desk}
+  k1: {type: koala, host: desk}
+links:
+  - {kind: serial, host: desk, robot: p1, device: /dev/ttyS0}
+  - {kind: serial, host: desk, robot: k1, device: /dev/ttyS1}
+"""
+
+
+@pytest.fixture(scope="module")
+def plan(tmp_path_factory: pytest.TempPathFactory) -> LabPlan:
+    return plan_of(swarm_from(tmp_path_factory.mktemp("lab"), SPEC))
+
+
+@pytest.fixture
+def disk(plan: LabPlan, tmp_path: Path) -> Path:
+    for one in files(plan.stand_ins):
+        path = tmp_path / one.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(one.content)
+        path.chmod(0o755 if one.executable else 0o644)
+    return tmp_path
+
+
+def test_robots_with_a_foreign_driver_have_a_stand_in(plan: LabPlan) -> None:
+    assert [one.robot for one in plan.stand_ins] == ["b-1", "b2", "p1"]
+    assert {robot.name: robot.emulator for robot in plan.robots} == {"p1": "silent", "k1": "koala"}
+    assert build_robot("silent").receive(b"\xfa\xfb\x03\x00") == b""
+
+
+def test_a_plan_with_stand_ins_survives_its_file(plan: LabPlan) -> None:
+    assert LabPlan.from_json(json.loads(json.dumps(plan.to_json()))) == plan
+
+
+def test_a_launch_file_declares_the_arguments_of_all_its_robots(disk: Path) -> None:
+    launch = ElementTree.parse(disk / "usr/share/turtlebot3_bringup/launch/turtlebot3_robot.launch").getroot()
+    assert {one.get("name") for one in launch.iter("arg")} == {"multi_robot_name", "model"}
+    assert [one.get("pkg") for one in launch.iter("node")] == ["swarm_stand_in"]
+
+
+def test_an_executable_starts_the_stand_in_of_this_disk(disk: Path) -> None:
+    starter = disk / "usr/share/rosaria/RosAria"
+    text = starter.read_text().replace("/usr", f"{disk}/usr")
+    starter.write_text(text.replace("exec ", "exec /bin/echo "))
+    done = subprocess.run([starter, "__name:=driver"], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [f"{disk}/usr/share/swarm_stand_in/stand_in.py", "__name:=driver"]
+    assert (disk / "usr/share/swarm_stand_in/stand_in.py").stat().st_mode & 0o111
+
+
+def test_the_node_reads_what_the_lab_wrote(disk: Path) -> None:
+    config = load(disk / "usr/share/swarm_stand_in/robots", "/b_1/")
+    assert (config.robot, config.command, config.odom_frame) == ("b-1", "cmd_vel", "odom")
+    assert config.frame_of("base_link") == "base_link", "its driver is passed no prefix"
+    assert config.limits == (0.22, 0.0, 0.0, 2.84), "the vendor's limits, not those of the spec"
+    assert [(one.topic, one.rate) for one in config.outputs] == [("odom", 30.0), ("state", 1.0)]
+    assert load(disk / "usr/share/swarm_stand_in/robots", "/p1").inputs == ("cmd_motors",)
+
+
+def test_an_installed_package_needs_no_stand_in(plan: LabPlan, tmp_path: Path) -> None:
+    image, workspace = tmp_path / "image", Workspace(f"{tmp_path}/ws/devel", "/opt/ros/noetic", ())
+    state = State(replace(plan, workspace=workspace), image)
+    assert [one.robot for one in state.stand_ins] == ["b-1", "b2", "p1"]
+    put(image / "usr/share/rosaria/package.xml")
+    assert [one.robot for one in state.stand_ins] == ["b-1", "b2"]
+    put(tmp_path / "ws/devel/share/turtlebot3_bringup/cmake/turtlebot3_bringupConfig.cmake")
+    places = [state.installed_in(one.package) for one in plan.stand_ins]
+    assert places == ["the workspace"] * 2 + ["the image"]
+
+
+def test_a_package_that_travels_needs_no_stand_in(tmp_path: Path) -> None:
+    put(tmp_path / "pioneers/package.xml", "<package><name>rosaria</name><version>1.0.0</version></package>")
+    swarm = swarm_from(tmp_path, f"{SPEC}packages:\n  rosaria: {{from: ./pioneers}}\n")
+    assert [one.robot for one in plan_of(swarm).stand_ins] == ["b-1", "b2"]
+
+
+def put(path: Path, text: str = "") -> None:
+    path.parent.mkdir(parents=True)
+    path.write_text(text)
+
+
+def test_what_a_driver_requires_has_a_stand_in_too(plan: LabPlan, disk: Path, tmp_path: Path) -> None:
+    assert "<name>aria_msgs</name>" in (disk / "usr/share/aria_msgs/package.xml").read_text()
+    image = tmp_path / "image"
+    put(image / "usr/share/tf/package.xml")
+    missing = {one.robot: one.requires for one in State(plan, image).stand_ins}
+    assert missing["p1"] == ("aria_msgs",), "a package of the image keeps its own files"
+
+
+def test_message_packages_that_a_lab_lacks_are_named(plan: LabPlan, tmp_path: Path) -> None:
+    image, space = tmp_path / "image", tmp_path / "devel"
+    (image / "usr/lib/python3/dist-packages/nav_msgs").mkdir(parents=True)
+    assert State(plan, image).missing_messages(plan.stand_ins[0]) == ("mavros_msgs",)
+    (space / "lib/python3/dist-packages/mavros_msgs").mkdir(parents=True)
+    built = replace(plan, workspace=Workspace(str(space), "/opt/ros/noetic", ()))
+    assert State(built, image).missing_messages(plan.stand_ins[0]) == ()
+
+
+def test_the_true_state_is_the_one_that_the_node_wrote(plan: LabPlan, tmp_path: Path) -> None:
+    one = plan.stand_ins[0]
+    assert state_in(None, one)["v"] == 0.0
+    assert state_in(tmp_path, one)["v"] == 0.0
+    written = tmp_path / one.state.lstrip("/")
+    written.parent.mkdir(parents=True)
+    written.write_text('{"x": 1.5, "v": 0.22, "left": 0.22, "right": 0.22}')
+    assert (state_in(tmp_path, one)["x"], state_in(tmp_path, one)["v"]) == (1.5, 0.22)
+    written.write_text("{")
+    assert state_in(tmp_path, one)["v"] == 0.0
