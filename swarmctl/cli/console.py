@@ -160,16 +160,16 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
 
 def read_document(spec: SpecFiles) -> Document:
     """The checked document of a spec; prints its findings and exits if there are errors."""
-    from swarmctl.cli.spec_fixes import checked
+    from swarmctl.cli.spec_fixes import with_fixes_counted
     from swarmctl.cli.spec_loading import loaded
     from swarmctl.views.findings import human
 
-    document, diagnostics = loaded(spec)
-    print_diagnostics(diagnostics)
+    document, found = loaded(spec)
+    print_diagnostics(found.diagnostics)
     if document is None:
-        found = checked(spec)
-        err().print(human.verdict(found, passes=False))
-        show_next(spec.fix_command(found.fixable, found.more_fixable), error=True)
+        report = with_fixes_counted(spec, document, found)
+        err().print(human.verdict(report, passes=False))
+        show_next(spec.fix_command(report.fixable, report.more_fixable), error=True)
         raise typer.Exit(exit_codes.ERROR)
     return document
 

@@ -11,20 +11,26 @@ if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.diagnostics import Diagnostic
     from swarmctl.rules.fixes import Findings, Fixable, Fixed, Texts
+    from swarmctl.spec.load import Document
     from swarmctl.views.findings.report import Checked
 
 
 def checked(spec: SpecFiles) -> Checked:
     """The findings in a spec, and how many ``--fix`` and ``--unsafe-fixes`` would correct."""
     from swarmctl.cli.spec_loading import loaded
+
+    return with_fixes_counted(spec, *loaded(spec))
+
+
+def with_fixes_counted(spec: SpecFiles, document: Document | None, found: Findings) -> Checked:
+    """Like `checked`, of a spec that is loaded."""
     from swarmctl.views.findings.report import Checked
 
-    document, found = loaded(spec)
-    if all(one.fix is None for one in found):
-        return Checked(str(spec), document, found)
-    fixable = SpecFixes(spec).fixable()
-    safe, every = _corrected(found, fixable.safe), _corrected(found, fixable.all)
-    return Checked(str(spec), document, found, safe, every - safe)
+    if all(one.fix is None for one in found.diagnostics):
+        return Checked(str(spec), document, found.diagnostics)
+    fixable = SpecFixes(spec).fixable(found)
+    safe, every = (_corrected(found.diagnostics, fixed) for fixed in (fixable.safe, fixable.all))
+    return Checked(str(spec), document, found.diagnostics, safe, every - safe)
 
 
 def _corrected(found: Iterable[Diagnostic], fixed: Fixed) -> int:
@@ -53,11 +59,11 @@ class SpecFixes:
         """Returns the text of a file, without byte order mark."""
         return self.read(Path(file)).decode("utf-8-sig")
 
-    def fixable(self) -> Fixable:
-        """Returns the texts with fixes, and the findings that they correct."""
+    def fixable(self, found: Findings | None = None) -> Fixable:
+        """Returns the texts with fixes, and those of the findings (``found``, if known) that they correct."""
         from swarmctl.rules.fixes import fixable
 
-        return fixable(self._found_with, self.original)
+        return fixable(self._found_with, self.original, found)
 
     def _found_with(self, texts: Texts) -> Findings:
         from swarmctl.rules.runner import lint_files

@@ -11,21 +11,23 @@ if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.git_fetch import GitFetchError
     from swarmctl.diagnostics import Diagnostic
+    from swarmctl.rules.fixes import Findings
     from swarmctl.spec.load import Document
 
 
-def loaded(spec: SpecFiles) -> tuple[Document | None, tuple[Diagnostic, ...]]:
+def loaded(spec: SpecFiles) -> tuple[Document | None, Findings]:
     """Returns the document of a spec with its findings; a commit that cannot be fetched is one, with why."""
-    from swarmctl.rules.runner import load_checked
+    from swarmctl.rules.runner import check_files
 
-    found = load_checked(*spec.files, workspaces=spec.workspaces)
-    if not any(map(_is_missing, found[1])):
-        return found
+    document, found = check_files(*spec.files, workspaces=spec.workspaces)
+    if not any(map(_is_missing, found.diagnostics)):
+        return document, found
     from swarmctl.deploy.git_fetch import fetch_missing
 
     failed = fetch_missing(spec.files)
-    document, diagnostics = load_checked(*spec.files, workspaces=spec.workspaces)
-    return document, tuple(_explained(one, failed) if _is_missing(one) else one for one in diagnostics)
+    document, found = check_files(*spec.files, workspaces=spec.workspaces)
+    explained = (_explained(one, failed) if _is_missing(one) else one for one in found.diagnostics)
+    return document, replace(found, diagnostics=tuple(explained))
 
 
 def _is_missing(found: Diagnostic) -> bool:

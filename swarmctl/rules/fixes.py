@@ -55,12 +55,15 @@ class Fixable:
     all: Fixed
 
 
-def fixable(lint: Callable[[Texts], Findings], original: Callable[[str], str]) -> Fixable:
+def fixable(
+    lint: Callable[[Texts], Findings], original: Callable[[str], str], found: Findings | None = None
+) -> Fixable:
     """Tries the fixes of a spec in memory: first the safe ones, then the others as well.
 
     ``lint`` checks the spec with the changed texts it receives; ``original`` returns the text of a file.
+    ``found`` is what is wrong without changes; without it, ``lint`` says so.
     """
-    fixer = _Fixer(lint, original)
+    fixer = _Fixer(lint, original, found or lint({}))
     safe = fixer.improved(unsafe=False)
     return Fixable(safe, fixer.improved(unsafe=True))
 
@@ -76,10 +79,12 @@ class _State(NamedTuple):
 class _Fixer:
     """Applies fixes; each state is better than the one before."""
 
-    def __init__(self, lint: Callable[[Texts], Findings], original: Callable[[str], str]) -> None:
+    def __init__(
+        self, lint: Callable[[Texts], Findings], original: Callable[[str], str], found: Findings
+    ) -> None:
         self._lint, self._original = lint, original
-        self._state = _State({}, (), lint({}))
-        offered = [found.fix for found in self._state.found.diagnostics if found.fix is not None]
+        self._state = _State({}, (), found)
+        offered = [one.fix for one in found.diagnostics if one.fix is not None]
         size = sum(len(original(file)) for file in {edit.span.file for fix in offered for edit in fix.edits})
         self._checks = max(_LEAST_CHECKS, min(_MOST_CHECKS, _MOST_CHECKED // max(size, 1)))
 

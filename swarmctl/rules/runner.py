@@ -173,9 +173,15 @@ def load_checked(
 
     Returns the document, or None if there are errors, and the findings in text order.
     """
+    document, found = check_files(*layers, workspaces=workspaces)
+    return document, found.diagnostics
+
+
+def check_files(*layers: Path, workspaces: Sequence[Path] = ()) -> tuple[Document | None, Findings]:
+    """Like `load_checked`; the findings are with the first stage that has errors."""
     with collector_paused():
         document, found = _check(draft_of(layers, workspaces=workspaces))
-        return None if has_errors(found.diagnostics) else document, found.diagnostics
+        return None if has_errors(found.diagnostics) else document, found
 
 
 def _check(draft: Draft) -> tuple[Document | None, Findings]:

@@ -120,7 +120,7 @@ def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
         "import swarmctl.rules.runner as runner\n"
         "def broken(*path, **named): raise RuntimeError('boom')\n"
-        "runner.load_checked = broken\n"
+        "runner.check_files = broken\n"
     )
     ran = started("validate", "x.yaml", PYTHONPATH=str(tmp_path))
     assert (ran.returncode, ran.stdout) == (exit_codes.ERROR, "")

@@ -77,7 +77,7 @@ def test_what_cannot_be_fetched_is_an_error(tmp_path: Path, repository: tuple[Pa
     ):
         document, found = loaded(spec(tmp_path, f'git: "{address}", commit: "{wanted}"'))
         assert document is None
-        (finding,) = [one for one in found if one.code == "PKG017"]
+        (finding,) = [one for one in found.diagnostics if one.code == "PKG017"]
         assert finding.message == f"`{address}@{wanted[:10]}/.` is not fetched"
         assert finding.span is not None
         assert reason in finding.help[0]
@@ -123,7 +123,7 @@ def test_a_full_disk_leaves_nothing_of_a_commit(
         monkeypatch.setattr(Path, "write_bytes", full)
     document, found = loaded(spec(tmp_path, f'git: "{folder}", commit: "{commit}", path: src/nav'))
     assert document is None
-    (finding,) = [one for one in found if one.code == "PKG017"]
+    (finding,) = [one for one in found.diagnostics if one.code == "PKG017"]
     assert "No space left on device" in finding.help[0]
     assert "free space, or set XDG_CACHE_HOME" in finding.help[0]
     assert list(checkouts().iterdir()) == []
@@ -183,6 +183,6 @@ def test_the_oldest_commits_go_first(
 def test_a_package_has_one_source(tmp_path: Path, source: str, message: str) -> None:
     document, found = loaded(spec(tmp_path, source))
     assert document is None
-    (finding,) = [one for one in found if one.code == "PKG019"]
+    (finding,) = [one for one in found.diagnostics if one.code == "PKG019"]
     assert message in finding.message
     assert finding.span is not None

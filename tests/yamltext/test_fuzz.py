@@ -135,7 +135,7 @@ def test_large_hostile_files(
     assert int(code) in (exit_codes.OK, exit_codes.ERROR)
     assert "bug in swarmctl" not in errors
     assert "Traceback" not in errors
-    assert float(seconds) <= SECONDS * 5  # base-60 is composed 19 times in one run: to be made less
+    assert float(seconds) <= SECONDS * 3  # as much lies between a quick machine and a slow and busy one
     assert float(megabytes) <= MEGABYTES * 1.1  # as much differs between builds of Python
     counted.append(name)
 
