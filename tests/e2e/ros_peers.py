@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.e2e.lab_swarm import LabSwarm, quoted
+from tests.e2e.lab_swarm import SOURCE, LabSwarm, quoted
 
 #: What roswtf reports on every host, and why that is no fault of the swarm.
 OF_THE_IMAGE = {
@@ -98,6 +98,13 @@ def roswtf(
         host: list(_faults(swarm, host, release, elsewhere.get(host, ()))) for host in hosts or swarm.hosts
     }
     return {host: faults for host, faults in found.items() if faults}
+
+
+def unregister_killed(swarm: LabSwarm, host: str) -> None:
+    """Removes the publishers that tests killed from the master of ``host``; no other node may be dead."""
+    said = swarm.shell(host, f"{SOURCE}; yes | timeout 60 rosnode cleanup 2>&1 || true", timeout=90)
+    dead = re.findall(r"^ \* (/\S+)$", said, re.MULTILINE)
+    assert all(node.startswith("/rostopic_") for node in dead), said
 
 
 def _faults(swarm: LabSwarm, host: str, release: str, elsewhere: Collection[str]) -> Iterator[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tests.e2e.conftest import FirstTime
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note, namespace_of
-from tests.e2e.ros_peers import roswtf
+from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, Note, namespace_of
+from tests.e2e.ros_peers import roswtf, unregister_killed
 from tests.e2e.sniffer import Talk, listening
 
 
@@ -25,6 +25,7 @@ def test_the_deployed_swarm_is_healthy(swarm: LabSwarm) -> None:
 
 
 def test_roswtf_finds_no_fault(swarm: LabSwarm) -> None:
+    unregister_killed(swarm, LEADER)
     assert roswtf(swarm, f"{HOME}/current") == {}
 
 
