@@ -16,8 +16,8 @@ from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext.files import Read, content, is_stream
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_ENTRIES, MAX_FILES, LoadBudget
 
+_USUAL = "swarm.yaml"  # of several files, the one that verbs take if none is named
 SUFFIXES = (".yaml", ".yml")
-
 OUTSIDE = "lies outside the spec's folder"
 HIDDEN = "is hidden, or a link to a hidden file"
 OTHER_SUFFIX = "does not end with `.yaml`, or is a link to such a file"
@@ -101,8 +101,8 @@ def link_error(
 
 def _unreadable(path: Path, error: OSError) -> Diagnostic:
     if isinstance(error, IsADirectoryError):
-        inside = sorted(one.name for one in path.glob("*.yaml"))
-        help_ = (f"did you mean `{path / inside[0]}`?",) if inside else ("name the YAML file in it",)
+        inside = sorted(path.glob("*.yaml"), key=lambda one: (one.name != _USUAL, one.name))
+        help_ = (f"did you mean `{inside[0]}`?",) if inside else ("name the YAML file in it",)
         return Diagnostic("FILE001", f"`{path}` is a folder, not a spec", help=help_)
     if isinstance(error, FileNotFoundError):
         beside = [one.name for one in path.parent.glob("*.yaml") if one.name != path.name]  # it is a link

@@ -70,7 +70,8 @@ def test_a_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "lab").mkdir()
-    (tmp_path / "lab/swarm.yaml").write_text("version: 1\n")
+    for name in ("swarm.yaml", "hosts.yaml"):
+        (tmp_path / "lab" / name).write_text("version: 1\n")
     monkeypatch.chdir(tmp_path)
     assert errors_of(capsys, "lab") == (
         "error[FILE001]: `lab` is a folder, not a spec\n"
