@@ -20,7 +20,8 @@ def test_any_swarm_can_be_drawn(data: Data) -> None:
     drawn = diagram(index)
     names = {*data["hosts"], *data["robots"], *data["programs"]}
     assert names <= {node.name for node in drawn.nodes}
-    assert names - set(data["robots"]) - set(data["programs"]) <= set(overview.overview(drawn).plain.split())
+    shown = overview.overview(drawn, details=True).plain
+    assert names - set(data["robots"]) - set(data["programs"]) <= set(shown.split())
     [read] = pydot.graph_from_dot_data(dot.graph(drawn))
     ends = {(one.get_source().strip('"'), one.get_destination().strip('"')) for one in read.get_edges()}
     assert ends == {(edge.start, edge.end) for edge in drawn.edges}

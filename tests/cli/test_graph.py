@@ -15,6 +15,7 @@ from swarmctl.analysis.diagram import Diagram, Edge, Node
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.views.graph import dot, mermaid
+from swarmctl.yamltext import hostlist
 from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden/graph"
@@ -146,3 +147,33 @@ def test_a_plan_names_where_the_swarm_is_weakest(
         ("master", "newswarm"),
         ("network", "lab"),
     ]
+
+
+def test_the_tree_of_a_fleet_folds_equal_hosts(capsys: pytest.CaptureFixture[str]) -> None:
+    fleet = str(ROOT / "examples/lab-fleet/swarm.yaml")
+    assert run(["graph", fleet]) == exit_codes.OK
+    folded = capsys.readouterr().out.splitlines()
+    assert run(["graph", fleet, "--details"]) == exit_codes.OK
+    each = capsys.readouterr().out.splitlines()
+    assert "  tb3-[01-20]  20 hosts, each raspberry-pi-3b; on lab" in folded
+    assert (
+        "    robot epuck-[07-12]  epuck2 by bluetooth hci[0-1]; commanded by joystick, circle-epucks"
+        in folded
+    )
+    assert len(folded) < 30
+    assert len(each) > 90
+    assert listed(folded) == listed(each)
+
+
+def listed(lines: list[str]) -> list[tuple[str, str]]:
+    """What the lines of a tree name, by kind: hosts, robots and programs, ranges written out."""
+    found: list[tuple[str, str]] = []
+    for line in lines:
+        if line.startswith("  "):
+            words, _, _ = line.strip().partition("  ")
+            kind, _, names = words.partition(" ") if line.startswith("    ") else ("host", "", words)
+            for text in names.split(", "):
+                one = hostlist.read(text)
+                each = one.names if isinstance(one, hostlist.Range) else [text]
+                found += [(kind, name) for name in each]
+    return sorted(found)

@@ -101,7 +101,7 @@ def _sections(
     if budgets:
         yield from budgets_view.tables(budgets_of(index), details=details)
     if not (impact or paths or path or budgets):
-        yield overview.overview(diagram(index))
+        yield overview.overview(diagram(index), details=details)
 
 
 def _everything(index: SwarmIndex, path: tuple[str, str] | None) -> dict[str, object]:
