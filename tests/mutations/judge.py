@@ -96,8 +96,8 @@ def _clean_digests(base: Base) -> Mapping[str, str] | None:
 
 def _fixed(defect: Defect, texts: Texts) -> str:
     path = str(defect.file.path)
-    others = {str(file.path): file.text for file in defect.base.files}
-    done = fixable(lambda some: _lint(defect.base, {**texts, **some}), lambda file: {**others, **texts}[file])
+    read = _reader(defect.base, texts)
+    done = fixable(lambda some: _lint(defect.base, {**texts, **some}), lambda file: read(Path(file)).decode())
     return done.safe.texts.get(path, defect.change.text)
 
 
