@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import json
 import os
 import tarfile
+import zlib
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -79,21 +81,24 @@ def store() -> BuildStore:
 
 
 def unpacked(archive: bytes) -> Built:
-    """Returns the files of a packed build. Raises ``DamagedBuildError``."""
+    """Returns the files of a packed build, whose checksum is right. Raises ``DamagedBuildError``."""
     found: dict[str, tuple[bytes, bool]] = {}
-    total = 0
     try:
-        with tarfile.open(fileobj=io.BytesIO(archive), mode="r:gz") as packed:
+        with gzip.GzipFile(fileobj=io.BytesIO(archive)) as stream:
+            plain = stream.read(MAX_UNPACKED + 1)  # compares the checksum where it ends
+        if len(plain) > MAX_UNPACKED:
+            raise DamagedBuildError(f"it is larger than {MAX_UNPACKED >> 20} MiB")
+        with tarfile.open(fileobj=io.BytesIO(plain), mode="r:") as packed:
             for member in packed:
                 parts = member.name.split("/")
-                total += member.size
-                if not member.isreg() or parts[0] != "lib" or {"", ".", ".."} & set(parts):
+                is_plain = member.isreg() and member.size >= 0 and not {"", ".", ".."} & set(parts)
+                if not is_plain or parts[0] != "lib":
                     raise DamagedBuildError(f"{member.name!r} cannot be a file of a build")
-                if total > MAX_UNPACKED:
-                    raise DamagedBuildError(f"it is larger than {MAX_UNPACKED >> 20} MiB")
                 content = packed.extractfile(member)
                 found[member.name] = (content.read() if content else b"", bool(member.mode & 0o100))
-    except (tarfile.TarError, EOFError, OSError) as error:
+    except DamagedBuildError:
+        raise
+    except (tarfile.TarError, zlib.error, EOFError, OSError, ValueError) as error:
         raise DamagedBuildError(f"it is no tar.gz: {error}") from error
     return found
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import gzip
 import io
 import os
+import random
 import tarfile
 from pathlib import Path
 
@@ -22,6 +24,35 @@ def packed(*members: tuple[str, bytes], kind: bytes = tarfile.REGTYPE) -> bytes:
             member.size, member.type, member.mode = len(content), kind, 0o755
             archive.addfile(member, io.BytesIO(content))
     return stream.getvalue()
+
+
+LARGE = packed(("lib/a", random.Random(3).randbytes(200_000).hex().encode()))
+
+
+def broken_inside() -> bytes:
+    """With bytes in the middle that deflate does not know."""
+    middle = len(LARGE) // 2
+    return LARGE[:middle] + b"\xff" * 2000 + LARGE[middle + 2000 :]
+
+
+def other_bytes() -> bytes:
+    """With other bytes in the middle, which deflate knows."""
+    large = packed(("lib/a", random.Random(3).randbytes(200_000)))
+    return large[:100_000] + b"other" + large[100_005:]
+
+
+def another_content() -> bytes:
+    """With the checksum of ``LARGE``."""
+    plain = gzip.decompress(LARGE).replace(b"lib/a", b"lib/c", 1)
+    return gzip.compress(plain)[:-8] + LARGE[-8:]
+
+
+def of_negative_size() -> bytes:
+    plain = bytearray(gzip.decompress(packed(("lib/a", b"1"))))
+    plain[124:136] = b"\xff" * 12  # the size, in base 256
+    plain[148:156] = b" " * 8
+    plain[148:156] = b"%06o\0 " % sum(plain[:512])
+    return gzip.compress(bytes(plain))
 
 
 def test_a_build_is_found_as_it_was_kept(tmp_path: Path) -> None:
@@ -48,12 +79,27 @@ def test_a_full_disk_leaves_nothing_of_a_build(tmp_path: Path, monkeypatch: pyte
     [
         b"no archive",
         packed(("lib/a", b"1"))[:-20],
+        broken_inside(),
+        other_bytes(),
+        another_content(),
+        of_negative_size(),
         packed(("lib/../../a", b"1")),
         packed(("/lib/a", b"1")),
         packed(("share/a", b"1")),
         packed(("lib/a", b""), kind=tarfile.SYMTYPE),
     ],
-    ids=["text", "cut", "upwards", "absolute", "elsewhere", "link"],
+    ids=[
+        "text",
+        "cut",
+        "no deflate",
+        "other bytes",
+        "another checksum",
+        "a negative size",
+        "upwards",
+        "absolute",
+        "elsewhere",
+        "link",
+    ],
 )
 def test_what_is_no_build_is_not_kept(tmp_path: Path, archive: bytes) -> None:
     with pytest.raises(DamagedBuildError):
