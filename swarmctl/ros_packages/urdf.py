@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from swarmctl.ros_packages.xml_tags import Tag, XmlError, root_of
+from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
 
 _XACRO = "/xacro"  # how the namespace of xacro's elements ends
 _LIMITED = ("revolute", "prismatic")
@@ -36,6 +36,10 @@ class UrdfError(ValueError):
     def __init__(self, fault: Fault) -> None:
         super().__init__(fault.text)
         self.fault = fault
+
+
+class UrdfTooLargeError(UrdfError):
+    """A file that ROS may read, and that is above the limits here."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,8 @@ def read_urdf(content: bytes) -> Urdf:
         column = error.start - content.rfind(b"\n", 0, error.start)
         raise UrdfError(Fault("it is not UTF-8", Place(line, column), "save it as UTF-8")) from None
     except XmlError as error:
-        raise UrdfError(Fault(str(error), Place(max(error.line, 1), error.column))) from None
+        kind = UrdfTooLargeError if isinstance(error, TooLargeError) else UrdfError
+        raise kind(Fault(str(error), Place(max(error.line, 1), error.column))) from None
     if root.name != "robot":
         raise UrdfError(Fault(f"its root is <{root.name}>, not <robot>", _place(root)))
     if (found := _of_xacro(root)) is not None:
@@ -206,7 +211,7 @@ def _of_the_tree(links: Mapping[str, Place], joints: tuple[Joint, ...]) -> Itera
     roots = [name for name in links if name not in parents]
     for name in roots[1:]:
         yield Fault(
-            f"link `{name}` is connected to `{roots[0]}` by no joint: there are two roots",
+            f"link `{name}` is connected to `{roots[0]}` by no joint: a URDF has one root",
             links[name],
             f"add a joint whose child is `{name}`",
         )

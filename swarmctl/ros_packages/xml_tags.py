@@ -74,7 +74,7 @@ class _Tree(ContentHandler):
     def __init__(self) -> None:
         super().__init__()
         self.root: Tag | None = None
-        self._open: list[Tag] = []
+        self._open: list[tuple[Tag, list[str]]] = []  # each with the pieces of its text
         self._count = 0
         self._locator: Locator | None = None
 
@@ -96,14 +96,15 @@ class _Tree(ContentHandler):
             raise TooLargeError(what, self.line, self.column)
         tag = Tag(name, dict(attrs.items()), self.line, self.column)
         if self._open:
-            self._open[-1].children.append(tag)
+            self._open[-1][0].children.append(tag)
         else:
             self.root = tag
-        self._open.append(tag)
+        self._open.append((tag, []))
 
     def endElement(self, name: str) -> None:  # noqa: N802
-        self._open.pop()
+        tag, pieces = self._open.pop()
+        tag.text = "".join(pieces)
 
     def characters(self, content: str) -> None:
         if self._open:
-            self._open[-1].text += content
+            self._open[-1][1].append(content)

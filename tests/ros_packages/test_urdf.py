@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmctl.ros_packages.urdf import UrdfError, read_urdf
+from swarmctl.ros_packages.urdf import UrdfError, UrdfTooLargeError, read_urdf
 
 
 def link(name: str) -> str:
@@ -38,7 +39,7 @@ FILES = {
         "two joints are called `j`",
     ),
     "a link without a name": (ONE + "<link />", "a <link> has no `name`"),
-    "two roots": (TWO, "there are two roots"),
+    "two roots": (TWO, "a URDF has one root"),
     "a circle": (TWO + joint("j", "a", "b") + joint("k", "b", "a"), "a circle"),
     LOST: (TWO + link("c") + joint("j", "b", "c") + joint("k", "c", "b"), "a circle"),
     "an unknown parent": (TWO + joint("j", "x", "b"), "the parent `x`, which is no link"),
@@ -128,3 +129,15 @@ def test_without_faults_every_link_leads_to_the_root(links: list[str], pairs: li
     is_tree = known and len(parents) == len(pairs) == len(links) - 1 and len({top(one) for one in links}) == 1
     assert is_tree == (not found.faults)
     assert not is_tree or {top(one) for one in links} == {found.root}
+
+
+@pytest.mark.parametrize("elements", ['<link name="a" />' * 20_001, "<a>" * 40 + "</a>" * 40])
+def test_a_file_beyond_the_limits_is_not_called_wrong(elements: str) -> None:
+    with pytest.raises(UrdfTooLargeError):
+        read_urdf(document(elements))
+
+
+def test_a_long_text_takes_time_by_its_length() -> None:
+    begin = time.process_time()
+    read_urdf(document(link("a") + "&amp;\n" * 400_000))
+    assert time.process_time() - begin < 2  # it was 8 s when each piece was a copy of all before

@@ -77,6 +77,13 @@ def test_urdfs_that_fit_have_no_finding(tmp_path: Path) -> None:
     assert found(tmp_path, urdf(link("base_link", mesh), WHEELS)) == []
 
 
+def test_a_urdf_beyond_the_limits_is_not_called_wrong(tmp_path: Path) -> None:
+    (one,) = found(tmp_path, urdf(link("base_link", "<a>" * 40 + "</a>" * 40)))
+    assert (one.code, one.label) == ("URDF002", "the URDF of a robot")
+    assert one.message.startswith("own.urdf:1:")
+    assert "cannot be checked" in one.message
+
+
 @pytest.mark.parametrize(
     ("own", "code", "message"),
     [

@@ -11,7 +11,8 @@ from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import Range
-from swarmctl.ros_packages.urdf import Fault, Place, Resource, Urdf, UrdfError
+from swarmctl.ros_packages.urdf import Fault, Place, Resource, Urdf, UrdfError, UrdfTooLargeError
+from swarmctl.ros_packages.xml_tags import MAX_DEPTH, MAX_NAME, MAX_TAGS
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm.topics import JOINTS, WHEEL_JOINTS
 
@@ -77,6 +78,16 @@ def readable(context: RuleContext) -> Iterator[Diagnostic]:
     """A file that is no URDF, or whose links and joints are no tree."""
     for use in _uses(context):
         match context.urdfs.read.get(use.path):
+            case UrdfTooLargeError(fault=fault):
+                yield Diagnostic(
+                    "URDF002",
+                    f"{use.at(fault.place)} cannot be checked: {fault.text}",
+                    use.span,
+                    label="the URDF of a robot",
+                    help=(
+                        f"the limits: {MAX_TAGS} elements, {MAX_DEPTH} levels, names of {MAX_NAME} letters",
+                    ),
+                )
             case UrdfError(fault=fault):
                 yield _faulty("URDF002", use, fault)
             case Urdf(faults=faults):
