@@ -17,6 +17,7 @@ from swarmctl.yamltext.project_files import ProjectFiles
 
 MAX_FILES = 2000  # of one package
 MAX_BYTES = 32 << 20  # of one package: a release goes to hosts over their wlan
+MAX_LEVELS = 32  # of folders within a package
 MAX_ALL_BYTES = 256 << 20  # of all packages of one workspace
 _ANY_SUFFIX = ("",)
 _HIDES = "CATKIN_IGNORE"  # beside a package.xml: the package is named by the spec, so it is delivered
@@ -127,12 +128,14 @@ def _contents(place: Path, files: ProjectFiles) -> Iterator[tuple[str, tuple[byt
         yield path.relative_to(place).as_posix(), (files.read(path), may)
 
 
-def _files_below(folder: Path, files: ProjectFiles) -> Iterator[Path]:
+def _files_below(folder: Path, files: ProjectFiles, level: int = 0) -> Iterator[Path]:
+    if level > MAX_LEVELS:
+        raise _RefusalError(f"has folders within folders beyond {MAX_LEVELS} levels, the limit for a package")
     for name in files.names(folder):
         path = folder / name
         if path.is_symlink() or name in (*BUILT, _HIDES) or name.endswith(".pyc"):
             continue
         if path.is_dir():
-            yield from _files_below(path, files)
+            yield from _files_below(path, files, level + 1)
         elif os.access(path, os.R_OK) and path.is_file():
             yield path

@@ -49,6 +49,7 @@ def test_a_python_package_travels_with_all_its_files(tmp_path: Path) -> None:
         ({"scripts/go.py": GO}, "src/nav", "has no package.xml"),
         ({"package.xml": NAV.replace(">nav<", ">navi<")}, "src/nav", "holds the package navi"),
         ({"package.xml": "<x"}, "src/nav", "names no package"),
+        ({"package.xml": NAV, f"{'d/' * 33}f": ""}, "src/nav", "beyond 32 levels"),
     ],
 )
 def test_what_cannot_travel_is_reported(
