@@ -125,6 +125,11 @@ def print_json(document: Any) -> None:
     sys.stdout.write("\n")
 
 
+def cannot_write(error: OSError, place: object) -> str:
+    """Returns what to print about an error of writing to ``place``; that of a full disk names no file."""
+    return f"cannot write {error.filename or place}: {error.strerror or error}"
+
+
 def fail(message: str, *help_lines: str, code: int = exit_codes.ERROR) -> NoReturn:
     """Print an error and how to fix it on stderr, and exit with ``code``."""
     from rich.text import Text

@@ -77,6 +77,18 @@ def replace(path: Path, content: bytes) -> None:
         console.fail(f"cannot write {path}: {error.strerror or error}")
 
 
+def create(path: Path, content: bytes) -> None:
+    """Write a new file and the folders above it; a failure leaves nothing of the file. Raises ``OSError``."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("xb") as file:
+        try:
+            file.write(content)
+            file.flush()
+        except BaseException:
+            path.unlink()
+            raise
+
+
 def _replace(path: Path, content: bytes) -> None:
     _draft(path, content).replace(path)
 

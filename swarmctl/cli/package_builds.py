@@ -97,7 +97,7 @@ def _due(
         remember_platforms(swarm.name, lab, platforms, swarm.hosts)
     except OSError as error:
         console.fail(
-            f"{error.filename} cannot be written: {error.strerror}", "free space, or set XDG_STATE_HOME"
+            console.cannot_write(error, "the platforms of the hosts"), "free space, or set XDG_STATE_HOME"
         )
     here = build_platform() if swarm.build_here else ""
     return builds_of(swarm, platforms, store().keys(), hosts, here=here)

@@ -49,7 +49,7 @@ def journal_warnings() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        console.err().print(f"warning: {error.filename} cannot be written ({error.strerror}); "
+        console.err().print(f"warning: {console.cannot_write(error, 'the journal of this swarm')}; "
                             "`plan --offline` will not include this run")  # fmt: skip
 
 

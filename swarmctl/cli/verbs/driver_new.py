@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes
+from swarmctl.cli import console, exit_codes, file_writes
 from swarmctl.cli.verbs.driver_types import Folder
 
 
@@ -42,7 +42,7 @@ def new(
             code=exit_codes.USAGE,
         )
     file = folder / "robots" / f"{name}.yaml"
-    with _readable_errors():
+    with _readable_errors(file):
         for path in (file, file.with_suffix(".py")):
             if path.exists():
                 console.fail(f"{path} exists already", "choose another name, or remove the file first")
@@ -50,10 +50,8 @@ def new(
         files = {file: robot_type_file.type_text(name, protocol, schema=schema)}
         if protocol == "python":
             files[file.with_suffix(".py")] = robot_type_file.codec_text(name)
-        file.parent.mkdir(parents=True, exist_ok=True)
         for path, text in files.items():
-            with path.open("x", encoding="utf-8") as opened:
-                opened.write(text)
+            file_writes.create(path, text.encode())
     for path in files:
         console.out().print(f"{path}: written")
     at = "" if folder == Path() else f" --dir {folder}"
@@ -72,9 +70,9 @@ def _check_name(name: str) -> None:
 
 
 @contextmanager
-def _readable_errors() -> Iterator[None]:
+def _readable_errors(file: Path) -> Iterator[None]:
     """Ends the program with the file's name and the reason where the operating system refuses an access."""
     try:
         yield
     except OSError as error:
-        console.fail(f"cannot write {error.filename}: {error.strerror or error}", "choose another --dir")
+        console.fail(console.cannot_write(error, file), "choose another --dir")

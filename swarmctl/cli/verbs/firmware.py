@@ -200,9 +200,7 @@ def _built(name: str, sketch: Sketch, out: Path, core: Path | None) -> Built:
     except toolchain.FirmwareError as error:
         console.fail(str(error), *error.help_lines)
     except OSError as error:
-        console.fail(
-            f"cannot write {error.filename or out}: {error.strerror or error}", "choose another --out"
-        )
+        console.fail(console.cannot_write(error, out), "choose another --out")
 
 
 def _entry(sketch: Sketch, one: Built) -> dict[str, Any]:

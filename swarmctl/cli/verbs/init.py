@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes
+from swarmctl.cli import complete, console, exit_codes, file_writes
 from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.cli.verbs.schema import schema_files
 
@@ -130,9 +130,7 @@ def _write(files: Mapping[Path, bytes]) -> None:
                     else f"or use this one: swarmctl validate {path}",
                 )
         for path, content in files.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
             if not path.exists():
-                with path.open("xb") as file:
-                    file.write(content)
+                file_writes.create(path, content)
     except OSError as error:
-        console.fail(f"cannot write {error.filename}: {error.strerror or error}", "choose another folder")
+        console.fail(console.cannot_write(error, path), "choose another folder")

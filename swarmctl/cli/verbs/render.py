@@ -48,9 +48,7 @@ def render(
         if not host:
             _remove_gone(out, wanted)
     except OSError as error:
-        console.fail(
-            f"cannot write {error.filename or out}: {error.strerror or error}", "choose another --out"
-        )
+        console.fail(console.cannot_write(error, out), "choose another --out")
     _report(out, named, swarm, details=details, json=json)
     if not json:
         for name, bundle in named.items():

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console
+from swarmctl.cli import console, file_writes
 
 
 class Subject(str, Enum):
@@ -54,11 +54,9 @@ def schema_files(folder: Path) -> Mapping[Path, bytes]:
 
 
 def _write(files: Mapping[Path, bytes]) -> None:
-    try:
-        for path, content in files.items():
+    for path, content in files.items():
+        try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-    except OSError as error:
-        console.fail(
-            f"cannot write {error.filename}: {error.strerror or error}", "choose another folder for --out"
-        )
+        except OSError as error:
+            console.fail(console.cannot_write(error, path), "choose another folder for --out")
+        file_writes.replace(path, content)
