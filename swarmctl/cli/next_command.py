@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable, Sequence
 
 from swarmctl.cli import console
 from swarmctl.cli.spec_args import SpecFiles
@@ -11,6 +12,21 @@ from swarmctl.cli.spec_args import SpecFiles
 def advise(verb: str, spec: SpecFiles, *more: str) -> None:
     """Print ``next: swarmctl VERB SPEC MORE``. Scripts, which have no terminal as stdout, see nothing."""
     console.show_next(spec.command(verb, *more))
+
+
+_HINTED = re.compile(r"\bswarmctl (deploy|plan|prepare|remove|status|trust)\b(?: SPEC\b)?")
+
+
+def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:
+    """Returns a function that completes the commands in a hint, so that they can be typed.
+
+    ``swarmctl trust SPEC`` becomes ``swarmctl trust lab/swarm.yaml --lab``; ``where`` chooses the hosts.
+    """
+
+    def command(found: re.Match[str]) -> str:
+        return spec.command(found[1], *(where if found[1] != "trust" else ()))  # a lab has its own keys
+
+    return lambda hint: _HINTED.sub(command, hint)
 
 
 def in_lab_errors(lines: Iterable[str], spec: SpecFiles, name: str = "") -> list[str]:

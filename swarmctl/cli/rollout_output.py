@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -33,13 +33,21 @@ def note(text: str) -> None:
 
 
 def report(
-    swarm: Swarm, found: Mapping[str, Result], absent: Sequence[str] = (), *, details: bool = False
+    swarm: Swarm,
+    found: Mapping[str, Result],
+    complete: Callable[[str], str],
+    absent: Sequence[str] = (),
+    *,
+    details: bool = False,
 ) -> None:
-    """Print the results of the hosts and a summary. ``absent``: unreachable optional hosts."""
+    """Print the results of the hosts and a summary. ``absent``: unreachable optional hosts.
+
+    ``complete`` writes the commands in hints as they can be typed.
+    """
     from swarmctl.views.equal_hosts import names_of
     from swarmctl.views.rollout import RolloutView
 
-    view = RolloutView(names_of(swarm), details=details, width=console.columns())
+    view = RolloutView(names_of(swarm), details, console.columns(), complete)
     console.out().print(view.text(found, absent))
 
 
@@ -53,12 +61,12 @@ def journal_warnings() -> Iterator[None]:
                             "`plan --offline` will not include this run")  # fmt: skip
 
 
-def warn_of_removed_hosts(hosts: Sequence[str]) -> None:
+def warn_of_removed_hosts(hosts: Sequence[str], spec: SpecFiles) -> None:
     """Warn about hosts that are no longer in the spec but still run its release."""
     for name in hosts:
         console.err().print(
             f"warning: host {name} is no longer in the spec but still runs the release deployed to it; "
-            f"add it again and run `swarmctl remove SPEC --limit {name}`, then delete it"
+            f"add it again and run `{spec.command('remove', '--limit', name)}`, then delete it"
         )
 
 

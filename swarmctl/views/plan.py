@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rich.cells import cell_len
@@ -45,6 +45,7 @@ class PlanView:
     diff: bool = False
     details: bool = False
     width: int | None = None
+    complete: Callable[[str], str] = str  # writes the commands in hints as they can be typed
 
     def text(self, shown: Plan) -> Text:
         """The summary, then the hosts, then the worst single points of failure."""
@@ -108,7 +109,7 @@ class PlanView:
         listed = hostlist.written(host.host for host in hosts)
         kind = (f"  {problems[0].kind}: ", "bold red")
         text = self._line(Text.assemble((listed, "bold"), kind, behind_names(message, listed)))
-        hint = printable(problems[0].hint)
+        hint = self.complete(printable(problems[0].hint))
         return text.append_text(self._line(Text(f"  help: {hint}", "green"), 8)) if hint else text
 
     def _step(self, kind: Kind, name: str, cause: str, target: int) -> Text:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rich.cells import cell_len
@@ -38,6 +38,7 @@ class PreparationView:
 
     names: Mapping[str, Names] = field(default_factory=dict)
     width: int | None = None
+    complete: Callable[[str], str] = str  # writes the commands in hints as they can be typed
     details: bool = False
 
     def text(self, hosts: Sequence[HostPreparation]) -> Text:
@@ -88,7 +89,7 @@ class PreparationView:
         listed = hostlist.written(one.host for one in own)
         message = behind_names(merged([printable(one.message) for one in problems], own), listed)
         text = self._line(start.append(f"{problems[0].kind}: ", "bold red").append(message), 8)
-        hint = printable(problems[0].hint)
+        hint = self.complete(printable(problems[0].hint))
         return text.append_text(self._line(Text(f"  help: {hint}", "green"), 8)) if hint else text
 
 

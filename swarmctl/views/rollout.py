@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rich.text import Text
@@ -25,6 +25,7 @@ class RolloutView:
     names: Mapping[str, Names] = field(default_factory=dict)
     details: bool = False
     width: int | None = None
+    complete: Callable[[str], str] = str  # writes the commands in hints as they can be typed
 
     def text(self, found: Mapping[str, Result], absent: Sequence[str] = ()) -> Text:
         """The hosts, failures first, then notes and the summary; ``absent``: unreachable optional hosts."""
@@ -68,7 +69,7 @@ class RolloutView:
         kind = (f"  {errors[0].kind.value}: ", "bold red")
         listed = _listed(group)
         text = self._line(Text.assemble((listed, "bold"), kind, behind_names(message, listed)))
-        hint = printable(errors[0].hint)
+        hint = self.complete(printable(errors[0].hint))
         start = Text.assemble("  ", ("help", "bold green"), ": ")
         return text.append_text(self._line(start.append(hint), 8)) if hint else text
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,17 +18,18 @@ from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
 
 MOST_SYMPTOMS = 6  # shown under one cause
-DEPLOY = "swarmctl deploy"  # as hints name it
 _WORST_FIRST = tuple(State)[::-1]
 _GLYPH = {State.OK: "✓", State.SKIPPED: "-", State.WARNING: "!", State.UNKNOWN: "?", State.BAD: "✗"}
 
 
-def status(shown: Status, *, details: bool = False, width: int | None = None, deploy: str = DEPLOY) -> Text:
+def status(
+    shown: Status, *, details: bool = False, width: int | None = None, complete: Callable[[str], str] = str
+) -> Text:
     """Summary, findings and table; equal hosts and equal causes together, unless with ``details``.
 
-    ``deploy`` is the command that deploys this spec to these hosts, for the hints.
+    ``complete`` writes the commands in hints as they can be typed.
     """
-    view = _Findings(shown, details, width, deploy)
+    view = _Findings(shown, details, width, complete)
     text = wrapped(summary(shown), width, 2).append("\n\n").append_text(view.text())
     text.append_text(status_table.table(shown.hosts, details=details, width=width))
     text.rstrip()
@@ -59,7 +60,7 @@ class _Findings:
     shown: Status
     details: bool
     width: int | None
-    deploy: str
+    complete: Callable[[str], str]
 
     @cached_property
     def _bare(self) -> set[str]:
@@ -103,7 +104,7 @@ class _Findings:
 
     def _cause(self, causes: Sequence[Finding], symptoms: Sequence[Sequence[Finding]]) -> Text:
         text = self._sentence(causes, "", "bold")
-        if hint := clean(causes[0].hint).replace(DEPLOY, self.deploy):
+        if hint := self.complete(clean(causes[0].hint)):
             line = Text.assemble("    ", ("help", "bold green"), f": {hint}")
             text.append_text(wrapped(line, self.width, 10)).append("\n")
         most = len(symptoms) if self.details else MOST_SYMPTOMS

@@ -31,9 +31,10 @@ from tests.cli.test_width import Terminal
 from tests.health.swarm_values import HOSTS, all_well, nothing_deployed
 
 COMMAND = re.compile(r"(?:next: |then run: |help: run `?|(?<!  )help: `)(swarmctl [^`\n]+)")
+HINTED = re.compile(r"help: [^\n]*?`(swarmctl [^`\n]+)`")
 AWAY = HostError(Kind.UNREACHABLE, "no answer")
 LOST = HostError(Kind.LOST, "the connection was lost")
-NEW_KEY = HostError(Kind.HOST_KEY, "has no pinned key")
+NEW_KEY = HostError(Kind.HOST_KEY, "has no pinned key", "`swarmctl trust SPEC` shows the keys of new hosts")
 UNFIT = HostError(Kind.UNFIT, "it lacks rospy", "`swarmctl prepare` installs it")
 STEP = Step(StepKind.START, "swarm-newswarm.k3.service", "new")
 
@@ -160,6 +161,30 @@ def test_after_a_rollout(
     monkeypatch.setattr(rollout, "remove", remove)
     found = screen.typed(verb)
     assert found == [f"swarmctl {one}" for one in printed], screen.shown
+    for line in (*found, *HINTED.findall(screen.shown)):
+        check(line)
+
+
+@pytest.mark.usefixtures("hosts")
+@pytest.mark.parametrize(
+    ("error", "verb", "hint"),
+    [
+        (NEW_KEY, "deploy -f swarm.yaml -f night.yaml", "trust swarm.yaml -f night.yaml"),
+        (NEW_KEY, "deploy", "trust"),
+        (UNFIT, "deploy --lab-name b", "prepare --lab-name b"),
+        (UNFIT, 'deploy "lab\'s spec.yaml" --limit k3-pi', 'prepare "lab\'s spec.yaml" --limit k3-pi'),
+    ],
+)
+def test_the_hints_of_hosts_can_be_typed(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch, error: HostError, verb: str, hint: str
+) -> None:
+    def deploy(wanted: Any, *_: Any, **__: Any) -> Iterator[Finished[Any]]:
+        yield from (Finished(name, error, 0.1) for name in wanted)
+
+    monkeypatch.setattr(rollout, "deploy", deploy)
+    screen.typed(verb)
+    found = HINTED.findall(screen.shown)
+    assert shlex.split(found[0]) == ["swarmctl", *shlex.split(hint)], screen.shown
     for line in found:
         check(line)
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
+from swarmctl.cli.next_command import completing
+from swarmctl.cli.spec_args import SpecFiles
 from swarmctl.plan.plan import Kind, Step
 from swarmctl.views import lab
 from swarmctl.views.plan import PlanView
@@ -124,7 +127,8 @@ def test_details_show_a_row_for_every_host() -> None:
 
 def test_hosts_without_a_release_are_one_cause_in_front() -> None:
     bare = {name: nothing_deployed(one) for name, one in fleets.answers(40).items()}
-    lines = status(fleets.seen(40, bare | AWAY), deploy="swarmctl deploy fleet.yaml --lab").plain.splitlines()
+    complete = completing(SpecFiles((Path("fleet.yaml"),)), ["--lab"])
+    lines = status(fleets.seen(40, bare | AWAY), complete=complete).plain.splitlines()
     assert lines[2:5] == [
         "✗ release desk, tb-[001-002,006-008,010-040]: nothing is deployed",
         "    help: run swarmctl deploy fleet.yaml --lab",

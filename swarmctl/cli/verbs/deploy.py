@@ -38,6 +38,7 @@ def deploy(
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
     wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
+    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     place = journal.folder(swarm.name)
     secrets = options.secrets(spec, wanted)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
@@ -52,16 +53,15 @@ def deploy(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        rollout_output.report(swarm, found, absent, details=details)
+        rollout_output.report(swarm, found, next_command.completing(spec, where), absent, details=details)
     if not options.in_lab(lab, lab_name):
         forgotten_lab.guess("deploy", spec, swarm.name, rollout_output.errors(found), limit)
         done = [name for name, result in found.items() if isinstance(result, rollout.Outcome)]
         with rollout_output.journal_warnings():
             for name in done:
                 journal.remember(place, name, wanted[name].digest, wanted[name].manifest)
-            rollout_output.warn_of_removed_hosts(journal.left(place, swarm.hosts))
+            rollout_output.warn_of_removed_hosts(journal.left(place, swarm.hosts), spec)
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
     if not json and lacking:
         console.err().print(f"help: `{spec.command('prepare', *where)}` makes {lacking} fit")

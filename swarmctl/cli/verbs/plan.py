@@ -65,12 +65,13 @@ def plan(
     if json:
         console.print_json(made.to_json())
     else:
-        view = PlanView(names_of(swarm), diff=diff, details=details, width=console.columns())
+        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+        complete = next_command.completing(spec, where)
+        view = PlanView(names_of(swarm), diff, details, console.columns(), complete)
         console.out().print(view.text(made))
         if not options.in_lab(lab, lab_name):
             kinds = [host.problem.kind for host in made.problems if host.problem]
             forgotten_lab.guess("plan", spec, swarm.name, kinds, limit)
-        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
         _advise(made, spec, where, in_lab=options.in_lab(lab, lab_name))
     optional = {host.name for host in swarm.hosts.values() if host.optional}
     raise typer.Exit(exit_code(made, optional, detailed_exitcode))

@@ -60,6 +60,7 @@ def prepare(
     wanted = {name: needs_of(swarm, swarm.hosts[name], made[name]) for name in names}
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    complete = next_command.completing(spec, where)
     optional = {name for name in names if swarm.hosts[name].optional}
 
     def observe() -> tuple[HostPreparation, ...]:
@@ -70,7 +71,7 @@ def prepare(
         if json:
             console.print_json({"v": 1, "swarm": swarm.name, "hosts": [host.to_json() for host in seen]})
         else:
-            view = PreparationView(names_of(swarm), details=details, width=console.columns())
+            view = PreparationView(names_of(swarm), console.columns(), complete, details)
             console.out().print(view.text(seen))
         if plan or not any(host.steps for host in seen):
             code = exit_code(seen, optional)
@@ -89,7 +90,7 @@ def prepare(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        rollout_output.report(swarm, found, absent, details=details)
+        rollout_output.report(swarm, found, complete, absent, details=details)
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if code == exit_codes.OK and not json:
         next_command.advise("deploy", spec, *where)

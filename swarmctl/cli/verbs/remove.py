@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, options, rollout_output, selected
+from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, rollout_output, selected
 
 
 def remove(
@@ -37,7 +37,8 @@ def remove(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        rollout_output.report(swarm, found, details=details)
+        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+        rollout_output.report(swarm, found, next_command.completing(spec, where), details=details)
     if not options.in_lab(lab, lab_name):
         forgotten_lab.guess("remove", spec, swarm.name, rollout_output.errors(found), limit)
         with rollout_output.journal_warnings():

@@ -41,19 +41,19 @@ def status(
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
-    deploy = spec.command("deploy", *where)
+    complete = next_command.completing(spec, where)
     look = _look(spec, limit, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
     if watch and json:
         _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
     elif watch:
-        _watch(look, every, details=details, deploy=deploy)
+        _watch(look, every, details=details, complete=complete)
     seen = _observed(look)
     if json:
         console.print_json(seen.to_json())
     else:
         from swarmctl.views import status as view
 
-        console.out().print(view.status(seen, details=details, width=console.columns(), deploy=deploy))
+        console.out().print(view.status(seen, details=details, width=console.columns(), complete=complete))
         if not options.in_lab(lab, lab_name):
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
             forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
@@ -117,12 +117,12 @@ def _observed(look: Look) -> Status:
         return look()
 
 
-def _watch(look: Look, every: float, *, details: bool, deploy: str) -> NoReturn:
+def _watch(look: Look, every: float, *, details: bool, complete: Callable[[str], str]) -> NoReturn:
     """Print each round: in place on a terminal, elsewhere one block after the other."""
     from swarmctl.views import status as view
 
     def text(seen: Status) -> Text:
-        return view.status(seen, details=details, width=console.columns(), deploy=deploy)
+        return view.status(seen, details=details, width=console.columns(), complete=complete)
 
     if not console.out().is_terminal:
         _each_round(look, every, lambda seen: console.out().print(text(seen), end="\n\n"))
