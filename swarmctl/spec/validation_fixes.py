@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from swarmctl.diagnostics import Fix
-from swarmctl.field_types import MESSAGE_TYPE, NAMESPACE
+from swarmctl.field_types import MESSAGE_TYPE, NAMESPACE, ROBOT_TYPE_NAME
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.link_model import KINDS
@@ -43,6 +43,7 @@ _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 _LETTERS = re.compile("[a-z0-9]+", re.ASCII)
 _ONE_WORD = re.compile("@?[A-Za-z0-9_./:~-]+", re.ASCII)  # `@lab` is a group
 _RESPELT = re.compile("[A-Za-z0-9_. -]+", re.ASCII)
+_CAPITAL = re.compile("(?<=[a-z0-9])(?=[A-Z])")  # that begins a word, as in `ArduinoRover`
 _DIGITS = re.compile("[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 # A message type as ROS 2, Python, C++ and file names write it.
@@ -64,7 +65,13 @@ def _namespace(given: str) -> str:
     return space if re.fullmatch(NAMESPACE, space) else ""
 
 
-_RESPELLED = {MESSAGE_TYPE: _message_type, NAMESPACE: _namespace}
+def _robot_type(given: str) -> str:
+    """Returns the name of a robot type as files have it; empty if there is none: `arduino-rover`."""
+    name = re.sub("[ _-]+", "-", _CAPITAL.sub("-", given.strip())).lower()
+    return name if re.fullmatch(ROBOT_TYPE_NAME, name) else ""
+
+
+_RESPELLED = {MESSAGE_TYPE: _message_type, NAMESPACE: _namespace, ROBOT_TYPE_NAME: _robot_type}
 
 
 def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:

@@ -32,6 +32,7 @@ FIXED = [
     ("hosts", "desk: {address:", "desk: {adress:"),
     ("hosts", "raspberry-pi-3b", "rasberry-pi-3b"),
     ("robots", "type: epuck2", "type: epuk2"),
+    ("robots", "type: arduino-rover", "type: ArduinoRover"),
     ("robots", 'host: "p3-[01-10]", settings:', 'host: "p3-[01-10]", setings:'),
     ("robots", "{linear: 0.4}", '{linear: "0,4"}'),
     ("links", "kind: wlan", "kind: wifi"),
@@ -41,6 +42,7 @@ GUESSED = [
     ("swarm", 'of: ["@ground"]', 'of: ["@gruond"]'),
     ("swarm", '"type:turtlebot3-burger"', '"type:turtlebot3-burgr"'),
     ("swarm", '"!uav"', '"-uav"'),
+    ("swarm", 'of: ["@turtles"]', "of: [turtles]"),
     ("swarm", '"p3-[06-10]"', '"p3-[10-06]"'),
     ("swarm", "by: circle-rovers", "by: circle-rover"),
     ("robots", 'host: "p3-[01-10]"', 'host: "p3-[01-10"'),
@@ -50,7 +52,6 @@ GUESSED = [
 LEFT = [
     ("swarm", "  turtles:", "\tturtles:"),
     ("swarm", "of: [uav], priority", "of: [uav] priority"),
-    ("swarm", 'of: ["@turtles"]', "of: [turtles]"),
     ("swarm", '"tb3-[11-20]"', '"tb3-[11-30]"'),
     ("hosts", "  uav-pi:", "  uav-board:"),
     ("hosts", "192.168.77.171", "192.168.77.151"),

@@ -56,8 +56,11 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
             meant = Guess((host,)) if host else likely.guess(word, words[what], loc)
             of_robot = (f"`{word}` is a robot; its host is `{host}`",) if host else ()
             help_ = unread.get(word) if what == "robot type" else None
+            fix = None if help_ else _fix(likely, word, loc, meant, used[word])
             if word in sets and loc[-2:-1] in (("hosts",), ("of",)):
                 help_ = f"write `@{word}` in quotes: it is a group or label"
+                edits = replace_value(context.source, loc, f"@{word}")
+                fix = make_fix(f"write `@{word}`", edits, safe=False)
             yield Diagnostic(
                 "REF001",
                 f"unknown {what} `{word}`",
@@ -68,7 +71,7 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
                     if help_
                     else of_robot or of_range or suggestion(meant, words[what], f"known {what}s")
                 ),
-                fix=None if help_ else _fix(likely, word, loc, meant, used[word]),
+                fix=fix,
             )
 
 
