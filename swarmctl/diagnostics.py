@@ -48,6 +48,11 @@ class Note:
     text: str
 
 
+def note_of_other(other: Span, span: Span) -> tuple[Note, ...]:
+    """Returns the note for the second of two places; none if it is the place of the diagnostic itself."""
+    return (Note(other, "the other one"),) if other != span else ()
+
+
 @dataclass(frozen=True)
 class Edit:
     """What stands in ``span`` becomes ``text``; a span whose end is its start inserts.

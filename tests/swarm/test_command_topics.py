@@ -12,10 +12,11 @@ from swarmctl.analysis.host_load import host_budgets
 from swarmctl.analysis.network_load import network_budgets
 from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.runner import lint
-from swarmctl.spec.load import Document, load
+from swarmctl.spec.load import load
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import Swarm
+from tests.swarm.documents import read
 
 SPEC = """
 version: 1
@@ -54,17 +55,9 @@ time: {root: base}
 """
 
 
-def read(folder: Path, text: str = SPEC) -> Document:
-    path = folder / "swarm.yaml"
-    path.write_text(text, "utf-8")
-    document, found = load([path])
-    assert document is not None, found
-    return document
-
-
 @pytest.fixture(scope="module")
 def index(tmp_path_factory: pytest.TempPathFactory) -> SwarmIndex:
-    return SwarmIndex(read(tmp_path_factory.mktemp("swarm")))
+    return SwarmIndex(read(tmp_path_factory.mktemp("swarm"), SPEC))
 
 
 @pytest.fixture(scope="module")

@@ -24,11 +24,12 @@ from swarmctl.rules.runner import lint
 from swarmctl.scaffold.starting_spec import starting_spec
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.link_model import Radio
-from swarmctl.spec.load import Document, load
+from swarmctl.spec.load import load
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import ForeignDriver, Swarm
+from tests.swarm.documents import read
 
 SPEC = """
 version: 1
@@ -59,17 +60,9 @@ silence:
 """
 
 
-def read(folder: Path, text: str = SPEC) -> Document:
-    path = folder / "swarm.yaml"
-    path.write_text(text, "utf-8")
-    document, found = load([path])
-    assert document is not None, found
-    return document
-
-
 @pytest.fixture(scope="module")
 def index(tmp_path_factory: pytest.TempPathFactory) -> SwarmIndex:
-    return SwarmIndex(read(tmp_path_factory.mktemp("swarm")))
+    return SwarmIndex(read(tmp_path_factory.mktemp("swarm"), SPEC))
 
 
 @pytest.fixture(scope="module")

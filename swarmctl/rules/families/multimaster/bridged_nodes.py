@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.packages.launched_nodes import named_nodes
 from swarmctl.rules.launch_uses import LaunchUse
@@ -66,7 +66,7 @@ def _finding(own: _Started, other: _Started, topic: str, to: str) -> Diagnostic:
         f"`{topic}` brings {nodes} of {own.owner} to island `{to}`, {has} the same name",
         own.span,
         label="the master there shuts one of them down",
-        notes=(Note(other.span, "the other one"),) if other.span != own.span else (),
+        notes=note_of_other(other.span, own.span),
         help=(
             "give each a namespace of its own: robot: ..., or namespace: ...",
             "a leading `/` of its name in the launch file keeps it out of namespaces: remove it",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.programs.declarations import IDENTITY
 from swarmctl.swarm import names
@@ -32,7 +32,7 @@ def node_names(context: RuleContext) -> Iterator[Diagnostic]:
                     f"{use.owner} {started}, a name that {owner} has",
                     span,
                     label="the older node is shut down",
-                    notes=(Note(place, "the other one"),) if place != span else (),
+                    notes=note_of_other(place, span),
                     help=(
                         "remove the leading `/` of its name or `ns`: then it follows the robot's namespace"
                         if use.is_driver

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.diagnostics import Diagnostic, note_of_other
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.launch_uses import LaunchUse
 from swarmctl.swarm.names import driver_node, resolved
@@ -37,7 +37,7 @@ def shared_frames(context: RuleContext) -> Iterator[Diagnostic]:
                 f"{earlier.owner} and {use.owner} start one launch file with {shared}",
                 span,
                 label="their frames have the same names",
-                notes=(Note(other, "the other one"),) if other != span else (),
+                notes=note_of_other(other, span),
                 help=(f'set them apart: args: {{{name}: "{placeholder}"}}',),
             )
 

@@ -144,15 +144,13 @@ def frames(context: RuleContext) -> Iterator[Diagnostic]:
     for use, urdf in _valid(context):
         for robot in use.robots:
             if (problem := _misfit(context, robot, urdf)) is not None:
-                message, place, repair = problem
-                yield Diagnostic(
-                    "URDF005",
-                    f"{use.at(place)}: {message}",
-                    use.span,
-                    label=use.owner,
-                    help=(repair,),
-                )
+                yield _unfit("URDF005", use, *problem)
                 break
+
+
+def _unfit(code: str, use: _Use, message: str, place: Place, repair: str) -> Diagnostic:
+    """The finding about a place in a URDF that does not fit its robots."""
+    return Diagnostic(code, f"{use.at(place)}: {message}", use.span, label=use.owner, help=(repair,))
 
 
 def _misfit(context: RuleContext, robot: str, urdf: Urdf) -> tuple[str, Place, str] | None:
@@ -208,13 +206,7 @@ def meshes(context: RuleContext) -> Iterator[Diagnostic]:
         for one in urdf.resources:
             if (problem := _lost(context, one)) is not None:
                 message, repair = problem
-                yield Diagnostic(
-                    "URDF006",
-                    f"{use.at(one.place)}: {message}",
-                    use.span,
-                    label=use.owner,
-                    help=(repair,),
-                )
+                yield _unfit("URDF006", use, message, one.place, repair)
 
 
 def _lost(context: RuleContext, one: Resource) -> tuple[str, str] | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.topics.rules import bridged
 from swarmctl.swarm.command_topics import COMMAND
@@ -46,7 +46,7 @@ def absolute_topics(context: RuleContext) -> Iterator[Diagnostic]:
                 f"{earlier.owner} and {one.owner} both {one.verb} `{one.topic}`{one.where}",
                 one.span,
                 label="an absolute name does not follow the namespace",
-                notes=(Note(earlier.span, "the other one"),) if earlier.span != one.span else (),
+                notes=note_of_other(earlier.span, one.span),
                 help=("remove the leading `/` there, so that each robot has its own topic",)
                 if one.where
                 else (f"move it into the namespace: remap: {{{one.topic}: {name}}}",),
