@@ -106,7 +106,7 @@ def _topics(program: Launched, seen: LaunchedSeen) -> Iterator[Verdict]:
             if not known:
                 yield Verdict(state, f"none of its nodes {verb} {topic}", _HINT)
             elif not known & {kind, "*", ""}:
-                yield checks.bad(f"{topic} has type {known.pop()} instead of {kind}", _HINT)
+                yield checks.bad(f"{topic} has type {min(known)} instead of {kind}", _HINT)
 
 
 def publisher(topic: str, seen: LaunchedSeen | None) -> NodeSeen | None:

@@ -97,7 +97,9 @@ def planned(
     seen: Collection[HostPreparation], builds: Collection[Build], problems: Mapping[str, Problem]
 ) -> tuple[HostPreparation, ...]:
     """Returns the preparations with the builds as steps of their builders, and with the problems."""
-    steps = {build.builder: build.steps for build in builds}
+    steps: dict[str, tuple[Step, ...]] = {}
+    for build in builds:
+        steps[build.builder] = (*steps.get(build.builder, ()), *build.steps)
     here = [HostPreparation(HERE, steps[HERE])] if HERE in steps else []
     return (
         *here,

@@ -56,6 +56,18 @@ def test_a_platform_without_a_builder_is_named(swarm: Swarm) -> None:
     assert problems["pi"].hint == f"name a host of {UBUNTU} under `ros.builders`; laptop is none"
 
 
+def test_a_builder_shows_what_it_builds_for_a_host_without_ros_too(swarm: Swarm) -> None:
+    """It builds for the ROS that the host gets first."""
+    bare = DEBIAN.replace("-ros-1.15.15", "")
+    builds, _ = builds_of(swarm, {"laptop": DEBIAN, "pi": bare}, (), tuple(ALL))
+    laptop, pi = planned([HostPreparation("laptop"), HostPreparation("pi")], builds, {})
+    assert [step.cause for step in laptop.steps] == [
+        f"packages.nav, for laptop ({DEBIAN})",
+        f"packages.nav, for pi ({bare})",
+    ]
+    assert not pi.steps
+
+
 def test_a_host_with_another_ros_gets_no_build_of_the_builder(swarm: Swarm) -> None:
     newer = DEBIAN.replace("1.15.15", "1.16.0")
     (build,), problems = builds_of(swarm, {"laptop": DEBIAN, "pi": newer}, (), tuple(ALL))
