@@ -164,6 +164,15 @@ def test_a_warning_is_a_note_and_holds_nobody(hosts: dict[str, FakeHost], tmp_pa
     assert note.startswith("PKG009: the launch file of program `left` uses undeclared packages: `away` (k3:/")
 
 
+def test_a_host_fills_no_screen_with_packages(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
+    nodes = (f'<node pkg="p{number}" type="t" name="n{number}"/>' for number in range(500))
+    put(hosts["k3"], talking__eyes=f"<launch>{''.join(nodes)}</launch>")
+    (note,) = planned(hosts, document(tmp_path, LEFT % "")).hosts[1].notes
+    assert "`p0`, `p1`" in note
+    assert "`p19` and 480 more" in note
+    assert len(note) < 1000
+
+
 def test_too_many_files_are_not_checked_and_that_is_noted(hosts: dict[str, FakeHost], tmp_path: Path) -> None:
     chain = {
         f"talking__{number}": f'<launch><include file="$(find talking)/launch/{number + 1}.launch"/></launch>'

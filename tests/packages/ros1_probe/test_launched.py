@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import subprocess
 import sys
 import textwrap
@@ -9,9 +11,10 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
-from swarm_agent import unit_history, unit_journal
+from swarm_agent import processes, unit_history, unit_journal
 from swarm_agent.errors import FailedError
 from swarm_agent.processes import Process
 from swarm_agent.unit_journal import Message
@@ -106,6 +109,17 @@ def test_a_roslaunch_that_is_gone_costs_its_unit_only(graph: str, monkeypatch: p
         gone.wait()
     answer = probed(graph, gone.pid, monkeypatch)
     assert "No such file" in answer["launched"][UNIT]["error"]
+    assert answer["master"]["reachable"]
+
+
+@pytest.mark.parametrize("lists", ["[]", "[[], [], []]", "5", "[5, []]", "[[5], []]"])
+def test_an_answer_that_is_not_that_of_roslaunch_costs_its_unit_only(
+    lists: str, graph: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with served({"list_processes": lambda: [1, "processes", json.loads(lists)]}) as uri:
+        monkeypatch.setattr(processes, "listening_ports", lambda _: [urlsplit(uri).port])
+        answer = probed(graph, os.getpid(), monkeypatch)
+    assert answer["launched"][UNIT]["error"] == "the answer of roslaunch makes no sense"
     assert answer["master"]["reachable"]
 
 

@@ -10,6 +10,8 @@ from swarmctl.rules.families.programs.declarations import IDENTITY
 from swarmctl.swarm import names
 from swarmctl.yamltext.source import Loc
 
+_MOST_NAMED = 20  # packages in one message; a launch file on a host may name any number
+
 
 @rule("PKG008", ros1=True)
 def node_names(context: RuleContext) -> Iterator[Diagnostic]:
@@ -72,14 +74,16 @@ def undeclared_packages(context: RuleContext) -> Iterator[Diagnostic]:
         if missing and (span, of) not in seen:
             seen.add((span, of))
             who = "driver" if use.is_driver else "program"
-            listed, place = ", ".join(f"`{one}`" for one in missing), use.launched.packages[missing[0]]
+            place, named = use.launched.packages[missing[0]], missing[:_MOST_NAMED]
+            more = f" and {len(missing) - len(named)} more" if len(missing) > len(named) else ""
+            listed = ", ".join(f"`{one}`" for one in named) + more
             yield Diagnostic(
                 "PKG009",
                 f"the launch file of {use.owner} uses undeclared packages: {listed} ({place})",
                 span,
                 label="may be missing on the host",
                 help=(
-                    f"add it to the {who}: requires: [{', '.join(missing)}]",
+                    f"add it to the {who}: requires: [{', '.join(named)}]",
                     "or as <exec_depend> to package.xml",
                 ),
             )

@@ -93,8 +93,9 @@ async def _by_roslaunch(pid: int) -> tuple[dict[str, int], dict[str, int]]:
     ports = processes.listening_ports(pid)
     if not ports:
         raise PeerError("roslaunch does not listen yet")
-    active, dead = await client.call_plainly(f"http://127.0.0.1:{ports[0]}/", "list_processes")
+    lists = await client.call_plainly(f"http://127.0.0.1:{ports[0]}/", "list_processes")
     try:
+        active, dead = lists
         return _starts(active), _starts(dead)
     except (TypeError, ValueError, LookupError):
         raise PeerError("the answer of roslaunch makes no sense") from None
