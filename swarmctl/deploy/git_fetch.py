@@ -109,7 +109,11 @@ def fetch(address: str, commit: str, place: Path) -> None:
                 "`git ls-remote` lists what it has; was the commit pushed?",
             ) from error
         _extract(archive, files, address)
-        files.replace(place)
+        try:
+            files.replace(place)
+        except OSError:
+            if not place.is_dir():  # another run has fetched it meanwhile
+                raise
     _remove_oldest(place)
 
 

@@ -69,6 +69,15 @@ def test_a_fetched_commit_needs_no_network(
     assert loaded(files)[0] is not None
 
 
+def test_two_runs_may_fetch_one_commit(repository: tuple[Path, str]) -> None:
+    folder, commit = repository
+    place = checkout_of(str(folder), commit)
+    for _ in range(2):  # the second one finds the files of the first only at its end
+        fetch(str(folder), commit, place)
+    assert sorted(one.name for one in place.iterdir()) == ["README.md", "src"]
+    assert list(checkouts().iterdir()) == [place]
+
+
 def test_what_cannot_be_fetched_is_an_error(tmp_path: Path, repository: tuple[Path, str]) -> None:
     folder, commit = repository
     for address, wanted, reason in (
