@@ -232,3 +232,34 @@ def test_keys_of_a_terminal_reach_the_program_and_a_ctrl_c_once(master: Master) 
     assert os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) == 0
     assert shown.count(b"interrupted") == 1
     os.close(terminal)
+
+
+#: A node of roscpp is like this: it closes what it has open after SIGINT, and SIGTERM kills it.
+NODE = """
+import signal, sys, time
+def close(*_):
+    time.sleep(float(sys.argv[1]))
+    print("closed", flush=True)
+    sys.exit(0)
+signal.signal(signal.SIGINT, close)
+print("ready", flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_program_that_handles_only_ctrl_c_closes_its_files(master: Master) -> None:
+    with client(master, "--forever", sys.executable, "-c", NODE, "0") as running:
+        assert line(running) == "ready"
+        running.send_signal(signal.SIGTERM)
+        assert running.wait(PATIENCE) == 0
+        assert output_of(running) == "closed\n"
+
+
+def test_what_a_stopped_program_leaves_behind_closes_its_files(master: Master, tmp_path: Path) -> None:
+    """A shell ends at once, as `rosbag` does; the recorder of a large bag takes seconds."""
+    (tmp_path / "node.py").write_text(NODE)
+    with client(master, "bash", "-c", f"{sys.executable} {tmp_path}/node.py 4; echo went on") as running:
+        assert line(running) == "ready"
+        running.send_signal(signal.SIGTERM)
+        assert running.wait(PATIENCE) == 143
+        assert output_of(running) == "closed\n"
