@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 
 from swarmctl.analysis.ip_link_load import ip_link_budgets
 from swarmctl.analysis.rosserial_load import message_bytes
 from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
 from swarmctl.spec.model import Control
+from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.recordings import Recording, recording_of
 
 # Mbit/s between two hosts. 802.11g carries about 22, and a packet goes to the access point and on from there;
 # a Raspberry Pi up to 3B has fast ethernet, 94 with TCP.
@@ -89,8 +91,9 @@ def _flows(index: SwarmIndex) -> Iterator[Flow]:
     """What is published on one host and subscribed to on another, with a known rate and size."""
     subscribers = _subscribers(index)
     rates = command_rates(index)
+    declared = {(one.topic, one.host) for one in index.endpoints if one.publishes and one.rate}
     for control in index.spec.control:
-        yield from _command_flows(index, control, rates)
+        yield from _command_flows(index, control, rates, subscribers, declared)
     for one in index.endpoints:
         size = message_bytes(one.type, one.size) if one.publishes and one.rate else None
         if size is not None and one.rate is not None:
@@ -103,6 +106,7 @@ def _subscribers(index: SwarmIndex) -> Subscribers:
     """The hosts of the programs that subscribe to each topic.
 
     If no program on an island subscribes to a topic that `multimaster.topics` sends there, its hub counts.
+    A `rosbag record` subscribes to what it selects among the topics of its island.
     """
     found: dict[str, set[str]] = {}
     for one in index.endpoints:
@@ -115,16 +119,53 @@ def _subscribers(index: SwarmIndex) -> Subscribers:
         for island in (islands[to] for to in declared.to if to in islands):
             if hosts.isdisjoint(island.hosts):
                 hosts.add(island.hub)
+    for host, recording in _recordings(index):
+        for topic in filter(recording.takes, _known_at(index, host)):
+            found.setdefault(topic, set()).add(host)
     return found
 
 
-def _command_flows(index: SwarmIndex, control: Control, rates: Mapping[str, float]) -> Iterator[Flow]:
+def _recordings(index: SwarmIndex) -> Iterator[tuple[str, Recording]]:
+    """Every `rosbag record` with its host."""
+    for name, program in index.spec.programs.items():
+        host, namespace = index.program_hosts[name], index.program_namespaces[name]
+        given = {"swarm": index.spec.name, "program": name, "host": host, "robot": program.robot}
+        values = {**{key: one for key, one in given.items() if one}, "namespace": namespace.strip("/")}
+        recording = recording_of(program, index.program_nodes[name], values)
+        if recording is not None and host is not None and host in index.home:
+            yield host, recording
+
+
+def _known_at(index: SwarmIndex, host: str) -> Iterator[str]:
+    """The topics at the master of ``host``, by full name: published on its island, or bridged to it."""
+    island = index.home[host]
+    yield from (one.topic for one in index.endpoints if one.publishes and one.host in island.hosts)
+    for name, namespace in index.namespaces.items():
+        if index.driving[name] in island.hosts:
+            own = (one.name for one in index.driver_topics(name) if not one.name.startswith("/"))
+            yield from (f"{namespace}/{one}" for one in own)
+            if (command := index.command_topics.get(name)) is not None:
+                yield command.topic
+    yield from (one.topic for one in bridges_of(index) if island.name in one.to)
+
+
+def _command_flows(
+    index: SwarmIndex,
+    control: Control,
+    rates: Mapping[str, float],
+    subscribers: Subscribers,
+    declared: Container[tuple[str, str]],
+) -> Iterator[Flow]:
+    """Commands to the drivers, and to other subscribers unless a program declares this topic on this host."""
     origin = index.commander_host(control.by)
     for robot in control.of:
         to, command = index.driving[robot], index.command_topics.get(robot)
-        if origin is not None and to is not None and origin != to and command is not None:
-            size = message_bytes(command.type, None) or 0
-            yield Flow(command.topic, origin, to, rates.get(robot, COMMAND_RATE) * on_the_wire(size))
+        if origin is not None and to is not None and command is not None:
+            size, rate = message_bytes(command.type, None) or 0, rates.get(robot, COMMAND_RATE)
+            if origin != to:
+                yield Flow(command.topic, origin, to, rate * on_the_wire(size))
+            if (command.topic, origin) not in declared:
+                yield from _flows_of(command.topic, origin, subscribers, rate, size)
 
 
 def _sensor_flows(index: SwarmIndex, subscribers: Subscribers) -> Iterator[Flow]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
 
+from swarmctl.ros_packages.conditions import holds
 from swarmctl.ros_packages.message_definitions import (
     Definition,
     DefinitionError,
@@ -211,4 +212,7 @@ def package_of(folder: str, files: Mapping[str, bool], contents: Mapping[str, by
 
 
 def _texts(tags: Iterable[Tag], names: tuple[str, ...]) -> list[str]:
-    return [tag.text.strip() for tag in tags if tag.name in names]
+    """The texts of the tags that apply to ROS 1."""
+    return [
+        tag.text.strip() for tag in tags if tag.name in names and holds(tag.attributes.get("condition", ""))
+    ]

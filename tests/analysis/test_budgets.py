@@ -248,6 +248,63 @@ multimaster: {provider: static, topics: [{topic: /k/odom, to: [b]}]}
     assert [one.host for one in counted.hosts if "multimaster" in dict(one.parts)] == ["b"]
 
 
+RECORDED = """version: 1
+name: taped
+mode: {mode}
+{hub}
+hosts: {{a: {{address: 10.0.0.1}}, b: {{address: 10.0.0.2}}, c: {{address: 10.0.0.3}}}}
+robots: {{k: {{type: khepera3, host: a, settings: {{rates: {{odom: 10.0}}}}}}}}
+links:
+  - {{kind: wlan, name: air, hosts: [a, b, c]}}
+  - {{kind: serial, host: a, robot: k, usb: {{serial: A1}}}}
+control: [{{by: go, of: [k]}}]
+programs:
+  go: {{host: c, command: [python3, go.py]}}
+  record: {{host: b, robot: k, {words}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "topics"),
+    [
+        ("command: [rosbag, record, -a, --split, --size=1024, -o, /home/robot/x]", None),
+        ('command: [/usr/bin/rosbag, record, --size, "9", odom, -O/tmp/odom, /k/joint_states]',
+         {"/k/odom", "/k/joint_states"}),
+        ('command: [rosbag, record, -e, "/.*/od.*m", "/{robot}/cmd_vel"]', {"/k/odom", "/k/cmd_vel"}),
+        ('command: [rosbag, record, -ax, "/k/(odom|joint.*|prox.*|infra.*|cmd_vel|batt.*)"]', {"/k/ground"}),
+        ("package: rosbag, executable: record, args: [/k/odom]", {"/k/odom"}),
+        ("package: rosbag, executable: play, args: [/k/odom]", set()),
+        ('command: [rosbag, record, -e, "(/.*)*odom"]', set()),  # matching may take for ever: left out
+        ('command: [rosbag, record, -e, "*("]', set()),
+    ],
+)  # fmt: skip
+def test_a_recording_loads_the_network_with_what_it_selects(words: str, topics: set[str] | None) -> None:
+    flows = recorded("central", "hub: a", words)
+    assert all(size > 0 for size in flows.values())
+    if topics is None:
+        topics = {"/k/odom", "/k/joint_states", "/k/cmd_vel"}
+        assert topics < set(flows)
+        odom = 10 * on_the_wire(7 * 8 + 6 * 8 + 2 * 36 * 8 + 12 + 12 + len("k/odom") + len("k/base_link"))
+        assert flows["/k/odom"] == pytest.approx(odom, rel=0.1)
+    else:
+        assert {one for one in flows if "ground/" not in one} == topics
+
+
+def test_a_recording_has_what_reaches_its_island() -> None:
+    words = "command: [rosbag, record, -a, -o, x]"
+    assert recorded("standalone", "", words) == {}
+    bridge = "multimaster: {provider: static, topics: [{topic: /k/odom, to: [b]}]}"
+    assert set(recorded("standalone", bridge, words)) == {"/k/odom"}
+
+
+def recorded(mode: str, more: str, words: str) -> dict[str, float]:
+    """Bytes per second to the host of the recording, by topic."""
+    document, found = load_text(RECORDED.format(mode=mode, hub=more, words=words), "x.yaml", load_catalog())
+    assert document is not None, found
+    [network] = network_budgets(SwarmIndex(document))
+    return {flow.topic: flow.bytes_per_second for flow in network.flows if flow.to == "b"}
+
+
 def test_a_topic_used_on_its_own_host_loads_no_network() -> None:
     text = (spec(BROKEN, "camera-over-wlan")).read_text("utf-8")
     for host, crossing in (("laptop", 963646 * 30), ("pi", 0)):

@@ -17,6 +17,31 @@ def test_dependencies_of_every_kind_count() -> None:
 
 
 @pytest.mark.parametrize(
+    ("condition", "counts"),
+    [
+        ("", True),
+        ("$ROS_VERSION == 1", True),
+        ("$ROS_VERSION == 2", False),
+        ("$ROS_VERSION != 2 and $ROS_PYTHON_VERSION == '3'", True),
+        ("$ROS_VERSION == 2 and $ROS_DISTRO == humble", True),  # the host decides
+        ("($ROS_VERSION == 1 or $ROS_VERSION == 2) and ($ROS_PYTHON_VERSION &lt; 3)", False),
+        ("$ROS_VERSION == 2 or $ROS_VERSION == 2 and $ROS_PYTHON_VERSION == 3", False),
+        ("$NOT_SET == ''", True),
+        ("$ROS_VERSION", True),  # the next are no conditions: the key counts
+        ("$ROS_VERSION == 2 ;", True),
+        ("$ROS_VERSION == 2 2", True),
+        ("(" * 3000 + "$ROS_VERSION == 2", True),
+    ],
+)
+def test_a_key_for_another_ros_does_not_count(condition: str, counts: bool) -> None:
+    """As in foxglove_bridge, whose one package.xml serves ROS 1 and ROS 2."""
+    text = f'<package format="3"><name>a</name><depend condition="{condition}">b</depend></package>'
+    found = package_of("a", {}, {"package.xml": text.encode()})
+    assert found is not None
+    assert ("b" in found.depends, "b" in found.to_run, "b" in found.to_build) == (counts,) * 3
+
+
+@pytest.mark.parametrize(
     "text",
     ["", "<package>", "<package />", "<package><name>../a</name></package>",
      "<launch><name>a</name></launch>", "<!DOCTYPE p [<!ENTITY n 'a'>]><package><name>&n;</name></package>"],

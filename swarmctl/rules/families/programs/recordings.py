@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import posixpath
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.program_model import Program
+from swarmctl.swarm.recordings import record_words
 
 _NAMES = ("-O", "--output-name")
 
@@ -17,7 +15,7 @@ _NAMES = ("-O", "--output-name")
 def fixed_bags(context: RuleContext) -> Iterator[Diagnostic]:
     """A bag whose name is the same after a restart; a person who starts the program chooses when."""
     for name, program in context.spec.programs.items():
-        key, words = _recording(program)
+        key, words = record_words(program)
         at = next((at for at, word in enumerate(words) if _names_a_bag(word)), None)
         if at is None or program.lifecycle == "interactive":
             continue
@@ -28,17 +26,6 @@ def fixed_bags(context: RuleContext) -> Iterator[Diagnostic]:
             label="the bag always has this name",
             help=("write -o and a prefix: rosbag appends date, time and `.bag` to it",),
         )
-
-
-def _recording(program: Program) -> tuple[str, Sequence[str]]:
-    """Returns the key and the words of a ``rosbag record``; no words of other programs."""
-    words = program.command or ()
-    names = [posixpath.basename(word) for word in words]
-    if ("rosbag", "record") in pairwise(names):
-        return "command", words
-    if (program.package, program.executable) == ("rosbag", "record") and isinstance(program.args, tuple):
-        return "args", program.args
-    return "", ()
 
 
 def _names_a_bag(word: str) -> bool:
