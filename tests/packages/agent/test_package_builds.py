@@ -19,6 +19,7 @@ OWNER = pwd.getpwuid(os.getuid())
 TOOL = """#!/bin/sh
 echo "==> Processing catkin package: 'nav'"
 echo "$SETUPS" > "$2/setups"
+echo "$* ROS_VERSION=$ROS_VERSION" > "$2/called"
 D="$2/devel_isolated/nav/lib"; mkdir -p "$D/nav" "$D/pkgconfig" "$D/python3"
 printf '\\177ELF %s/src/nav' "$2" > "$D/nav/node"; chmod 755 "$D/nav/node"
 echo "# $2/src/nav/scripts/go.py" > "$D/python3/go.py"
@@ -109,6 +110,14 @@ def test_another_basis_begins_anew(workspace: Workspace, tmp_path: Path) -> None
     built(workspace, f"{tmp_path}/b.sh", **{"nav/a.cpp": "2"})
     assert not kept.exists()
     assert Path(f"{workspace.path}/setups").read_text() == f"{tmp_path}/b.sh\n"
+
+
+def test_a_build_is_for_ros_1_without_tests(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Debian's ROS has no setup file that sets ROS_VERSION, and `test_depend` is not installed."""
+    monkeypatch.delenv("ROS_VERSION", raising=False)
+    built(workspace, **{"nav/a.cpp": "1"})
+    called = Path(f"{workspace.path}/called").read_text().split()
+    assert {"-DCATKIN_ENABLE_TESTING=OFF", "ROS_VERSION=1"} <= set(called)
 
 
 def test_two_builds_do_not_meet(workspace: Workspace) -> None:

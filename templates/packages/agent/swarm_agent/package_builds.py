@@ -25,7 +25,11 @@ PIECE = 1 << 20  # bytes of a result that one answer contains
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,100}")
 _ELF = b"\x7fELF"
 _LARGEST = 512 << 20  # bytes of one package's results
-_CMAKE = ("-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_BUILD_RPATH_USE_ORIGIN=ON")
+# Nobody runs the tests of a package here, and what they need (`test_depend`) is not installed.
+_CMAKE = (
+    *("-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_BUILD_RPATH_USE_ORIGIN=ON"),
+    "-DCATKIN_ENABLE_TESTING=OFF",
+)
 
 
 class Workspace:
