@@ -17,7 +17,7 @@ _FULL = "No space left on device"  # as most compilers and linkers write it
 _LITTLE = 4 << 20  # bytes; a disk with less is full, whatever the tools write about it
 _MOST_LINES = 100_000  # of one log
 _MEMORY_OF_A_COMPILER = 1 << 30  # bytes; roscpp with its templates takes about that
-#: As the setup files of /opt/ros set them; Debian's ROS has no setup file, and catkin orders packages by them.
+#: As the setup files of /opt/ros set them; Debian's ROS has none, and catkin orders packages by them.
 _ROS1 = {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3"}
 #: Sources the setup files, each upon those before, then becomes the program.
 _WITH_ROS = (
