@@ -55,7 +55,10 @@ class BridgedTopic:
 
 @dataclass(frozen=True)
 class Diagram:
-    """A whole swarm to draw. ``islands`` are names, each with the host that runs its master, if one does."""
+    """A swarm to draw. ``islands`` are names, each with the host that runs its master, if one does.
+
+    A part of a swarm has nodes ``outside``, by their ids: the other ends of its commands and data.
+    """
 
     swarm: str
     mode: str
@@ -64,6 +67,7 @@ class Diagram:
     edges: tuple[Edge, ...]
     provider: str = ""  # the multimaster that bridges topics; empty with one island
     crossings: tuple[BridgedTopic, ...] = ()
+    outside: frozenset[str] = frozenset()
 
     def to_json(self) -> dict[str, object]:
         """Returns the value as JSON data, as docs/graph.md describes it."""

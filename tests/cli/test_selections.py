@@ -113,6 +113,7 @@ VERBS = [
     ("remove", "--yes", "--limit"),
     ("render", "--out", "nowhere", "--host"),
     ("trust", "--host"),
+    ("graph", "--limit"),
     ("lab up", "--only"),
 ]
 
@@ -130,6 +131,41 @@ def test_nothing_selected_is_an_error(
     assert "the hosts are: `laptop`, `pi-1`, `pi-2`, `pi-3`\n" in err
     assert "groups, labels and islands: `@old`, `@shelf`\n" in err
     assert not Path("nowhere").exists()
+
+
+def graph(spec: str, capsys: pytest.CaptureFixture[str], *options: str) -> str:
+    assert run(["graph", spec, *options]) == exit_codes.OK
+    return capsys.readouterr().out
+
+
+def test_a_graph_of_a_part(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The rest of the swarm is left out, but who commands the part is named."""
+    whole, part = (
+        json.loads(graph(spec, capsys, "--format", "json", *limit)) for limit in ([], ["--limit", "pi-1"])
+    )
+    assert [one["id"] for one in part["nodes"]] == ["host:laptop", "host:pi-1", "robot:k3-1", "network:lab"]
+    assert {(one["start"], one["end"]) for one in part["edges"]} == {
+        ("host:pi-1", "network:lab"), ("host:pi-1", "robot:k3-1"), ("host:laptop", "robot:k3-1"),
+    }  # fmt: skip
+    assert [(one["from"], one["to"]) for one in part["paths"]] == [("laptop", "k3-1")]
+    assert [one["robot"] for one in part["budgets"]["lines"]] == ["k3-1"]
+    assert part["budgets"]["networks"] == whole["budgets"]["networks"]  # others send there too
+    lost = {(one["kind"], one["name"]) for one in part["impact"]}
+    assert {("host", "pi-1"), ("host", "laptop"), ("network", "lab"), ("robot", "k3-1")} <= lost
+    assert not lost & {("host", "pi-2"), ("robot", "rover")}
+    tree = graph(spec, capsys, "--limit", "pi-1")
+    assert "pi-1  " in tree
+    assert "commanded by laptop" in tree
+    assert "\n  laptop" not in tree
+
+
+def test_the_graph_of_all_hosts_is_that_without_a_limit(
+    spec: str, leader_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for one in (spec, str(leader_spec)):
+        assert graph(one, capsys, "--format", "json", "--limit", "*") == graph(
+            one, capsys, "--format", "json"
+        )
 
 
 def test_an_error_names_the_column_and_a_likely_word(spec: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -205,6 +241,22 @@ ONE_NAME = [
     (("graph", "--path", "pi-*", "rover"), "error: --path FROM: `pi-*` selects 3 hosts", "pi-[1-3]"),
     (("graph", "--path", "laptop", "rovr"), "error: --path TO: there is no", "did you mean `rover`"),
 ]
+
+
+def test_the_hosts_and_robots_of_a_lab_that_are_shown(
+    fleet: Fleet, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hosts = [{"name": name} for name in ("laptop", "pi-1", "pi-2", "pi-3")]
+    monkeypatch.setattr(lab, "status", lambda _: {"hosts": hosts, "networks": []})
+    robots: dict[str, object] = {name: {} for name in ("k3-1", "k3-2", "k3-3", "k3-4", "rover")}
+    monkeypatch.setattr(lab, "robots", lambda _: robots)
+    assert run(["lab", "status", fleet.spec, "--json", "--limit", "@shelf,!k3-2"]) == exit_codes.OK
+    shown = json.loads(capsys.readouterr().out)
+    assert [one["name"] for one in shown["hosts"]] == ["pi-1", "pi-3"]
+    assert run(["lab", "robots", fleet.spec, "--json", "--limit", "@old,pi-3"]) == exit_codes.OK
+    assert list(json.loads(capsys.readouterr().out)["robots"]) == ["k3-1", "k3-2", "k3-3", "k3-4"]
+    assert run(["lab", "robots", fleet.spec, "--limit", "k3-9"]) == exit_codes.ERROR
+    assert "error: --limit: there is no" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("words", "error", "candidates"), ONE_NAME)

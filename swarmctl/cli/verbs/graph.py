@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from swarmctl.analysis.command_paths import CommandPath
+    from swarmctl.analysis.swarm_part import Part
     from swarmctl.swarm.index import SwarmIndex
 
 
@@ -42,6 +43,7 @@ def graph(
     budgets: Annotated[
         bool, typer.Option("--budgets", help="The load of lines, adapters, boards, hosts and networks.")
     ] = False,
+    limit: options.Limit = None,
     details: options.Details = False,
     color: options.Color = None,
 ) -> None:
@@ -50,34 +52,47 @@ def graph(
 
     from swarmctl.swarm.index import SwarmIndex
 
+    if path and limit:
+        raise typer.BadParameter("--path names both ends, and --limit selects hosts: give one of them")
     index = SwarmIndex(console.read_document(spec))
+    part = _part(index, limit)
     if format_ in (GraphFormat.DOT, GraphFormat.MERMAID):
         if impact or paths or path or budgets:
             raise typer.BadParameter(f"--format {format_.value} draws the graph; tables are text or json")
-        print(_drawing(index, format_), end="")
+        print(_drawing(index, part, format_), end="")
     elif format_ is GraphFormat.JSON:
-        console.print_json(_everything(index, path))
+        console.print_json(_everything(index, part, path))
     else:
-        parts = _sections(index, path, impact=impact, paths=paths, budgets=budgets, details=details)
-        for number, part in enumerate(parts):
+        sections = _sections(index, part, path, impact=impact, paths=paths, budgets=budgets, details=details)
+        for number, section in enumerate(sections):
             if number:
                 console.out().print()
-            if isinstance(part, Text):
-                console.show(part)
+            if isinstance(section, Text):
+                console.show(section)
             else:
-                console.out().print(part)
+                console.out().print(section)
 
 
-def _drawing(index: SwarmIndex, format_: GraphFormat) -> str:
+def _part(index: SwarmIndex, limit: list[str] | None) -> Part:
+    """The selected hosts with what concerns them; the whole swarm without ``limit``."""
+    from swarmctl.analysis.swarm_part import part_of
+    from swarmctl.swarm.resolve import resolve
+
+    hosts = selected.hosts(resolve(index.document).candidates, limit) if limit else index.spec.hosts
+    return part_of(index, hosts)
+
+
+def _drawing(index: SwarmIndex, part: Part, format_: GraphFormat) -> str:
     from swarmctl.analysis.diagram import diagram
     from swarmctl.views.graph import dot, mermaid
 
     draw = dot.graph if format_ is GraphFormat.DOT else mermaid.graph
-    return draw(diagram(index))
+    return draw(part.diagram(diagram(index)))
 
 
 def _sections(
     index: SwarmIndex,
+    part: Part,
     path: tuple[str, str] | None,
     *,
     impact: bool,
@@ -95,36 +110,36 @@ def _sections(
     from swarmctl.views.graph import paths as paths_view
 
     if impact:
-        yield impact_view.table(impacts(index), details=details)
+        yield impact_view.table(part.impacts(impacts(index)), details=details)
     if paths or path:
-        yield paths_view.paths(_paths(index, path), details=details)
+        yield paths_view.paths(_paths(index, part, path), details=details)
     if budgets:
-        yield from budgets_view.tables(budgets_of(index), details=details)
+        yield from budgets_view.tables(part.budgets(budgets_of(index)), details=details)
     if not (impact or paths or path or budgets):
-        yield overview.overview(diagram(index), details=details)
+        yield overview.overview(part.diagram(diagram(index)), details=details)
 
 
-def _everything(index: SwarmIndex, path: tuple[str, str] | None) -> dict[str, object]:
+def _everything(index: SwarmIndex, part: Part, path: tuple[str, str] | None) -> dict[str, object]:
     from swarmctl.analysis.budgets import budgets_of
     from swarmctl.analysis.diagram import diagram
     from swarmctl.analysis.impact import impacts
 
     return {
         "v": 1,
-        **diagram(index).to_json(),
-        "impact": [one.to_json() for one in impacts(index)],
-        "paths": [one.to_json() for one in _paths(index, path)],
-        "budgets": budgets_of(index).to_json(),
+        **part.diagram(diagram(index)).to_json(),
+        "impact": [one.to_json() for one in part.impacts(impacts(index))],
+        "paths": [one.to_json() for one in _paths(index, part, path)],
+        "budgets": part.budgets(budgets_of(index)).to_json(),
     }
 
 
-def _paths(index: SwarmIndex, path: tuple[str, str] | None) -> tuple[CommandPath, ...]:
-    """The path from the commander to the robot in ``path``, else the paths of all commands."""
+def _paths(index: SwarmIndex, part: Part, path: tuple[str, str] | None) -> tuple[CommandPath, ...]:
+    """The path from the commander to the robot in ``path``, else the paths of all commands to the part."""
     from swarmctl.analysis.command_paths import command_path, command_paths
     from swarmctl.swarm.resolve import resolve
 
     if path is None:
-        return command_paths(index)
+        return part.paths(command_paths(index))
     swarm = resolve(index.document)
     first, robot = path
     if first not in (*index.spec.programs, *index.spec.hosts, *index.spec.robots):

@@ -147,6 +147,7 @@ def status(
     spec: options.Spec,
     overlays: options.Overlays = None,
     name: Name = "",
+    limit: options.Limit = None,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -155,7 +156,12 @@ def status(
     from swarmctl.views import lab as view
 
     with _lab_errors(spec, name):
-        found = labs.status(_name(spec, name))
+        if limit:
+            which, chosen = _chosen_hosts(spec, name, limit, option="--limit")
+            found = labs.status(which)
+            found["hosts"] = [host for host in found["hosts"] if host["name"] in chosen]
+        else:
+            found = labs.status(_name(spec, name))
     if json:
         console.print_json({"v": 1} | found)
     else:
@@ -165,14 +171,30 @@ def status(
 
 @lab.command(epilog=exit_codes.epilog())
 def robots(
-    spec: options.Spec, overlays: options.Overlays = None, name: Name = "", json: options.Json = False
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    name: Name = "",
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--limit",
+            metavar="SELECTION",
+            autocompletion=complete.selections,
+            help="Only these robots, or those of these hosts: ep-[1-6], @group, type:epuck2 (repeatable).",
+        ),
+    ] = None,
+    json: options.Json = False,
 ) -> None:
     """Show the true poses and wheel speeds of the robots of a lab."""
     from swarmctl.lab import lab as labs
     from swarmctl.views import lab as view
 
     with _lab_errors(spec, name):
-        found = labs.robots(_name(spec, name))
+        if limit:
+            which, chosen = _chosen_robots(spec, name, limit, "--limit")
+            found = {robot: state for robot, state in labs.robots(which).items() if robot in chosen}
+        else:
+            found = labs.robots(_name(spec, name))
     if json:
         console.print_json({"v": 1, "robots": found})
     else:
@@ -322,23 +344,25 @@ def _candidates(spec: SpecFiles, name: str, selections: Sequence[str]) -> tuple[
     return name or swarm.name, swarm.candidates
 
 
-def _chosen_robots(spec: SpecFiles, name: str, selections: list[str]) -> tuple[str, list[str]]:
+def _chosen_robots(
+    spec: SpecFiles, name: str, selections: list[str], option: str = "ROBOT"
+) -> tuple[str, list[str]]:
     """The name of the lab, and its robots that are selected; exits without any. Raises ``LabError``."""
     from swarmctl.lab import lab as labs
 
     which, known = _candidates(spec, name, selections)
-    found = selected.robots(known, selections, "ROBOT")
+    found = selected.robots(known, selections, option)
     return which, _there(which, found, [one.name for one in labs.plan(which).robots])
 
 
 def _chosen_hosts(
-    spec: SpecFiles, name: str, selections: list[str], network: str = ""
+    spec: SpecFiles, name: str, selections: list[str], network: str = "", option: str = "HOST"
 ) -> tuple[str, list[str]]:
     """The same for hosts. If several are selected, those outside ``network`` are left out."""
     from swarmctl.lab import lab as labs
 
     which, known = _candidates(spec, name, selections)
-    found = selected.hosts(known, selections, "HOST")
+    found = selected.hosts(known, selections, option)
     plan = labs.plan(which)
     there = _there(which, found, [one.name for one in plan.hosts])
     on = [one for one in there if not network or network in {at.network for at in plan.host(one).interfaces}]

@@ -66,7 +66,7 @@ def overview(diagram: Diagram, *, details: bool = False) -> Text:
         hosts = [
             _host(node, from_each[node.id], nodes, commands_to)
             for node in diagram.nodes
-            if node.kind == "host" and node.island == island
+            if node.kind == "host" and node.island == island and node.id not in diagram.outside
         ]
         if hosts:
             text.append(f"\n\n{title}", "bold").append(rest)
