@@ -29,6 +29,7 @@ SOURCE = f"source {HOME}/current/setup.bash"
 IMAGE = 600.0  # s within which the image must have been built and the lab be up
 BOOT = 30.0  # s within which a host must have booted
 LOOK_EVERY = 0.005  # s
+LONGEST_PAUSE = 0.5  # s
 
 Note = Callable[[str, str, str], None]  # keeps a figure for the table at the end: what, value, bar
 
@@ -363,12 +364,16 @@ def lab_of(name: str, spec: Path, folder: Path, *options: str) -> Iterator[LabSw
 
 
 def within(seconds: float, condition: Callable[[], bool], complaint: str) -> float:
-    """Wait until ``condition`` holds, longer on a busy machine. Return the seconds that took."""
-    began = time.monotonic()
+    """Wait until ``condition`` holds, longer on a busy machine. Return the seconds that took.
+
+    A condition that takes some time, such as a command on a host, is not evaluated without a pause.
+    """
+    began = look_began = time.monotonic()
     while not condition():
         waited = time.monotonic() - began
         assert waited < seconds or waited < at_most(seconds), f"{complaint} (waited {waited:.0f} s)"
-        time.sleep(LOOK_EVERY)
+        time.sleep(max(LOOK_EVERY, min(time.monotonic() - look_began, LONGEST_PAUSE)))
+        look_began = time.monotonic()
     return time.monotonic() - began
 
 
