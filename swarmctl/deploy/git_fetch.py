@@ -92,7 +92,7 @@ def fetch(address: str, commit: str, place: Path) -> None:
         raise GitFetchError("git is missing", "install it: `apt install git`")
     place.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".new-", dir=place.parent) as folder:
-        repository, files = f"{folder}/git", Path(folder) / "files"
+        repository, archive, files = f"{folder}/git", f"{folder}/archive", Path(folder) / "files"
         _git("init", "--quiet", "--bare", repository)
         try:
             _git("-C", repository, "fetch", "--quiet", "--depth=1", "--no-tags", "--", address, commit)
@@ -102,7 +102,7 @@ def fetch(address: str, commit: str, place: Path) -> None:
             both = ("+refs/heads/*:refs/heads/*", "+refs/tags/*:refs/tags/*")
             _git("-C", repository, "fetch", "--quiet", "--no-tags", "--", address, *both)
         try:
-            archive = _git("-C", repository, "archive", "--format=tar", f"{commit}^{{commit}}")
+            _git("-C", repository, "archive", "--format=tar", f"--output={archive}", f"{commit}^{{commit}}")
         except GitFetchError as error:
             raise GitFetchError(
                 f"{address} has no commit {commit}",
@@ -117,11 +117,11 @@ def fetch(address: str, commit: str, place: Path) -> None:
     _remove_oldest(place)
 
 
-def _extract(archive: bytes, files: Path, address: str) -> None:
+def _extract(archive: str, files: Path, address: str) -> None:
     """Writes plain files; links are left out, as they are of folders beside a spec."""
     files.mkdir()
     total = 0
-    with tarfile.open(fileobj=io.BytesIO(archive)) as packed:
+    with tarfile.open(archive) as packed:
         for member in packed:
             parts = member.name.split("/")
             total += member.size
@@ -134,13 +134,13 @@ def _extract(archive: bytes, files: Path, address: str) -> None:
                 continue
             path = files.joinpath(*parts)
             path.parent.mkdir(parents=True, exist_ok=True)
-            content = packed.extractfile(member)
-            path.write_bytes(content.read() if content else b"")
+            with packed.extractfile(member) or io.BytesIO() as content, path.open("wb") as file:
+                shutil.copyfileobj(content, file)
             path.chmod(0o755 if member.mode & 0o100 else 0o644)
 
 
-def _git(*arguments: str) -> bytes:
-    """The standard output of git, which asks nothing and runs nothing of the repository."""
+def _git(*arguments: str) -> None:
+    """Runs git, which asks nothing and runs nothing of the repository."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     env = {
         **kept,
@@ -168,7 +168,6 @@ def _git(*arguments: str) -> bytes:
             f"git cannot fetch it: {reason}",
             _FULL if full else "is the network up, and may this account read it?",
         )
-    return done.stdout
 
 
 def _remove_oldest(kept: Path) -> None:

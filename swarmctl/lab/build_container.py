@@ -59,8 +59,11 @@ def _prepared(note: Callable[[str], None]) -> Iterator[tuple[str, ...]]:
     require("mmdebstrap", "systemd-nspawn", "unshare", "mount")
     whole = image.ensure(note, compilers=True)
     folder = paths.cache() / f"builder-{whole.name}"
-    for part in ("upper", "work", "root"):
-        (folder / part).mkdir(parents=True, exist_ok=True)
+    try:
+        for part in ("upper", "work", "root"):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise LabError(f"{folder} cannot be written: {error.strerror}", "free space there") from error
     with paths.locked(folder / ".lock", timeout=_BUSY):
         layers = f"lowerdir={whole},upperdir={folder / 'upper'},workdir={folder / 'work'}"
         root = str(folder / "root")

@@ -117,7 +117,7 @@ def test_many_packages_of_one_commit_are_fetched_once(
     assert [one.name for one in checkouts().iterdir()] == [checkout_of(str(folder), commit).name]
 
 
-@pytest.mark.parametrize("place", ["git", "write_bytes"])
+@pytest.mark.parametrize("place", ["git", "files"])
 def test_a_full_disk_leaves_nothing_of_a_commit(
     tmp_path: Path, repository: tuple[Path, str], monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
@@ -129,7 +129,7 @@ def test_a_full_disk_leaves_nothing_of_a_commit(
         (tmp_path / "bin/git").chmod(0o755)
         monkeypatch.setenv("PATH", f"{tmp_path}/bin:{os.environ['PATH']}")
     else:
-        monkeypatch.setattr(Path, "write_bytes", full)
+        monkeypatch.setattr(git_fetch.shutil, "copyfileobj", full)
     document, found = loaded(spec(tmp_path, f'git: "{folder}", commit: "{commit}", path: src/nav'))
     assert document is None
     (finding,) = [one for one in found.diagnostics if one.code == "PKG017"]
