@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from swarmctl.cli import console, spec_args
+from swarmctl.cli import console, exit_codes, spec_args
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
     from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Swarm
+
+_Format = TypeVar("_Format", bound=Enum)
 
 _SPEC: Any = {
     "metavar": "SPEC",
@@ -55,6 +58,15 @@ LabName = Annotated[
 ]
 
 
+def format_of(form: _Format | None, json: bool, usual: _Format) -> _Format:
+    """The format that ``--format`` and ``--json`` choose together; exits if they exclude each other."""
+    if not json:
+        return form or usual
+    if form is not None and form.value != "json":
+        console.fail(f"--json and --format {form.value} exclude each other", code=exit_codes.USAGE)
+    return type(usual)("json")
+
+
 def _offered(context: typer.Context, incomplete: str) -> list[str]:
     from swarmctl.cli import complete  # the help needs none of it
 
@@ -72,6 +84,7 @@ Parallel = Annotated[
     int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Number of hosts at the same time.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+FormatJson = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Details = Annotated[
     bool, typer.Option("--details", "-v", help="Show every host and every step, equal ones too.")
 ]

@@ -37,6 +37,11 @@ def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return capsys.readouterr().out
 
 
+def test_two_formats_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["graph", "swarm.yaml", "--json", "--format", "dot"]) == exit_codes.USAGE
+    assert capsys.readouterr().err == "error: --json and --format dot exclude each other\n"
+
+
 @pytest.mark.parametrize(
     ("name", "arguments"),
     [
@@ -47,6 +52,7 @@ def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("graph.dot", ["--format", "dot"]),
         ("graph.mermaid", ["--format", "mermaid"]),
         ("graph.json", ["--format", "json"]),
+        ("graph.json", ["--json"]),
     ],
 )
 def test_word_for_word(

@@ -31,7 +31,10 @@ class GraphFormat(str, Enum):
 def graph(
     spec: options.Spec,
     overlays: options.Overlays = None,
-    format_: Annotated[GraphFormat, typer.Option("--format", help="How to print it.")] = GraphFormat.TEXT,
+    form: Annotated[
+        GraphFormat | None, typer.Option("--format", help="How to print it; by default as text.")
+    ] = None,
+    json: options.FormatJson = False,
     impact: Annotated[
         bool, typer.Option("--impact", help="What fails if a host, network, ... fails; the worst first.")
     ] = False,
@@ -54,13 +57,14 @@ def graph(
 
     if path and limit:
         raise typer.BadParameter("--path names both ends, and --limit selects hosts: give one of them")
+    chosen = options.format_of(form, json, GraphFormat.TEXT)
     index = SwarmIndex(console.read_document(spec))
     part = _part(index, limit)
-    if format_ in (GraphFormat.DOT, GraphFormat.MERMAID):
+    if chosen in (GraphFormat.DOT, GraphFormat.MERMAID):
         if impact or paths or path or budgets:
-            raise typer.BadParameter(f"--format {format_.value} draws the graph; tables are text or json")
-        print(_drawing(index, part, format_), end="")
-    elif format_ is GraphFormat.JSON:
+            raise typer.BadParameter(f"--format {chosen.value} draws the graph; tables are text or json")
+        print(_drawing(index, part, chosen), end="")
+    elif chosen is GraphFormat.JSON:
         console.print_json(_everything(index, part, path))
     else:
         sections = _sections(index, part, path, impact=impact, paths=paths, budgets=budgets, details=details)
@@ -82,11 +86,11 @@ def _part(index: SwarmIndex, limit: list[str] | None) -> Part:
     return part_of(index, hosts)
 
 
-def _drawing(index: SwarmIndex, part: Part, format_: GraphFormat) -> str:
+def _drawing(index: SwarmIndex, part: Part, form: GraphFormat) -> str:
     from swarmctl.analysis.diagram import diagram
     from swarmctl.views.graph import dot, mermaid
 
-    draw = dot.graph if format_ is GraphFormat.DOT else mermaid.graph
+    draw = dot.graph if form is GraphFormat.DOT else mermaid.graph
     return draw(part.diagram(diagram(index)))
 
 

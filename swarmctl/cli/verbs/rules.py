@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import complete, console
+from swarmctl.cli import complete, console, options
 
 
 class RulesFormat(str, Enum):
@@ -19,13 +19,16 @@ class RulesFormat(str, Enum):
 
 
 def rules(
-    format_: Annotated[RulesFormat, typer.Option("--format", help="How to print them.")] = RulesFormat.TEXT,
+    form: Annotated[
+        RulesFormat | None, typer.Option("--format", help="How to print them; by default as text.")
+    ] = None,
+    json: options.FormatJson = False,
 ) -> None:
     """List the rules that check a spec."""
     from swarmctl.rules.rulebook import pitfalls, rulebook
     from swarmctl.views import rules as view
 
-    match format_:
+    match options.format_of(form, json, RulesFormat.TEXT):
         case RulesFormat.JSON:
             console.print_json({"v": 1, "rules": [rule.to_json() for rule in rulebook().values()]})
         case RulesFormat.MARKDOWN:

@@ -20,7 +20,7 @@ def validate(
         finding_output.Format | None,
         typer.Option("--format", help="Output format; by default github in GitHub Actions, else human."),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
+    json: options.FormatJson = False,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the findings to a file.")
     ] = None,
@@ -42,19 +42,15 @@ def validate(
     """Check specs. Exit code 0 if all of them can be deployed, else 1."""
     from swarmctl.views.findings.report import Report
 
-    if json and form not in (None, finding_output.Format.JSON):
-        console.fail(f"--json and --format {form.value} exclude each other", code=exit_codes.USAGE)
+    usual = finding_output.usual()
+    chosen = options.format_of(form, json, usual)
     if diff:
         raise typer.Exit(exit_codes.ERROR if fixes.show_diffs(specs, unsafe=unsafe) else exit_codes.OK)
     if fix or unsafe:
         fixes.apply_fixes(specs, unsafe=unsafe, quiet=quiet)
     report = Report(tuple(map(checked, specs)), strict=strict)
-    finding_output.show(
-        report, finding_output.Format.JSON if json else form or finding_output.usual(), output, quiet=quiet
-    )
-    for_people = (
-        not (json or quiet or form or output) and finding_output.usual() is finding_output.Format.HUMAN
-    )
+    finding_output.show(report, chosen, output, quiet=quiet)
+    for_people = not (json or quiet or form or output) and usual is finding_output.Format.HUMAN
     if for_people and len(specs) == 1:
         one = report.checked[0]
         if report.passed:
