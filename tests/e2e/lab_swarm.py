@@ -1,4 +1,4 @@
-"""A lab's swarm as a person meets it: the console script, shells on its hosts, the robots' true motion."""
+"""A lab's swarm as a person meets it: swarmctl, shells on its hosts, the robots' true motion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import os
 import shutil
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -19,6 +18,8 @@ from typing import Any
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
 from swarmctl.rules.runner import load_swarm
+from tests.e2e import forked
+from tests.e2e.forked import Process, console_script
 from tests.timing import at_most
 
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
@@ -30,6 +31,7 @@ IMAGE = 600.0  # s within which the image must have been built and the lab be up
 BOOT = 30.0  # s within which a host must have booted
 LOOK_EVERY = 0.005  # s
 LONGEST_PAUSE = 0.5  # s
+FORKED = ("status", "plan")  # a process of each takes longer to import the package than to do its work
 
 Note = Callable[[str, str, str], None]  # keeps a figure for the table at the end: what, value, bar
 
@@ -131,6 +133,11 @@ class LabSwarm:
         return [str(SWARMCTL), *verb.split(), str(spec or self.spec), "--lab-name", self.name, *options]
 
     def swarmctl(self, verb: str, *options: str, spec: Path | None = None) -> Run:
+        """One run to its end; of the console script, but for the verbs that tests run again and again."""
+        process = forked.swarmctl if verb in FORKED else console_script
+        return self._run(self.argv(verb, spec, *options), 120, process)
+
+    def script(self, verb: str, *options: str, spec: Path | None = None) -> Run:
         """One run of the console script to its end."""
         return self._run(self.argv(verb, spec, *options), timeout=120)
 
@@ -138,11 +145,9 @@ class LabSwarm:
         """One run of the console script that has to do with no lab."""
         return self._run([str(SWARMCTL), *arguments], timeout=60)
 
-    def _run(self, argv: Sequence[str], timeout: float) -> Run:
+    def _run(self, argv: Sequence[str], timeout: float, process: Process = console_script) -> Run:
         began = time.monotonic()
-        done = subprocess.run(
-            argv, capture_output=True, text=True, env=self._environment, timeout=timeout, check=False
-        )
+        done = process(argv, self._environment, timeout)
         assert "Traceback" not in done.stderr, done.stderr
         return Run(done.returncode, done.stdout, done.stderr, time.monotonic() - began)
 
@@ -379,25 +384,6 @@ def within(seconds: float, condition: Callable[[], bool], complaint: str) -> flo
 
 def quoted(text: str) -> str:
     return "'" + text.replace("'", "'\\''") + "'"
-
-
-def at_once(jobs: Sequence[Callable[[], Any]]) -> None:
-    """Run ``jobs`` in threads; the first failure comes out."""
-    failures: list[BaseException] = []
-
-    def body(job: Callable[[], Any]) -> None:
-        try:
-            job()
-        except BaseException as error:  # noqa: BLE001  (it is raised again below)
-            failures.append(error)
-
-    threads = [threading.Thread(target=body, args=(job,)) for job in jobs]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    if failures:
-        raise failures[0]
 
 
 def namespace_of(swarm: LabSwarm) -> Path:

@@ -20,7 +20,7 @@ def test_the_plan_says_2_before_the_deploy_and_0_after_it(first_time: FirstTime,
 
 
 def test_the_deployed_swarm_is_healthy(swarm: LabSwarm) -> None:
-    status = swarm.swarmctl("status")
+    status = swarm.script("status")
     assert status.status == 0, status.out + status.err
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import pytest
 
+from tests.e2e.at_once import at_once
 from tests.e2e.lab_swarm import (
     LEADER,
     LabSwarm,
     Note,
     Pose,
-    at_once,
     moves,
     within,
     wrapped,

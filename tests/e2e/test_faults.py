@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note, Run, at_once
+from tests.e2e.at_once import at_once
+from tests.e2e.lab_swarm import HOME, LabSwarm, Note, Run
 from tests.timing import wait_for
 
 CONNECT_TIMEOUT = 10.0  # s, of swarmctl
