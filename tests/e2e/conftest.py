@@ -102,7 +102,7 @@ def isles(workplace: Path) -> Iterator[LabSwarm]:
 @pytest.fixture(scope="session")
 def first_time(shared_lab: LabSwarm) -> FirstTime:
     plan = shared_lab.plan()
-    return FirstTime(plan, shared_lab.deploy(), shared_lab.plan())
+    return FirstTime(plan, shared_lab.timed_deploy(), shared_lab.plan())
 
 
 @pytest.fixture

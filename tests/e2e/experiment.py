@@ -153,7 +153,7 @@ def conducted(
         assert spec is not None
         up = time.monotonic() - began
         prepare(swarm)
-        deploy = swarm.deploy()
+        deploy = swarm.timed_deploy()
         assert deploy.status == 0, deploy.out + deploy.err
         healthy = seconds_to_health(swarm)
         yield Experiment(swarm, spec, {"lab up": up, "deployed": deploy.seconds, "then healthy": healthy})
