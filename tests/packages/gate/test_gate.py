@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import random
 from dataclasses import replace
 
 import pytest
@@ -105,6 +106,36 @@ def test_every_new_command_is_sent_even_if_it_is_equal():
         bench.command(0.1)
         bench.now += 0.02
     assert len(bench.moving()) == 5
+
+
+def test_a_fast_commander_is_bounded_and_its_stop_is_not():
+    bench = Bench()
+    bench.wait(0.05)
+    for number in range(500):
+        bench.command(0.1 + number / 10_000)
+        bench.wait(0.001)
+    assert 53 <= len(bench.moving()) <= 59
+    ages = [moment - 0.05 - (velocity.forward - 0.1) * 10 for moment, velocity in bench.moving()]
+    assert max(ages) <= 0.002  # what is sent is the latest command, not one that waited
+    bench.command(0.2)
+    bench.wait(0.02)
+    assert bench.sent[-1][1] == Velocity(forward=0.2)  # the last one is never left out
+    for number in range(5):
+        bench.command(0.1 + number / 10_000)
+    assert bench.sent[-1][1] != Velocity(forward=0.1004)
+    bench.command(0.0)
+    assert bench.sent[-1] == (round(bench.now - 100.0, 3), STANDSTILL)
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 100.05])
+def test_jitter_at_100_hz_costs_nothing(rate):
+    bench = Bench()
+    jitter = random.Random(1)
+    arrivals = [(number + jitter.random()) / rate for number in range(int(30 * rate))]
+    for number, arrival in enumerate(arrivals):
+        bench.wait(100.0 + arrival - bench.now)
+        bench.command(0.1 + number / 100_000)
+    assert [moment for moment, _ in bench.moving()] == pytest.approx(arrivals, abs=0.001)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e6])

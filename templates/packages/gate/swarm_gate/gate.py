@@ -17,6 +17,9 @@ from swarm_gate.config import Config
 from swarm_gate.motion import limited, on_axes
 from swarm_gate.wiring import Wiring
 
+MOST_COMMANDS = 110.0  # Hz, on average; of what comes faster the latest is sent, and a stop at once
+JITTER = 0.02  # s that commands may be ahead of that rate: a commander at 100 Hz is never held back
+
 
 class Sink(Protocol):
     """Receives what a gate lets through; ``ros.RosSink`` publishes it."""
@@ -65,6 +68,8 @@ class Gate:
         self._obeyed: Command | None = None
         self._aim = STANDSTILL
         self._slowed = False
+        self._sent = STANDSTILL
+        self._spent = -math.inf
         self._due = -math.inf
         self._report_due = clock()
 
@@ -78,10 +83,13 @@ class Gate:
         command = self._dead_man.in_force()
         if command is not self._obeyed:
             self._obey(command)
-            self._due = -math.inf
+            stops = self._aim == STANDSTILL and self._sent != STANDSTILL
+            self._due = min(self._due, -math.inf if stops else self._spent - JITTER)
         now = self._clock()
         if self._due <= now:
             self._due = now + 1 / self._config.rate
+            self._spent = max(self._spent, now) + 1 / MOST_COMMANDS
+            self._sent = self._aim
             self._sink.send(self._aim)
         if self._report_due <= now:
             self._report_due = now + 1 / self._config.diagnostics_rate
