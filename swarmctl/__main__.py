@@ -18,7 +18,11 @@ def _run(arguments: list[str]) -> int:
     if arguments in (["--version"], ["-V"]):
         print(f"swarmctl {__version__}")
         return 0
-    from swarmctl.cli.app import run  # noqa: PLC0415  (importing typer takes longer than printing the version)
+    try:
+        from swarmctl.cli.app import run  # noqa: PLC0415  (to import typer takes longer than to print the version)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
 
     return run(arguments)
 

@@ -105,3 +105,10 @@ class LazyVerbs(_Group):
         """Imports the verb that ``args`` begin with; returns its name, its command and its arguments."""
         name, verb, rest = super().resolve_command(ctx, args)
         return name, verb.load() if isinstance(verb, Verb) else verb, rest
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs the verb. Raises ``typer.Abort`` for Ctrl-C, of which typer would only leave an exit code."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise typer.Abort from None

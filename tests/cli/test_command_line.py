@@ -12,7 +12,8 @@ import pytest
 
 from swarmctl import __version__
 from swarmctl.cli import exit_codes
-from swarmctl.cli.app import Verbs
+from swarmctl.cli.app import Verbs, run
+from swarmctl.rules import rulebook
 from tests import in_process
 from tests.rules.specs import BROKEN, spec
 
@@ -127,6 +128,19 @@ def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
     assert ran.stderr.startswith("error: RuntimeError: boom\n")
     assert "Traceback" not in ran.stderr
     assert "Traceback" in started("validate", "x.yaml", PYTHONPATH=str(tmp_path), SWARMCTL_DEBUG="1").stderr
+
+
+def test_ctrl_c_is_one_line_and_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Wherever a verb is: here as it reads the rules."""
+
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(rulebook, "rulebook", interrupted)
+    assert run(["rules"]) == exit_codes.INTERRUPTED
+    assert capsys.readouterr() == ("", "interrupted\n")
 
 
 def test_a_reader_that_leaves_is_no_error() -> None:
