@@ -24,6 +24,8 @@ D="$2/devel_isolated/nav/lib"; mkdir -p "$D/nav" "$D/pkgconfig" "$D/python3"
 printf '\\177ELF %s/src/nav' "$2" > "$D/nav/node"; chmod 755 "$D/nav/node"
 echo "# $2/src/nav/scripts/go.py" > "$D/python3/go.py"
 touch "$D/libnav.a" "$D/pkgconfig/nav.pc"; ln -sf nav/node "$D/libnav.so"; ln -sf /etc/passwd "$D/x"
+B="$2/build_isolated/nav"; mkdir -p "$B"; echo early > "$B/libearly.so"
+touch "$B/Makefile"; ln -sf /etc/passwd "$B/libx.so"
 grep -q broken "$2/src/nav/a.cpp" || exit 0
 echo "$2/src/nav/a.cpp:1:1: error: 'broken' does not name a type"; exit 1
 """
@@ -83,7 +85,7 @@ def test_only_what_runs_is_packed(workspace: Workspace) -> None:
     assert (len(archive), workspace.piece("nav", size)) == (size, b"")
     with tarfile.open(fileobj=io.BytesIO(archive)) as packed:
         found = {one.name: (packed.extractfile(one).read(), one.mode) for one in packed}  # type: ignore[union-attr]
-    assert set(found) == {"lib/nav/node", "lib/python3/go.py", "lib/libnav.so"}
+    assert set(found) == {"lib/nav/node", "lib/python3/go.py", "lib/libearly.so", "lib/libnav.so"}
     assert found["lib/python3/go.py"] == (b"# /opt/swarm/new/current/packages/nav/scripts/go.py\n", 0o644)
     assert found["lib/nav/node"][1] == 0o755
     assert workspace.path.encode() in found["lib/nav/node"][0]  # a text in a compiled file keeps its length

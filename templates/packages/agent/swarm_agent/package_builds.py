@@ -139,12 +139,18 @@ class Workspace:
     def _results(self, name: str) -> Iterator[tuple[str, str]]:
         """Executables, libraries and Python modules: paths in the space, and where they are."""
         top = f"{self.path}/devel_isolated/{name}"
-        inside = (f"lib/{path}" for path in files.walk(f"{top}/lib")) if os.path.isdir(f"{top}/lib") else ()
+        inside = [f"lib/{path}" for path in files.walk(f"{top}/lib")] if os.path.isdir(f"{top}/lib") else []
         for path in sorted(inside):
             place = os.path.realpath(f"{top}/{path}")
             needless = path.startswith("lib/pkgconfig/") or path.endswith((".a", ".pyc"))
             if not needless and os.path.isfile(place) and place.startswith(f"{self.path}/"):
                 yield path, place
+        # A library that its CMakeLists.txt adds before catkin_package() stays in the folder where cmake ran.
+        top = f"{self.path}/build_isolated/{name}"
+        for file in sorted(os.listdir(top)) if os.path.isdir(top) else ():
+            place = os.path.realpath(f"{top}/{file}")
+            if re.search(r"\.so(\.|$)", file) and f"lib/{file}" not in inside and place.startswith(f"{top}/"):
+                yield f"lib/{file}", place
 
 
 def _write(path: str, content: bytes, mode: int) -> None:
