@@ -29,7 +29,7 @@ def results(events: Events, hosts: list[str], *, quiet: bool) -> Mapping[str, Re
 
 def note(text: str) -> None:
     """Print a note about progress on stderr."""
-    console.err().print(text)
+    console.show(text, error=True)
 
 
 def report(
@@ -39,6 +39,7 @@ def report(
     absent: Sequence[str] = (),
     *,
     details: bool = False,
+    interrupted: bool = False,
 ) -> None:
     """Print the results of the hosts and a summary. ``absent``: unreachable optional hosts.
 
@@ -49,6 +50,8 @@ def report(
 
     view = RolloutView(names_of(swarm), details, console.columns(), complete)
     console.out().print(view.text(found, absent))
+    if interrupted:
+        console.err().print("interrupted")
 
 
 @contextmanager
@@ -161,10 +164,10 @@ def _entry(result: Result) -> dict[str, Any]:
 
 
 def _shown(events: Events, hosts: list[str]) -> Iterable[Any]:
-    """Yield the events and show them: a live table on a terminal, line by line elsewhere."""
+    """Yield the events and show them: a live table on a terminal with a cursor, line by line elsewhere."""
     from swarmctl.views import progress
 
-    if console.err().is_terminal:
+    if console.err().is_terminal and not console.err().is_dumb_terminal:
         from rich.live import Live
 
         board = progress.Board(hosts)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rich.table import Table
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
 from swarmctl.deploy.prepare import Prepared
@@ -23,51 +24,64 @@ from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
 
 Shown = Event[Outcome] | Event[Removed] | Event[Prepared]
-MOST_NAMED = 5  # units; more are counted
+MOST_NAMED = 2  # units; more are counted
+MOST_STEPS = 5  # of a preparation; more are counted
 MOST_SHOWN = 12  # hosts with a line each during a run
+_FREE = 3  # columns at the end of a line, and lines of the screen: "^C" echoed there moves no line
 
 
 def line(event: Shown) -> Text | None:
-    """One event as one line; None for events that are not shown."""
+    """One event as one line; None for events that are not shown. What was done stands in the report."""
     match event:
         case Started(host):
             return Text(f"{host}: connecting")
         case Note(host, text):
             return Text(f"{host}: {printable(text)}")
         case Finished(host, _, seconds):
-            return Text.assemble(f"{host}: ", verdict(result_of(event)), f"  ({seconds:.1f} s)")
+            return Text.assemble(f"{host}: ", _ending(result_of(event)), f"  ({seconds:.1f} s)")
         case Skipped(host):
             return Text.assemble(f"{host}: ", verdict(result_of(event)))
     return None
 
 
-def verdict(result: Result) -> Text:
-    """The result of a host in a few words."""
+def _ending(result: Result) -> Text:
     if isinstance(result, HostError):
         return Text.assemble((f"{result.kind.value}", "bold red"), f": {printable(result.message)}")
     if not result.changed:
         return Text("nothing to do", "green")
-    if isinstance(result, Removed):
-        return Text("removed", "bold green")
+    words = {Removed: "removed", Prepared: "prepared", Outcome: "deployed"}
+    return Text(words[type(result)], "bold green")
+
+
+def verdict(result: Result, *, details: bool = False) -> Text:
+    """The result of a host in a few words; with ``details``, all units and steps by name."""
+    text = _ending(result)
+    if isinstance(result, HostError | Removed) or not result.changed:
+        return text
     if isinstance(result, Prepared):
-        done = _named([f"{step.kind.value} {step.target}" for step in result.steps], "steps")
-        return Text.assemble(("prepared", "bold green"), f": {printable(done)}")
-    return Text.assemble(("deployed", "bold green"), f" {result.plan.next}{_done(result.plan)}")
+        done = [f"{step.kind.value} {step.target}" for step in result.steps]
+        return text.append(f": {printable(_named(done, 'steps', len(done) if details else MOST_STEPS))}")
+    return text.append(f" {result.plan.next}{_done(result.plan, details)}")
 
 
-def _done(plan: HostPlan) -> str:
+def _done(plan: HostPlan, details: bool) -> str:
     words = {Kind.START: "started", Kind.RESTART: "restarted", Kind.STOP: "stopped"}
-    done = [f"{word} {_named(plan.targets(kind))}" for kind, word in words.items() if plan.targets(kind)]
-    return f", {'; '.join(done)}" if done else ""
+    units = {word: plan.targets(kind) for kind, word in words.items() if plan.targets(kind)}
+    most = len(plan.steps) if details else MOST_NAMED
+    done = "; ".join(f"{word} {_named(names, 'units', most)}" for word, names in units.items())
+    return f", {done}" if done else ""
 
 
-def _named(names: Sequence[str], what: str = "units") -> str:
-    return ", ".join(names) if len(names) <= MOST_NAMED else f"{len(names)} {what}"
+def _named(names: Sequence[str], what: str, most: int) -> str:
+    return ", ".join(names) if len(names) <= most else f"{len(names)} {what}"
 
 
 @dataclass
 class Board:
-    """The state of every host, redrawn for each event; of many, those at work and those that failed."""
+    """The state of every host, redrawn for each event; of many, those at work and those that failed.
+
+    Each host has one line, cut where the terminal ends; hosts for which the screen is too low are counted.
+    """
 
     hosts: Sequence[str]
     _lines: dict[str, Text] = field(default_factory=dict)
@@ -81,12 +95,20 @@ class Board:
         if isinstance(event, Finished) and not isinstance(result_of(event), HostError):
             self._well.add(event.host)
 
-    def __rich__(self) -> Table:
-        table = Table.grid(padding=(0, 2))
-        hosts = self.hosts
-        if len(hosts) > MOST_SHOWN:
-            table.add_row(Text(f"{len(self._well)} of {len(hosts)}", "bold"), Text("hosts done", "dim"))
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        free = max(console.height - _FREE, 2)
+        hosts, rows = list(self.hosts), []
+        if len(hosts) > min(MOST_SHOWN, free):
+            rows.append(("", Text(f"{len(self._well)} of {len(hosts)} hosts done", "bold")))
             hosts = [host for host in hosts if host in self._lines and host not in self._well]
-        for host in hosts:
-            table.add_row(Text(host, "bold"), self._lines.get(host, Text("waiting", "dim")))
-        return table
+        most = free - len(rows)
+        shown = hosts if len(hosts) <= most else hosts[: most - 1]
+        rows += [(host, self._lines.get(host, Text("waiting", "dim"))) for host in shown]
+        if len(hosts) > len(shown):
+            rows.append(("", Text(f"... and {len(hosts) - len(shown)} more", "dim")))
+        width = max((cell_len(host) for host, _ in rows), default=0)
+        for host, text in rows:
+            name = (f"{host}{' ' * (width - cell_len(host))}  ", "bold") if host else ""
+            row = Text.assemble(name, text)
+            row.truncate(max(options.max_width - _FREE, 1), overflow="ellipsis")
+            yield row

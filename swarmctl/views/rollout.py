@@ -55,7 +55,11 @@ class RolloutView:
         own = self._own(name)
         hint = result.hint if isinstance(result, HostError) else ""
         kind = "" if isinstance(result, HostError) or not result.changed else own.kind
-        return kind, own.pattern_of(verdict(result).plain), own.pattern_of(printable(hint))
+        return (
+            kind,
+            own.pattern_of(verdict(result, details=self.details).plain),
+            own.pattern_of(printable(hint)),
+        )
 
     def _own(self, host: str) -> Names:
         return self.names.get(host) or Names(host)
@@ -77,7 +81,7 @@ class RolloutView:
         first, result = group[0]
         assert not isinstance(result, HostError)  # failures have lines of their own
         like = f"{len(group)} hosts like {first}: " if len(group) > 1 and result.changed else ""
-        return Text.assemble((_listed(group), "bold"), f"  {like}", verdict(result))
+        return Text.assemble((_listed(group), "bold"), f"  {like}", verdict(result, details=self.details))
 
     def _notes(self, found: Mapping[str, Result]) -> Text:
         """The notes, each once with the hosts that have it."""

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 from rich.cells import cell_len
 from rich.text import Text
 
-_BREAKS = " ,/"  # a line may end after one of these
+_WITHIN = ",/"  # a word that is longer than a line is continued after one of these
 
 
 def wrapped(line: Text, width: int | None, indent: int) -> Text:
     """``line`` in lines of at most ``width`` columns; those after the first begin with ``indent`` blanks.
 
-    Without a width, the line stays as it is. A word that is longer than a line is cut.
+    Without a width, the line stays as it is. Lines end at blanks; a word that is longer than a line is
+    continued after a comma or slash, or cut.
     """
     if width is None or cell_len(line.plain) <= width:
         return line
@@ -28,15 +29,21 @@ def wrapped(line: Text, width: int | None, indent: int) -> Text:
 
 def _ends(text: str, width: int, indent: int) -> Iterator[int]:
     """The offsets at which a new line begins."""
-    start, used, fits = 0, 0, 0  # fits: the last offset of this line that a new one may begin at
+    start, used = 0, 0
+    word, part = 0, 0  # the offsets behind the last blank, and behind the last mark within a word
     for offset, letter in enumerate(text):
         used += cell_len(letter)
         if used > width and letter != " ":
-            start = fits if fits > start and text[start:fits].strip() else offset
+            end = text.find(" ", offset)
+            whole = text[word : end if end >= 0 else len(text)]
+            fits = (word,) if cell_len(whole) <= width - indent else (part, word)
+            start = next((one for one in fits if text[start:one].strip()), offset)
             yield start
             used = indent + cell_len(text[start : offset + 1])
-        if letter in _BREAKS:
-            fits = offset + 1
+        if letter == " ":
+            word = part = offset + 1
+        elif letter in _WITHIN:
+            part = offset + 1
 
 
 def shortened(text: str, width: int) -> str:

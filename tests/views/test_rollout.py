@@ -10,11 +10,12 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from swarmctl.deploy.rollout import Outcome, Result
-from swarmctl.plan.plan import HostPlan
-from swarmctl.remote.parallel_hosts import Finished, Started
+from swarmctl.plan.plan import HostPlan, Step
+from swarmctl.plan.plan import Kind as StepKind
+from swarmctl.remote.parallel_hosts import Finished, Note, Started
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views.equal_hosts import Names
-from swarmctl.views.progress import Board
+from swarmctl.views.progress import Board, line
 from swarmctl.views.rollout import RolloutView
 from tests.views import fleets
 
@@ -87,6 +88,30 @@ def test_the_board_of_many_hosts_drops_those_that_are_done() -> None:
     assert isinstance(console.file, io.StringIO)
     shown = [line.split()[0] for line in console.file.getvalue().splitlines()]
     assert shown == ["1", "tb-002", "tb-003"]
+
+
+@pytest.mark.parametrize(("width", "height"), [(80, 24), (50, 24), (80, 8)])
+def test_the_board_fits_the_screen_and_leaves_space_for_an_echo(width: int, height: int) -> None:
+    board = Board([f"tb-{n:03}" for n in range(1, 41)])
+    for n in range(1, 41):
+        board.take(Note(f"tb-{n:03}", f"starting {', '.join([UNIT] * 5)}"))
+    console = Console(file=io.StringIO(), width=width, height=height, soft_wrap=True)
+    shown = "".join(segment.text for segment in console.render(board)).splitlines()
+    assert len(shown) < height
+    assert max(map(cell_len, shown)) <= width - 3
+    assert shown[0] == "0 of 40 hosts done"
+    assert shown[1].startswith("tb-001  starting swarm-fleet.")
+    assert shown[-1] == f"... and {40 - (len(shown) - 2)} more"
+
+
+def test_units_are_named_once_in_the_report_and_not_in_the_progress() -> None:
+    units = [f"swarm-fleet.{name}.service" for name in ("master", "k3", "gate")]
+    for names, done in ((units[:1], f"started {units[0]}"), (units, "started 3 units")):
+        plan = HostPlan("k3", None, "b", steps=tuple(Step(StepKind.START, unit, "new") for unit in names))
+        event = Finished("k3", Outcome(plan), 2.64)
+        assert str(line(event)) == "k3: deployed  (2.6 s)"
+        assert lines({"k3": Outcome(plan)})[0] == f"k3  deployed b, {done}"
+        assert lines({"k3": Outcome(plan)}, details=True)[0] == f"k3  deployed b, started {', '.join(names)}"
 
 
 def test_a_failure_of_several_hosts_does_not_name_them_twice() -> None:

@@ -53,7 +53,10 @@ def deploy(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        rollout_output.report(swarm, found, next_command.completing(spec, where), absent, details=details)
+        rollout_output.report(
+            swarm, found, next_command.completing(spec, where), absent,
+            details=details, interrupted=stop.requested,
+        )  # fmt: skip
     if not options.in_lab(lab, lab_name):
         forgotten_lab.guess("deploy", spec, swarm.name, rollout_output.errors(found), limit)
         done = [name for name, result in found.items() if isinstance(result, rollout.Outcome)]

@@ -90,7 +90,10 @@ def prepare(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        rollout_output.report(swarm, found, complete, absent, details=details)
+        rollout_output.report(
+            swarm, found, complete, absent,
+            details=details, interrupted=stop.requested,
+        )  # fmt: skip
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if code == exit_codes.OK and not json:
         next_command.advise("deploy", spec, *where)

@@ -38,7 +38,10 @@ def remove(
         console.print_json(rollout_output.document(swarm.name, found))
     else:
         where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
-        rollout_output.report(swarm, found, next_command.completing(spec, where), details=details)
+        rollout_output.report(
+            swarm, found, next_command.completing(spec, where),
+            details=details, interrupted=stop.requested,
+        )  # fmt: skip
     if not options.in_lab(lab, lab_name):
         forgotten_lab.guess("remove", spec, swarm.name, rollout_output.errors(found), limit)
         with rollout_output.journal_warnings():

@@ -152,7 +152,7 @@ def _forward(
     starting = change.start + change.restart + business.inherited
     stopping = _unique(change.stop + change.restart + business.inherited)
     if stopping:
-        report.note("stopping {}".format(", ".join(stopping)))
+        report.note(f"stopping {_named(stopping)}")
         systemd.stop(stopping)
     passed("stop")
     files.point(home.current_link, "releases/" + change.next)
@@ -165,7 +165,7 @@ def _forward(
     passed("reload")
     units = [unit for unit in manifest.units if unit in starting]
     if units:
-        report.note("starting {}".format(", ".join(units)))
+        report.note(f"starting {_named(units)}")
         unit_start.start(units)
     passed("start")
 
@@ -248,6 +248,11 @@ def _unique(names: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
+def _named(units: Sequence[str]) -> str:
+    """One or two names; more are counted."""
+    return " and ".join(units) if len(units) <= 2 else f"{len(units)} units"
+
+
 def withdraw(home: Home, report: Report) -> None:
     """Take the swarm off the host: units stopped, links and blocks gone, folder removed. The lock is held."""
     current = home.current()
@@ -259,7 +264,7 @@ def withdraw(home: Home, report: Report) -> None:
     )
     report.detach()
     if units:
-        report.note("stopping {}".format(", ".join(units)))
+        report.note(f"stopping {_named(units)}")
         systemd.stop(units)
     nothing = home.manifest(None)
     changed = system_links.put_links(home, nothing) + system_links.put_blocks(home, None, nothing)
