@@ -32,13 +32,15 @@ class RolloutView:
         failed = [one for one in found.items() if isinstance(one[1], HostError)]
         last = (*absent, *(name for name, error in failed if _held(error)))
         failed.sort(key=lambda one: one[0] in last)
-        text = Text()
-        for group in self._equal(failed):
-            text.append_text(self._failure(group))
+        text = self.failures(dict(failed))
         for group in self._equal([one for one in found.items() if not isinstance(one[1], HostError)]):
             text.append_text(self._line(self._done(group)))
         text.append_text(self._notes(found))
         return text.append_text(wrapped(Text(summary(found, absent)), self.width, 2))
+
+    def failures(self, failed: Mapping[str, Result]) -> Text:
+        """The errors with their hints; equal ones name all of their hosts."""
+        return Text().join(self._failure(group) for group in self._equal(list(failed.items())))
 
     def _equal(self, hosts: Sequence[_Named]) -> list[list[_Named]]:
         """Hosts of the same result together if they are more than a few, and all of the same failure."""

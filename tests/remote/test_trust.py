@@ -121,6 +121,47 @@ def test_an_unknown_host_and_an_absent_one(spec: Path, home: Path) -> None:
     assert "nothing listens for SSH there" in absent.stderr
 
 
+@pytest.fixture
+def fleet(tmp_path: Path, home: Path, sshd: Sshd) -> Path:
+    """A spec of five hosts that are there, and of forty on which nothing listens."""
+    (home / ".ssh/config").write_text("Host tb-* off-*\n HostName 127.0.0.1\n")
+    path = tmp_path / "swarm.yaml"
+    path.write_text(
+        "version: 1\nname: fleet\nmode: central\nhub: tb-1\nhosts:\n"
+        f"  tb-[1-5]: {{address: '10.9.0.[1-5]', user: root, port: {sshd.port}}}\n"
+        f"  off-[01-40]: {{address: '10.9.0.[11-50]', user: root, port: {servers.free_port()}}}\n"
+        "robots:\n  koala: {type: koala, host: tb-1}\n"
+        "links:\n  - {kind: serial, host: tb-1, robot: koala, usb: {serial: A6}}\n"
+        "  - {kind: wlan, name: lab, hosts: ['host:*'], multicast: false}\n"
+    )
+    return path
+
+
+def test_many_hosts_of_one_kind_share_a_line(fleet: Path, home: Path, sshd: Sshd) -> None:
+    first = trust(fleet, home, "--yes")
+    assert first.stdout.count(fingerprint(sshd.keys[2])) == 5  # a person compares each new key
+    assert first.returncode == 4
+    assert first.stderr.count("nothing listens for SSH there") == 1
+    assert first.stderr.startswith("off-[01-40]  unreachable: ")
+    assert first.stderr.count("help: ") == 1
+
+    second = trust(fleet, home, "--host", "tb-[1-5]")
+    assert second.stdout == "known    5 hosts: tb-[1-5]\n"
+    assert trust(fleet, home, "--host", "tb-[1-2]").stdout.count(fingerprint(sshd.keys[2])) == 2
+
+
+def test_a_command_replaces_many_changed_keys(fleet: Path, home: Path, sshd: Sshd) -> None:
+    stale = servers.make_key(fleet.parent / "stale")
+    known = KnownHosts()
+    for n in range(1, 6):
+        known = known.pinned(f"tb-{n}", "127.0.0.1", sshd.port, (stale,))
+    file(fleet).write_text(known.dump())
+    refused = trust(fleet, home, "--host", "tb-*")
+    assert "add --host 'tb-[1-5]' --replace" in refused.stderr
+    assert trust(fleet, home, "--host", "tb-[1-5]", "--replace", "--yes").returncode == 0
+    assert set(pinned(fleet).values()) == {(sshd.keys[2],)}
+
+
 def test_a_wrong_known_hosts_file_is_an_error_with_its_place(spec: Path, home: Path) -> None:
     file(spec).write_text("# ours\nlaptop\n")
     done = trust(spec, home)

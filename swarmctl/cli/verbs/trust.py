@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -111,7 +112,7 @@ def trust(
                 known = known.pinned(one.target.host, one.target.address, one.target.port, (one.key,))
             file_writes.replace(path, known.dump().encode(errors="surrogateescape"))
             console.out().print(f"pinned {len(fresh)} in {path}")
-    _conclude(failed, refused)
+    _conclude(swarm, failed, refused)
     if not set(limit or ()) - set(swarm.hosts):  # jump hosts of ~/.ssh/config are no hosts of a plan
         next_command.advise("plan", spec, *next_command.where(limit=limit))
     else:
@@ -187,7 +188,7 @@ def _judge(scanned: Sequence[Scanned], replaceable: set[str]) -> tuple[list[Scan
         console.show(f"{State.KNOWN.value:8} {len(folded)} hosts: {hostlist.written(folded)}")
     for one in scanned:
         if one.target.host not in folded:
-            console.out().print("\n".join(one.lines()))
+            console.show("\n".join(one.lines()))
     changed = [one for one in scanned if one.state is State.CHANGED]
     replaced = [one for one in changed if one.target.host in replaceable]
     fresh = [one for one in scanned if one.state is State.NEW] + replaced
@@ -200,30 +201,34 @@ def _confirm(fresh: Sequence[Scanned], *, yes: bool) -> None:
         return
     if not sys.stdin.isatty():
         console.fail("there is no terminal to ask on", f"{ADVICE}, then run the same command with --yes")
-    console.out().print(ADVICE)
+    console.show(ADVICE)
     answer = console.out().input(f"type yes to pin {len(fresh)} key{'s' if len(fresh) > 1 else ''}: ")
     if answer.strip() != "yes":
         console.fail("nothing was pinned in this step")
 
 
-def _conclude(failed: Mapping[str, HostError], refused: Sequence[Scanned]) -> None:
+def _conclude(swarm: Swarm, failed: Mapping[str, HostError], refused: Sequence[Scanned]) -> None:
     """Print the errors and end with the exit code that fits; return if there is none."""
-    from swarmctl.views.escape import printable
+    from swarmctl.views.equal_hosts import names_of
+    from swarmctl.views.rollout import RolloutView
+    from swarmctl.yamltext import hostlist
 
-    for error in failed.values():
-        console.err().print(f"error: {printable(error.message)}")
-        if error.hint:
-            console.err().print(f"  help: {printable(error.hint)}")
+    if failed:
+        width = console.err().width if console.err().is_terminal else None
+        text = RolloutView(names_of(swarm), width=width).failures(failed)
+        text.rstrip()
+        console.err().print(text)
     if revoked := [one.target.host for one in refused if one.state is State.REVOKED]:
-        console.err().print(
-            f"error: {', '.join(revoked)}: the host key is revoked (@revoked) and is never pinned"
-        )
+        listed = hostlist.written(revoked)
+        console.show(f"error: {listed}: the host key is revoked (@revoked) and is never pinned", error=True)
         console.err().print("  help: on the host, remove /etc/ssh/ssh_host_* and run `ssh-keygen -A`")
     if changed := [one.target.host for one in refused if one.state is State.CHANGED]:
+        ours = [name for name in changed if name in swarm.hosts]
+        values = [next_command.selection(ours), *(name for name in changed if name not in ours)]
+        options = shlex.join(word for value in values if value for word in ("--host", value))
         console.fail(
             f"{len(changed)} of the hosts show another key than the known one",
-            f"re-flashed? add {' '.join(f'--host {name}' for name in changed)} --replace; "
-            "if not, another machine answers at this address",
+            f"re-flashed? add {options} --replace; if not, another machine answers at this address",
         )
     if refused:
         raise typer.Exit(exit_codes.ERROR)
