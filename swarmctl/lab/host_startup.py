@@ -13,17 +13,21 @@ from swarmctl.lab.hosts import network
 from swarmctl.lab.lab_plan import LabHost, LabPlan
 from swarmctl.lab.lab_state import read_state
 from swarmctl.lab.paths import LabPaths, last_lines
+from swarmctl.yamltext import hostlist
 
 BOOT_TIMEOUT = 90.0  # s
+PAUSE = 1.0  # s between two lines
 
 
 def wait_for_hosts(files: LabPaths, plan: LabPlan, progress: Callable[[str], None], *, since: float) -> None:
-    """Waits until the systemd and the sshd of every host run; ``progress`` gets a line per host.
+    """Waits until the systemd and the sshd of every host run; ``progress`` gets at most one line a second.
 
     ``since`` is the start of the displayed time (``time.monotonic``). Raises ``LabError`` if a host fails.
     """
     waiting = {host.name: host for host in plan.hosts}
     cut_off = _cut_off(files)
+    answered: list[str] = []
+    noted = since
     while waiting:
         report = supervisor_client.running(files)["hosts"]
         for host in [host for name, host in waiting.items() if report[name]["state"] == "running"]:
@@ -32,7 +36,11 @@ def wait_for_hosts(files: LabPaths, plan: LabPlan, progress: Callable[[str], Non
                 progress(f"host {host.name}: running, but its network is cut")
             elif _answers_ssh(files, host):
                 del waiting[host.name]
-                progress(f"host {host.name}: {host.address} answers SSH  {time.monotonic() - since:.1f} s")
+                answered.append(host.name)
+        if answered and (not waiting or time.monotonic() - noted > PAUSE):
+            listed = hostlist.written(host.name for host in plan.hosts if host.name in answered)
+            progress(f"SSH answers on {listed}  {time.monotonic() - since:.1f} s")
+            answered, noted = [], time.monotonic()
         for host in waiting.values():
             if not report[host.name]["wanted"]:
                 output = last_lines(files.host(host.name).log)

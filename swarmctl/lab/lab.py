@@ -19,6 +19,7 @@ from swarmctl.lab.hosts import image, network, nspawn, processes
 from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
 from swarmctl.lab.lab_state import State, read_state
 from swarmctl.lab.paths import LabPaths, lab_paths
+from swarmctl.yamltext import hostlist
 
 Progress = Callable[[str], None]
 
@@ -56,7 +57,7 @@ def up(plan: LabPlan, progress: Progress) -> None:
         state = preparation.load_or_create(files, plan)
         if report := supervisor_client.status(files):
             stopped = [host.name for host in plan.hosts if report["hosts"][host.name]["state"] == "stopped"]
-            starting = f"; starting {', '.join(stopped)}" if stopped else " already"
+            starting = f"; starting {hostlist.written(stopped)}" if stopped else " already"
             progress(f"lab {plan.name} is up{starting}")
             _repair(files, plan, stopped)
         else:
@@ -72,33 +73,47 @@ def up(plan: LabPlan, progress: Progress) -> None:
             if workspace := state.plan.workspace:
                 progress(f"workspace: {workspace.space} is {workspace.place} on every host")
         wait_for_hosts(files, plan, progress, since=time.monotonic())
+    for line in robot_lines(plan, state):
+        progress(line)
+
+
+def robot_lines(plan: LabPlan, state: State) -> Iterator[str]:
+    """How each robot is there; robots of which the same is true share a line."""
     standing = {one.robot for one in plan.stand_ins}
+    emulated: dict[tuple[str, ...], list[LabRobot]] = {}
     for robot in plan.robots:
         if robot.name not in standing:
-            progress(_robot_line(robot))
+            emulated.setdefault(_emulation(robot), []).append(robot)
+    for (before, after), robots in emulated.items():
+        devices = hostlist.written(robot.device for robot in robots)
+        yield f"robot {hostlist.written(robot.name for robot in robots)}: {before}{devices}{after}"
+    replaced: dict[str, list[str]] = {}
     for one in plan.stand_ins:
-        progress(_stand_in_line(one, state))
+        replaced.setdefault(_stand_in(one, state), []).append(one.robot)
+    for what, names in replaced.items():
+        yield f"robot {hostlist.written(names)}: {what}"
 
 
-def _robot_line(robot: LabRobot) -> str:
+def _emulation(robot: LabRobot) -> tuple[str, str]:
+    """What stands before and after the device of a robot."""
     if not robot.emulator:
-        return f"robot {robot.name}: no emulator for type {robot.type}; {robot.device} does not exist"
+        return f"no emulator for type {robot.type}; nothing at ", ""
     radio = (
         " (no Bluetooth in a lab: the device exists, its rfcomm unit is not needed)"
         if robot.bluetooth
         else ""
     )
     file = f", emulated by {robot.emulator}" if robot.emulator.endswith(EMULATOR_SUFFIX) else ""
-    return f"robot {robot.name}: {robot.type} on {robot.device}{file}{radio}"
+    return f"{robot.type} on ", f"{file}{radio}"
 
 
-def _stand_in_line(one: StandIn, state: State) -> str:
+def _stand_in(one: StandIn, state: State) -> str:
     if place := state.installed_in(one.package):
-        return f"robot {one.robot}: {one.starter} is in {place}"
+        return f"{one.starter} is in {place}"
     replaced = ", ".join((one.starter, *state.lacking(one.requires)))
     lost = ", ".join(state.missing_messages(one))
     empty = f"; the lab lacks {lost}, so messages of it are not shown: they are empty" if lost else ""
-    return f"robot {one.robot}: a stand-in moves and publishes in place of {replaced}{empty}"
+    return f"a stand-in moves and publishes in place of {replaced}{empty}"
 
 
 def _repair(files: LabPaths, plan: LabPlan, stopped: Sequence[str]) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.cells import cell_len
 from rich.console import Console
 
 from swarmctl.views import lab as view
@@ -64,3 +65,46 @@ def test_headings_are_within_half_a_turn(theta: float, degrees: float) -> None:
     assert view._heading(theta) == pytest.approx(degrees, abs=0.01) or view._heading(theta) == pytest.approx(
         -degrees, abs=0.01
     )
+
+
+FLEET = {
+    **{f"tb3-{n:02}": robot() for n in range(1, 21)},
+    **{f"p3-{n:02}": robot(x=float(n), left=0.1, right=0.1) for n in range(1, 4)},
+}
+
+
+def test_robots_at_one_place_share_a_row() -> None:
+    lines = shown(view.robots(FLEET)).splitlines()
+    assert lines[0] == "23 robots, 3 of them move"
+    assert [line.split()[0] for line in lines[2:]] == ["tb3-[01-20]", "p3-01", "p3-02", "p3-03"]
+    assert lines[2].endswith("stands still")
+
+
+def test_details_show_each_robot() -> None:
+    assert len(shown(view.robots(FLEET, details=True)).splitlines()) == 2 + len(FLEET)
+
+
+def test_few_robots_are_not_counted() -> None:
+    assert "move" not in shown(view.robots({"tb3-01": robot()})).splitlines()[0]
+
+
+@pytest.mark.parametrize("width", [40, 60, 80])
+def test_narrow_terminals_show_every_name_and_value(width: int) -> None:
+    screen = io.StringIO()
+    console = Console(file=screen, width=width, color_system=None, soft_wrap=True)
+    console.print(view.robots({**ROBOTS, **FLEET}, width=width))
+    console.print(view.hosts(STATUS, width=width))
+    text = screen.getvalue()
+    assert max(cell_len(line) for line in text.splitlines()) <= width
+    assert "…" not in text
+    for expected in (
+        "tb3-[01-20]",
+        "beetle",
+        "-0.500",
+        "-90.0",
+        "emulator failed",
+        "10.91.2.1",
+        "gamma",
+        "(cut)",
+    ):
+        assert expected in text

@@ -106,7 +106,7 @@ def up(
             plan = replace(plan, workspace=workspace_of(workspace, place))
         if only:
             plan = part_of(plan, _with_masters(swarm, selected.hosts(swarm.candidates, only, "--only")))
-        labs.up(plan, lambda line: console.err().print(line))
+        labs.up(plan, lambda line: console.show(line, error=True))
     next_command.advise("deploy", spec, *next_command.where(lab=True, lab_name=name, limit=only))
 
 
@@ -165,7 +165,7 @@ def status(
     if json:
         console.print_json({"v": 1} | found)
     else:
-        console.out().print(view.hosts(found, details=details))
+        console.out().print(view.hosts(found, details=details, width=console.columns()))
         next_command.advise("status", spec, *next_command.where(lab=True, lab_name=name))
 
 
@@ -183,6 +183,7 @@ def robots(
             help="Only these robots, or those of these hosts: ep-[1-6], @group, type:epuck2 (repeatable).",
         ),
     ] = None,
+    details: options.Details = False,
     json: options.Json = False,
 ) -> None:
     """Show the true poses and wheel speeds of the robots of a lab."""
@@ -198,7 +199,7 @@ def robots(
     if json:
         console.print_json({"v": 1, "robots": found})
     else:
-        console.out().print(view.robots(found))
+        console.out().print(view.robots(found, details=details, width=console.columns()))
 
 
 @lab.command(epilog=exit_codes.epilog(), context_settings={"ignore_unknown_options": True})
@@ -323,7 +324,7 @@ def start(spec: options.Spec, hosts: Hosts, overlays: options.Overlays = None, n
 
     with _lab_errors(spec, name):
         which, chosen = _chosen_hosts(spec, name, hosts)
-        labs.start(which, chosen, lambda line: console.err().print(line))
+        labs.start(which, chosen, lambda line: console.show(line, error=True))
     _done(spec, name, "power on", chosen)
 
 
