@@ -93,7 +93,7 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
         found.add("release", host.name, checks.release(host, answer.release), host=host)
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
         found.add("clock", host.name, checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
-    of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit)}
+    of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit, robot.pairing_unit)}
     of_others |= {robot.gate.unit for robot in host.robots if robot.gate is not None}
     of_others |= {program.unit for program in host.programs}
     for name in host.release.units:
@@ -153,6 +153,8 @@ def _robot(
     probe_devices, probe_ros = (f"probe {host.name} {part}" for part in ("devices", "ros"))
     master, release = f"master {host.name}", f"release {host.name}"
     line = ""
+    if robot.pairing_unit is not None:
+        _unit(found, host, robot.pairing_unit, answer, robot=robot)
     if robot.line_unit is not None:
         line = _unit(found, host, robot.line_unit, answer, robot=robot)
     undeployed = [release] if answer.release is None else []

@@ -39,7 +39,8 @@ class Release:
 
 @dataclass(frozen=True)
 class ExpectedRobot:
-    """A robot, its driver and its line. ``line_unit`` is the unit that creates the device, if one does.
+    """A robot, its driver and its line. ``line_unit`` is the unit that creates the device, if one does, and
+    ``pairing_unit`` the one that pairs the robot with its host before.
 
     ``guarded``: swarmctl's driver, which is its unit's main process and rejects unauthorised publishers.
     ``gate`` does that in front of another driver; ``ungated``: why nothing does.
@@ -51,6 +52,7 @@ class ExpectedRobot:
     optional: bool
     unit: str
     line_unit: str | None
+    pairing_unit: str | None
     node: str
     device: str  # empty for a robot without a line
     adapter: str  # what makes the device appear, for people
@@ -171,6 +173,9 @@ def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> Ex
         unit=driver.unit,
         line_unit=names.unit(swarm.name, robot.name, "rfcomm")
         if isinstance(robot.line, RfcommLine)
+        else None,
+        pairing_unit=names.unit(swarm.name, robot.name, "pair")
+        if isinstance(robot.line, RfcommLine) and robot.line.pin is not None
         else None,
         node=driver.node,
         device=robot.line.path if robot.line is not None else "",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -47,6 +47,15 @@ class Names:
     def _pattern(self) -> re.Pattern[str]:
         names = sorted(filter(None, self._marks), key=len, reverse=True)
         return re.compile(rf"(?<![A-Za-z0-9])(?:{'|'.join(map(re.escape, names))})(?![A-Za-z0-9])")
+
+    def about(self, text: str) -> Names:
+        """Returns these names with that robot only which ``text`` names, if it names one."""
+        pattern = self.pattern_of(text)
+        places = [place for place in range(len(self.robots)) if chr(_ROBOTS + place) in pattern]
+        if len(places) != 1:
+            return self
+        one = slice(places[0], places[0] + 1)
+        return replace(self, robots=self.robots[one], namespaces=self.namespaces[one])
 
     def pattern_of(self, text: str) -> str:
         """Returns ``text`` with marks for names and numbers; equal for texts that differ only in these."""

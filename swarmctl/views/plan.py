@@ -12,6 +12,7 @@ from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
 from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
 from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import losses
+from swarmctl.views.notes import notes
 from swarmctl.views.width import shortened, wrapped
 from swarmctl.yamltext import hostlist
 
@@ -53,7 +54,9 @@ class PlanView:
         changed = [host for host in shown.hosts if host.steps or host.problem]
         for hosts in self._equal(changed):
             text.append("\n").append_text(self._hosts(hosts))
-        text.append_text(self._notes(shown.hosts))
+        noted = [(host.host, note) for host in shown.hosts for note in host.notes]
+        shown_notes = notes(noted, self.names, details=self.details, width=self.width, complete=self.complete)
+        text.append("\n" if noted else "").append_text(shown_notes)
         idle = [host.host for host in shown.hosts if not host.steps and not host.problem]
         if idle and len(idle) < len(shown.hosts):
             text.append_text(self._line(Text(f"\nup to date: {hostlist.written(idle)}")))
@@ -120,15 +123,6 @@ class PlanView:
             return self._line(start.append(f"{name:<{target}}").append(f"  {cause}", "dim"), beside)
         text = self._line(start.append(shortened(name, self.width - _TARGET)))
         return text.append_text(self._line(Text(f"{' ' * 6}{cause}", "dim"), 6)) if cause else text
-
-    def _notes(self, hosts: Sequence[HostPlan]) -> Text:
-        """The notes, each once with the hosts that have it."""
-        noted = [(host, printable(note)) for host in hosts for note in host.notes]
-        text = Text("\n" if noted else "")
-        for group in grouped(noted, lambda one: one[1] if not self.details else one):
-            listed = hostlist.written(host.host for host, _ in group)
-            text.append_text(self._line(Text(f"note: {listed}: {group[0][1]}", "dim"), 6))
-        return text
 
     def _diff(self, body: str) -> Text:
         text = Text()

@@ -11,6 +11,7 @@ from swarmctl.deploy.rollout import Outcome, Result
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
 from swarmctl.views.escape import printable
+from swarmctl.views.notes import notes
 from swarmctl.views.progress import verdict
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
@@ -35,7 +36,15 @@ class RolloutView:
         text = self.failures(dict(failed))
         for group in self._equal([one for one in found.items() if not isinstance(one[1], HostError)]):
             text.append_text(self._line(self._done(group)))
-        text.append_text(self._notes(found))
+        noted = [
+            (name, note)
+            for name, result in found.items()
+            if isinstance(result, Outcome)
+            for note in result.plan.notes
+        ]
+        text.append_text(
+            notes(noted, self.names, details=self.details, width=self.width, complete=self.complete)
+        )
         return text.append_text(wrapped(Text(summary(found, absent)), self.width, 2))
 
     def failures(self, failed: Mapping[str, Result]) -> Text:
@@ -84,20 +93,6 @@ class RolloutView:
         assert not isinstance(result, HostError)  # failures have lines of their own
         like = f"{len(group)} hosts like {first}: " if len(group) > 1 and result.changed else ""
         return Text.assemble((_listed(group), "bold"), f"  {like}", verdict(result, details=self.details))
-
-    def _notes(self, found: Mapping[str, Result]) -> Text:
-        """The notes, each once with the hosts that have it."""
-        noted = [
-            (name, printable(note))
-            for name, result in found.items()
-            if isinstance(result, Outcome)
-            for note in result.plan.notes
-        ]
-        text = Text()
-        for group in grouped(noted, lambda one: one if self.details else one[1]):
-            listed = hostlist.written(name for name, _ in group)
-            text.append_text(self._line(Text(f"note: {listed}: {group[0][1]}", "dim"), 6))
-        return text
 
 
 def summary(found: Mapping[str, Result], absent: Sequence[str] = ()) -> str:

@@ -65,6 +65,20 @@ def test_notes_are_written_once_with_their_hosts() -> None:
     assert "\nnote: k3, koala: its clock is 3 s ahead\n" in view.text(noted).plain
 
 
+def test_notes_on_each_robot_of_a_host_are_one() -> None:
+    notes = tuple(
+        f"swarm-fleet.ep-{n}.pair.service is skipped; then run swarmctl deploy" for n in range(1, 7)
+    )
+    results: dict[str, Result] = {"pi": Outcome(HostPlan("pi", "a", "a", notes=notes))}
+    names = {"pi": Names("pi", robots=tuple(f"ep-{n}" for n in range(1, 7)))}
+    once = "note: pi: swarm-fleet.ep-[1-6].pair.service is skipped; then run swarmctl deploy fleet.yaml"
+    for details, count in ((False, 1), (True, 6)):
+        view = RolloutView(names, details, None, lambda hint: f"{hint} fleet.yaml")
+        noted = [line for line in view.text(results).plain.splitlines() if line.startswith("note: ")]
+        assert len(noted) == count
+        assert (once in noted) is not details
+
+
 def test_details_show_every_host() -> None:
     shown = lines(found(40, (3, 4)), details=True)
     assert all(any(line.startswith(f"tb-{n:03}  ") for line in shown) for n in range(1, 41))
