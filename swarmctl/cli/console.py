@@ -131,14 +131,21 @@ def cannot_write(error: OSError, place: object) -> str:
 
 
 def fail(message: str, *help_lines: str, code: int = exit_codes.ERROR) -> NoReturn:
-    """Print an error and how to fix it on stderr, and exit with ``code``."""
+    """Print an error and how to fix it on stderr, and exit with ``code``.
+
+    Help with a command in it gets no line breaks, which the terminal would copy.
+    """
     from rich.text import Text
 
     from swarmctl.views.escape import printable
 
-    err().print(Text.assemble(("error", "bold red"), (f": {printable(message)}", "bold")))
+    show(Text.assemble(("error", "bold red"), (f": {printable(message)}", "bold")), error=True)
     for line in help_lines:
-        err().print(Text.assemble(("  help", "bold green"), f": {printable(line)}"))
+        text = Text.assemble(("  help", "bold green"), f": {printable(line)}")
+        if "swarmctl " in line:
+            err().print(text)
+        else:
+            show(text, error=True)
     raise typer.Exit(code)
 
 

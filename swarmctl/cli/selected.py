@@ -23,7 +23,7 @@ def hosts(known: Candidates, selections: Sequence[str] | None, option: str = "--
         return list(known.hosts)
     found = _selected(known, selections, "hosts", option)
     if found.through:
-        console.err().print(f"note: {option} selects hosts: {_through(known, found)}")
+        console.show(f"note: {option} selects hosts: {_through(known, found)}", error=True)
     return list(found.names)
 
 
@@ -62,10 +62,12 @@ def _selected(known: Candidates, selections: Sequence[str], kind: Kind, option: 
 
 def _through(known: Candidates, found: Selected) -> str:
     """Such as ``pi-1 for ep-1 (and drives ep-2 too), pi-2 for ep-3``."""
+    from swarmctl.yamltext import hostlist
+
     shown = []
     for host, meant in list(found.through.items())[:_SHOWN]:
         others = [name for name, one in known.robots.items() if one.host == host and name not in meant]
-        too = f" ({host} drives {', '.join(others)} too)" if others else ""
-        shown.append(f"{host} for {', '.join(meant)}{too}")
+        too = f" ({host} drives {hostlist.written(others)} too)" if others else ""
+        shown.append(f"{host} for {hostlist.written(meant)}{too}")
     more = len(found.through) - len(shown)
     return ", ".join(shown) + (f", and {more} more" if more else "")

@@ -119,7 +119,8 @@ class PlanView:
         glyph, style = _GLYPH[kind]
         start = Text.assemble("  ", (f"{glyph} {kind.value:<11}", style), " ")
         beside = _TARGET + target + 2
-        if self.width is None or beside + min(_NARROWEST, cell_len(cause)) <= self.width:
+        least = max((min(_NARROWEST, cell_len(cause)), *map(cell_len, cause.split())))
+        if self.width is None or beside + least <= self.width:
             return self._line(start.append(f"{name:<{target}}").append(f"  {cause}", "dim"), beside)
         text = self._line(start.append(shortened(name, self.width - _TARGET)))
         return text.append_text(self._line(Text(f"{' ' * 6}{cause}", "dim"), 6)) if cause else text

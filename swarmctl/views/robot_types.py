@@ -49,7 +49,7 @@ def table(types: Iterable[Shown]) -> Table:
     made.add_column("type", no_wrap=True, min_width=longest)
     own = any(one.source != SHIPPED for one in shown)
     for heading in ("robot", "protocol", "link", "sensors", *(["from"] if own else [])):
-        made.add_column(heading)
+        made.add_column(heading, overflow="fold")
     for one in shown:
         links, senses = ", ".join(_links(one.type)), _some(_senses(one.type))
         source = [one.source] if own else []

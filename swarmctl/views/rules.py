@@ -10,6 +10,7 @@ from rich.text import Text
 
 from swarmctl.rules.rulebook import Pitfall, RuleText
 
+_FAMILY = 18  # columns
 _STYLE = {"error": "bold red", "warning": "bold yellow"}
 _HEAD = """# Rules
 
@@ -62,8 +63,10 @@ def explained(rule: RuleText) -> Text:
 def table(rules: Iterable[RuleText]) -> Table:
     """Returns all rules as a table, one per line."""
     made = Table(box=None, show_edge=False, pad_edge=False)
-    for heading in ("rule", "severity", "family", "what"):
-        made.add_column(heading, no_wrap=heading != "what")
+    made.add_column("rule", no_wrap=True)
+    made.add_column("severity", no_wrap=True)
+    made.add_column("family", overflow="fold", max_width=_FAMILY)
+    made.add_column("what", overflow="fold")
     for rule in rules:
         style = _STYLE[rule.severity.value]
         made.add_row(rule.id, Text(rule.severity.value, style), rule.family, rule.what)

@@ -79,6 +79,12 @@ def test_details_of_a_graph_show_each_path(capsys: pytest.CaptureFixture[str]) -
     assert sum("robot tb3-07 " in line for line in shown) == 2
 
 
+def test_changes_that_a_conversion_leaves_to_people_are_ranges(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["mode", "convert", str(SPEC), "--to", "single-minded"]) == exit_codes.ERROR
+    shown = capsys.readouterr().err
+    assert "links[1-28,30].host: desk; links[14-16,20-22].adapter removed; robots.tb3-[01-20].host" in shown
+
+
 def test_a_plan_folds_equal_hosts(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["plan", str(SPEC), "--offline"]) == exit_codes.OK
     shown = capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""On a terminal, no verb prints a line that is wider than it: tried on the fleet of 40 hosts."""
+"""On a terminal, no verb prints a line that is wider than it, or cuts one: tried on the fleet of 40 hosts."""
 
 from __future__ import annotations
 
@@ -63,3 +63,4 @@ def test_no_line_is_wider(line: str, terminal: Terminal, monkeypatch: pytest.Mon
         terminal.truncate(0)
         terminal.seek(0)
         assert [one for one in shown if cell_len(one) > width] == []
+        assert [one for one in shown if "…" in one] == []  # nothing is cut

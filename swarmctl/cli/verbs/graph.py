@@ -114,7 +114,7 @@ def _sections(
     from swarmctl.views.graph import paths as paths_view
 
     if impact:
-        yield impact_view.table(part.impacts(impacts(index)), details=details)
+        yield impact_view.table(part.impacts(impacts(index)), details=details, width=console.columns())
     if paths or path:
         yield paths_view.paths(_paths(index, part, path), details=details)
     if budgets:

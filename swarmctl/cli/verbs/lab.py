@@ -113,10 +113,12 @@ def up(
 def _with_masters(swarm: Swarm, hosts: list[str]) -> list[str]:
     """The hosts and those that run their masters; prints a note on each of the latter."""
     from swarmctl.lab.part_of_plan import masters_for
+    from swarmctl.yamltext import hostlist
 
     needed = masters_for(swarm, hosts)
     for hub, members in needed.items():
-        console.err().print(f"note: {hub} boots too: it runs the master of {', '.join(members)}")
+        listed = hostlist.written(members)
+        console.show(f"note: {hub} boots too: it runs the master of {listed}", error=True)
     return [*hosts, *needed]
 
 
@@ -379,7 +381,7 @@ def _there(lab_name: str, chosen: list[str], known: list[str]) -> list[str]:
     if not found:
         console.fail(f"lab {lab_name} has no {lacking}", f"it has {hostlist.written(known) or 'none'}")
     if lacking:
-        console.err().print(f"note: lab {lab_name} has no {lacking}")
+        console.show(f"note: lab {lab_name} has no {lacking}", error=True)
     return found
 
 

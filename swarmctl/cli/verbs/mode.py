@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -40,7 +41,7 @@ def infer(spec: options.Spec, overlays: options.Overlays = None, json: options.J
         if edit:
             console.out().print(f"\nedit to make it {declared.value}:\n\n{edit}", end="")
         if problem:
-            console.err().print(f"no edit makes it {declared.value}: {problem}")
+            console.show(f"no edit makes it {declared.value}: {problem}", error=True)
         elif edit and len(spec.files) == 1:
             next_command.advise("mode convert", spec, "--to", declared.value, "--write")
     raise typer.Exit(exit_codes.OK if same else exit_codes.ERROR)
@@ -68,9 +69,9 @@ def convert(
     else:
         print(file_writes.difference(change), end="")
     for line in conversion.notes:
-        console.err().print(f"note: {line}")
+        console.show(f"note: {line}", error=True)
     for line in conversion.by_hand:
-        console.err().print(f"by hand: {line}")
+        console.show(f"by hand: {line}", error=True)
     next_command.advise(*(("validate", spec) if write else ("mode convert", spec, "--to", to, "--write")))
 
 
@@ -110,10 +111,13 @@ def _wrong(document: Document, conversion: Conversion) -> list[str]:
     from swarmctl.diagnostics import Severity
     from swarmctl.rules.runner import lint
     from swarmctl.spec.load import load_text
+    from swarmctl.yamltext import hostlist
 
     if conversion.undone:
+        ranges = "; ".join(text for text, _ in hostlist.ranges_of(conversion.undone))
+        undone = re.sub(r"\[\[(.*?)\]\]", r"[\1]", ranges)  # links[[1-3]] -> links[1-3]
         return [
-            f"in another file, or for only some elements of a range: {'; '.join(conversion.undone)}",
+            f"in another file, or for only some elements of a range: {undone}",
             "make these changes by hand, or convert one file without ranges: `swarmctl spec --expanded`",
         ]
     result, found = load_text(conversion.text, document.source.path, document.catalog)

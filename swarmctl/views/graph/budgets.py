@@ -146,7 +146,7 @@ def _of(used: float, there: float, unit: str = "") -> str:
 def _table(headings: tuple[str, ...], rows: Iterable[_Row], *, details: bool) -> Table:
     made = Table(box=None, show_edge=False, pad_edge=False)
     for heading in headings:
-        made.add_column(heading)
+        made.add_column(heading, overflow="fold")
     for group in grouped(rows, _beside, alone=lambda group: details or len(group) <= FEW):
         made.add_row(hostlist.written(str(row[0]) for row in group), *group[0][1:])
     return made

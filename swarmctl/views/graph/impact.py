@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
 
@@ -14,30 +15,46 @@ from swarmctl.yamltext import hostlist
 
 NUMBER = re.compile(r"(?<=[\w\[/,-])\d+")  # of a name or a range; counts stand behind a blank
 _PROGRAM = "program"
+_WIDEST, _NARROWEST = 30, 40  # columns of a part, and of what fails beside it; in fewer it stands below
 _NAMED = 4  # names and ranges of one list that are shown; the rest are counted
 
 
-def table(impacts: Sequence[Impact], *, details: bool = False) -> Table:
+def table(impacts: Sequence[Impact], *, details: bool = False, width: int | None = None) -> Table | Text:
     """One row for each program, and for each other part whose failure affects something.
 
     Parts that differ only in numbers of names share a row, and so do programs that end alone, unless with
-    ``details``.
+    ``details``. Where few columns are left for what fails, it stands below each part.
     """
-    made = Table(box=None, show_edge=False, pad_edge=False)
-    made.add_column("if this fails", overflow="fold")
-    made.add_column("robots lost", justify="right")
-    if programs := any(one.programs or one.kind == _PROGRAM for one in impacts):
-        made.add_column("programs", justify="right")
-    made.add_column("what fails with it")
+    programs = any(one.programs or one.kind == _PROGRAM for one in impacts)
+    counted = ("robots lost", "programs") if programs else ("robots lost",)
     shown = [one for one in impacts if one.kind == _PROGRAM or not one.harmless]
+    rows = []
     for group in grouped(shown, _pattern, alone=lambda group: details or _is_alone(group)):
         first = group[0]
         style = "bold red" if first.single_point else ""
         lost = "nothing else" if first.harmless else losses(first)
         like = f"{len(group)} like {first.name}: " if len(group) > 1 and not first.harmless else ""
         part = Text(f"{first.kind} {hostlist.written(one.name for one in group)}", style)
-        made.add_row(part, *_counts(first, programs), f"{like}{lost}")
+        rows.append((part, _counts(first, programs), f"{like}{lost}"))
+    longest = max((cell_len(part.plain) for part, *_ in rows), default=0)
+    if (
+        width is not None
+        and min(longest, _WIDEST) + sum(len(one) + 2 for one in counted) + _NARROWEST > width
+    ):
+        return Text("\n").join(_stacked(*row, counted) for row in rows)
+    made = Table(box=None, show_edge=False, pad_edge=False)
+    made.add_column("if this fails", overflow="fold")
+    for title in counted:
+        made.add_column(title, justify="right")
+    made.add_column("what fails with it")
+    for part, counts, lost in rows:
+        made.add_row(part, *counts, lost)
     return made
+
+
+def _stacked(part: Text, counts: Sequence[str], lost: str, titles: Sequence[str]) -> Text:
+    numbers = ", ".join(f"{title} {count}" for title, count in zip(titles, counts, strict=True))
+    return Text.assemble(part, f"  {numbers}\n    {lost}")
 
 
 def _is_alone(group: Sequence[Impact]) -> bool:
