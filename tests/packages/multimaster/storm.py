@@ -28,6 +28,7 @@ from tests.packages.multimaster.nodehost import KIND
 CALMS = 10  # pauses in which the masters are compared with the model
 PATIENCE = 12.0  # s within which all masters must match the model
 RECORD = "/multimaster/record"
+ROUNDS = 20  # looks at a master until two of them find the same nodes
 
 
 class Storm:
@@ -162,11 +163,21 @@ class Storm:
     def _seen(
         self, island: str
     ) -> tuple[set[tuple[str, str, str]], set[tuple[str, str]], set[tuple[str, str, str]]]:
-        """Publishers and subscribers of a master, and the publishers in its record."""
+        """Publishers and subscribers of a master, and the publishers in its record.
+
+        A bridge may bring a name from another island between two calls: topics of the former node would get
+        the URI of the new one. So the URIs count that are the same before and after the state.
+        """
         master = self.islands.master(island)
-        publishers, subscribers, _ = master.getSystemState("/checker")[2]
-        names = {name for _, names in publishers for name in names}
-        uris = {name: master.lookupNode("/checker", name)[2] for name in names}
+        uris: dict[str, str] = {}
+        for _ in range(ROUNDS):
+            publishers, subscribers, _ = master.getSystemState("/checker")[2]
+            names = {name for _, names in publishers for name in names}
+            before, uris = uris, {name: master.lookupNode("/checker", name)[2] for name in names}
+            if uris == before:
+                break
+        else:
+            raise AssertionError(f"the nodes of {island} changed during each of {ROUNDS} looks")
         code, _, record = master.getParam("/checker", RECORD)
         return (
             {(topic, name, uris[name]) for topic, names in publishers for name in names},
