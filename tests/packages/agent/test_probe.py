@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_agent import unit_journal
+from swarm_agent.unit_journal import Message
 from swarm_agent.verbs import probe
 from swarm_ros1_probe import nodes
 
@@ -193,6 +195,14 @@ def test_the_probe_registers_nothing(prefix: Path, graph: tuple[FakeRos, str]) -
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     state = probed(graph[1])["units"]["swarm-test.k3.service"]
     assert (state["restarts"], state["restarted"]) == (2, 1)
+
+
+def test_a_node_that_another_ends_during_the_probe_is_a_conflict(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = Message(time.time(), "shutdown request: [/k3/driver] Reason: new node registered with same name")
+    monkeypatch.setattr(unit_journal, "messages", lambda unit, since: [line])
+    assert list(probed(graph[1])["conflicts"]["swarm-test.k3.service"]) == ["/k3/driver"]
 
 
 def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:

@@ -73,7 +73,7 @@ def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = 
     monkeypatch.setattr(unit_journal, "messages", messages)
     answer: dict[str, Any] = {
         "troubles": {},
-        "units": {UNIT: {"active": "active"}},
+        "units": {UNIT: {"active": "active", "restarted": 0}},
         "history": {UNIT: {"recent": 0, "exit": "", "since": 0.0}},
     }
     request = {
@@ -81,6 +81,7 @@ def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = 
         "advertised": "127.0.0.1", "launched": {UNIT: {"/lab/scan": 0.5, "/tf": 0.0}},
     }  # fmt: skip
     observe.observe(request, answer)  # type: ignore[arg-type]
+    observe.observe_logs(answer)  # type: ignore[arg-type]
     return answer
 
 

@@ -9,7 +9,14 @@ from swarm_agent.clip import clipped
 from . import daemon
 
 if TYPE_CHECKING:
-    from swarm_agent.probe_messages import GraphAnswer, NodeAnswer, NodeRequest, ProbeRequest, StatusAnswer
+    from swarm_agent.probe_messages import (
+        GraphAnswer,
+        NodeAnswer,
+        NodeRequest,
+        ProbeAnswer,
+        ProbeRequest,
+        StatusAnswer,
+    )
 
 
 def observe(request: ProbeRequest, answer: GraphAnswer) -> None:
@@ -28,6 +35,10 @@ def observe(request: ProbeRequest, answer: GraphAnswer) -> None:
         "types": {topic: kind for node in nodes.values() for topic, kind in node["publishes"].items()},
         "strangers": [],
     }
+
+
+def observe_logs(answer: ProbeAnswer) -> None:
+    """Nothing to do: in this middleware a node that has a name keeps it."""
 
 
 def _publishers(nodes: dict[str, dict[str, Any]], topic: str) -> dict[str, str]:

@@ -40,13 +40,14 @@ class ImageAnswer(TypedDict):
 class ProbeRequest(TypedDict):
     """The state of the host's part of the swarm, without changing or joining anything.
 
-    ``module``: its ``observe(request, answer)`` fills in the ``GraphAnswer``; ``master``: its URI, empty
-    without one; ``commands``: topics whose publishers and subscribers are looked up, with those of all topics
-    that have one of ``command_types``; ``graph``: null on one
-    island; ``launched``: units whose nodes are to be found, each with the seconds to listen to its topics (0:
-    not at all); ``advertised``: the host in the URIs of this host's nodes; ``restart_window``: s in which
-    restarts count; ``images``: those of containers, by unit; ``clock``: s to listen to the clock of simulated
-    time, 0 where time is not simulated, null where the host runs no master.
+    ``module``: its ``observe(request, answer)`` fills in the ``GraphAnswer``, its ``observe_logs(answer)``
+    the conflicts, after the last states of the units; ``master``: its URI, empty without one; ``commands``:
+    topics whose publishers and subscribers are looked up, with those of all topics that have one of
+    ``command_types``; ``graph``: null on one island; ``launched``: units whose nodes are to be found, each
+    with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs of this
+    host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit;
+    ``clock``: s to listen to the clock of simulated time, 0 where time is not simulated, null where the host
+    runs no master.
     """
 
     verb: Literal["probe"]

@@ -15,15 +15,18 @@ from swarm_agent.clip import clipped
 from swarm_agent.errors import RefusedError
 
 if TYPE_CHECKING:
-    from swarm_agent.probe_messages import ConflictAnswer, ProbeAnswer, ProbeRequest
+    from swarm_agent.probe_messages import ConflictAnswer, ProbeAnswer
 
 _REASON = re.compile(r"\[(/[^\]\s]+)\] Reason: new node registered with same name")
 _MOST_UNITS = 20  # whose logs are read
 _LONGEST = 10.0  # s for all logs
 
 
-def add(request: ProbeRequest, answer: ProbeAnswer) -> None:
-    """Adds the conflicts of the units that were restarted, do not run, or have lost a node."""
+def add(answer: ProbeAnswer) -> None:
+    """Adds the conflicts of the units that were restarted, do not run, or have lost a node.
+
+    The states of the units are the last ones of the probe: one that was ended during it counts, too.
+    """
     began = time.monotonic()
     answer["conflicts"] = {}
     for unit, since in _suspicious(answer)[:_MOST_UNITS]:
@@ -41,14 +44,15 @@ def add(request: ProbeRequest, answer: ProbeAnswer) -> None:
 
 def _suspicious(answer: ProbeAnswer) -> list[tuple[str, float]]:
     """Units to look at, each with the time from which on its log counts."""
-    units, launched = answer.get("units") or {}, answer["launched"]
+    units, launched = answer.get("units") or {}, answer.get("launched") or {}
     lost = {
         unit for unit, one in launched.items() if one["ended"] or max(one["starts"].values(), default=1) > 1
     }
+    restarted = {unit for unit, state in units.items() if state["restarted"] or state["active"] != "active"}
     return [
         (unit, one["since"])
         for unit, one in (answer.get("history") or {}).items()
-        if unit in lost or one["recent"] or units[unit]["active"] != "active"
+        if unit in lost or unit in restarted or one["recent"]
     ]
 
 

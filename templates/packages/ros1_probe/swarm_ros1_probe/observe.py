@@ -36,7 +36,11 @@ def observe(request: ProbeRequest, answer: ProbeAnswer) -> None:
     running = launched.running(request, answer)
     asyncio.run(_in_time(request, answer, running))
     launched.add_endings(answer, running)
-    name_conflicts.add(request, answer)
+
+
+def observe_logs(answer: ProbeAnswer) -> None:
+    """Fill in the conflicts of names; ``answer`` has the last states of the units."""
+    name_conflicts.add(answer)
 
 
 async def _in_time(request: ProbeRequest, answer: GraphAnswer, running: launched.Running) -> None:

@@ -56,6 +56,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
     answer["units"] = _with_restarts(before, part("units", states))
+    part("conflicts", lambda: importlib.import_module(request["module"]).observe_logs(answer))
     answer["boot_id"] = part("boot_id", _boot_id)
     answer["time"] = time.time()
     return answer
