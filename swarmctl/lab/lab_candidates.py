@@ -10,10 +10,14 @@ from swarmctl.yamltext import hostlist
 
 
 def candidates_of(plan: LabPlan) -> Candidates:
-    """Returns the hosts and the emulated robots; groups, labels and other robots are in the spec only."""
+    """Returns the hosts, the emulated robots and those with stand-ins.
+
+    Groups, labels and the types of stand-ins' robots are in the spec only.
+    """
+    stand_ins = {one.robot: RobotFacts("", one.host) for one in plan.stand_ins}
     return Candidates(
         hosts={host.name: () for host in plan.hosts},
-        robots={robot.name: RobotFacts(robot.type, robot.host) for robot in plan.robots},
+        robots=stand_ins | {robot.name: RobotFacts(robot.type, robot.host) for robot in plan.robots},
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -257,6 +257,26 @@ def test_the_hosts_and_robots_of_a_lab_that_are_shown(
     assert list(json.loads(capsys.readouterr().out)["robots"]) == ["k3-1", "k3-2", "k3-3", "k3-4"]
     assert run(["lab", "robots", fleet.spec, "--limit", "k3-9"]) == exit_codes.ERROR
     assert "error: --limit: there is no" in capsys.readouterr().err
+
+
+def test_robots_with_stand_ins_are_shown_in_a_lab_that_is_named(
+    fleet: Fleet, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cart = SimpleNamespace(robot="cart", host="pi-1")
+    plan = replace(lab.plan("shelf"), stand_ins=(cart,))
+    monkeypatch.setattr(lab, "plan", lambda _: plan)
+    monkeypatch.setattr(lab, "robots", lambda _: {"cart": {}, "rover": {}})
+    assert run(["lab", "robots", fleet.spec, "--name", "shelf", "--json", "--limit", "cart"]) == exit_codes.OK
+    assert list(json.loads(capsys.readouterr().out)["robots"]) == ["cart"]
+    assert run(["lab", "unplug", fleet.spec, "cart", "--name", "shelf"]) == exit_codes.ERROR
+    assert "error: lab shelf has no cable of cart" in capsys.readouterr().err
+
+
+def test_a_spec_that_is_not_there_is_an_error_for_a_named_lab_too(
+    fleet: Fleet, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["lab", "robots", "no-spec.yaml", "--name", "shelf"]) == exit_codes.ERROR
+    assert "there is no file `no-spec.yaml`" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("words", "error", "candidates"), ONE_NAME)

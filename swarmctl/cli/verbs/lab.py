@@ -61,8 +61,8 @@ def _lab_errors(spec: SpecFiles | None, name: str) -> Iterator[None]:
 
 
 def _name(spec: SpecFiles | None, name: str) -> str:
-    """The name of the lab; the spec is read only without a given name."""
-    return name if name or spec is None else console.read_spec(spec).name
+    """The name of the lab; the spec is read only without a given name, but it must be there."""
+    return name if spec is None or (name and spec.first.exists()) else console.read_spec(spec).name
 
 
 @lab.command(epilog=exit_codes.epilog())
@@ -194,8 +194,10 @@ def robots(
 
     with _lab_errors(spec, name):
         if limit:
-            which, chosen = _chosen_robots(spec, name, limit, "--limit")
-            found = {robot: state for robot, state in labs.robots(which).items() if robot in chosen}
+            which, known = _candidates(spec, name, limit)
+            whole = labs.robots(which)
+            chosen = _there(which, selected.robots(known, limit, "--limit"), list(whole))
+            found = {robot: whole[robot] for robot in chosen}
         else:
             found = labs.robots(_name(spec, name))
     if json:
@@ -347,15 +349,13 @@ def _candidates(spec: SpecFiles, name: str, selections: Sequence[str]) -> tuple[
     return name or swarm.name, swarm.candidates
 
 
-def _chosen_robots(
-    spec: SpecFiles, name: str, selections: list[str], option: str = "ROBOT"
-) -> tuple[str, list[str]]:
-    """The name of the lab, and its robots that are selected; exits without any. Raises ``LabError``."""
+def _chosen_robots(spec: SpecFiles, name: str, selections: list[str]) -> tuple[str, list[str]]:
+    """The name of the lab, and its selected robots with cables; exits without any. Raises ``LabError``."""
     from swarmctl.lab import lab as labs
 
     which, known = _candidates(spec, name, selections)
-    found = selected.robots(known, selections, option)
-    return which, _there(which, found, [one.name for one in labs.plan(which).robots])
+    found = selected.robots(known, selections, "ROBOT")
+    return which, _there(which, found, [one.name for one in labs.plan(which).robots], "cable of ")
 
 
 def _chosen_hosts(
@@ -372,16 +372,17 @@ def _chosen_hosts(
     return which, on or there[:1]  # the lab names the networks of a host that is not on this one
 
 
-def _there(lab_name: str, chosen: list[str], known: list[str]) -> list[str]:
+def _there(lab_name: str, chosen: list[str], known: list[str], what: str = "") -> list[str]:
     """Those of ``chosen`` that a lab of a part of the swarm has; prints a note on the others."""
     from swarmctl.yamltext import hostlist
 
     found = [one for one in chosen if one in known]
     lacking = hostlist.written(one for one in chosen if one not in known)
     if not found:
-        console.fail(f"lab {lab_name} has no {lacking}", f"it has {hostlist.written(known) or 'none'}")
+        there = f"{what and 'those of '}{hostlist.written(known)}" if known else "none"
+        console.fail(f"lab {lab_name} has no {what}{lacking}", f"it has {there}")
     if lacking:
-        console.show(f"note: lab {lab_name} has no {lacking}", error=True)
+        console.show(f"note: lab {lab_name} has no {what}{lacking}", error=True)
     return found
 
 
