@@ -108,7 +108,8 @@ def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
     if not seen.runs:
         return bad(f"does not run ({seen.active or 'unknown'})", f"on {host}: systemctl start {name}")
     if seen.restarts >= MOST_RESTARTS:
-        return Verdict(State.WARNING, f"{_times(seen.restarts)} since it was started", journal)
+        text = f"{_times(seen.restarts)} since it was started{_running(seen)}"
+        return Verdict(State.WARNING, text, journal)
     return ok(_with("runs", seen.text))
 
 
@@ -122,7 +123,8 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
         return bad(f"crash loop: {_times(seen.restarts)}, last result {_ending(seen)}", journal)
     if seen.recent > MOST_RESTARTS:
         text = f"{_times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {_ending(seen)}"
-        return bad(text, f"{journal}; once it is fixed: sudo systemctl reset-failed {name}")
+        reset = f"once it is fixed: sudo systemctl reset-failed {name}"
+        return bad(text + _running(seen), f"{journal}; {reset}")
     return None
 
 
@@ -267,6 +269,16 @@ def _ending(seen: UnitSeen) -> str:
 
 def _times(restarts: int) -> str:
     return f"restarted {restarts} time{'' if restarts == 1 else 's'}"
+
+
+def _running(seen: UnitSeen) -> str:
+    """For how long a restarted unit has run by now, in s, min or h, rounded down."""
+    if not seen.runs or seen.running < 1:
+        return ""
+    for unit, seconds in (("h", 3600), ("min", 60)):
+        if seen.running >= 2 * seconds:
+            return f"; it has run for {seen.running // seconds:.0f} {unit} now"
+    return f"; it has run for {seen.running:.0f} s now"
 
 
 def _with(text: str, status: str) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 class UnitSeen:
     """A systemd unit. ``restarted`` counts the restarts during the probe, ``recent`` the latest ones.
 
+    ``running``: for how long a unit that was restarted has run by now, s.
     ``exit``: how its main process ended last; ``stopped``: processes that a signal or a debugger has stopped,
     as number and name; ``unmet``: conditions of its file that are not met, for one that is ``skipped``.
     """
@@ -24,6 +25,7 @@ class UnitSeen:
     restarted: int
     skipped: bool
     recent: int = 0
+    running: float = 0.0
     exit: str = ""
     stopped: tuple[str, ...] = ()
     unmet: tuple[str, ...] = ()

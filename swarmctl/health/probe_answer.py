@@ -77,6 +77,7 @@ def _unit(data: Mapping[str, Any]) -> UnitSeen:
         restarted=_count(data.get("restarted")),
         skipped=data.get("skipped") is True,
         recent=_count(data.get("recent")),
+        running=_float_or_none(data.get("running")) or 0.0,
         exit=_text(data.get("exit")),
         stopped=_texts(data.get("stopped")),
         unmet=_texts(data.get("unmet")),

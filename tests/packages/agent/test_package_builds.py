@@ -6,11 +6,12 @@ import io
 import os
 import pwd
 import stat
+import subprocess
 import tarfile
 from pathlib import Path
 
 import pytest
-from swarm_agent import catkin, platforms, rosdep, workspaces
+from swarm_agent import catkin, disk, platforms, rosdep, workspaces
 from swarm_agent.errors import FailedError, RefusedError
 from swarm_agent.package_builds import Workspace
 from swarm_agent.release_store import Home
@@ -163,7 +164,22 @@ def test_a_full_disk_is_named(workspace: Workspace) -> None:
     tool.write_text("#!/bin/sh\necho 'a.cpp:1:1: fatal error: x.s: No space left on device'; exit 1\n")
     with pytest.raises(FailedError, match="the build failed: the disk is full") as raised:
         built(workspace, **{"nav/a.cpp": "1"})
-    assert "free space there" in raised.value.hint
+    assert raised.value.hint.startswith(f"free space in {disk.file_system(workspace.path)}, then")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
+def test_sources_that_do_not_fit_are_an_error_with_the_file_system(workspace: Workspace) -> None:
+    Path(workspace.path).mkdir(parents=True)
+    subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", workspace.path], check=True)
+    try:
+        with (
+            pytest.raises(FailedError, match=f"the build failed: .* KiB free in {workspace.path}$"),
+            disk.named_if_full(workspace.path, "the build"),
+            workspace.held(OWNER),
+        ):
+            workspace.write_sources(sources(**{"nav/a.cpp": "1" * 50_000}))
+    finally:
+        subprocess.run(["umount", workspace.path], check=True)
 
 
 def test_a_platform_is_a_system_a_machine_and_a_ros(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from swarm_agent import disk
 from swarm_agent.errors import RefusedError
 from swarm_agent.files import digest_of
 from swarm_agent.manifest import parse
@@ -172,7 +173,10 @@ def small_disk(path: Path, options: str) -> Iterator[None]:
 @pytest.mark.skipif(os.geteuid() != 0, reason="mounting needs root")
 @pytest.mark.parametrize(
     ("options", "message"),
-    [("size=800k", "the disk is full"), ("nr_inodes=40", "the disk has no inodes left")],
+    [
+        ("size=800k", "the disk is full: {free} KiB free in {place}, "),
+        ("nr_inodes=40", "the disk has no inodes left: "),
+    ],
     ids=["bytes", "inodes"],
 )
 def test_a_full_disk_is_noticed_before_anything_is_written(
@@ -183,7 +187,9 @@ def test_a_full_disk_is_noticed_before_anything_is_written(
         reply = host.apply(bundle("1"))
 
         assert reply.error["kind"] == "refused"
-        assert message in reply.error["message"]
+        place = str(tmp_path / "opt")
+        assert message.format(free=disk.free(place) // 1024, place=place) in reply.error["message"]
+        assert reply.error["hint"].endswith(f" {'in' if 'KiB' in message else 'from'} {place}")
         assert host.observe()["releases"] == []
         assert host.calls() == []
 

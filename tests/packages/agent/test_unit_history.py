@@ -75,6 +75,16 @@ def test_restarts_count_since_a_start_by_hand(restarts: int, events: int, recent
     assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["recent"] == recent
 
 
+def test_a_restarted_unit_has_run_for_a_time(host: Path) -> None:
+    journal(host, RESTARTED)
+    entered = (time.monotonic() - 3) * 1e6
+    program(host, "systemctl", f"printf 'Id=%s\\nActiveEnterTimestampMonotonic=%d\\n' {UNIT} {entered:.0f}")
+    for active, at_least, below in (("active", 3, 60), ("activating", 0, 0.1)):
+        seen = {UNIT: {"restarts": 1, "active": active}}
+        running = unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["running"]
+        assert at_least <= running < below
+
+
 def test_the_journal_is_left_alone_where_nothing_restarted(host: Path) -> None:
     seen = {UNIT: {"restarts": 0, "active": "active"}}
     found = unit_history.restarts(Home("test", str(host)), seen, 600.0)

@@ -9,7 +9,7 @@ import pwd
 import re
 from typing import Callable, Iterable, Iterator, Mapping, Sequence, TextIO
 
-from . import command, packages
+from . import command, disk, packages
 from .errors import FailedError
 
 LONGEST = 7200.0  # s
@@ -72,11 +72,8 @@ def run(
             command.run(whole, what, timeout=LONGEST, line=progress, env=env)
         except FailedError as error:
             folder = os.path.dirname(log)
-            disk = os.statvfs(folder)
-            if any(_FULL in line for line in lines) or disk.f_bavail * disk.f_frsize < _LITTLE:
-                raise FailedError(
-                    f"{what} failed: the disk is full ({folder})", "free space there, then run the same again"
-                ) from error
+            if any(_FULL in line for line in lines) or disk.free(folder) < _LITTLE:
+                raise disk.full(folder, what) from error
             found = first_error(lines)
             if not found:
                 raise

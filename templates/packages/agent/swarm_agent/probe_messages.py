@@ -202,11 +202,15 @@ class GraphAnswer(TypedDict, total=False):
 
 
 class HistoryAnswer(TypedDict):
-    """The ``recent`` restarts of a unit, how it ended last, and ``since`` when (s since 1970) that counts."""
+    """The ``recent`` restarts of a unit, how it ended last, and ``since`` when (s since 1970) that counts.
+
+    ``running``: for how long a unit that was restarted has run by now, s; 0 if it does not run.
+    """
 
     recent: int
     exit: str
     since: float
+    running: float
 
 
 class ProbeAnswer(GraphAnswer, total=False):

@@ -10,7 +10,7 @@ import tarfile
 import zlib
 from typing import Callable, Optional
 
-from . import files
+from . import disk, files
 from .errors import RefusedError
 from .failpoint import passed
 from .manifest import NAME, Manifest, parse
@@ -81,17 +81,17 @@ def check_space(home: Home, manifest: Manifest) -> None:
 
     Raises ``RefusedError``.
     """
-    space = os.statvfs(home.path)
+    space, place = os.statvfs(home.path), disk.file_system(home.path)
     wanted = _MARGIN + sum(entry.size + _BLOCK for entry in manifest.files.values())
-    free = space.f_bavail * space.f_frsize
+    free = disk.free(home.path)
     if free < wanted:
         raise RefusedError(
-            f"the disk is full: {free // 1024} KiB free, {wanted // 1024} KiB needed",
-            "free space on the file system of /opt",
+            f"the disk is full: {free // 1024} KiB free in {place}, {wanted // 1024} KiB needed",
+            f"free {(wanted - free) // 1024 + 1} KiB in {place}",
         )
     if space.f_files and space.f_favail < 2 * len(manifest.files) + 64:
         raise RefusedError(
-            f"the disk has no inodes left ({space.f_favail})", "remove files from its file system"
+            f"the disk has no inodes left: {space.f_favail} in {place}", f"remove files from {place}"
         )
 
 

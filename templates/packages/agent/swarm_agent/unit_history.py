@@ -12,7 +12,7 @@ from .processes import Process
 from .release_store import Home
 
 _MOST_NAMES = 20  # processes of one unit
-_BEGAN = "InactiveExitTimestampMonotonic"
+_BEGAN, _ACTIVE = "InactiveExitTimestampMonotonic", "ActiveEnterTimestampMonotonic"
 
 
 def running(units: Sequence[str]) -> dict[str, list[Process]]:
@@ -33,18 +33,22 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
     """For each unit: ``recent`` restarts, how it ended last (``exit``), and ``since`` when that counts.
 
     ``units``: their states; ``window``: s before now. A start by hand or by a deploy, and ``systemctl
-    reset-failed``, begin a new count.
+    reset-failed``, begin a new count. ``running``: for how long a restarted unit has run, s; else 0.
     """
     begin = _begin(home, window)
     troubled = [unit for unit, state in units.items() if state["restarts"] or state["active"] == "failed"]
     found = unit_journal.restarts(troubled, begin) if troubled else {}
     nothing = unit_journal.Restarts([], "")
-    starts = _starts([unit for unit in units if not units[unit]["restarts"]])
+    starts = _times([unit for unit in units if not units[unit]["restarts"]], _BEGAN)
+    again = [unit for unit in troubled if units[unit]["active"] == "active"]
+    active = _times(again, _ACTIVE) if again else {}
+    now = time.time()
     return {
         unit: {
             "recent": min(state["restarts"], len(found.get(unit, nothing).times)),
             "exit": found.get(unit, nothing).exit,
             "since": max(begin, starts.get(unit, begin)),
+            "running": round(max(0.0, now - active.get(unit, now)), 1),
         }
         for unit, state in units.items()
     }
@@ -59,8 +63,8 @@ def _begin(home: Home, window: float) -> float:
         return begin
 
 
-def _starts(units: Sequence[str]) -> dict[str, float]:
-    """When each unit was started last, in s since 1970."""
+def _times(units: Sequence[str], stamp: str) -> dict[str, float]:
+    """A time stamp of each unit that systemd counts from the boot, in s since 1970."""
     booted = time.time() - time.monotonic()
-    shown = systemd.properties(units, ("Id", _BEGAN))
-    return {unit: booted + int(values.get(_BEGAN) or 0) / 1e6 for unit, values in shown.items()}
+    shown = systemd.properties(units, ("Id", stamp))
+    return {unit: booted + int(values.get(stamp) or 0) / 1e6 for unit, values in shown.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pwd
 from typing import TYPE_CHECKING
 
-from swarm_agent import catkin
+from swarm_agent import catkin, disk
 from swarm_agent.errors import RefusedError
 from swarm_agent.package_builds import Workspace
 from swarm_agent.platforms import platform
@@ -24,7 +24,7 @@ def handle(request: BuildRequest, payload: bytes, report: Report) -> BuildAnswer
     except KeyError as error:
         raise RefusedError(f"there is no account {request['account']}", "run `swarmctl prepare`") from error
     workspace = Workspace(home)
-    with workspace.held(owner):
+    with disk.named_if_full(home.path, "the build"), workspace.held(owner):
         names = workspace.write_sources(payload)
         setups = catkin.setup_files(request["workspaces"], home.outside)
         workspace.build(owner, setups, request["folders"], report.note)
