@@ -176,3 +176,67 @@ def test_a_build_for_another_platform_is_refused(swarm: LabSwarm) -> None:
     assert "a build of nav for debian-13-x86_64-ros-" in done.out
     assert "name a host of debian-13-x86_64-ros-" in done.out
     swarm.shell("pi", release.replace("=13", '=\\"12\\"'))
+
+
+OPT = """\
+version: 1
+name: opt
+mode: central
+hub: pi
+hosts:
+  laptop: {address: 192.168.77.10, user: robot}
+  pi: {address: 192.168.77.11, user: robot}
+robots:
+  k3: {type: khepera3, host: pi}
+links:
+  - {kind: ethernet, name: lab, hosts: [laptop, pi]}
+  - {kind: serial, host: pi, robot: k3, usb: {serial: FTDI1234}}
+programs:
+  odometry: {host: pi, command: [rostopic, echo, /k3/odom]}
+  out: {host: pi, package: rosout, executable: rosout, namespace: second}
+"""
+
+
+@pytest.fixture(scope="module")
+def opt(swarm: LabSwarm) -> Path:
+    """The spec of a swarm whose hub, with the robot, has its ROS in /opt/ros/noetic alone."""
+    removed = swarm.swarmctl("remove", "--yes")
+    assert removed.status == 0, removed.out + removed.err
+    text = Path(__file__).with_name("opt_ros.py").read_text()
+    swarm.shell("pi", f"printf %s {quoted(text)} >opt_ros.py; sudo python3 opt_ros.py", timeout=120)
+    with pytest.raises(SshError, match="No module named 'rospy'"):
+        swarm.shell("pi", "env -i python3 -c 'import rospy'")
+    spec = swarm.folder / "opt.yaml"
+    spec.write_text(OPT)
+    return spec
+
+
+def test_a_robot_drives_on_a_host_with_its_ros_in_opt(swarm: LabSwarm, opt: Path) -> None:
+    """Master, driver, programs, status and terminals find it, and nothing is left where Debian has it."""
+    done = swarm.deploy(opt)
+    assert done.status == 0, done.out + done.err
+    within(30, lambda: swarm.swarmctl("status", spec=opt).status == 0, "the swarm is not healthy")
+    nodes = swarm.shell("pi", "bash -c '. /opt/swarm/opt/current/setup.bash; which rosnode; rosnode list'")
+    assert nodes.split()[0] == "/opt/ros/noetic/bin/rosnode"
+    assert "/second/out" in nodes.split()
+    place = swarm.robot("k3")["distance"]
+    command = "timeout 20 rostopic pub -r 10 /k3/cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'"
+    source = ". /opt/swarm/opt/current/setup.bash"
+    swarm.shell("pi", f"bash -c {quoted(f'{source}; {command} >/dev/null 2>&1 &')}")
+    within(20, lambda: swarm.robot("k3")["distance"] > place + 0.1, "the robot does not drive")
+
+
+def test_a_full_disk_stops_its_host_alone(swarm: LabSwarm, opt: Path) -> None:
+    spec = swarm.folder / "moved.yaml"
+    spec.write_text(OPT.replace("odometry: {host: pi", "odometry: {host: laptop"))
+    swarm.shell("pi", "sudo mount -t tmpfs -o size=900k,mode=755 tmpfs /opt/swarm")
+    try:
+        done = swarm.swarmctl("deploy", spec=spec)
+    finally:
+        swarm.shell("pi", "sudo umount /opt/swarm")
+    assert done.status != 0
+    assert "refused: the disk is full: " in done.out
+    assert "KiB free in /opt/swarm, " in done.out
+    assert "help: free " in done.out
+    assert "1 of 2 hosts changed; failed: pi" in done.out
+    assert "odometry" in swarm.shell("laptop", "ls /opt/swarm/opt/current/units")
