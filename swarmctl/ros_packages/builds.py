@@ -12,7 +12,7 @@ from swarmctl.ros_packages.package import DeliveredPackage
 Built = Mapping[str, tuple[bytes, bool]]
 
 _ROS = re.compile(r"-[a-z]+-[0-9][0-9.]*$")
-RECIPE = 1  # increment it when the agent builds otherwise
+RECIPE = 2  # increment it when the agent builds otherwise
 _SOURCES = (".c", ".cc", ".cpp", ".cxx", ".cu", ".h", ".hh", ".hpp", ".hxx", ".tpp", ".ipp")
 
 
