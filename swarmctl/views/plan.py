@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 
 from rich.cells import cell_len
 from rich.text import Text
 
-from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
+from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem
 from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
 from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import losses
@@ -147,20 +148,24 @@ class PlanView:
 
 
 def _steps(host: HostPlan, details: bool) -> Iterator[tuple[Kind, str, str]]:
-    """Kind, target and cause of each step; without ``details``, many files or links as one of a count."""
-    counts = {kind: len(host.targets(kind)) for kind in _COUNTED}
-    counted = {kind for kind, count in counts.items() if count > _MOST_LISTED and not details}
-    for step in host.steps:
-        if step.kind not in counted or host.targets(step.kind)[0] == step.target:
-            yield _counted_step(host, step) if step.kind in counted else (
-                step.kind, printable(step.target), printable(step.cause),
-            )  # fmt: skip
+    """Kind, target and cause of each step. Without ``details``, many files or links are one of a count, and
+    units that follow each other for one cause are ranges."""
+    counted = {kind for kind in _COUNTED if len(host.targets(kind)) > _MOST_LISTED and not details}
+    for (kind, cause), steps in groupby(host.steps, lambda one: (one.kind, one.cause)):
+        targets = [one.target for one in steps]
+        if kind in counted:
+            if host.targets(kind)[0] in targets:
+                yield _counted_step(host, kind)
+            continue
+        if kind in _UNITS and not details:
+            targets = [names for names, _ in hostlist.ranges_of(targets)]
+        yield from ((kind, printable(target), printable(cause)) for target in targets)
 
 
-def _counted_step(host: HostPlan, step: Step) -> tuple[Kind, str, str]:
-    causes = dict.fromkeys(one.cause for one in host.steps if one.kind is step.kind)
-    many = _many(len(host.targets(step.kind)), _COUNTED[step.kind])
-    return step.kind, many, printable(step.cause) if len(causes) == 1 else "--details lists them"
+def _counted_step(host: HostPlan, kind: Kind) -> tuple[Kind, str, str]:
+    causes = list(dict.fromkeys(one.cause for one in host.steps if one.kind is kind))
+    many = _many(len(host.targets(kind)), _COUNTED[kind])
+    return kind, many, printable(causes[0]) if len(causes) == 1 else "--details lists them"
 
 
 def _counted(host: HostPlan) -> str:

@@ -68,6 +68,22 @@ def test_a_host_with_another_difference_is_planned_apart() -> None:
     assert "tb-[002-003]  unreachable: tb-[002-003] (10.1.0.[2-3], port 22): timed out\n" in text
 
 
+def test_units_that_start_for_one_cause_are_ranges() -> None:
+    units = [f"ep-{number}{part}.service" for number in (1, 2, 3) for part in (".pair", "")]
+    steps = (*(Step(Kind.START, unit, "new") for unit in units), Step(Kind.START, "ep-4.service", "changes"))
+    shown = fleets.planned(1, fleets.host_plan(1, *steps))
+    lines = PlanView(fleets.names(1)).text(shown).plain.splitlines()
+    starts = [line.split()[2:] for line in lines if "▶" in line]
+    assert starts == [
+        ["swarm-fleet.rover-001.service", "new"],
+        ["ep-[1-3].pair.service", "new"],
+        ["ep-[1-3].service", "new"],
+        ["ep-4.service", "changes"],
+    ]
+    details = PlanView(fleets.names(1), details=True).text(shown).plain
+    assert all(f"start       {unit} " in details for unit in units)
+
+
 def test_details_show_every_host_and_every_file() -> None:
     text = PlanView(fleets.names(12), details=True).text(fleets.planned(12)).plain
     assert all(f"tb-{number:03}  nothing -> " in text for number in range(1, 13))
