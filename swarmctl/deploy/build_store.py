@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from swarmctl.deploy import journal
+from swarmctl.deploy.bounded_folder import BoundedFolder
 from swarmctl.plan.host_builds import keys_of
 from swarmctl.resources import cache_folder
 from swarmctl.ros_packages.builds import Built
@@ -21,7 +22,6 @@ from swarmctl.swarm.used_packages import in_swarm
 
 MAX_BYTES = 2 << 30  # of all builds; the oldest go first
 MAX_UNPACKED = 512 << 20  # of one build
-_SUFFIX = ".tar.gz"
 
 
 class DamagedBuildError(ValueError):
@@ -36,17 +36,15 @@ class BuildStore:
 
     def keys(self) -> frozenset[str]:
         """Returns the keys of the builds that are stored."""
-        return frozenset(one.name.removesuffix(_SUFFIX) for one in self.folder.glob(f"[!.]*{_SUFFIX}"))
+        return self._files.names()
 
     def find(self, key: str) -> Built | None:
         """Returns the files of a build; None if it is missing or damaged."""
-        path = self._path(key)
+        archive = self._files.find(key)
         try:
-            found = unpacked(path.read_bytes())
-            path.touch()  # it is in use
-        except (OSError, DamagedBuildError):
+            return None if archive is None else unpacked(archive)
+        except DamagedBuildError:
             return None
-        return found
 
     def keep(self, key: str, archive: bytes) -> None:
         """Stores a build, atomically; removes the oldest ones beyond ``MAX_BYTES``.
@@ -54,25 +52,11 @@ class BuildStore:
         Raises ``OSError`` and ``DamagedBuildError``.
         """
         unpacked(archive)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        draft = self.folder / f".{key}.{os.getpid()}"
-        try:
-            draft.write_bytes(archive)
-            draft.replace(self._path(key))
-        finally:
-            draft.unlink(missing_ok=True)
-        self._remove_oldest()
+        self._files.keep(key, archive)
 
-    def _remove_oldest(self) -> None:
-        kept = 0
-        stored = [(one.stat(), one) for one in self.folder.glob(f"[!.]*{_SUFFIX}")]
-        for state, path in sorted(stored, key=lambda one: one[0].st_mtime_ns, reverse=True):
-            kept += state.st_size
-            if kept > MAX_BYTES:
-                path.unlink(missing_ok=True)
-
-    def _path(self, key: str) -> Path:
-        return self.folder / f"{key}{_SUFFIX}"
+    @property
+    def _files(self) -> BoundedFolder:
+        return BoundedFolder(self.folder, ".tar.gz", MAX_BYTES)
 
 
 def store() -> BuildStore:

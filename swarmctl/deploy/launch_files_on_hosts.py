@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from swarm_agent.messages import LaunchFilesAnswer, LaunchFilesRequest
 from swarm_agent.packages import WORKSPACE
 
+from swarmctl.deploy import launch_texts
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.plan.launch_findings import NOT_CHECKED, with_findings
 from swarmctl.plan.plan import HostPlan
@@ -50,13 +51,7 @@ class LaunchFiles:
                 with self._checking:
                     self._read[host], self._found = packages, None
                 return
-            request: LaunchFilesRequest = {
-                "verb": "launch_files",
-                "swarm": bundle.swarm,
-                "requires": [one for one in bundle.asks if one.startswith(WORKSPACE)],
-                "files": {name: sorted(paths) for name, paths in sorted(wanted.items())},
-            }
-            answer: LaunchFilesAnswer = conversation.ask(request)
+            answer = _with_texts(conversation, bundle, wanted)
             for name, paths in wanted.items():
                 one = answer["packages"].get(name)
                 if one is None:
@@ -82,6 +77,39 @@ class LaunchFiles:
             if self._found is None:
                 self._found = self._launches.findings(self._read)
             return self._found
+
+
+def _with_texts(
+    conversation: Conversation, bundle: Bundle, wanted: Mapping[str, Collection[str]]
+) -> LaunchFilesAnswer:
+    """What the host has of the ``wanted`` paths, by package. Only texts that are not kept yet are sent."""
+    answer: LaunchFilesAnswer = conversation.ask(_request(bundle, wanted, texts=False))
+    missing: dict[str, list[str]] = {}
+    for name, one in answer["packages"].items():
+        kept = {path: launch_texts.find(digest) for path, digest in one["digests"].items()}
+        one["texts"] = {path: text for path, text in kept.items() if text is not None}
+        if due := [path for path, text in kept.items() if text is None]:
+            missing[name] = due
+    if not missing:
+        return answer
+    sent: LaunchFilesAnswer = conversation.ask(_request(bundle, missing, texts=True))
+    for name, paths in missing.items():
+        texts = sent["packages"][name]["texts"] if name in sent["packages"] else {}
+        answer["packages"][name]["texts"] |= texts
+        answer["complete"] &= sent["complete"] and texts.keys() >= set(paths)
+        for text in texts.values():
+            launch_texts.keep(text)
+    return answer
+
+
+def _request(bundle: Bundle, files: Mapping[str, Collection[str]], *, texts: bool) -> LaunchFilesRequest:
+    return {
+        "verb": "launch_files",
+        "swarm": bundle.swarm,
+        "requires": [one for one in bundle.asks if one.startswith(WORKSPACE)],
+        "files": {name: sorted(paths) for name, paths in sorted(files.items())},
+        "texts": texts,
+    }
 
 
 def launch_files_of(document: Document) -> LaunchFiles | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,6 +17,7 @@ from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.observations import Answer
 from swarmctl.plan.launch_findings import NOT_CHECKED
 from swarmctl.plan.plan import Plan
+from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.rules.runner import load_checked
 from swarmctl.spec.load import Document
@@ -83,6 +86,64 @@ def rollout(
 
 def kinds(results: Mapping[str, Outcome | HostError]) -> dict[str, Kind | None]:
     return {host: one.kind if isinstance(one, HostError) else None for host, one in results.items()}
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder with the texts that were read."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache/swarmctl/launch"
+
+
+@pytest.fixture
+def answers(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The answers about launch files, as JSON; a test empties it between two looks."""
+    found: list[str] = []
+    ask = Conversation.ask
+
+    def noted(self: Conversation, request: Any, *rest: Any, **more: Any) -> Any:
+        answer = ask(self, request, *rest, **more)
+        found.extend([json.dumps(answer)] if request["verb"] == "launch_files" else [])
+        return answer
+
+    monkeypatch.setattr(Conversation, "ask", noted)
+    return found
+
+
+def test_an_unchanged_text_is_sent_once(
+    hosts: dict[str, FakeHost], tmp_path: Path, cache: Path, answers: list[str]
+) -> None:
+    spec = document(tmp_path, LEFT % ", args: {side: right}")
+    text = f"<!-- {'long ' * 1000} -->" + EYES % "eyes"
+    put(hosts["k3"], talking__eyes=text)
+
+    def looked() -> tuple[int, bool]:
+        answers.clear()
+        bad = any(one.problem for one in planned(hosts, spec).hosts)
+        return sum(map(len, answers)), bad
+
+    first = looked()
+    assert first[0] > len(text)
+    again, bad = looked()
+    assert (len(answers), bad) == (1, False)
+    assert again < first[0] / 10
+    [kept] = cache.iterdir()
+    kept.write_text("<launch>")
+    assert looked() == first
+    put(hosts["k3"], talking__eyes=text.replace('"side"', '"sides"'))
+    assert looked()[1]
+
+
+def test_a_cache_that_cannot_be_written_costs_bytes_alone(
+    hosts: dict[str, FakeHost], tmp_path: Path, cache: Path, answers: list[str]
+) -> None:
+    cache.parent.parent.mkdir()
+    cache.parent.write_text("no folder")
+    spec = document(tmp_path, LEFT % "")
+    put(hosts["k3"], talking__eyes=EYES % "eyes")
+    for _ in range(2):
+        assert all(one.problem is None and not one.notes for one in planned(hosts, spec).hosts)
+    assert len(answers) == 4
 
 
 @pytest.mark.parametrize("parallel", [1, 3])

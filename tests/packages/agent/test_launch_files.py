@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,10 @@ def added(folder: Path, text: str = "<launch/>") -> Path:
     return folder
 
 
-def read(*paths: str, requires: tuple[str, ...] = (), name: str = "talking") -> dict[str, Any]:
-    request = {"swarm": "test", "requires": list(requires), "files": {name: list(paths)}}
+def read(
+    *paths: str, requires: tuple[str, ...] = (), name: str = "talking", texts: bool = True
+) -> dict[str, Any]:
+    request = {"swarm": "test", "requires": list(requires), "files": {name: list(paths)}, "texts": texts}
     return launch_files.handle(request, b"", None)  # type: ignore[arg-type, return-value]
 
 
@@ -38,11 +41,24 @@ def test_the_text_of_a_launch_file_comes_with_its_place(package: Path) -> None:
         "packages": {
             "talking": {
                 "folder": "/opt/ros/noetic/share/talking", "has": ["launch/a.launch", "map.yaml"],
-                "texts": {"launch/a.launch": "<launch/>"}, "launch": [],
+                "digests": {}, "texts": {"launch/a.launch": "<launch/>"}, "launch": [],
             }
         },
         "complete": True,
     }  # fmt: skip
+
+
+def test_digests_alone_are_of_the_texts(package: Path) -> None:
+    (package / "launch/b.launch").write_bytes(b"<launch/>\xff")
+    paths = ("launch/a.launch", "launch/b.launch")
+    texts = read(*paths)["packages"]["talking"]["texts"]
+    found = read(*paths, "package.xml", texts=False)["packages"]["talking"]
+    assert found["texts"] == {}
+    assert (
+        found["digests"].items()
+        >= {path: sha256(text.encode()).hexdigest() for path, text in texts.items()}.items()
+    )
+    assert found["has"] == [*paths, "package.xml"]
 
 
 def test_a_workspace_hides_what_the_host_has_installed(package: Path, tmp_path: Path) -> None:
@@ -59,7 +75,7 @@ def test_launch_files_are_listed_where_one_is_missing(package: Path) -> None:
 
 
 def test_an_unknown_package_has_no_folder(package: Path) -> None:
-    nothing = {"folder": None, "has": [], "texts": {}, "launch": []}
+    nothing = {"folder": None, "has": [], "digests": {}, "texts": {}, "launch": []}
     assert read("launch/a.launch", name="away")["packages"] == {"away": nothing}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import posixpath
 import stat
@@ -24,7 +25,8 @@ _FOLDER = "launch"
 
 
 def handle(request: LaunchFilesRequest, payload: bytes, report: Report) -> LaunchFilesAnswer:
-    """Returns the packages in ``files`` with what they have of these paths, and the texts of launch files."""
+    """Returns the packages in ``files`` with what they have of these paths, and the launch files among these:
+    their texts, or only the digests of them."""
     outside = home_of(request["swarm"]).outside
     wanted = {str(name): list(map(str, paths)) for name, paths in request["files"].items()}
     names = [packages.PACKAGE + name for name in wanted]
@@ -33,16 +35,19 @@ def handle(request: LaunchFilesRequest, payload: bytes, report: Report) -> Launc
     answer: dict[str, PackageAnswer] = {}
     for name, paths in wanted.items():
         folder = places.get(packages.PACKAGE + name)
-        found: PackageAnswer = {"folder": folder, "has": [], "texts": {}, "launch": []}
+        found: PackageAnswer = {"folder": folder, "has": [], "digests": {}, "texts": {}, "launch": []}
         answer[name] = found
         for path in paths if folder is not None else ():
             count -= 1
-            there, text = _look(outside(f"{folder}/{posixpath.normpath('/' + path)[1:]}"))
-            left -= len(text)
+            there, content = _look(outside(f"{folder}/{posixpath.normpath('/' + path)[1:]}"))
+            left -= len(content)
             if there and left >= 0 and count >= 0:
                 found["has"].append(path)
-                if text:
-                    found["texts"][path] = text.decode("utf-8", "replace")
+                text = content.decode("utf-8", "replace")
+                if text and request["texts"]:
+                    found["texts"][path] = text
+                elif text:
+                    found["digests"][path] = hashlib.sha256(text.encode()).hexdigest()
         if folder is not None and len(found["has"]) < len(paths):
             found["launch"] = _names(outside(f"{folder}/{_FOLDER}"))
     return {"packages": answer, "complete": left >= 0 and count >= 0}
