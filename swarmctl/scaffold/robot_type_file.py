@@ -11,9 +11,16 @@ def type_text(name: str, protocol: str, *, schema: bool) -> str:
 
     ``protocol`` is a protocol kind. With ``schema`` the file refers editors to the schema in ``.swarmctl``.
     """
-    title = name.replace("-", " ").capitalize()
-    values = {"title": title, "protocol": protocol, "codec": class_name(name), "schema": schema}
+    values = {"title": _title(name), "protocol": protocol, "codec": class_name(name), "schema": schema}
     return render("robot.yaml", **values).decode()
+
+
+def ros_type_text(name: str, package: str, file: str, *, schema: bool) -> str:
+    """Returns the text of robots/NAME.yaml for a robot whose driver is ``file``, an executable or launch file
+    of a ROS package."""
+    kind = "launch" if file.endswith((".launch", ".launch.xml")) else "executable"
+    values = {"name": name, "title": _title(name), "package": package, "kind": kind, "file": file}
+    return render("ros_robot.yaml", **values, schema=schema).decode()
 
 
 def codec_text(name: str) -> str:
@@ -25,3 +32,7 @@ def class_name(name: str) -> str:
     """Returns the name of the codec class of a robot type, such as ``BeetleCodec`` for ``beetle``."""
     words = name.replace(".", "-").split("-")
     return "".join(word.capitalize() for word in words) + "Codec"
+
+
+def _title(name: str) -> str:
+    return name.replace("-", " ").capitalize()

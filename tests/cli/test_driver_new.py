@@ -178,6 +178,42 @@ def test_no_file_is_overwritten(folder: Path, capsys: pytest.CaptureFixture[str]
     assert [(one.name, one.read_text()) for one in (folder / "robots").iterdir()] == [("snail.py", "mine")]
 
 
+@pytest.mark.parametrize(
+    ("driver", "kind", "file"),
+    [
+        ("ant_base/ant_node.py", "executable", "ant_node.py"),
+        ("ant_base/launch/base.launch", "launch", "base.launch"),
+    ],
+)
+def test_a_driver_that_exists_is_named_with_its_package(
+    driver: str, kind: str, file: str, golden: Callable[[Path, str], None]
+) -> None:
+    assert run(["driver", "new", "ant", "--driver", driver]) == exit_codes.OK
+    text = Path("robots/ant.yaml").read_text()
+    golden(GOLDEN / f"ros-{kind}.yaml", text)
+    found = found_in(text)
+    assert {one.message for one in found if one.code == "YAML015"} == {
+        f"`{key}` has no value" for key in ("wheel_separation", "linear_max", "angular_max")
+    }
+    values = {"wheel_separation": "0.2", "linear_max": "0.3", "angular_max": "2.0"}
+    filled_in = _EMPTY.sub(lambda key: f"{key[0]} {values[key[2]]}" if key[2] in values else key[0], text)
+    assert found_in(filled_in) == ()
+    assert found_in(_EXAMPLE.sub(r"\1", filled_in)) == ()
+    made = load_catalog(Path("robots")).types["ant"].driver
+    assert made is not None
+    assert (made.package, getattr(made, kind), made.publishes[0].rate) == ("ant_base", file, 10.0)
+
+
+@pytest.mark.parametrize("driver", ["ant_base", "ant base/x", "/x", "ant_base/", "ant_base/../x", "a/b\nc"])
+def test_a_driver_that_is_no_file_of_a_package_is_an_error(
+    driver: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["driver", "new", "ant", "--driver", driver]) == exit_codes.USAGE
+    assert "does not name a file of a ROS package" in capsys.readouterr().err
+    assert run(["driver", "new", "ant", "--driver", "a/b", "--protocol", "line"]) == exit_codes.USAGE
+    assert not (folder / "robots").exists()
+
+
 def test_an_unknown_protocol_is_an_error(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["driver", "new", "ant", "--protocol", "morse"]) == exit_codes.USAGE
     printed = capsys.readouterr().err
