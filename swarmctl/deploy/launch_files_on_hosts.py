@@ -78,6 +78,10 @@ class LaunchFiles:
                 self._found = self._launches.findings(self._read)
             return self._found
 
+    def nodes(self) -> Mapping[tuple[str, str], frozenset[str]]:
+        """The nodes that the files start, those of delivered packages too, by host and program or robot."""
+        return self._launches.nodes(self._read)
+
 
 def _with_texts(
     conversation: Conversation, bundle: Bundle, wanted: Mapping[str, Collection[str]]

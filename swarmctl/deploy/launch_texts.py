@@ -25,4 +25,4 @@ def keep(text: str) -> None:
 
 
 def _files() -> BoundedFolder:
-    return BoundedFolder(cache_folder() / "launch", ".launch", _MAX_BYTES)
+    return BoundedFolder(cache_folder() / "launch", ".txt", _MAX_BYTES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from swarmctl.diagnostics import Diagnostic
@@ -30,10 +30,12 @@ def diagnose(
     graph: ExpectedGraph,
     outcomes: Mapping[str, Answer | HostError],
     launch_files: Mapping[str, Sequence[Diagnostic]] = MappingProxyType({}),
+    launched: Mapping[tuple[str, str], Collection[str]] = MappingProxyType({}),
 ) -> Diagnosis:
     """Compares expected and observed; links symptoms to causes. A host without outcome was not probed.
 
-    ``launch_files``: what the rules find in those that were read on hosts, by host.
+    ``launch_files``: what the rules find in those that were read on hosts, by host; ``launched``: the nodes
+    that launch files start, by host and program or robot.
     """
     found = Findings()
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
@@ -42,7 +44,7 @@ def diagnose(
         outcome = outcomes.get(host.name, HostError(Kind.STOPPED, "was not probed"))
         gates[host.name] = _reached(found, host, outcome)
     present = [(host, answers[host.name]) for host in graph.hosts if host.name in answers]
-    names = node_names.compare(found, graph, answers)
+    names = node_names.compare(found, graph, answers, launched)
     for host, answer in present:
         _system(found, host, answer, answers.get(host.hub))
         if faults := launch_files.get(host.name):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from swarmctl.health import checks
@@ -12,6 +12,8 @@ from swarmctl.health.observations import Answer, NodeSeen
 from swarmctl.health.root_cause import Findings
 
 CHECK = "node name"
+Launched = Mapping[tuple[str, str], Collection[str]]  # nodes of launch files, by host and program or robot
+_STARTED = ("active", "activating", "reloading")
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,15 @@ class Conflicts:
         return self.keys.get((host, unit), ())
 
 
-def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> Conflicts:
+def compare(
+    found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer], launched: Launched
+) -> Conflicts:
     """Files a finding for each name of which a node was ended by another."""
     keys: dict[tuple[str, str], list[str]] = {}
     for island in dict.fromkeys(host.island for host in graph.hosts):
         hosts = [host for host in graph.hosts if host.island == island and host.name in answers]
         for node in _names(answers[host.name] for host in hosts):
-            places = [place for host in hosts for place in _places(host, answers[host.name], node)]
+            places = [place for host in hosts for place in _places(host, answers[host.name], node, launched)]
             others = sorted(_elsewhere(hosts, answers, node, {one.host for one in places}))
             subject = node if len(graph.addresses) < 2 else f"{node} of {island}"
             key = found.add(CHECK, subject, verdict(node, places, others))
@@ -57,17 +61,28 @@ def _names(answers: Iterable[Answer]) -> list[str]:
     )
 
 
-def _places(host: ExpectedHost, answer: Answer, node: str) -> Iterable[Place]:
-    """The units of ``host`` that have, or had, a node called ``node``."""
+def _places(host: ExpectedHost, answer: Answer, node: str, launched: Launched) -> Iterable[Place]:
+    """The units of ``host`` that have, or had, a node called ``node``, or that start it at this moment."""
     declared = {one.unit: one.node for one in host.robots}
     declared |= {one.gate.unit: one.gate.node for one in host.robots if one.gate is not None}
     declared |= {one.unit: one.node for one in host.programs}
+    of_files = {one.unit: launched.get((host.name, one.name), ()) for one in host.robots}
+    of_files |= {one.unit: launched.get((host.name, one.name), ()) for one in host.programs}
+    starting = {
+        unit
+        for unit, seen in answer.units.items()
+        if seen.active in _STARTED and node in of_files.get(unit, ())
+    }
     for unit in host.release.units:
         conflict = answer.conflicts.get(unit, {}).get(node)
-        launched = answer.launched.get(unit)
+        own = answer.launched.get(unit)
         if conflict is not None:
             yield Place(host.name, unit, conflict.count, conflict.ago)
-        elif declared.get(unit) == node or (launched and node in (*launched.started, *launched.ended)):
+        elif (
+            declared.get(unit) == node
+            or unit in starting
+            or (own is not None and node in (*own.started, *own.ended))
+        ):
             yield Place(host.name, unit, 0, 0.0)
 
 

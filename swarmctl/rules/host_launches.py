@@ -51,6 +51,20 @@ class HostLaunches:
                 wanted[name] = frozenset(new)
         return wanted
 
+    def nodes(self, read: OnHosts) -> Mapping[tuple[str, str], frozenset[str]]:
+        """The names of the nodes that launch files start for sure, by host and program or robot."""
+        found: dict[tuple[str, str], frozenset[str]] = {}
+        for host, launches in self.by_host.items():
+            there = replace(self.document.packages, on_hosts={host: read.get(host, {})}).known_on(host)
+            left = _MAX_LAUNCHED
+            for use, arguments in launches:
+                known = evaluated(use, arguments, there, limit=left) if left > 0 else None
+                if known is not None:
+                    left -= known.launched.cost + 1
+                    names = (one.name for one in known.launched.nodes if one.name is not None and one.certain)
+                    found[host, use.name] = frozenset(names)
+        return found
+
     def findings(self, read: OnHosts) -> Mapping[str, tuple[Diagnostic, ...]]:
         """What the rules find with the files of the hosts and not without, by host.
 

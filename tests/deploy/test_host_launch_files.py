@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from swarmctl.deploy.rollout import Outcome, deploy, observe
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import Release, expected_graph
-from swarmctl.health.observations import Answer
+from swarmctl.health.observations import Answer, ConflictSeen
 from swarmctl.plan.launch_findings import NOT_CHECKED
 from swarmctl.plan.plan import Plan
 from swarmctl.remote.agent_client import Conversation
@@ -23,6 +24,7 @@ from swarmctl.rules.runner import load_checked
 from swarmctl.spec.load import Document
 from swarmctl.swarm.resolve import resolve
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, deployed, hosts
+from tests.health.swarm_values import RUNNING
 from tests.packages.agent.fakehost import FakeHost
 from tests.ros_packages.packages import manifest
 
@@ -264,6 +266,31 @@ def test_status_reports_an_error_of_a_launch_file(hosts: dict[str, FakeHost], tm
     (fault,) = (one for one in cause if one.check == "launch files")
     assert (fault.host, fault.state) == ("k3", State.BAD)
     assert f"k3:/{SHARE}/talking/launch/eyes.launch:2" in fault.message
+
+
+@pytest.mark.parametrize(("active", "state"), [("active", State.BAD), ("inactive", State.WARNING)])
+def test_status_knows_the_nodes_of_a_unit_that_is_only_starting(
+    active: str, state: State, hosts: dict[str, FakeHost], tmp_path: Path
+) -> None:
+    """The probe of one host saw its node end, that of the other found no node yet."""
+    for host in ("k3", "epuck"):
+        put(hosts[host], talking__eyes=EYES % "eyes")
+    silence = "silence: [{rule: PKG008, reason: the test looks at what happens then}]\n"
+    found = document(tmp_path, LEFT % "" + RIGHT + silence)
+    launch_files = launch_files_of(found)
+    assert launch_files is not None
+    observe(bundles(), TARGETS, FolderTransport(hosts, {}), launch_files=launch_files)
+    left, right = "swarm-new.left.service", "swarm-new.right.service"
+    units = {"leader": (), "k3": (left,), "epuck": (right,)}
+    graph = expected_graph(resolve(found), {name: Release("a", units[name]) for name in HOSTS})
+    answers = {name: Answer(release="a") for name in HOSTS}
+    answers["k3"] = replace(answers["k3"], units={left: replace(RUNNING, active=active)})
+    kicked = {right: {"/eyes": ConflictSeen(1, 2.0)}}
+    answers["epuck"] = replace(answers["epuck"], units={right: RUNNING}, conflicts=kicked)
+    seen = diagnose(graph, answers, {}, launch_files.nodes()).findings
+    (name,) = (one for one in seen if one.check == "node name")
+    assert name.state is state
+    assert ("two nodes are called /eyes, on hosts k3 and epuck" in name.message) == (state is State.BAD)
 
 
 def test_a_package_that_a_host_lacks_is_no_fault_of_its_files(

@@ -225,6 +225,7 @@ EXEMPT = {
     ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
     ("rules/families/programs/values.py", ".launch"),  # a rule with `ros1=True`
+    ("scaffold/robot_type_file.py", ".launch"),  # a robot type with `driver: {launch: FILE}`
     ("spec/package_search.py", ".launch"),  # the packages of ROS 1 that lie beside a spec
     ("health/checks.py", "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"),
     ("health/gate_checks.py", " ended: `rosnode cleanup` removes the entry"),

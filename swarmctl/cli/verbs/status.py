@@ -72,6 +72,7 @@ def _look(
     from swarmctl.health.expected_graph import Release, expected_graph
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
+    from swarmctl.rules.host_launches import host_launches
 
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
@@ -94,7 +95,8 @@ def _look(
             graph, targets, transport, window=window, parallel=parallel, also=read if launch_files else None
         )
         found = launch_files.findings() if launch_files else {}
-        return health.status(graph, outcomes, diagnose(graph, outcomes, found))
+        nodes = launch_files.nodes() if launch_files else host_launches(document).nodes({})
+        return health.status(graph, outcomes, diagnose(graph, outcomes, found, nodes))
 
     return look
 
