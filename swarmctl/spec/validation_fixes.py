@@ -15,6 +15,7 @@ from swarmctl.diagnostics import Fix
 from swarmctl.field_types import MESSAGE_TYPE, NAMESPACE, ROBOT_TYPE_NAME
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
+from swarmctl.spec.keys_elsewhere import place_of
 from swarmctl.spec.link_model import KINDS
 from swarmctl.spec.model_lookup import FORMS, accepts, is_model, known_keys, link_keys, types_at
 from swarmctl.spec.pattern_texts import NAME
@@ -83,7 +84,8 @@ def fix_for(error: Any, source: Source, model: type[BaseModel]) -> Fix | None:
     if kind == "extra_forbidden":
         meant = guess(str(loc[-1]), keys_at(tagged, model))
         takes_keys = meant.only is not None and known_keys((*tagged[:-1], meant.only), model)
-        return None if takes_keys and not isinstance(given, dict) else _key_fix(source, loc, meant)
+        elsewhere = place_of(tagged) or (takes_keys and not isinstance(given, dict))
+        return None if elsewhere else _key_fix(source, loc, meant)
     if kind == "union_tag_invalid":
         return _word_fix(source, (*loc, "kind"), guess(str(given.get("kind")), kinds_at(loc)))
     if kind in ("literal_error", "enum"):

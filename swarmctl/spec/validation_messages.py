@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import KEY, ConsistencyError
 from swarmctl.robot_types.plausibility import meant as length_meant
+from swarmctl.spec.keys_elsewhere import place_of
 from swarmctl.spec.model_lookup import accepts, described, known_keys, unit_at
 from swarmctl.spec.pattern_texts import ADAPTER, NAME, PATTERN_TEXTS
 from swarmctl.spec.validation_fixes import (
@@ -60,13 +61,8 @@ _BOUNDS = {
 }
 _LONG_VALUE = re.compile("`([^`]{61,})`")
 _LENGTHS = {"too_short": ("few", "{min_length} at least"), "too_long": ("many", "{max_length} at most")}
-_IN_SSH_CONFIG = "write `IdentityFile` in ~/.ssh/config, or add the key to ssh-agent"
 _PLAIN_WORD = re.compile(r"[A-Za-z0-9_./+-][A-Za-z0-9_./+:=@-]*", re.ASCII)
 _SIGNS = tuple("@*&!%`|>")  # no plain text of YAML begins with one
-_LOGIN = {  # what people write to log in to a host
-    "password": "swarmctl logs in with SSH keys only; `ssh-copy-id` puts yours on the host",
-    **dict.fromkeys(("key", "key_file", "ssh_key", "identity_file", "private_key"), _IN_SSH_CONFIG),
-}
 _MASTER_URI = "leave it out: the master's URI comes from the address of the hub or leader, and `master_port`"
 _NUMBERS_THAT_RANGE = (
     "a range in quotes is text; name each number, {each: [8081, 8082]}, or put it on a line without quotes"
@@ -198,8 +194,8 @@ def _help_for_unknown(
         return (f"write a blank behind the colon: {before}: {legible(behind).strip()}",)
     if not known and tagged[0] == "links" and (elsewhere := kinds_with(key)):
         return (f"`{key}` belongs to links of kind {' and '.join(elsewhere)}",)
-    if tagged[0] == "hosts" and key in _LOGIN:
-        return (_LOGIN[key],)
+    if place := place_of(tagged):
+        return (place,)
     if key.lower() in FOREIGN:
         return (_MASTER_URI,)
     meant = guess(key, known)

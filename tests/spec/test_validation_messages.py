@@ -11,6 +11,7 @@ from pydantic import Field, create_model
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.field_types import Model
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.spec.keys_elsewhere import PLACES
 from swarmctl.spec.model import Computers, Spec
 from swarmctl.spec.pattern_texts import PATTERN_TEXTS
 from swarmctl.spec.validation import validated
@@ -115,3 +116,23 @@ def test_they_are_shown_beside_a_syntax_error(text: str, line: int, column: int)
         "the character U+00A0 (no-break space)",
     )
     assert "write a blank" in found.help[0]
+
+
+BASE = {
+    "hosts": "hosts: {pi: {address: 192.168.77.10, %s: x}}",
+    "robots": "hosts: {}\nrobots: {k3: {type: khepera3, host: pi, %s: x}}",
+    "programs": "hosts: {}\nprograms: {joy: {host: pi, package: joy, executable: joy_node, %s: x}}",
+    "": "hosts: {}\n%s: x",
+}
+KEYS = [(section, key) for section, places in PLACES.items() for key in places]
+
+
+@pytest.mark.parametrize(("section", "key"), KEYS)
+def test_a_key_of_another_place_is_an_error_with_that_place(section: str, key: str) -> None:
+    """None of them is a key of the spec there, or so like one that it is fixed as a slip."""
+    source, _ = parse(f"version: 1\nname: s\nmode: central\nhub: pi\n{BASE[section] % key}\n", "swarm.yaml")
+    _, diagnostics = validated(Spec, source)
+    (found,) = (one for one in diagnostics if one.code == "SPEC001")
+    assert f"unknown key `{key}`" in found.message
+    assert found.help == (PLACES[section][key],)
+    assert found.fix is None
