@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping
 
 from swarmctl.ros_packages.package import MANIFEST, DeliveredPackage, Package, package_of
+from swarmctl.ros_packages.package_manifest import faults_of
+from swarmctl.ros_packages.xml_tags import root_of
 
 #: What only a build makes of a package: executables, libraries, messages, settings of dynamic_reconfigure.
 _BUILDS = re.compile(
@@ -30,6 +32,8 @@ def delivered_package(
         return f"has a {MANIFEST} that names no package"
     if package.name != name:
         return f"holds the package {package.name}"
+    if fault := next(faults_of(root_of(files[MANIFEST][0])), None):
+        return f"has a {MANIFEST} that catkin refuses: it {fault}"
     found = _BUILDS.search(files.get("CMakeLists.txt", (b"", False))[0])
     return DeliveredPackage(
         name,

@@ -131,7 +131,8 @@ for x, z in (("nan", 0), ("inf", 0), (0.2, "nan"), (0.2, "-inf"), (1e300, 0)):
 """
 FOLDER, VENDORS = "/usr/share/piloting", "/usr/share/vendors"
 PACKAGE = """<package format="2"><name>piloting</name><version>1.0.0</version>
-<description>drives</description><maintainer email="a@b">a</maintainer><license>BSD</license></package>"""
+<description>drives</description><maintainer email="a@b.example">a</maintainer><license>BSD</license>
+</package>"""
 PROGRAM = f"""#!/bin/sh
 exec rostopic pub -r 10 /{LAUNCHED}/cmd_vel geometry_msgs/Twist '[{WISH[0]}, 0, 0]' '[0, 0, {WISH[1]}]' "$@"
 """

@@ -14,7 +14,8 @@ from tests.e2e.lab_swarm import LabSwarm, Note, quoted, within
 HOSTS = ("k3-pi", "epuck-pi")
 FOLDER = "/usr/share/talking"
 PACKAGE = """<package format="2"><name>talking</name><version>1.0.0</version>
-<description>says it</description><maintainer email="a@b">a</maintainer><license>BSD</license></package>"""
+<description>says it</description><maintainer email="a@b.example">a</maintainer><license>BSD</license>
+</package>"""
 NODE = """#!/usr/bin/env python3
 import rospy
 from std_msgs.msg import String

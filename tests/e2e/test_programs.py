@@ -58,7 +58,8 @@ programs:
   gmapping: {host: koala-laptop, package: gmapping, executable: slam_gmapping, optional: true}
 """
 PACKAGE = """<package format="2"><name>shouting</name><version>1.0.0</version>
-<description>says it</description><maintainer email="a@b">a</maintainer><license>BSD</license></package>"""
+<description>says it</description><maintainer email="a@b.example">a</maintainer><license>BSD</license>
+</package>"""
 NODE = """#!/usr/bin/env python3
 import sys
 

@@ -86,7 +86,8 @@ control:
   - {{by: pilot, of: [{ARM}, {BURGER}]}}
 """
 PACKAGE = """<package format="2"><name>piloting</name><version>1.0.0</version>
-<description>drives</description><maintainer email="a@b">a</maintainer><license>BSD</license></package>"""
+<description>drives</description><maintainer email="a@b.example">a</maintainer><license>BSD</license>
+</package>"""
 PROGRAM = f"""#!/bin/sh
 exec rostopic pub -r 10 /{BURGER}/cmd_vel geometry_msgs/Twist '[{WISH[0]}, 0, 0]' '[0, 0, {WISH[1]}]' "$@"
 """

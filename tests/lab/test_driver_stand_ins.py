@@ -16,6 +16,7 @@ from swarmctl.lab.emulators.emulator_lookup import build_robot
 from swarmctl.lab.lab_plan import LabPlan, Workspace, plan_of
 from swarmctl.lab.lab_state import State
 from tests.lab.lab_values import swarm_from
+from tests.ros_packages.packages import manifest
 
 SPEC = """
 version: 1
@@ -121,7 +122,7 @@ def test_an_installed_package_needs_no_stand_in(plan: LabPlan, tmp_path: Path) -
 
 
 def test_a_package_that_travels_needs_no_stand_in(tmp_path: Path) -> None:
-    put(tmp_path / "pioneers/package.xml", "<package><name>rosaria</name><version>1.0.0</version></package>")
+    put(tmp_path / "pioneers/package.xml", manifest("rosaria"))
     swarm = swarm_from(tmp_path, f"{SPEC}packages:\n  rosaria: {{from: ./pioneers}}\n")
     assert [one.robot for one in plan_of(swarm).stand_ins] == ["b-1", "b2"]
 

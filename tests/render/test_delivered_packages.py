@@ -10,6 +10,7 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.elf import machines_of
 from swarmctl.rules.runner import load_swarm
+from tests.ros_packages.packages import manifest
 from tests.rules.test_packages import write
 
 SPEC = """\
@@ -32,7 +33,6 @@ programs:
   map: {host: pi, package: nav, executable: go.py}
   log: {host: pi, package: rosbag, executable: record}
 """
-XML = "<package><name>{}</name>{}</package>\n"
 
 
 @pytest.fixture
@@ -41,9 +41,9 @@ def made(tmp_path: Path) -> dict[str, Bundle]:
         tmp_path,
         {
             "swarm.yaml": SPEC,
-            "src/nav/package.xml": XML.format("nav", "<depend>nav_core</depend>"),
+            "src/nav/package.xml": manifest("nav", "nav_core"),
             "src/nav/scripts/go.py": "#!/usr/bin/env python3\n",
-            "src/core/package.xml": XML.format("nav_core", ""),
+            "src/core/package.xml": manifest("nav_core"),
             "src/core/src/nav_core/__init__.py": "",
         },
     )
@@ -131,8 +131,8 @@ def test_a_robots_driver_may_be_such_a_package(tmp_path: Path) -> None:
         tmp_path,
         {
             "swarm.yaml": text,
-            "src/nav/package.xml": XML.format("nav", ""),
-            "src/core/package.xml": XML.format("nav_core", ""),
+            "src/nav/package.xml": manifest("nav"),
+            "src/core/package.xml": manifest("nav_core"),
         },
     )
     swarm, found = load_swarm(tmp_path / "swarm.yaml")
@@ -154,7 +154,7 @@ def test_meshes_of_robots_travel_to_the_host_of_the_master(tmp_path: Path) -> No
     files = {
         "swarm.yaml": text.replace("  map: {host: pi, package: nav, executable: go.py}\n", ""),
         "k3.urdf": urdf,
-        "src/shape/package.xml": XML.format("k3_description", ""),
+        "src/shape/package.xml": manifest("k3_description"),
         "src/shape/k3.stl": "solid k3\nendsolid k3\n",
     }
     write(tmp_path, files)

@@ -12,7 +12,10 @@ from swarmctl.ros_packages.package import Package, package_of
 def manifest(name: str, *depends: str) -> str:
     """The package.xml of a package."""
     listed = "".join(f"<exec_depend>{one}</exec_depend>" for one in depends)
-    return f'<package format="2"><name>{name}</name>{listed}</package>'
+    return (
+        f'<package format="2"><name>{name}</name><version>1.0.0</version><description>d</description>'
+        f'<maintainer email="a@b.example">a</maintainer><license>MIT</license>{listed}</package>'
+    )
 
 
 def package(name: str, files: Mapping[str, str], *depends: str, executable: tuple[str, ...] = ()) -> Package:

@@ -49,6 +49,7 @@ def test_a_python_package_travels_with_all_its_files(tmp_path: Path) -> None:
         ({"scripts/go.py": GO}, "src/nav", "has no package.xml"),
         ({"package.xml": NAV.replace(">nav<", ">navi<")}, "src/nav", "holds the package navi"),
         ({"package.xml": "<x"}, "src/nav", "names no package"),
+        ({"package.xml": NAV.replace("MIT", "")}, "src/nav", "catkin refuses: it has an empty <license>"),
         ({"package.xml": NAV, f"{'d/' * 33}f": ""}, "src/nav", "beyond 32 levels"),
     ],
 )
@@ -74,7 +75,8 @@ def workspace(folder: Path, files: dict[str, str], more: str = "") -> Path:
 
 
 def manifest(name: str) -> str:
-    return NAV.replace(">nav<", f">{name}<")
+    """That of a package without dependencies."""
+    return NAV.replace(">nav<", f">{name}<").replace("  <depend>nav_core</depend>\n", "")
 
 
 def test_every_package_of_a_workspace_is_delivered(tmp_path: Path) -> None:

@@ -22,7 +22,9 @@ def delivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
             place = ("packages", name, key) if key else ("packages", name)
             yield Diagnostic("PKG019", f"`{name}`: {message}", context.span(*place, key=True), help=(_FORMS,))
             continue
-        if source.all:
+        if "catkin refuses" in reason:
+            help_ = "correct the file: where catkin refuses one package, `rosrun` and `roslaunch` find none"
+        elif source.all:
             help_ = "every folder with a package.xml in it is delivered; docs/hosts.md has the limits"
         elif "package.xml" in reason:
             help_ = f"name the folder of {name} alone; for a folder of several packages add `all: true`"
