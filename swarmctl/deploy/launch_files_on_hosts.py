@@ -90,7 +90,8 @@ def _with_texts(
     answer: LaunchFilesAnswer = conversation.ask(_request(bundle, wanted, texts=False))
     missing: dict[str, list[str]] = {}
     for name, one in answer["packages"].items():
-        kept = {path: launch_texts.find(digest) for path, digest in one["digests"].items()}
+        digests = {path: one["digests"][path] for path in wanted.get(name, ()) if path in one["digests"]}
+        kept = {path: launch_texts.find(digest) for path, digest in digests.items()}
         one["texts"] = {path: text for path, text in kept.items() if text is not None}
         if due := [path for path, text in kept.items() if text is None]:
             missing[name] = due

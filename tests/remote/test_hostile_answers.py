@@ -54,7 +54,9 @@ FITTING: dict[str, Any] = {
         "images": [], "wireless": [],
     },
     "launch_files": {
-        "packages": {"nav": {"folder": "/opt/nav", "has": ["a"], "texts": {"a": ""}, "launch": []}},
+        "packages": {
+            "nav": {"folder": "/opt/nav", "has": ["a"], "digests": {"a": "0"}, "texts": {"a": ""}, "launch": []}
+        },
         "complete": True,
     },
     "prepare": {"step": "apt"},
