@@ -55,7 +55,7 @@ FITTING: dict[str, Any] = {
     },
     "launch_files": {
         "packages": {
-            "nav": {"folder": "/opt/nav", "has": ["a"], "digests": {"a": "0"}, "texts": {"a": ""}, "launch": []}
+            "nav": {"folder": "/o", "has": ["a"], "digests": {"a": "0"}, "texts": {"a": ""}, "launch": []}
         },
         "complete": True,
     },
