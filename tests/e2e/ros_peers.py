@@ -101,10 +101,10 @@ def roswtf(
 
 
 def unregister_killed(swarm: LabSwarm, host: str) -> None:
-    """Removes the publishers that tests killed from the master of ``host``; no other node may be dead."""
+    """Removes the nodes that tests killed from the master of ``host``; none of a robot may be dead."""
     output = swarm.shell(host, f"{SOURCE}; yes | timeout 60 rosnode cleanup 2>&1 || true", timeout=90)
     dead = re.findall(r"^ \* (/\S+)$", output, re.MULTILINE)
-    assert all(node.startswith("/rostopic_") for node in dead), output
+    assert not {node.split("/")[1] for node in dead} & swarm.robots().keys(), output
 
 
 def _faults(swarm: LabSwarm, host: str, release: str, elsewhere: Collection[str]) -> Iterator[str]:

@@ -66,6 +66,7 @@ class EPuckBody(Robot):
         self.light = [0, 0]  # the number and the action of the latest L; B and F change the action
         self.sound_number = [0]
         self.i2c = [0, 0, 0]
+        self._images = 0  # taken so far
         self.image_settings = [1, 40, 40, 8]  # mode, width, height, zoom
 
     @property
@@ -202,9 +203,9 @@ class EPuckBody(Robot):
 
     def image(self) -> bytes:
         """Mode, width and height, then a gradient that moves from image to image."""
-        start = self._background(0, 1)[0]
+        self._images += 1
         return bytes(value & 0xFF for value in self.image_settings[:3]) + bytes(
-            (start + index) & 0xFF for index in range(self.image_size)
+            (self._images + index) & 0xFF for index in range(self.image_size)
         )
 
 
