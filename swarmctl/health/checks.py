@@ -23,6 +23,8 @@ LOWEST_SHARE = 0.7  # of the expected rate
 MOST_RESTARTS = 3  # of a unit; one more within RESTART_WINDOW makes it unhealthy
 RESTART_WINDOW = 600.0  # s; a start by hand or by a deploy begins a new count
 LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
+_LONGEST_START = 10.0  # s
+_NO_MAIN_PROCESS = ("dead", "failed", "auto-restart", "start-pre")  # sub states of a service
 _PERIODS_TO_JUDGE = 2.0
 _MOST_NAMED = 3
 
@@ -102,7 +104,9 @@ def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
         why, hint = unit_conditions.explained(host, name, seen.unmet)
         return Verdict(State.SKIPPED, f"is skipped: {why}", hint)
     if seen.active == "failed":
-        return bad(f"failed: {_ending(seen)}", journal)
+        return bad(f"failed: {_ending(seen)}{_log(seen)}", journal)
+    if seen.active == "activating" and seen.starting > _LONGEST_START:
+        return bad(f"has been starting for {seen.starting:.0f} s{_log(seen)}", journal)
     if seen.active == "activating":
         return Verdict(State.WARNING, _with("is starting", seen.text), journal)
     if not seen.runs:
@@ -119,8 +123,9 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
         numbers = " ".join(one.partition(" ")[0] for one in seen.stopped)
         text = f"a signal has stopped its process{'es' if len(seen.stopped) > 1 else ''} "
         return bad(text + ", ".join(seen.stopped), f"on {host}: sudo kill -CONT {numbers}")
-    if seen.sub == "auto-restart" or seen.restarted:
-        return bad(f"crash loop: {_times(seen.restarts)}, last result {_ending(seen)}", journal)
+    if seen.restarted or (seen.active == "activating" and seen.restarts) or seen.sub == "auto-restart":
+        text = f"crash loop: {_times(seen.restarts)}, last result {_ending(seen)}"
+        return bad(text + _log(seen), journal)
     if seen.recent > MOST_RESTARTS:
         text = f"{_times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {_ending(seen)}"
         reset = f"once it is fixed: sudo systemctl reset-failed {name}"
@@ -128,14 +133,23 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
     return None
 
 
-def master(host: ExpectedHost, seen: MasterSeen | None, run_id: str = "") -> Verdict:
-    """Checks the master as ``host`` reaches it. ``run_id``: of the master as its hub sees it, or empty."""
+def master(
+    host: ExpectedHost, seen: MasterSeen | None, run_id: str = "", process: UnitSeen | None = None
+) -> Verdict:
+    """Checks the master as ``host`` reaches it.
+
+    ``run_id``: of the master as its hub sees it, or empty; ``process``: the unit of the master on its hub.
+    """
     if seen is None:
         return unknown("was not checked")
     if not seen.reachable:
         hint = f"check the route from {host.name} to {host.hub}: address, firewall, wireless client isolation"
         text = f"{host.master_uri} does not answer: {seen.error}"
         return bad(text, f"on {host.name}: systemctl status {host.master_unit}" if host.is_hub else hint)
+    if process is not None and process.sub in _NO_MAIN_PROCESS and not process.skipped:
+        port = urlsplit(host.master_uri or "").port
+        text = f"another master answers at {host.master_uri}: that of {host.hub} does not run"
+        return bad(text, f"on {host.hub}, to find it: sudo ss -ltnp sport = :{port}")
     if run_id and seen.run_id != run_id:
         text = f"another master than that of {host.hub} answers at {host.master_uri}"
         return bad(text, "check whether a second machine has this address")
@@ -265,6 +279,11 @@ def _ending(seen: UnitSeen) -> str:
     """How the unit ended: systemd's result, which is ``success`` while it runs again, and the exit code."""
     known = [one for one in (seen.result, seen.exit) if one and not (seen.exit and one == "success")]
     return ", ".join(known) or "unknown"
+
+
+def _log(seen: UnitSeen) -> str:
+    """The end of the log of a unit that does not run."""
+    return f"; its log ends with: {seen.log}" if seen.log and not seen.runs else ""
 
 
 def _times(restarts: int) -> str:

@@ -19,7 +19,7 @@ from swarmctl.health import (
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.node_names import Conflicts
-from swarmctl.health.observations import Answer
+from swarmctl.health.observations import Answer, UnitSeen
 from swarmctl.health.root_cause import HOST, Diagnosis, Findings
 from swarmctl.remote.transport import HostError, Kind
 
@@ -49,9 +49,11 @@ def diagnose(
         _system(found, host, answer, answers.get(host.hub))
         if faults := launch_files.get(host.name):
             found.add("launch files", host.name, launched_checks.files(faults), host=host)
+    masters = {host.name: answers[host.name].units.get(host.master_unit or "") for host, _ in present}
     with_master = [(host, answer) for host, answer in present if host.master_uri]
     for host, answer in sorted(with_master, key=lambda one: not one[0].is_hub):
-        _master(found, host, answer, answers.get(host.hub), gates.get(host.hub, ""))
+        hub, gate = answers.get(host.hub), gates.get(host.hub, "")
+        _master(found, host, answer, hub, process=masters.get(host.hub), gate=gate)
     for host in graph.hosts:
         clocks = time_checks.clock_programs(graph, host)
         program_checks.compare(
@@ -127,15 +129,27 @@ def _unit_subject(host: str, unit: str) -> str:
     return f"{unit} on {host}"
 
 
-def _master(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None, gate: str) -> None:
-    """Checks the master as this host reaches it. ``gate``: the finding whether the hub answered."""
+def _master(
+    found: Findings,
+    host: ExpectedHost,
+    answer: Answer,
+    hub: Answer | None,
+    *,
+    process: UnitSeen | None,
+    gate: str,
+) -> None:
+    """Checks the master as this host reaches it.
+
+    ``process``: its unit on the hub; ``gate``: the finding whether the hub answered.
+    """
     probe = f"probe {host.name} ros"
     if host.is_hub:
         own_unit = f"unit {_unit_subject(host.name, host.master_unit or '')}"
-        found.add("master", host.name, checks.master(host, answer.master), host=host, after=[probe, own_unit])
+        verdict = checks.master(host, answer.master, process=process)
+        found.add("master", host.name, verdict, host=host, after=[probe, own_unit])
     else:
         run_id = hub.master.run_id if hub is not None and hub.master is not None else ""
-        verdict = checks.master(host, answer.master, run_id)
+        verdict = checks.master(host, answer.master, run_id, process)
         found.add("master", host.name, verdict, host=host, after=[gate, f"master {host.hub}", probe])
 
 

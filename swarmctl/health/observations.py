@@ -11,6 +11,8 @@ class UnitSeen:
     """A systemd unit. ``restarted`` counts the restarts during the probe, ``recent`` the latest ones.
 
     ``running``: for how long a unit that was restarted has run by now, s.
+    ``starting``: for how long one that was not restarted has been starting, s; ``log``: the end of its log
+    if it does not run.
     ``exit``: how its main process ended last; ``stopped``: processes that a signal or a debugger has stopped,
     as number and name; ``unmet``: conditions of its file that are not met, for one that is ``skipped``.
     """
@@ -26,6 +28,8 @@ class UnitSeen:
     skipped: bool
     recent: int = 0
     running: float = 0.0
+    starting: float = 0.0
+    log: str = ""
     exit: str = ""
     stopped: tuple[str, ...] = ()
     unmet: tuple[str, ...] = ()

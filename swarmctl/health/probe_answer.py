@@ -78,6 +78,8 @@ def _unit(data: Mapping[str, Any]) -> UnitSeen:
         skipped=data.get("skipped") is True,
         recent=_count(data.get("recent")),
         running=_float_or_none(data.get("running")) or 0.0,
+        starting=_float_or_none(data.get("starting")) or 0.0,
+        log=_text(data.get("log")),
         exit=_text(data.get("exit")),
         stopped=_texts(data.get("stopped")),
         unmet=_texts(data.get("unmet")),

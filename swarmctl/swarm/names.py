@@ -81,6 +81,8 @@ TOOLS = (
     "bluetooth-pair",
     "give-secrets",
     "has-packages",
+    "refuse-beside-units",
+    "restart-delay",
     "ros-client",
     "ros-exec",
     "run-node",

@@ -120,6 +120,12 @@ def master_killed(swarm: LabSwarm) -> None:
     swarm.shell(LAPTOP, "sudo systemctl kill -s KILL swarm-newswarm.master.service")
 
 
+def bridge_ended(swarm: LabSwarm) -> None:
+    """By SIGTERM, on which it ends with exit code 0."""
+    unit = "swarm-newswarm.multimaster.service"
+    swarm.shell(LAPTOP, f"sudo systemctl kill --kill-who=main -s TERM {unit}")
+
+
 def rebooted(host: str) -> Callable[[LabSwarm], None]:
     def reboot(swarm: LabSwarm) -> None:
         swarm.kill(host)
@@ -135,6 +141,7 @@ def cut_off(swarm: LabSwarm) -> None:
 
 
 KILLED = ("master killed", master_killed)
+ENDED = ("bridge ended", bridge_ended)
 HUB = ("hub rebooted", rebooted(LAPTOP))
 PEER = ("bridge peer rebooted", rebooted(K3_PI))
 LINK = (f"leader's link down {DOWN:g} s", cut_off)

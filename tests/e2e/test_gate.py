@@ -15,6 +15,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, Note, lab_of, moves, quoted, within
+from tests.e2e.node_ends import BACK, ends_and_is_back
 from tests.timing import at_most
 
 DESK, PI = "desk", "pi"
@@ -264,6 +265,18 @@ def test_its_gate_hangs_and_the_robot_stands(fleet: LabSwarm, note: Note) -> Non
         took = time.monotonic() - began
         note("cart of a vendor: gate hung (SIGSTOP), until it stands", f"{took:.2f} s", f"<= {HUNG} s")
         assert took < HUNG or took < at_most(HUNG)
+    fleet.seconds_to_standstill(EXECUTED)
+    recovers(fleet)
+
+
+def test_gate_and_driver_run_again_however_they_end(fleet: LabSwarm, note: Note) -> None:
+    parts = {f"{EXECUTED}.gate": f"/{EXECUTED}/gate", EXECUTED: f"/{EXECUTED}/driver"}
+    for part, node in parts.items():
+        for way in ("rosnode kill", "a stranger's shutdown request"):
+            took = ends_and_is_back(fleet, PI, part, node, way)
+            note(f"{node} answers again after {way}", f"{took:.1f} s", f"<= {BACK:g} s")
+    with fleet.driving(PI, EXECUTED, SPEED):
+        pass
     fleet.seconds_to_standstill(EXECUTED)
     recovers(fleet)
 

@@ -23,6 +23,7 @@ from tests.health.swarm_values import (
     with_unit,
 )
 
+ROBOTS = ("koala", "k3", "epuck")
 FAULTS = {
     "network between a host and its hub": Fault(
         K3_PI,
@@ -81,9 +82,28 @@ def test_a_dead_master_explains_every_host() -> None:
     found = diagnose(graph(), answers)
     symptoms = [
         *(f"master {name}" for name in HOSTS),
-        *(f"driver {robot}" for robot in ("koala", "k3", "epuck")),
+        *(f"driver {robot}" for robot in ROBOTS),
     ]
     assert shape(found) == {f"unit {MASTER} on {LAPTOP}": ("bad", symptoms)}
+
+
+@pytest.mark.parametrize("moment", ["start-pre", "auto-restart"])
+def test_a_foreign_master_on_the_port_is_not_taken_for_the_own(moment: str) -> None:
+    """It answers every host, and knows none of the nodes."""
+    answers = {
+        name: both(
+            *(with_node(robot, registered=False) for robot in ROBOTS if f"/{robot}/driver" in answer.nodes)
+        )(answer)
+        for name, answer in all_well().items()
+    }
+    log = "port 11311 is in use by process 812 (rosmaster)"
+    waits = with_unit(MASTER, active="activating", sub=moment, restarts=1, log=log)
+    answers[LAPTOP] = waits(answers[LAPTOP])
+    found = diagnose(graph(), answers)
+    symptoms = [*(f"master {name}" for name in HOSTS), *(f"driver {robot}" for robot in ROBOTS)]
+    assert shape(found) == {f"unit {MASTER} on {LAPTOP}": ("bad", symptoms)}
+    (cause,) = (one for one, _ in found.explained())
+    assert cause.message.endswith(f"its log ends with: {log}")
 
 
 def test_a_dead_hub_explains_the_masters_absence() -> None:

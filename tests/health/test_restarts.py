@@ -28,6 +28,7 @@ from tests.health.swarm_values import (
 )
 
 KICKED = {"/k3/driver": ConflictSeen(4, 12.0)}
+WAITS = {"active": "activating", "sub": "start-pre"}
 BUDGET = "restarted 4 times within 10 min, last result"
 
 
@@ -49,7 +50,17 @@ def judged(**changes: Any) -> tuple[State, str]:
         ({"restarts": 4, "recent": 4, "running": 119.0}, State.BAD, "; it has run for 119 s now"),
         ({"restarts": 4, "recent": 4, "running": 599.0}, State.BAD, "; it has run for 9 min now"),
         ({"restarts": 4, "recent": 0, "running": 7200.0}, State.WARNING, "started; it has run for 2 h now"),
-        ({"restarts": 4, "recent": 4, "active": "activating", "sub": "start"}, State.BAD, BUDGET),
+        (
+            {"restarts": 4, "recent": 4, "active": "activating", "sub": "start"},
+            State.BAD,
+            "restarted 4 times,",
+        ),
+        ({**WAITS, "restarts": 1}, State.BAD, "crash loop: restarted 1 time, last result"),
+        ({**WAITS, "restarts": 1, "log": "port 1 is"}, State.BAD, "; its log ends with: port 1 is"),
+        ({**WAITS, "starting": 2.0}, State.WARNING, "is starting"),
+        ({**WAITS, "starting": 31.0, "log": "no x"}, State.BAD, "for 31 s; its log ends with: no x"),
+        ({"active": "failed", "log": "no such file"}, State.BAD, "success; its log ends with: no such file"),
+        ({"log": "of the last look"}, State.OK, "runs"),
         ({"restarts": 4, "recent": 4, "active": "inactive", "sub": "dead"}, State.BAD, BUDGET),
         ({"restarts": 4, "recent": 4, "result": "signal", "exit": "SIGKILL"}, State.BAD, "signal, SIGKILL"),
         ({"sub": "auto-restart", "restarts": 1, "exit": "exit code 75"}, State.BAD, "exit code 75"),

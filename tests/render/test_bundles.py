@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -152,8 +153,9 @@ def test_launch_files_are_xml_and_name_files_that_are_there(rendered: Mapping[st
         for file in bundle.files:
             if file.path.endswith(".launch"):
                 for one in ET.fromstring(file.content).iter():
-                    named = (one.get("file", "") + one.get("args", "")).replace("$(dirname)/..", home)
-                    for path in set(named.split()) - {"--config", "-d"}:
+                    words = " ".join(one.get(key, "") for key in ("file", "args", "command"))
+                    named = shlex.split(words.replace("$(dirname)/..", home))
+                    for path in {word for word in named if "/" in word}:
                         assert path.removeprefix(f"{home}/") in paths
 
 

@@ -95,7 +95,7 @@ def test_its_unit_starts_first_and_sends_a_zero_at_the_end(host: Bundle) -> None
     unit = text_of(host, f"units/{UNIT}")
     assert "Before=swarm-lab.tb3-01.service\n" in unit
     assert "ExecStopPost=/usr/bin/python3 /opt/swarm/lab/current/gate/send_zero.py" in unit
-    assert "Restart=on-failure\n" in unit
+    assert "Restart=always\n" in unit
     assert "DynamicUser=yes\n" in unit
 
 

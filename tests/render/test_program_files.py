@@ -104,7 +104,7 @@ def test_a_unit_gets_its_secrets_by_name(bundle: Bundle, files: dict[str, File])
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
 def test_systemd_accepts_every_unit(files: dict[str, File], tmp_path: Path) -> None:
-    for path in ("bin/ros-exec", "bin/ros-client"):
+    for path in ("bin/ros-exec", "bin/ros-client", "bin/restart-delay"):
         place = tmp_path / RELEASE[1:] / path
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(files[path].content)

@@ -35,6 +35,7 @@ UNIT_VALUES = {
 LAUNCH_VALUES = {
     "home": "/opt/swarm/s", "program": "p", "group": "", "node": "p", "package": "a", "executable": "b",
     "launch": None, "loaded": [], "arguments": [], "remap": [], "environment": [],
+    "own": "", "by_hand": [],
 }  # fmt: skip
 
 
@@ -133,7 +134,7 @@ def test_parameters_keep_type_and_text(rendered: Mapping[str, Bundle]) -> None:
 
 
 def test_launch_files_put_a_node_into_its_robots_namespace(rendered: Mapping[str, Bundle]) -> None:
-    (group,) = ET.fromstring(files_of(rendered["pi"])["launch/wander.launch"].content)
+    (group,) = ET.fromstring(files_of(rendered["pi"])["launch/wander.launch"].content).findall("group")
     node = group.find("node")
     assert group.get("ns") == "k_3"
     assert node is not None
@@ -213,7 +214,7 @@ def test_a_oneshot_ends_and_stays_started(rendered: Mapping[str, Bundle]) -> Non
 
 
 def test_a_namespace_of_its_own_comes_before_the_robots(rendered: Mapping[str, Bundle]) -> None:
-    (group,) = ET.fromstring(files_of(rendered["pi"])["launch/arm.launch"].content)
+    (group,) = ET.fromstring(files_of(rendered["pi"])["launch/arm.launch"].content).findall("group")
     assert group.get("ns") == "k_3/arm"
     assert {one.get("name"): one.get("value") for one in group.iter("arg")} == {
         "prefix": "k_3/arm/", "name": "{k}"

@@ -1,29 +1,78 @@
-"""``wait-for-address``: a master starts once its host has its address, not on `network-online.target`."""
+"""``wait-for-address``: a master starts once it can listen, not on `network-online.target`."""
 
 from __future__ import annotations
 
+import os
+import socket
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from swarmctl import resources
-from tests.timing import PATIENCE
+from tests.timing import PATIENCE, wait_for
 
 PROGRAM = resources.templates() / "host/wait-for-address"
 
 
-def wait(address: str, within: float = 0.1) -> tuple[int, str]:
-    argv = [sys.executable, str(PROGRAM), address, "--within", str(within)]
-    done = subprocess.run(argv, capture_output=True, text=True, timeout=PATIENCE, check=False)
+def argv(address: str, port: int, within: float) -> list[str]:
+    return [sys.executable, str(PROGRAM), address, "--port", str(port), "--within", str(within)]
+
+
+def wait(address: str, port: int, within: float = 0.1) -> tuple[int, str]:
+    command = argv(address, port, within)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     return done.returncode, done.stderr.strip()
 
 
+@pytest.fixture
+def port() -> int:
+    """A port on which nothing listens."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
 @pytest.mark.parametrize("address", ["127.0.0.1", "localhost"])
-def test_an_address_of_this_host_is_found_at_once(address: str) -> None:
-    assert wait(address) == (0, "")
+def test_an_address_of_this_host_is_found_at_once(address: str, port: int) -> None:
+    assert wait(address, port) == (0, "")
 
 
 @pytest.mark.parametrize("address", ["192.0.2.7", "2001:db8::7", "no-such-host.invalid"])
-def test_another_is_waited_for_and_then_named(address: str) -> None:
-    assert wait(address) == (1, f"this host has no address {address} after 0.1 s")
+def test_another_is_waited_for_and_then_named(address: str, port: int) -> None:
+    assert wait(address, port) == (1, f"this host has no address {address} after 0.1 s")
+
+
+def test_who_has_the_port_is_named_before_the_time_is_up() -> None:
+    me = f"process {os.getpid()} ({Path('/proc/self/comm').read_text().strip()})"
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        code, text = wait("127.0.0.1", port)
+    assert code == 1
+    assert text.startswith(f"port {port} is in use by {me}")
+    assert text.endswith(": this ROS master starts when it is free")
+
+
+def test_a_port_that_is_given_up_is_found_free(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with socket.create_server(("127.0.0.1", 0)) as other, log.open("w") as file:
+        command = argv("127.0.0.1", other.getsockname()[1], PATIENCE)
+        waiting = subprocess.Popen(command, stderr=file)
+        wait_for(lambda: "is in use by" in log.read_text())
+        other.close()
+        began = time.monotonic()
+        assert waiting.wait(PATIENCE) == 0
+        assert time.monotonic() - began < PATIENCE / 2
+
+
+def test_a_master_that_has_just_ended_has_left_its_port() -> None:
+    """Its last connections remain for a minute in TIME_WAIT, which rosmaster ignores as well."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        with socket.create_connection(("127.0.0.1", port)) as client:
+            accepted, _ = server.accept()
+            accepted.close()
+            client.recv(1)
+    assert wait("127.0.0.1", port) == (0, "")

@@ -89,7 +89,14 @@ def discovery_port(island: Island) -> int:
 def _files(swarm: Swarm, island: Island) -> tuple[File, ...]:
     nodes = _nodes(swarm, island)
     params = {node.name: values for node, values in nodes.items()}
-    launch = render("multimaster.launch", params=f"{ROOT}/{swarm.name}/current/{PARAMS}", nodes=list(nodes))
+    unit = names.unit(swarm.name, names.MULTIMASTER)
+    launch = render(
+        "multimaster.launch",
+        params=f"{ROOT}/{swarm.name}/current/{PARAMS}",
+        nodes=list(nodes),
+        own=unit,
+        by_hand=[unit],
+    )
     return (
         File(PARAMS, params_file(params), origin="multimaster"),
         File(LAUNCH, launch, origin="multimaster"),

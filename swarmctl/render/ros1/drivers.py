@@ -38,8 +38,15 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
 
 def launch_file(swarm: Swarm, robots: Sequence[Robot]) -> File:
     """Returns the launch file with which people start all drivers of a host."""
-    gates = [gate.launch_name(one) for one in robots if one.gated]
-    text = render("swarm.launch", home=home(swarm), names=[*gates, *(one.name for one in robots)])
+    gated = [one for one in robots if one.gated]
+    units = [names.unit(swarm.name, one.name, names.GATE_NODE) for one in gated]
+    text = render(
+        "swarm.launch",
+        home=home(swarm),
+        names=[*(gate.launch_name(one) for one in gated), *(one.name for one in robots)],
+        by_hand=[*units, *(names.unit(swarm.name, one.name) for one in robots)],
+        own="",
+    )
     return File("launch/swarm.launch", text, origin="robots")
 
 
@@ -75,6 +82,8 @@ def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[F
         node=names.DRIVER_NODE,
         home=home(swarm),
         robot=robot.name,
+        by_hand=[names.unit(swarm.name, robot.name)],
+        own="",
     )
     yield File(foreign_drivers.launch_path(robot), launch, origin=f"robots.{robot.name}")
 

@@ -34,6 +34,8 @@ def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
         else [],
         remap=list(_remap(robot, driver).items()),
         environment=list(ros.environment.items()),
+        own=names.unit(swarm.name, robot.name),
+        by_hand=[names.unit(swarm.name, robot.name)],
         urdf=f"{home(swarm)}/current/{urdf_path(robot)}" if robot.urdf is not None else "",
     )
     yield File(launch_path(robot), text, origin=origin)

@@ -29,6 +29,8 @@ def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
         node=names.GATE_NODE,
         home=home(swarm),
         params=_params_path(robot),
+        by_hand=[names.unit(swarm.name, robot.name, names.GATE_NODE)],
+        own="",
     )
     yield File(f"launch/{launch_name(robot)}.launch", text, origin=origin)
 

@@ -109,6 +109,8 @@ def _launch(swarm: Swarm, program: Program) -> bytes:
         arguments=list(_arguments(swarm, program).items()),
         remap=list(declared.remap.items()),
         environment=list(environment_of(swarm, program).items()),
+        own=names.unit(swarm.name, program.name) if program.runs_by_itself else "",
+        by_hand=[names.unit(swarm.name, program.name)],
     )
 
 

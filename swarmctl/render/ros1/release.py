@@ -16,7 +16,9 @@ from swarmctl.swarm.resolved import Host, Island, Swarm, SwarmctlDriver
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
 _MASTER_HELPERS = ("bin/wait-for-address", "bin/wait-for-master")
-RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec")  # what every ROS program runs in
+RESTART_DELAY = "bin/restart-delay"
+#: What every ROS program runs in.
+RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec", RESTART_DELAY)
 ROS_CLIENT = "bin/ros-client"
 
 
@@ -26,6 +28,8 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     yield File(ENVIRONMENT, render("ros.env", **environment), origin=f"hosts.{host.name}")
     yield File("env/python_logging.conf", shipped_files.text("host/python_logging.conf"))
     yield File("bin/ros-exec", shipped_files.text("host/ros-exec"), 0o755)
+    yield File("bin/refuse-beside-units", shipped_files.text("host/refuse-beside-units"), 0o755)
+    yield File(RESTART_DELAY, shipped_files.text("host/restart-delay"), 0o755)
     if host.name == island.hub:
         for program in _MASTER_HELPERS:
             yield File(program, shipped_files.text(program.replace("bin/", "host/")), 0o755)
@@ -51,7 +55,7 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
         runtime=names.runtime_folder(swarm.name, names.MASTER),
     )
     file = File(f"units/{name}", text, origin="ros")
-    return file, Unit(name, (file.path, ENVIRONMENT, "bin/ros-exec", *_MASTER_HELPERS))
+    return file, Unit(name, (file.path, ENVIRONMENT, "bin/ros-exec", RESTART_DELAY, *_MASTER_HELPERS))
 
 
 def ros_client() -> File:

@@ -85,6 +85,25 @@ def test_a_restarted_unit_has_run_for_a_time(host: Path) -> None:
         assert at_least <= running < below
 
 
+def test_the_end_of_the_log_of_a_unit_that_does_not_run_is_shown(host: Path) -> None:
+    """Not of one that runs: what it has logged is of no failed start."""
+    lines = ["the first", "\x1b[31mno port\x1b[0m", "k3 confirmed the stop", "starts again in 8 s"]
+    journal(host, *[{"MESSAGE": one, "_SYSTEMD_UNIT": UNIT} for one in lines])
+    for active, shown in (("active", ""), ("activating", " | ".join(["no port", *lines[2:]]))):
+        seen = {UNIT: {"restarts": 1, "active": active}}
+        found = unit_history.restarts(Home("test", str(host)), seen, 600.0)
+        assert (found[UNIT]["log"], found[UNIT]["starting"]) == (shown, 0.0)
+
+
+def test_a_first_start_that_takes_long_is_measured(host: Path) -> None:
+    journal(host)
+    left = (time.monotonic() - 30) * 1e6
+    program(host, "systemctl", f"printf 'Id=%s\\nInactiveExitTimestampMonotonic=%d\\n' {UNIT} {left:.0f}")
+    seen = {UNIT: {"restarts": 0, "active": "activating"}}
+    starting = unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["starting"]
+    assert 30 <= starting < 90
+
+
 def test_the_journal_is_left_alone_where_nothing_restarted(host: Path) -> None:
     seen = {UNIT: {"restarts": 0, "active": "active"}}
     found = unit_history.restarts(Home("test", str(host)), seen, 600.0)

@@ -205,12 +205,16 @@ class HistoryAnswer(TypedDict):
     """The ``recent`` restarts of a unit, how it ended last, and ``since`` when (s since 1970) that counts.
 
     ``running``: for how long a unit that was restarted has run by now, s; 0 if it does not run.
+    ``starting``: for how long one that was not restarted has been starting, s; else 0. ``log``: the end of
+    the log of a unit that does not run.
     """
 
     recent: int
     exit: str
     since: float
     running: float
+    starting: float
+    log: str
 
 
 class ProbeAnswer(GraphAnswer, total=False):

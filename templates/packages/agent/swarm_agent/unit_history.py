@@ -6,12 +6,14 @@ import os
 import time
 from typing import Any, Mapping, Sequence
 
-from . import processes, systemd, unit_journal
+from . import processes, systemd, unit_journal, unit_start
 from .clip import clipped
 from .processes import Process
 from .release_store import Home
 
 _MOST_NAMES = 20  # processes of one unit
+_MOST_LOGS = 20  # units whose logs are read
+_LINES = 3  # of a log: a robot confirms its stop, and restart-delay waits, after the error
 _BEGAN, _ACTIVE = "InactiveExitTimestampMonotonic", "ActiveEnterTimestampMonotonic"
 
 
@@ -34,6 +36,8 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
 
     ``units``: their states; ``window``: s before now. A start by hand or by a deploy, and ``systemctl
     reset-failed``, begin a new count. ``running``: for how long a restarted unit has run, s; else 0.
+    ``starting``: for how long a unit that was not restarted has been starting, s; else 0. ``log``: the end of
+    the log of a unit that does not run.
     """
     begin = _begin(home, window)
     troubled = [unit for unit, state in units.items() if state["restarts"] or state["active"] == "failed"]
@@ -42,6 +46,8 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
     starts = _times([unit for unit in units if not units[unit]["restarts"]], _BEGAN)
     again = [unit for unit in troubled if units[unit]["active"] == "active"]
     active = _times(again, _ACTIVE) if again else {}
+    away = [unit for unit, state in units.items() if state["active"] in ("activating", "failed")]
+    logs = {unit: clipped(unit_start.last_log(unit, _LINES), 300) for unit in away[:_MOST_LOGS]}
     now = time.time()
     return {
         unit: {
@@ -49,6 +55,10 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
             "exit": found.get(unit, nothing).exit,
             "since": max(begin, starts.get(unit, begin)),
             "running": round(max(0.0, now - active.get(unit, now)), 1),
+            "starting": round(max(0.0, now - starts[unit]), 1)
+            if state["active"] == "activating" and unit in starts
+            else 0.0,
+            "log": logs.get(unit, ""),
         }
         for unit, state in units.items()
     }

@@ -53,11 +53,14 @@ def _after_attempts(units: Sequence[str]) -> dict[str, UnitState]:
         time.sleep(_LOOK_EVERY)
 
 
-def last_log(unit: str) -> str:
-    """Returns the last log messages of a unit, on one line, without terminal sequences and systemd's own."""
+def last_log(unit: str, most: int = _LINES) -> str:
+    """Returns the last ``most`` log messages of a unit, on one line, without terminal sequences.
+
+    systemd's own are left out.
+    """
     try:
         messages = unit_journal.messages(unit, time.time() - _RECENT)
     except FailedError:
         return ""
     lines = [_ESCAPE.sub("", one.text).strip() for one in messages]
-    return " | ".join([line for line in lines if line][-_LINES:])[-_LONGEST:]
+    return " | ".join([line for line in lines if line][-most:])[-_LONGEST:]

@@ -1,0 +1,80 @@
+"""Drivers and masters that nobody has stopped run again; launch files start no second node of a name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, LabSwarm, Note, SshError, quoted, within
+from tests.e2e.node_ends import BACK, WAYS, answers, ends_and_is_back
+
+MASTER, K3 = "swarm-newswarm.master.service", "swarm-newswarm.k3.service"
+PORT_FREE = 25.0  # s from then on until all nodes are registered again
+#: A master that takes the port as soon as it is free.
+FOREIGN = """
+import socket, time
+import rosmaster.master
+while True:
+    try:
+        with socket.socket() as one:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            one.bind(("", 11311))
+            one.listen(1)
+        break
+    except OSError:
+        time.sleep(0.005)
+rosmaster.master.Master(11311).start()
+time.sleep(300)
+"""
+
+
+def test_a_driver_runs_again_however_it_ends(swarm: LabSwarm, note: Note) -> None:
+    for way in WAYS:
+        took = ends_and_is_back(swarm, "k3-pi", "k3", "/k3/driver", way)
+        note(f"driver answers again after {way}", f"{took:.1f} s", f"<= {BACK:g} s")
+    with swarm.driving(LEADER, "k3", 0.1):
+        pass
+    within(30, lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
+
+
+@contextmanager
+def foreign_master(swarm: LabSwarm) -> Iterator[None]:
+    """Another master has the port of the swarm's own, which was killed."""
+    script = f"exec python3 -c {quoted(FOREIGN)} >/dev/null 2>&1 & echo $!"
+    pid = swarm.shell(LEADER, f"{SOURCE}; {script}").strip()
+    try:
+        swarm.shell(LEADER, f"sleep 1; sudo systemctl kill -s KILL {MASTER}")
+        yield
+    finally:
+        swarm.shell(LEADER, f"kill -9 {pid}")
+
+
+def test_a_master_waits_for_its_port_and_comes_back(swarm: LabSwarm, note: Note) -> None:
+    def cause() -> str:
+        run = swarm.swarmctl("status", "--json", "--window", "0.5")
+        assert run.status == exit_codes.UNHEALTHY, run.out
+        findings = {one["key"]: one for one in run.json()["findings"]}
+        assert findings[f"master {LEADER}"]["state"] == "bad", "the foreign master is taken for the own"
+        return str(findings[f"unit {MASTER} on {LEADER}"]["message"])
+
+    with foreign_master(swarm):
+        within(20, lambda: swarm.units(LEADER)["master"].active == "activating", "the master does not wait")
+        within(20, lambda: "port 11311 is in use by process" in cause(), "nobody names who has the port")
+        assert cause().startswith("crash loop: restarted 1 time, last result"), cause()
+    took = within(PORT_FREE, lambda: answers(swarm, LEADER, "/k3/driver"), "the nodes are not registered")
+    note("nodes answer again after a foreign master has gone", f"{took:.1f} s", f"<= {PORT_FREE:g} s")
+    within(30, lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
+    assert swarm.units(LEADER)["master"].active == "active"
+    swarm.everywhere("sudo systemctl reset-failed 'swarm-newswarm.*.service'")
+
+
+def test_roslaunch_refuses_while_the_unit_runs(swarm: LabSwarm) -> None:
+    before = swarm.units("k3-pi")["k3"]
+    for name in ("k3", "swarm"):
+        with pytest.raises(SshError) as refused:
+            swarm.shell("k3-pi", f"{SOURCE}; timeout 20 roslaunch {HOME}/current/launch/{name}.launch")
+        assert f"as {K3}; to start them by hand, first: sudo systemctl stop {K3}" in str(refused.value)
+    assert swarm.units("k3-pi")["k3"] == before
