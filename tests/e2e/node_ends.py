@@ -15,9 +15,8 @@ with contextlib.suppress(OSError):  # the node may end before it answers
     xmlrpc.client.ServerProxy(uri).shutdown("/stranger", "for no reason")
 """
 _SECOND = """
-import rospy, sys
-space, _, name = sys.argv[1].rpartition("/")
-rospy.init_node(name, argv=["__ns:=" + space])
+import rospy
+rospy.init_node("second")
 rospy.spin()
 """
 #: Commands of a shell, by what they are. ``{node}`` is the name of the node, ``{unit}`` its unit.
@@ -25,7 +24,7 @@ WAYS: Mapping[str, str] = {
     "rosnode kill": "rosnode kill {node}",
     "a stranger's shutdown request": f"python3 -c {quoted(_SHUTDOWN)} {{node}}",
     "a clean exit": "sudo systemctl kill --kill-who=main -s TERM {unit}",
-    "a second node of its name": f"timeout 20 python3 -c {quoted(_SECOND)} {{node}}",
+    "a second node of its name": f"timeout 20 python3 -c {quoted(_SECOND)} __ns:={{space}} __name:={{name}}",
 }
 
 
@@ -34,8 +33,9 @@ def ends_and_is_back(swarm: LabSwarm, host: str, part: str, node: str, way: str)
     before = swarm.units(host)[part].pid
     assert answers(swarm, host, node), f"{node} does not answer before {way}"
     unit = f"swarm-{SWARM}.{part}.service"
+    space, _, name = node.rpartition("/")
     began = time.monotonic()
-    swarm.shell(host, f"{SOURCE}; {WAYS[way].format(node=node, unit=unit)}")
+    swarm.shell(host, f"{SOURCE}; {WAYS[way].format(node=node, unit=unit, space=space, name=name)}")
 
     def back() -> bool:
         seen = swarm.units(host)[part]

@@ -114,8 +114,9 @@ def test_a_program_that_is_not_there_is_named(master: Master) -> None:
         assert "no-such-program" in output_of(running)
 
 
-def test_with_forever_a_program_that_ends_has_failed(master: Master) -> None:
-    with client(master, "--forever", *shell("exit 0")) as running:
+@pytest.mark.parametrize("script", ["exit 0", "kill -TERM $$", "kill -INT $$"])
+def test_with_forever_a_program_that_ends_has_failed(master: Master, script: str) -> None:
+    with client(master, "--forever", *shell(script)) as running:
         assert running.wait(PATIENCE) == 1
 
 

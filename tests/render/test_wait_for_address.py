@@ -67,6 +67,15 @@ def test_a_port_that_is_given_up_is_found_free(tmp_path: Path) -> None:
         assert time.monotonic() - began < PATIENCE / 2
 
 
+def test_a_stop_of_the_unit_ends_the_wait_without_failure(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with socket.create_server(("127.0.0.1", 0)) as other, log.open("w") as file:
+        waiting = subprocess.Popen(argv("127.0.0.1", other.getsockname()[1], PATIENCE), stderr=file)
+        wait_for(lambda: "is in use by" in log.read_text())
+        waiting.terminate()
+        assert waiting.wait(PATIENCE) == 0
+
+
 def test_a_master_that_has_just_ended_has_left_its_port() -> None:
     """Its last connections remain for a minute in TIME_WAIT, which rosmaster ignores as well."""
     with socket.create_server(("127.0.0.1", 0)) as server:

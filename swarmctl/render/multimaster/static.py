@@ -62,12 +62,7 @@ STATIC: MultimasterProvider = Static()
 
 def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> tuple[File, Unit]:
     name = names.unit(swarm.name, names.MULTIMASTER)
-    text = render(
-        "static.service",
-        **release.service_values(swarm, host),
-        params=PARAMS,
-        runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
-    )
+    text = render("static.service", **release.service_values(swarm, host), params=PARAMS)
     file = File(f"units/{name}", text, origin="multimaster")
     return file, Unit(name, (file.path, release.RESTART_DELAY, *(one.path for one in files)))
 
