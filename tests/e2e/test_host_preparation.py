@@ -187,6 +187,7 @@ def test_removed_nothing_is_left(deployed: LabSwarm, before: dict[str, str]) -> 
     run = deployed.swarmctl("remove", "--yes")
     assert run.status == 0, run.out + run.err
     assert etc(deployed) == before
+    assert "swarm" not in deployed.shell("pi", "ls /run")
     sources = deployed.shell("pi", "chronyc -n sources")
     assert "192.168.77.10" not in sources
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 from typing import TYPE_CHECKING, Any, Sequence, cast
@@ -21,6 +22,7 @@ _FIELDS = {
     "StatusText": "text",
 }
 _NUMBERS = {"MainPID": "pid", "NRestarts": "restarts"}
+_RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay
 _CONDITION = ("ConditionResult", "ConditionTimestampMonotonic")
 
 
@@ -113,10 +115,15 @@ def journal(unit: str, since: float) -> str:
 
 
 def forget(units: Sequence[str]) -> None:
-    """Resets failed units that no longer exist: systemd lists them otherwise."""
+    """Resets failed units that no longer exist, which systemd lists otherwise, and how often units ended."""
     failed = [unit for unit, state in states(units).items() if state["active"] == "failed"]
     if failed:
         call(["systemctl", "reset-failed", "--", *failed], 20)
+    for unit in units:
+        with contextlib.suppress(OSError):
+            os.unlink(os.path.join(_RESTART_RECORDS, unit))
+    with contextlib.suppress(OSError):  # another swarm may have some
+        os.rmdir(_RESTART_RECORDS)
 
 
 def reload(home: Home, daemons: Sequence[str]) -> None:
