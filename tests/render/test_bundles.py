@@ -165,6 +165,19 @@ def test_no_unit_waits_for_network_online(rendered: Mapping[str, Bundle]) -> Non
         assert [file.path for file in bundle.files if b"network-online" in file.content] == []
 
 
+def test_drivers_and_masters_start_again_however_they_end(rendered: Mapping[str, Bundle]) -> None:
+    """Also with exit code 0, and however often; the delay is not that of a start by hand."""
+    for bundle in rendered.values():
+        texts = {Path(file.path).name: file.content.decode() for file in bundle.files}
+        for unit in bundle.units:
+            if unit.name.endswith(("wlan.service", "pair.service", "rfcomm.service", ".target")):
+                continue
+            lines = texts[unit.name].splitlines()
+            assert {"Restart=always", "StartLimitIntervalSec=0"} <= set(lines), unit.name
+            assert any(one.startswith("ExecStartPre=+") and "/restart-delay %n " in one for one in lines)
+            assert "bin/restart-delay" in unit.needs
+
+
 def test_a_driver_is_ordered_after_its_line_alone(rendered: Mapping[str, Bundle]) -> None:
     """It watches over the robot before there is a master, however long that one waits for its network."""
     for bundle in rendered.values():

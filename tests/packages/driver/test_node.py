@@ -70,7 +70,9 @@ def test_a_node_that_ros_shuts_down_stops_its_robot_and_restarts(tmp_path):
         node.wait_until_ready()
         node.drive(0.3, 0.1)
         node.shut_down()
-        assert node.process.wait(PATIENCE) == os.EX_TEMPFAIL, "`Restart=on-failure` restarts it"
+        assert node.process.wait(PATIENCE) == os.EX_TEMPFAIL, (
+            "a status by which the journal tells it from a stop"
+        )
         assert not wiring.moving()
 
 
