@@ -70,9 +70,7 @@ def test_a_node_that_ros_shuts_down_stops_its_robot_and_restarts(tmp_path):
         node.wait_until_ready()
         node.drive(0.3, 0.1)
         node.shut_down()
-        assert node.process.wait(PATIENCE) == os.EX_TEMPFAIL, (
-            "a status by which the journal tells it from a stop"
-        )
+        assert node.process.wait(PATIENCE) == os.EX_TEMPFAIL, "status 0 is for a stop"
         assert not wiring.moving()
 
 
