@@ -18,13 +18,24 @@ PROGRAM = resources.templates() / "host/wait-for-address"
 
 
 def argv(address: str, port: int, within: float) -> list[str]:
-    return [sys.executable, str(PROGRAM), address, "--port", str(port), "--within", str(within)]
+    options = ["--port", str(port), "--unit", "swarm-test.master.service", "--within", str(within)]
+    return [sys.executable, str(PROGRAM), address, *options]
 
 
 def wait(address: str, port: int, within: float = 0.1) -> tuple[int, str]:
     command = argv(address, port, within)
     done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     return done.returncode, done.stderr.strip()
+
+
+@pytest.fixture(autouse=True)
+def restarts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The ``systemctl`` of the host; the unit was restarted once."""
+    path = tmp_path / "systemctl"
+    path.write_text("#!/bin/sh\necho 1\n")
+    path.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    return path
 
 
 @pytest.fixture
@@ -53,6 +64,13 @@ def test_who_has_the_port_is_named_before_the_time_is_up() -> None:
     assert code == 1
     assert text.startswith(f"port {port} is in use by {me}")
     assert text.endswith(": this ROS master starts when it is free")
+
+
+def test_a_first_start_fails_soon(restarts: Path) -> None:
+    """A deploy is not to wait for a master that somebody has forgotten."""
+    restarts.write_text("#!/bin/sh\necho 0\n")
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        assert wait("127.0.0.1", other.getsockname()[1], PATIENCE)[0] == 1
 
 
 def test_a_port_that_is_given_up_is_found_free(tmp_path: Path) -> None:

@@ -95,6 +95,13 @@ def test_the_end_of_the_log_of_a_unit_that_does_not_run_is_shown(host: Path) -> 
         assert (found[UNIT]["log"], found[UNIT]["starting"]) == (shown, 0.0)
 
 
+def test_the_last_line_of_a_log_is_shown_whole_and_once(host: Path) -> None:
+    journal(host, *[{"MESSAGE": one} for one in ("x" * 290, "the port is taken", "the port is taken")])
+    assert unit_start.last_log(UNIT, 3, 300) == "the port is taken"
+    assert unit_start.last_log(UNIT, 1) == "the port is taken"
+    assert unit_start.last_log(UNIT).startswith("xxx")
+
+
 def test_a_first_start_that_takes_long_is_measured(host: Path) -> None:
     journal(host)
     left = (time.monotonic() - 30) * 1e6

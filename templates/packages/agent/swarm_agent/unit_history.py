@@ -13,7 +13,7 @@ from .release_store import Home
 
 _MOST_NAMES = 20  # processes of one unit
 _MOST_LOGS = 20  # units whose logs are read
-_LINES = 3  # of a log: a robot confirms its stop, and restart-delay waits, after the error
+_LINES, _LONGEST = 3, 160  # of a log: a robot confirms its stop, and restart-delay waits, after the error
 _BEGAN, _ACTIVE = "InactiveExitTimestampMonotonic", "ActiveEnterTimestampMonotonic"
 
 
@@ -47,7 +47,7 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
     again = [unit for unit in troubled if units[unit]["active"] == "active"]
     active = _times(again, _ACTIVE) if again else {}
     away = [unit for unit, state in units.items() if state["active"] in ("activating", "failed")]
-    logs = {unit: clipped(unit_start.last_log(unit, _LINES), 300) for unit in away[:_MOST_LOGS]}
+    logs = {unit: unit_start.last_log(unit, _LINES, _LONGEST) for unit in away[:_MOST_LOGS]}
     now = time.time()
     return {
         unit: {

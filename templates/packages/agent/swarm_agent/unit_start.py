@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from itertools import groupby
 from typing import TYPE_CHECKING, Sequence
 
 from . import systemd, unit_journal
@@ -53,14 +54,19 @@ def _after_attempts(units: Sequence[str]) -> dict[str, UnitState]:
         time.sleep(_LOOK_EVERY)
 
 
-def last_log(unit: str, most: int = _LINES) -> str:
-    """Returns the last ``most`` log messages of a unit, on one line, without terminal sequences.
+def last_log(unit: str, most: int = _LINES, longest: int = _LONGEST) -> str:
+    """Returns the last log messages of a unit, up to ``most``, on one line of up to ``longest`` characters.
 
-    systemd's own are left out.
+    Terminal sequences, repetitions and systemd's own messages are left out.
     """
     try:
         messages = unit_journal.messages(unit, time.time() - _RECENT)
     except FailedError:
         return ""
-    lines = [_ESCAPE.sub("", one.text).strip() for one in messages]
-    return " | ".join([line for line in lines if line][-most:])[-_LONGEST:]
+    lines = [line for line, _ in groupby(_ESCAPE.sub("", one.text).strip() for one in messages) if line]
+    text = ""
+    for line in reversed(lines[-most:]):
+        if text and len(line) + len(text) + 3 > longest:
+            break
+        text = f"{line} | {text}" if text else line[-longest:]
+    return text
