@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from swarm_agent.messages import (
-    ApplyAnswer,
-    ApplyRequest,
-    KeepSecretsRequest,
-    ObserveRequest,
-    RemoveRequest,
-    UnitState,
-)
+from swarm_agent.messages import KeepSecretsRequest, ObserveRequest, RemoveRequest, UnitState
 
 from swarmctl.deploy.fitness import Fitness, refused
+from swarmctl.deploy.host_transaction import APPLY_TIMEOUT, HostTransaction, Terms
 from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
 from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.observed_host import Observed, from_answer
@@ -28,20 +23,24 @@ from swarmctl.remote.transport import HostError, Session, Target, Transport
 from swarmctl.render.bundle import Bundle
 
 _NO_SECRETS: Mapping[str, str] = MappingProxyType({})
-APPLY_TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above their sum
+_TERMS = Terms()
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of one host: the executed plan, and the units after it."""
+    """The result of one host: the executed plan, and the units after it.
+
+    ``settled``: whether an earlier deploy, which was interrupted, was confirmed or undone first.
+    """
 
     plan: HostPlan
     units: Mapping[str, UnitState] = field(default_factory=dict)
+    settled: bool = False
 
     @property
     def changed(self) -> bool:
-        """True if the plan had steps on the host."""
-        return bool(self.plan.steps)
+        """True if the plan had steps on the host, or an earlier deploy was settled."""
+        return bool(self.plan.steps) or self.settled
 
 
 @dataclass(frozen=True)
@@ -99,8 +98,9 @@ def deploy(
     secrets: Mapping[str, str] = _NO_SECRETS,
     stopping: Collection[str] = (),
     launch_files: LaunchFiles | None = None,
+    terms: Terms = _TERMS,
 ) -> Iterator[parallel_hosts.Event[Outcome]]:
-    """Deploy to every host its bundle. One connection per host; failures stay with their host.
+    """Deploy to every host its bundle, and confirm it over a new connection. Failures stay with their host.
 
     If one of the hosts ``stopping`` is unfit, no host is changed; a host that is away stops none.
     ``launch_files``: those to be read on hosts; a host is unfit if the rules find an error in them.
@@ -115,11 +115,22 @@ def deploy(
         )
         known = [one for one in seen.hosts if one.problem and one.problem.kind == UNFIT]
     fitness = Fitness(awaited if at_once else (), stopping, check, known)
+    stop = stop or parallel_hosts.Stop()
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Outcome:
         bundle = bundles[target.host]
+
+        @contextmanager
+        def again() -> Iterator[agent_client.Conversation]:
+            with transport.connect(target) as new, stop.guarding(new), agent_client.talk(new) as talk:
+                yield talk
+
         with agent_client.talk(session) as host:
+            transaction = HostTransaction(bundle, host, again, stop, terms, note)
             observed = look(host, bundle, secrets=secrets)
+            settled = transaction.settle(observed)
+            if settled:
+                observed = look(host, bundle, secrets=secrets)
             if launch_files is not None and at_once:
                 launch_files.read(host, bundle)
             plan = reconcile(bundle, observed)
@@ -129,11 +140,11 @@ def deploy(
             if plan.problem:
                 raise refused(plan.problem)
             if not plan.steps:
-                return Outcome(plan)
+                return Outcome(plan, settled=settled)
             fitness.hold()
             if due := plan.targets(Kind.SECRET):
                 host.ask(_keep_secrets(bundle.swarm), _offer(due, secrets))
-            return Outcome(plan, apply(host, plan, bundle, note, observed.kept)["units"])
+            return Outcome(plan, transaction.commit(plan, observed.kept))
 
     for event in parallel_hosts.run(
         _chosen(targets, bundles), work, transport=transport, parallel=parallel, stop=stop
@@ -196,34 +207,6 @@ def _keep_secrets(swarm: str) -> KeepSecretsRequest:
 
 def _offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:
     return json.dumps({name: secrets[name] for name in names if name in secrets}).encode()
-
-
-def apply(
-    host: agent_client.Conversation,
-    plan: HostPlan,
-    bundle: Bundle,
-    note: Callable[[str], None],
-    kept: Collection[str],
-) -> ApplyAnswer:
-    """Let the host's agent execute the plan, as one transaction. Files whose digest is ``kept`` stay here."""
-    request: ApplyRequest = {
-        "verb": "apply",
-        "swarm": bundle.swarm,
-        "txid": agent_client.new_txid(),
-        "who": agent_client.operator(),
-        "base": plan.base,
-        "next": plan.next,
-        "stop": list(plan.targets(Kind.STOP)),
-        "start": list(plan.targets(Kind.START)),
-        "restart": list(plan.targets(Kind.RESTART)),
-        "reload": list(plan.targets(Kind.RELOAD)),
-    }
-    payload = agent_client.pack(
-        bundle.manifest_bytes,
-        {file.path: (file.content, file.mode) for file in bundle.files if file.digest not in kept},
-    )
-    answer: ApplyAnswer = host.ask(request, payload, on_note=note, timeout=APPLY_TIMEOUT)
-    return answer
 
 
 def _chosen(targets: Mapping[str, Target], bundles: Mapping[str, Bundle]) -> list[Target]:

@@ -56,9 +56,17 @@ class Observed:
     blocks: Mapping[str, BlockDrift] = field(default_factory=dict)
     units: Mapping[str, UnitState] = field(default_factory=dict)
     contents: Mapping[str, str] = field(default_factory=dict)
-    unfinished: str = ""
+    transaction: Transaction | None = None
     secrets: Mapping[str, SecretState] = field(default_factory=dict)
     facts: Facts | None = None
+
+    @property
+    def unfinished(self) -> str:
+        """The deploy that was interrupted or waits for its confirmation; empty if there is none."""
+        last = self.transaction
+        if last is None or last["state"] in ("", "applied", "undone"):
+            return ""
+        return f"{last['prev'] or 'nothing'} -> {last['next'] or 'nothing'} by {last['who'] or 'someone'}"
 
     @property
     def files(self) -> Mapping[str, FileData]:
@@ -100,7 +108,7 @@ def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
         blocks=drift["blocks"],
         units={name: _unit(state) for name, state in answer["units"].items()},
         contents=answer.get("files", {}),
-        unfinished=_unfinished(answer["transaction"]),
+        transaction=answer["transaction"],
         secrets=answer.get("secrets", {}),
         facts=answer["facts"],
     )
@@ -115,10 +123,3 @@ def _unit(state: UnitData) -> UnitState:
         skipped=state["skipped"],
         unmet=tuple(state["unmet"]),
     )
-
-
-def _unfinished(record: Transaction) -> str:
-    """The deploy that a lost connection or a power cut interrupted; empty if there is none."""
-    if record.get("state") != "applying":
-        return ""
-    return f"{record.get('prev') or 'nothing'} -> {record.get('next')} by {record.get('who') or 'someone'}"

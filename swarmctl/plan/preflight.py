@@ -47,6 +47,9 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
     facts = observed.facts
     if not facts:  # the host was not contacted
         return
+    last = observed.transaction
+    if last is not None and last["state"] == "undone":
+        yield f"the deploy of release {last['next']} by {last['who']} did not stay: {last['error']}"
     saving = facts.get("power_save", {})
     for name in bundle.wants:
         # A host that a cable connects to the access point has no radio.

@@ -14,8 +14,10 @@ from pathlib import Path
 
 from swarmctl.resources import HostModule, templates
 
-DEPLOY_VERBS = ("observe", "launch_files", "keep_secrets", "apply", "remove")
+DEPLOY_VERBS = ("observe", "launch_files", "keep_secrets", "apply", "hold", "confirm", "undo", "remove")
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
+#: What the host runs later, out of the archive of a verb.
+_PROGRAMS = {"apply": "swarm_agent.recovery", "remove": "swarm_agent.recovery"}
 
 Folders = Mapping[str, Path]  # by package
 #: One thread at a time: ``ast.parse`` of Python 3.11 fails where threads interleave (python/cpython#106905).
@@ -43,6 +45,7 @@ def agent(verbs: tuple[str, ...] = DEPLOY_VERBS, module: HostModule | None = Non
 def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
     folders = {package: templates() / folder for package, folder in _PACKAGES.items()}
     names = ["swarm_agent.main", *(f"swarm_agent.verbs.{verb}" for verb in verbs)]
+    names += [program for verb, program in _PROGRAMS.items() if verb in verbs]
     if module is not None:
         folders[module.name.partition(".")[0]] = module.folder
         names.append(module.name)

@@ -166,7 +166,8 @@ class LabSwarm:
 
     def _deployed(self, begin: Callable[..., Run], spec: Path | None, *options: str) -> Run:
         self.deployed = None
-        run = begin("deploy", *options, spec=spec)
+        quickly = () if begin == self.script else ("--healthy-for", "0.5")
+        run = begin("deploy", *quickly, *options, spec=spec)
         if run.status == 0 and not options:
             self.deployed = spec or self.spec
         return run

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.e2e.at_once import at_once
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note, Run
+from tests.e2e.lab_swarm import HOME, LabSwarm, Note, Run, within
 from tests.timing import wait_for
 
 CONNECT_TIMEOUT = 10.0  # s, of swarmctl
@@ -33,7 +33,7 @@ def test_hosts_that_lose_power_are_named_and_finished_by_the_next_run(swarm: Lab
     faster = swarm.variant("faster", *ALL_FASTER)
     old, new = releases(swarm, swarm.spec, faster)
     dies_at = {"k3-pi: staging": "k3-pi", "epuck-pi: starting": "epuck-pi"}
-    deploy = swarm.begin("deploy", spec=faster)
+    deploy = swarm.begin("deploy", "--confirm-within", "10", spec=faster)
     assert deploy.stderr is not None
     for line in deploy.stderr:
         for words, host in dies_at.items():
@@ -52,11 +52,16 @@ def test_hosts_that_lose_power_are_named_and_finished_by_the_next_run(swarm: Lab
     for host in swarm.hosts:
         assert swarm.release(host) in (old[host], new[host])
     assert swarm.release("koala-laptop") == new["koala-laptop"]
-    assert swarm.release("epuck-pi") == new["epuck-pi"]
+    # Its boot has undone the change, before any unit of the swarm started.
+    assert swarm.release("epuck-pi") == old["epuck-pi"]
+    within(20, lambda: swarm.units("epuck-pi")["epuck"].active == "active", "its driver does not run")
     steps = swarm.steps(faster)
     assert not [
         step for host in steps.values() for step in host if "damaged" in step[2] or "missing" in step[2]
     ]
+    plan = swarm.plan(faster).out
+    assert "epuck-pi: the deploy of release" in plan, plan
+    assert "did not stay: the deploy was interrupted; undone" in plan, plan
 
     again = swarm.deploy(faster)
     assert again.status == 0, again.out + again.err

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_agent.messages import Transaction
 
 from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
 from swarmctl.plan.plan import HostPlan, Kind
@@ -232,9 +233,22 @@ def test_a_unit_whose_conditions_are_met_now_is_started() -> None:
 
 
 def test_an_interrupted_deploy_is_resumed() -> None:
-    plan = reconcile(bundle(), running(bundle(), unfinished="x -> y by someone"))
+    plan = reconcile(bundle(), running(bundle(), transaction=transaction("applying")))
     cause = "an earlier deploy was interrupted: x -> y by someone"
     assert lines(plan) == [f"activate {bundle().digest}: {cause}"]
+
+
+def test_a_deploy_that_the_host_has_undone_is_named_with_its_cause() -> None:
+    seen = running(bundle(), transaction=transaction("undone", "the host restarted"), facts=FIT)
+    plan = reconcile(bundle(), seen)
+    assert plan.notes == ("the deploy of release y by someone did not stay: the host restarted",)
+    assert reconcile(bundle(), running(bundle(), transaction=transaction("applied"))).notes == ()
+
+
+def transaction(state: str, error: str = "") -> Transaction:
+    return {
+        "txid": "t", "state": state, "who": "someone", "prev": "x", "next": "y", "left": 0.0, "error": error
+    }  # fmt: skip
 
 
 def test_diffs_show_what_changes_and_only_that() -> None:

@@ -35,14 +35,20 @@ FACTS = {
     "hostname": "pi", "machine": "armv7l", "python": "3.8.10", "systemd": True, "uid": 0, "boot_id": "b",
     "time": 1.0, "free_bytes": 1, "free_inodes": 1, "has": {"rospy": None}, "absent": [],
 }  # fmt: skip
+TRANSACTION = {
+    "txid": "", "state": "", "who": "", "prev": None, "next": None, "left": 0.0, "error": ""
+}  # fmt: skip
 OBSERVED = {
-    "facts": FACTS, "release": None, "releases": [], "transaction": {}, "staging": [], "lock": None,
+    "facts": FACTS, "release": None, "releases": [], "transaction": TRANSACTION, "staging": [], "lock": None,
     "drift": {"files": {}, "links": {}, "blocks": {}}, "units": {"koala.service": UNIT},
     "manifest": RELEASE.manifest,
 }  # fmt: skip
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
     "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
+    "hold": {"units": {"koala.service": UNIT}},
+    "confirm": {"release": RELEASE.digest},
+    "undo": {"release": None},
     "keep_secrets": {"kept": []},
     "remove": {"removed": True},
     "flash": {"runs": True, "logged": True},
@@ -116,6 +122,15 @@ def outcomes(transport: Transport) -> dict[str, Any]:
         "observe": plan, "apply": deployed, "remove": removed, "flash": flashed, "probe": probed,
         "inventory": looked, "prepare": prepared,
     }  # fmt: skip
+
+
+def test_a_host_that_confirms_another_release_is_no_success() -> None:
+    answers = {**FITTING, "confirm": {"release": "f" * 16}}
+    (found,) = results(
+        rollout.deploy({"pi": RELEASE}, PI, Transport(lambda verb: json.dumps({"answer": answers[verb]})))
+    )
+    assert isinstance(found, HostError)
+    assert found.message == f"it confirms release {'f' * 16}, and {RELEASE.digest} was applied"
 
 
 def results(events: Any) -> list[Any]:

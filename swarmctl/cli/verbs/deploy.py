@@ -19,6 +19,26 @@ def deploy(
             help="Change the other hosts even if one lacks what its part needs (see `prepare`).",
         ),
     ] = False,
+    healthy_for: Annotated[
+        float,
+        typer.Option(
+            "--healthy-for",
+            min=0,
+            max=300,
+            metavar="SECONDS",
+            help="Undo the change of a host whose units do not run for so long without a restart.",
+        ),
+    ] = 6.0,
+    confirm_within: Annotated[
+        float,
+        typer.Option(
+            "--confirm-within",
+            min=10,
+            max=3600,
+            metavar="SECONDS",
+            help="A host undoes its change unless a new connection confirms it within so long.",
+        ),
+    ] = 60.0,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -28,6 +48,7 @@ def deploy(
 ) -> None:
     """Deploy the spec to its hosts. Only units that changed restart; an unfit host stops all before that."""
     from swarmctl.deploy import journal, rollout
+    from swarmctl.deploy.host_transaction import Terms
     from swarmctl.deploy.launch_files_on_hosts import launch_files_of
     from swarmctl.plan.preflight import PREPARE_INSTALLS
     from swarmctl.remote.parallel_hosts import interruptible
@@ -41,12 +62,13 @@ def deploy(
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     place = journal.folder(swarm.name)
     secrets = options.secrets(spec, wanted)
+    terms = Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     with interruptible(rollout_output.note) as stop:
         events = rollout.deploy(
             wanted, targets, SshTransport(), parallel=parallel, stop=stop, secrets=secrets,
             stopping=() if skip_unfit else {name for name in wanted if not swarm.hosts[name].optional},
-            launch_files=launch_files_of(document),
+            launch_files=launch_files_of(document), terms=terms,
         )  # fmt: skip
         found = rollout_output.results(events, list(wanted), quiet=json)
     absent = rollout_output.absent(found, swarm.hosts)

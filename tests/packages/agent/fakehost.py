@@ -7,7 +7,7 @@ import json
 import subprocess
 import sys
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +28,7 @@ verb=$1; while [ $# -gt 0 ] && [ "$1" != -- ]; do shift; done; [ $# -gt 0 ] && s
 case $verb in
 show) for u; do
     active=inactive; pid=0; load=loaded
+    [ -e $SWARM_PREFIX/failed-$u ] && active=failed
     [ -e $S/$u ] && { active=active; read -r pid _ < $S/$u; }
     [ -e $SWARM_PREFIX/etc/systemd/system/$u ] || [ -h $SWARM_PREFIX/etc/systemd/system/$u ] || load=not-found
     printf 'Id=%s\nLoadState=%s\nActiveState=%s\n' $u $load $active
@@ -35,6 +36,7 @@ show) for u; do
   done ;;
 stop) [ -e $SWARM_PREFIX/slow ] && sleep 0.5; for u; do
     [ -e $SWARM_PREFIX/sticky-$u ] && { echo "Job for $u timed out" >&2; exit 1; }; rm -f $S/$u; done ;;
+restart) [ ! -e $SWARM_PREFIX/no-recovery ] || { echo "Job for $1 failed" >&2; exit 1; } ;;
 start) for u; do
     [ -e $S/$u ] && continue
     release=$(readlink $SWARM_PREFIX/opt/swarm/new/current); release=${release##*/}
@@ -63,10 +65,30 @@ class FakeHost:
             (prefix / folder).mkdir(parents=True)
         (prefix / "etc/hosts").write_bytes(b"127.0.0.1 localhost")
         (prefix / "pid").write_text("100\n")
+        (prefix / "proc/sys/kernel/random").mkdir(parents=True)
+        self.boot(0)
         (prefix / "calls").touch()
         systemctl = prefix / "bin/systemctl"
         systemctl.write_text(SYSTEMCTL)
         systemctl.chmod(0o755)
+
+    def boot(self, number: int) -> None:
+        """Have the host be in its boot of this number."""
+        (self.prefix / "proc/sys/kernel/random/boot_id").write_text(f"boot-{number}\n")
+
+    def recover(self, failpoint: str = "", code: Sequence[str] = FOLDERS) -> int:
+        """Run the process of the recovery unit, from ``code``; returns its exit status."""
+        with self.recovering(failpoint, code) as process:
+            return process.wait(PATIENCE)
+
+    def recovering(
+        self, failpoint: str = "", code: Sequence[str] = FOLDERS, **more: str
+    ) -> subprocess.Popen[bytes]:
+        """Start the process of the recovery unit, with ``more`` in its environment."""
+        return subprocess.Popen(
+            [sys.executable, "-S", "-s", "-m", "swarm_agent.recovery", "new"],
+            env={**self.environment(failpoint), "PYTHONPATH": ":".join(code), **more},
+        )
 
     def environment(self, failpoint: str = "") -> dict[str, str]:
         return {
@@ -117,9 +139,13 @@ class FakeHost:
         return (self.prefix / path.lstrip("/")).read_bytes()
 
     def calls(self) -> list[str]:
-        """The systemctl commands so far that change something; forgets them."""
+        """The systemctl commands so far that change units of the swarm; forgets them."""
         path = self.prefix / "calls"
-        lines = [line for line in path.read_text().splitlines() if not line.startswith("show")]
+        lines = [
+            line
+            for line in path.read_text().splitlines()
+            if not line.startswith("show") and "swarm-recovery@" not in line
+        ]
         path.write_text("")
         return lines
 
@@ -128,10 +154,12 @@ class FakeHost:
         return {path.name: path.read_text().split()[1] for path in (self.prefix / "units").iterdir()}
 
     def outside(self) -> dict[str, str]:
-        """Everything below /etc: the text of files, the target of links."""
+        """Everything below /etc but the recovery unit: the text of files, the target of links."""
         root = self.prefix / "etc"
         found = {}
         for path in sorted(root.rglob("*")):
+            if path.name == "swarm-recovery@new.service":
+                continue
             if path.is_symlink():
                 found[str(path.relative_to(root))] = f"-> {path.readlink()}"
             elif path.is_file():
@@ -151,7 +179,11 @@ def decode(line: bytes) -> dict[str, Any]:
 
 
 def bundle(
-    version: str, units: tuple[str, ...] = ("master", "koala"), hosts: str = "10.0.0.1 pi\n"
+    version: str,
+    units: tuple[str, ...] = ("master", "koala"),
+    hosts: str = "10.0.0.1 pi\n",
+    *,
+    boots: bool = False,
 ) -> Bundle:
     """A small release: a parameter file per unit, the unit files, a block and a udev rule."""
     files = [File("hosts", hosts.encode()), File("udev/90-swarm.rules", b"# rule\n")]
@@ -161,6 +193,9 @@ def bundle(
         files.append(File(f"units/{unit}.service", f"# {unit} {version}\n".encode()))
         links[f"/etc/systemd/system/{unit}.service"] = f"units/{unit}.service"
         links[f"/etc/systemd/system/swarm.target.wants/{unit}.service"] = f"units/{unit}.service"
+    if boots:
+        files.append(File("units/swarm.target", b""))
+        links["/etc/systemd/system/multi-user.target.wants/swarm.target"] = "units/swarm.target"
     return Bundle(
         "new",
         "pi",

@@ -47,7 +47,7 @@ def runs(host: FakeHost, release: str, units: tuple[str, ...]) -> None:
     assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
     assert seen["staging"] == []
     assert seen["lock"] is None
-    assert seen["transaction"]["state"] != "applying"
+    assert seen["transaction"]["state"] in ("", "applied", "undone")
     assert sorted(host.units()) == sorted(f"{unit}.service" for unit in units)
 
 
@@ -94,18 +94,34 @@ def test_units_stop_before_the_flip_and_start_in_manifest_order(
     assert set(old.units().values()) == {NEW.digest}
 
 
+@pytest.mark.parametrize("boot", [0, 1], ids=["agent killed", "power cut"])
+@pytest.mark.parametrize("step", BEFORE_FLIP + AFTER_FLIP)
+def test_what_a_dead_agent_left_is_undone_without_a_person(old: FakeHost, step: str, boot: int) -> None:
+    before = old.outside()
+    assert old.apply(NEW, f"after:{step}", **CHANGE).status == 137
+    old.boot(boot)
+
+    assert old.recover() == 0
+
+    kept = step in ["done", "collect"]
+    if kept:
+        runs(old, NEW.digest, ("master", "khepera"))
+    else:
+        assert old.outside() == before
+        seen = old.observe()
+        assert (seen["release"], seen["drift"]) == (OLD.digest, {"files": {}, "links": {}, "blocks": {}})
+    assert old.observe()["transaction"]["state"] == ("applied" if kept or step in BEFORE_RECORD else "undone")
+    assert not (old.prefix / "opt/swarm/new/state/open").exists()
+
+
 @pytest.mark.parametrize("step", BEFORE_FLIP + AFTER_FLIP)
 def test_after_a_kill_at_any_step_the_next_deploy_completes(old: FakeHost, step: str) -> None:
-    assert old.apply(NEW, f"after:{step}", **CHANGE).status == 137
+    old.apply(NEW, f"after:{step}", **CHANGE)
+    old.recover()
+    base = old.observe()["release"]
 
-    seen = old.observe()
-    assert seen["release"] == (OLD.digest if step in BEFORE_FLIP else NEW.digest)
-    assert seen["drift"]["files"] == {}
-    assert (seen["transaction"]["state"] == "applying") == (step not in [*BEFORE_RECORD, "done", "collect"])
-
-    # A new plan sees the new release in place after the flip, and so names no unit any more.
-    nothing = {"stop": [], "restart": [], "start": []}
-    reply = old.apply(NEW, **{**CHANGE, **({} if step in BEFORE_FLIP else nothing), "base": seen["release"]})
+    done = {"stop": [], "restart": [], "start": []} if base == NEW.digest else {}
+    reply = old.apply(NEW, **{**CHANGE, **done, "base": base})
 
     assert reply.answer["release"] == NEW.digest, reply.error
     runs(old, NEW.digest, ("master", "khepera"))
@@ -114,13 +130,35 @@ def test_after_a_kill_at_any_step_the_next_deploy_completes(old: FakeHost, step:
 
 
 @pytest.mark.parametrize("step", ["record", "stop", *AFTER_FLIP[:-2]])
-def test_after_a_kill_a_deploy_may_also_go_elsewhere(old: FakeHost, step: str) -> None:
+def test_a_deploy_undoes_what_a_dead_agent_left_before_anything_else(old: FakeHost, step: str) -> None:
     old.apply(NEW, f"after:{step}", **CHANGE)
 
-    reply = old.apply(OLD, base=old.observe()["release"], stop=["khepera.service"], start=["koala.service"])
+    reply = old.apply(NEW, **CHANGE)  # planned for the old release
 
-    assert reply.answer["release"] == OLD.digest, reply.error
-    runs(old, OLD.digest, ("master", "koala"))
+    assert reply.answer["release"] == NEW.digest, reply.error
+    runs(old, NEW.digest, ("master", "khepera"))
+    assert set(old.units().values()) == {NEW.digest}
+
+
+def test_what_ran_runs_again_once_a_dead_agent_s_change_is_undone(old: FakeHost) -> None:
+    old.apply(NEW, "after:stop", **CHANGE)
+    assert sorted(old.units()) == []
+
+    old.recover()
+
+    assert old.units() == {"master.service": OLD.digest, "koala.service": OLD.digest}
+
+
+def test_at_boot_the_start_of_the_swarm_is_queued_and_not_waited_for(old: FakeHost) -> None:
+    bootable = bundle("1b", boots=True)
+    old.apply(bootable, base=OLD.digest, start=[], restart=[])
+    old.apply(NEW, "after:flip", **{**CHANGE, "base": bootable.digest})
+    old.boot(1)
+    old.calls()
+
+    old.recover()
+
+    assert [line for line in old.calls() if line.startswith("start")] == ["start --no-block -- swarm.target"]
 
 
 @pytest.mark.parametrize("step", UNDOABLE)
@@ -148,32 +186,51 @@ def test_a_failed_first_deploy_leaves_the_host_as_it_was(host: FakeHost, step: s
     runs(host, None, ())  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("step", ["undo-stop", "undo-flip", "undo-outside"])
-def test_killed_while_undoing_the_next_deploy_completes_it(old: FakeHost, step: str) -> None:
+@pytest.mark.parametrize("boot", [0, 1], ids=["agent killed", "power cut"])
+@pytest.mark.parametrize("step", ["undo-stop", "undo-flip", "undo-outside", "undone"])
+def test_an_interrupted_undo_is_completed_and_its_cause_is_kept(old: FakeHost, step: str, boot: int) -> None:
+    before = old.outside()
     assert old.apply(NEW, f"error:start,after:{step}", **CHANGE).status == 137
+    old.boot(boot)
 
-    reply = old.apply(NEW, **{**CHANGE, "base": old.observe()["release"]})
+    assert old.recover() == 0
 
-    assert reply.answer["release"] == NEW.digest, reply.error
-    runs(old, NEW.digest, ("master", "khepera"))
+    last = old.observe()["transaction"]
+    assert (last["state"], last["prev"]) == ("undone", OLD.digest)
+    assert "No space left" in last["error"]
+    assert old.outside() == before
+
+
+@pytest.mark.parametrize("step", ["undo-stop", "undo-flip", "undo-outside"])
+def test_a_recovery_that_is_interrupted_is_done_at_the_next_boot(old: FakeHost, step: str) -> None:
+    before = old.outside()
+    old.apply(NEW, "after:links", **CHANGE)
+    old.boot(1)
+    assert old.recover(f"after:{step}") == 137
+    old.boot(2)
+
+    assert old.recover() == 0
+
+    assert old.outside() == before
+    assert old.observe()["transaction"]["state"] == "undone"
 
 
 @pytest.mark.parametrize("step", ["stop", "flip", "reload"])
 def test_a_failed_deploy_after_a_kill_restores_the_first_release(old: FakeHost, step: str) -> None:
     old.apply(NEW, f"after:{step}", **CHANGE)
 
-    reply = old.apply(NEW, "error:start", **{**CHANGE, "base": old.observe()["release"]})
+    reply = old.apply(NEW, "error:start", **CHANGE)
 
     assert f"undone, release {OLD.digest} runs again" in reply.error["message"]
     runs(old, OLD.digest, ("master", "koala"))
     assert set(old.units().values()) == {OLD.digest}
 
 
-def test_the_next_deploy_reloads_what_a_dead_one_did_not(old: FakeHost) -> None:
-    old.apply(NEW, "after:blocks", **CHANGE)
-    assert "daemon-reload" not in old.calls()
+def test_an_undo_reloads_what_the_dead_agent_had_reloaded(old: FakeHost) -> None:
+    old.apply(NEW, "after:reload", **CHANGE)
+    old.calls()
 
-    old.apply(NEW, base=NEW.digest, start=[])
+    old.recover()
 
     assert "daemon-reload" in old.calls()
 
@@ -183,7 +240,7 @@ def test_a_fixed_link_is_read_even_if_that_deploy_died(old: FakeHost) -> None:
     old.apply(OLD, "after:links", base=OLD.digest, start=[])
     assert "daemon-reload" not in old.calls()
 
-    old.apply(OLD, base=OLD.digest, start=[])
+    old.recover()
 
     assert "daemon-reload" in old.calls()
 

@@ -33,9 +33,21 @@ def operator_in(request: Locking) -> str:
 @contextmanager
 def held(home: Home, who: str, patience: float) -> Iterator[None]:
     """Holds the lock, after waiting for at most ``patience`` seconds. Raises ``RefusedError``."""
+    try:
+        home.prepare()
+        os.close(os.open(_path(home), os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o644))
+    except OSError as error:
+        raise unwritable(home, error) from error
+    with held_while_there(home, who, patience):
+        yield
+
+
+@contextmanager
+def held_while_there(home: Home, who: str, patience: float) -> Iterator[None]:
+    """As ``held``, but makes no folder. Raises ``FileNotFoundError`` once the swarm is not on the host."""
     end = time.monotonic() + patience
     while True:
-        descriptor = _open(home)
+        descriptor = os.open(_path(home), os.O_RDWR | os.O_CLOEXEC)
         try:
             if _taken(descriptor, home):
                 os.ftruncate(descriptor, 0)
@@ -50,14 +62,6 @@ def held(home: Home, who: str, patience: float) -> Iterator[None]:
                 f"locked by {other}", "wait until that deploy has ended, then run the same command again"
             )
         time.sleep(0.1)
-
-
-def _open(home: Home) -> int:
-    try:
-        home.prepare()
-        return os.open(_path(home), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    except OSError as error:
-        raise unwritable(home, error) from error
 
 
 def _taken(descriptor: int, home: Home) -> bool:

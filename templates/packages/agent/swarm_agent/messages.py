@@ -101,14 +101,16 @@ class Drift(TypedDict):
     blocks: dict[str, BlockDrift]
 
 
-class Transaction(TypedDict, total=False):
-    """The last deploy: digests of the releases before (null: none) and after it."""
+class Transaction(TypedDict):
+    """The last deploy: digests of the releases before and after it (null: none). ``state`` as in ``record``,
+    empty without one; ``left``: s until it is undone without a confirmation; ``error``: why it was undone."""
 
     txid: str
     state: str
     who: str
     prev: str | None
-    next: str
+    next: str | None
+    left: float
     error: str
 
 
@@ -147,7 +149,8 @@ class ApplyNeeds(TypedDict):
 class ApplyRequest(ApplyNeeds, Locking, total=False):
     """Bring the host from release ``base`` to release ``next`` (digests).
 
-    ``reload``: keys of ``paths.READERS``. The payload is a tar.gz, the manifest first, without
+    ``reload``: keys of ``paths.READERS``; ``confirm_within``: s until it is undone unless it is confirmed, 0:
+    no confirmation is needed. The payload is a tar.gz, the manifest first, without
     files whose contents release ``base`` has; it is empty if the host has the release already.
     """
 
@@ -155,6 +158,7 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
     start: list[str]
     restart: list[str]
     reload: list[str]
+    confirm_within: float
 
 
 class ApplyAnswer(TypedDict):
@@ -163,6 +167,45 @@ class ApplyAnswer(TypedDict):
     release: str
     previous: str | None
     units: dict[str, UnitState]
+
+
+class HoldNeeds(TypedDict):
+    """The required keys of ``hold``."""
+
+    verb: Literal["hold"]
+    swarm: str
+    txid: str
+    seconds: float
+    within: float
+
+
+class HoldRequest(HoldNeeds, Locking, total=False):
+    """Wait until the units of the pending change ``txid`` have run for ``seconds`` without a restart, at most
+    ``within`` s. If they do not, or its agent has died, the change is undone."""
+
+
+class HoldAnswer(TypedDict):
+    """The states of the units of the release."""
+
+    units: dict[str, UnitState]
+
+
+class ConfirmNeeds(TypedDict):
+    """The required keys of ``confirm`` and ``undo``."""
+
+    verb: Literal["confirm", "undo"]
+    swarm: str
+    txid: str
+
+
+class ConfirmRequest(ConfirmNeeds, Locking, total=False):
+    """``confirm``: the pending change ``txid`` stays; ``undo``: it, or an interrupted one, is undone."""
+
+
+class ConfirmAnswer(TypedDict):
+    """The current release; null: none."""
+
+    release: str | None
 
 
 class KeepSecretsNeeds(TypedDict):
@@ -365,6 +408,9 @@ class FetchBuildAnswer(TypedDict):
 ANSWERS: Mapping[str, type] = {
     "observe": ObserveAnswer,
     "apply": ApplyAnswer,
+    "hold": HoldAnswer,
+    "confirm": ConfirmAnswer,
+    "undo": ConfirmAnswer,
     "keep_secrets": KeepSecretsAnswer,
     "remove": RemoveAnswer,
     "flash": FlashAnswer,

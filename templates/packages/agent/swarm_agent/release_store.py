@@ -38,8 +38,18 @@ class Home(NamedTuple):
 
     @property
     def record_file(self) -> str:
-        """The record of the transaction in progress."""
+        """The record of the last transaction."""
         return self.state + "/transaction.json"
+
+    @property
+    def open_mark(self) -> str:
+        """The file that exists while that record is open: a condition of the recovery unit."""
+        return self.state + "/open"
+
+    @property
+    def recovery_code(self) -> str:
+        """The agent that the recovery unit runs."""
+        return self.state + "/agent.zip"
 
     @property
     def current_link(self) -> str:
@@ -114,11 +124,6 @@ class Home(NamedTuple):
             if path not in manifest.files and path != NAME:
                 found[path] = "extra"
         return found
-
-    def record(self) -> dict[str, Any]:
-        """Returns the last transaction, or an empty dict."""
-        record = files.read_json(self.record_file)
-        return record if isinstance(record, dict) else {}
 
     def clean_staging(self) -> None:
         """Removes incomplete releases."""

@@ -8,23 +8,35 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from typing import TYPE_CHECKING, Iterator
+from typing import TYPE_CHECKING, Iterable, Iterator
 
 from . import blocks, files
 from .errors import FailedError, RefusedError
 from .manifest import Manifest
-from .paths import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS
+from .paths import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS, READERS
 from .release_store import Home
 
 if TYPE_CHECKING:
     from .messages import BlockDrift, LinkDrift
 
+_AT_BOOT = "/etc/systemd/system/multi-user.target.wants"
 _WITH_LINKS = (".wants", ".requires", ".d")
 
 
 def absent(home: Home) -> list[str]:
     """Returns the folders and files of programs that this host does not have."""
     return [place for place in OF_PROGRAMS if not os.path.exists(home.outside(place))]
+
+
+def daemons_of(paths: Iterable[str]) -> list[str]:
+    """Returns the daemons that read one of these files."""
+    known = list(paths)
+    return [name for name, folder in READERS.items() if any(path.startswith(folder) for path in known)]
+
+
+def enabled(manifest: Manifest) -> list[str]:
+    """Returns the units of a release that the host starts when it boots."""
+    return [os.path.basename(path) for path in manifest.links if os.path.dirname(path) == _AT_BOOT]
 
 
 def _our_links(home: Home) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import subprocess
+import time
 from typing import TYPE_CHECKING, Any, Sequence, cast
 
 from . import conditions
@@ -94,6 +95,14 @@ def properties(units: Sequence[str], names: Sequence[str]) -> dict[str, dict[str
     }
 
 
+def active_for(units: Sequence[str]) -> dict[str, float]:
+    """Returns for how many s each unit has been active; for one that is not, the value has no meaning."""
+    name = "ActiveEnterTimestampMonotonic"  # microseconds of CLOCK_MONOTONIC
+    now = time.monotonic()
+    found = properties(units, ("Id", name))
+    return {unit: now - int(values.get(name) or 0) / 1e6 for unit, values in found.items()}
+
+
 def running(units: Sequence[str]) -> list[str]:
     """Returns those of ``units`` that run or start."""
     known = states(units)
@@ -106,6 +115,12 @@ def stop(units: Sequence[str]) -> None:
     loaded = [u for u in units if known[u]["load"] != "not-found" or known[u]["active"] != "inactive"]
     if loaded:
         call(["systemctl", "stop", "--", *loaded], 90)
+
+
+def start_when_booted(units: Sequence[str]) -> None:
+    """Queues the start of units, with all that they want, while the host boots; waits for none."""
+    if units:
+        call(["systemctl", "start", "--no-block", "--", *units], 20)
 
 
 def journal(unit: str, since: float) -> str:

@@ -1,34 +1,41 @@
-"""From one release to the next, or back: a host is old or new, whatever happens on the way.
+"""From one release to the next: a host is old or new, whatever happens on the way.
 
-An interrupted transaction leaves an open record. The next one takes over its unfinished business: the units
-it stopped, the daemons it had to reload, and the release to go back to.
+A change stays pending until it is confirmed; without a confirmation it is undone. The recovery unit undoes
+what an agent that died has begun.
 """
 
 from __future__ import annotations
 
-import os
-import shutil
-from typing import TYPE_CHECKING, Any, NamedTuple, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Sequence
 
-from . import files, secrets, staging, system_links, systemd, unit_start
+from . import (
+    boot,
+    files,
+    record,
+    recovery_unit,
+    rollback,
+    secrets,
+    staging,
+    system_links,
+    systemd,
+    unit_start,
+)
 from .errors import FailedError, RefusedError
 from .failpoint import passed
 from .manifest import Manifest
-from .paths import AGENT_FOLDER, READERS
+from .record import Record
 from .release_store import Home, unwritable
 from .rpc import Report
 
 if TYPE_CHECKING:
-    from .messages import ApplyAnswer
+    from .messages import ApplyAnswer, ConfirmAnswer
 
-OPEN = "applying"
-APPLIED = "applied"
-UNDONE = "undone"
 KEPT_RELEASES = 3  # the current one and two before it
 
 
 class Change(NamedTuple):
-    """The requested change. ``base`` is the release that the plan was made for."""
+    """The requested change. ``base`` is the release that the plan was made for; ``confirm_within``: s until
+    it is undone without a confirmation, 0 if none is needed."""
 
     txid: str
     who: str
@@ -38,25 +45,15 @@ class Change(NamedTuple):
     start: list[str]
     restart: list[str]
     reload: list[str]
-
-
-class _Business(NamedTuple):
-    """What a transaction does to units and daemons, and what it took over from an earlier one."""
-
-    prev: str | None
-    touched: list[str]
-    inherited: list[str]
-    active: list[str]
-    reload: list[str]
+    confirm_within: float
 
 
 def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnswer:
-    """Carry the change out; the lock is held. Raises ``FailedError`` after having gone back."""
+    """Carries the change out; the lock is held. Raises ``FailedError`` after having gone back."""
     home.clean_staging()
-    record = home.record()
-    pending = record if record.get("state") == OPEN else {}
+    before = finished(home)
     current = home.current()
-    if change.base not in {current, pending.get("prev", current), pending.get("next", current)}:
+    if change.base != current:
         raise RefusedError(
             "stale plan: it was made for release {}, the host has {}".format(
                 change.base or "none", current or "none"
@@ -66,45 +63,62 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
     manifest = _bring(home, change, payload, report)
     _check_units(change, manifest)
     system_links.check(home, manifest)
-    prev = pending["prev"] if pending else current
-    before = home.known_manifest(prev)
-    inherited = pending.get("touched", [])
-    astray = _daemons_of(
-        [
-            *system_links.link_deviations(home, manifest.links),
-            *system_links.block_deviations(home, change.next, manifest),
-        ]
-    )
-    touched = _unique(inherited + change.stop + change.restart + change.start)
-    business = _Business(
-        prev,
-        touched,
-        inherited,
-        _unique(pending.get("active", []) + systemd.running(touched)),
-        _unique(pending.get("reload", []) + change.reload + astray + _stale_daemons(before, manifest)),
-    )
-    history = [digest for digest in record.get("history", []) if isinstance(digest, str)]
-    entry = _entry(change, business, history)
+    begun = _begun(home, change, manifest, before.history)
     report.detach()
-    files.write_json(home.record_file, dict(entry, state=OPEN))
-    passed("record")
+    recovery_unit.install(home)
+    recovery_unit.watch(home)
     try:
-        _forward(home, change, manifest, business, report)
+        record.write(home, begun)
+        passed("record")
+        _forward(home, change, manifest, begun, report)
+        if change.confirm_within:
+            deadline = boot.now() + change.confirm_within
+            record.write(home, begun._replace(state=record.PENDING, deadline=deadline))
+            passed("pending")
     except (RefusedError, OSError) as error:
-        raise _undo(home, business, entry, error, report) from error
-    history = _unique([change.next, *([business.prev] if business.prev else []), *history])
-    try:
-        files.write_json(home.record_file, dict(entry, state=APPLIED, history=history[:KEPT_RELEASES]))
-    except OSError as error:
-        raise FailedError(
-            f"release {change.next} runs, but that cannot be recorded: {error.strerror}",
-            "repair the disk, then deploy again",
-        ) from error
-    passed("done")
-    _collect(home, history[:KEPT_RELEASES])
-    secrets.forget(home, but=manifest.secrets)
-    passed("collect")
-    return {"release": change.next, "previous": prev, "units": systemd.states(manifest.units)}
+        raise _undone(home, begun, error, report) from error
+    if not change.confirm_within:
+        _keep(home, begun)
+    return {"release": change.next, "previous": begun.prev, "units": systemd.states(manifest.units)}
+
+
+def confirm(home: Home, txid: str) -> ConfirmAnswer:
+    """Makes the pending change ``txid`` the one that stays; the lock is held.
+
+    Confirming twice is no error. Raises ``RefusedError`` for another change, ``FailedError`` for one that
+    was undone.
+    """
+    found = record.read(home)
+    if found.txid != txid:
+        raise RefusedError(
+            f"another deploy followed, by {found.who or 'someone'}", "`swarmctl plan` shows the result"
+        )
+    if found.state == record.PENDING:
+        if not found.left(home):
+            raise rollback.undo(home, found, rollback.cause(home, found))
+        _keep(home, found)
+    elif found.state != record.APPLIED:
+        raise FailedError(found.error)
+    return {"release": found.next or ""}
+
+
+def finished(home: Home) -> Record:
+    """Undoes what a dead agent left open; returns the last record. The lock is held.
+
+    Raises ``RefusedError`` while a change waits for its confirmation.
+    """
+    found = record.read(home)
+    if left := found.left(home):
+        raise RefusedError(
+            f"locked by {found.who or 'someone'}, whose deploy waits for its confirmation",
+            f"run the same command again; it is confirmed or undone within {left:.0f} s",
+        )
+    if not found.open:
+        return found
+    if found.state == record.REMOVING:
+        raise RefusedError("a removal of the swarm is not finished", "run `swarmctl remove` again")
+    rollback.undo(home, found, rollback.cause(home, found))
+    return record.read(home)
 
 
 def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manifest:
@@ -142,17 +156,36 @@ def _check_units(change: Change, manifest: Manifest) -> None:
         raise RefusedError("{} is not a unit of release {}".format(", ".join(unknown), change.next))
 
 
-def _forward(
-    home: Home,
-    change: Change,
-    manifest: Manifest,
-    business: _Business,
-    report: Report,
-) -> None:
-    starting = change.start + change.restart + business.inherited
-    stopping = _unique(change.stop + change.restart + business.inherited)
+def _begun(home: Home, change: Change, manifest: Manifest, history: Sequence[str]) -> Record:
+    """The record of a change before its first step."""
+    current = home.current()
+    astray = system_links.daemons_of(
+        [
+            *system_links.link_deviations(home, manifest.links),
+            *system_links.block_deviations(home, change.next, manifest),
+        ]
+    )
+    touched = _unique(change.stop + change.restart + change.start)
+    daemons = _unique(change.reload + astray + _stale_daemons(home.known_manifest(current), manifest))
+    return Record(
+        state=record.APPLYING,
+        txid=change.txid,
+        who=change.who,
+        boot_id=boot.identity(home),
+        prev=current,
+        next=change.next,
+        touched=tuple(touched),
+        active=tuple(systemd.running(touched)),
+        reload=tuple(daemons),
+        history=tuple(history),
+    )
+
+
+def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, report: Report) -> None:
+    starting = change.start + change.restart
+    stopping = _unique(change.stop + change.restart)
     if stopping:
-        report.note(f"stopping {_named(stopping)}")
+        report.note(f"stopping {named(stopping)}")
         systemd.stop(stopping)
     passed("stop")
     files.point(home.current_link, "releases/" + change.next)
@@ -161,64 +194,46 @@ def _forward(
     passed("links")
     system_links.put_blocks(home, change.next, manifest)
     passed("blocks")
-    systemd.reload(home, business.reload)
+    systemd.reload(home, begun.reload)
     passed("reload")
     units = [unit for unit in manifest.units if unit in starting]
     if units:
-        report.note(f"starting {_named(units)}")
+        report.note(f"starting {named(units)}")
         unit_start.start(units)
     passed("start")
 
 
-def _undo(
-    home: Home, business: _Business, entry: dict[str, Any], cause: Exception, report: Report
-) -> FailedError:
-    """Goes back to the release before, and starts again what ran before. Returns the error to report."""
+def _undone(home: Home, begun: Record, cause: Exception, report: Report) -> FailedError:
+    """Goes back to the release before. Returns the error to report."""
     report.note(f"undoing: {cause}")
     try:
-        _back(home, business)
-    except (RefusedError, OSError) as error:
+        error = rollback.undo(home, begun, str(cause))
+    except (RefusedError, OSError) as trouble:
         return FailedError(
-            "{}; going back to release {} failed too: {}".format(cause, business.prev or "none", error),
-            "the host is between two releases: fix the cause, then deploy again",
+            "{}; going back to release {} failed too: {}".format(cause, begun.prev or "none", trouble),
+            "the host is between two releases and tries again to go back: fix the cause",
         )
-    files.write_json(home.record_file, dict(entry, state=UNDONE, error=str(cause)))
-    what = f"release {business.prev} runs again" if business.prev else "the host is as before"
-    return FailedError(f"{cause}; undone, {what}", getattr(cause, "hint", ""))
+    error.hint = getattr(cause, "hint", "")
+    return error
 
 
-def _back(home: Home, business: _Business) -> None:
-    manifest = home.manifest(business.prev)
-    systemd.stop(business.touched)
-    passed("undo-stop")
-    if business.prev is None:
-        files.remove(home.current_link)
-        files.sync(home.path)
-    else:
-        files.point(home.current_link, "releases/" + business.prev)
-    passed("undo-flip")
-    changed = system_links.put_links(home, manifest) + system_links.put_blocks(home, business.prev, manifest)
-    secrets.forget(home, but=manifest.secrets)
-    passed("undo-outside")
-    systemd.reload(home, _unique(business.reload + _daemons_of(changed)))
-    again = set(business.touched) & set(business.active)
-    unit_start.start([unit for unit in manifest.units if unit in again])
-
-
-def _entry(change: Change, business: _Business, history: list[str]) -> dict[str, Any]:
-    with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
-        boot = file.read().strip()
-    return {
-        "txid": change.txid,
-        "who": change.who,
-        "boot_id": boot,
-        "prev": business.prev,
-        "next": change.next,
-        "touched": business.touched,
-        "active": business.active,
-        "reload": business.reload,
-        "history": history,
-    }
+def _keep(home: Home, done: Record) -> None:
+    """Closes the record of a change that stays, and removes what nothing needs any more."""
+    history = _unique([one for one in (done.next, done.prev, *done.history) if one])[:KEPT_RELEASES]
+    kept = done._replace(state=record.APPLIED, history=tuple(history))
+    try:
+        record.write(home, kept)
+    except OSError as error:
+        raise FailedError(
+            f"release {done.next} runs, but that cannot be recorded: {error.strerror}",
+            "repair the disk, then deploy again",
+        ) from error
+    passed("done")
+    rollback.collect(home, kept)
+    manifest = home.known_manifest(done.next)
+    if manifest is not None:
+        secrets.forget(home, but=manifest.secrets)
+    passed("collect")
 
 
 def _stale_daemons(before: Manifest | None, after: Manifest) -> list[str]:
@@ -230,52 +245,13 @@ def _stale_daemons(before: Manifest | None, after: Manifest) -> list[str]:
         for path in set(before.links) & set(after.links)
         if before.files[before.links[path]] != after.files[after.links[path]]
     ]
-    return _daemons_of(changed)
-
-
-def _daemons_of(paths: Sequence[str]) -> list[str]:
-    return [name for name, folder in READERS.items() if any(path.startswith(folder) for path in paths)]
-
-
-def _collect(home: Home, kept: Sequence[str]) -> None:
-    """Removes old releases, never the current one."""
-    for digest in home.releases():
-        if digest not in kept and digest != home.current():
-            shutil.rmtree(home.release(digest), ignore_errors=True)
+    return system_links.daemons_of(changed)
 
 
 def _unique(names: Sequence[str]) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _named(units: Sequence[str]) -> str:
+def named(units: Sequence[str]) -> str:
     """One or two names; more are counted."""
     return " and ".join(units) if len(units) <= 2 else f"{len(units)} units"
-
-
-def withdraw(home: Home, report: Report) -> None:
-    """Take the swarm off the host: units stopped, links and blocks gone, folder removed. The lock is held."""
-    current = home.current()
-    manifest = home.known_manifest(current)
-    touched = home.record().get("touched", []) if home.record().get("state") == OPEN else []
-    linked = [os.path.basename(path) for path in system_links.link_deviations(home, {})]
-    units = _unique(
-        (manifest.units if manifest else []) + touched + [n for n in linked if n.endswith(".service")]
-    )
-    report.detach()
-    if units:
-        report.note(f"stopping {_named(units)}")
-        systemd.stop(units)
-    nothing = home.manifest(None)
-    changed = system_links.put_links(home, nothing) + system_links.put_blocks(home, None, nothing)
-    secrets.forget(home)
-    passed("withdraw")
-    systemd.reload(home, _daemons_of(changed))
-    systemd.forget(units)
-    files.remove(home.current_link)
-    shutil.rmtree(home.path)
-    root = os.path.dirname(home.path)
-    if set(os.listdir(root)) <= {
-        os.path.basename(AGENT_FOLDER)
-    }:  # no other swarm needs the agent that is kept here
-        shutil.rmtree(root)

@@ -13,7 +13,7 @@ from .errors import FailedError
 if TYPE_CHECKING:
     from .messages import UnitState
 
-_STARTED = ("active", "reloading")
+STARTED = ("active", "reloading")
 AGAIN, _LOOK_EVERY = 15.0, 0.5  # s
 _LINES, _LONGEST = 12, 900  # of the log, lines and characters: roscore logs six lines while it ends
 _RECENT = 600.0  # s
@@ -40,7 +40,7 @@ def start(units: Sequence[str]) -> None:
     if broken:
         log = last_log(broken[0])
         raise FailedError("{} did not start{}".format(", ".join(broken), f": {log}" if log else ""))
-    if trouble and not all(state["active"] in _STARTED or state["skipped"] for state in seen.values()):
+    if trouble and not all(state["active"] in STARTED or state["skipped"] for state in seen.values()):
         raise FailedError(trouble)
 
 

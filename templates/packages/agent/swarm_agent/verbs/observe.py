@@ -8,7 +8,7 @@ import os
 import shutil
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Iterable, cast
+from typing import TYPE_CHECKING, Any, Iterable
 
 from swarm_agent import (
     files,
@@ -16,6 +16,7 @@ from swarm_agent import (
     packages,
     platforms,
     preflight,
+    record,
     secrets,
     system_links,
     systemd,
@@ -126,8 +127,16 @@ def _existing(path: str) -> str:
 
 
 def _transaction(home: Home) -> Transaction:
-    shown = ("txid", "state", "who", "prev", "next", "error")
-    return cast("Transaction", {name: value for name, value in home.record().items() if name in shown})
+    last = record.read(home)
+    return {
+        "txid": last.txid,
+        "state": last.state,
+        "who": last.who,
+        "prev": last.prev,
+        "next": last.next,
+        "left": round(last.left(home), 1),
+        "error": last.error,
+    }
 
 
 def _texts(home: Home, digest: str, paths: Any) -> dict[str, str]:

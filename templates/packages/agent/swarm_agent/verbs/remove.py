@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from swarm_agent import lock, transaction
+from swarm_agent import lock, recovery_unit, withdrawal
+from swarm_agent.errors import FailedError
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
@@ -19,5 +21,9 @@ def handle(request: RemoveRequest, payload: bytes, report: Report) -> RemoveAnsw
     if not os.path.isdir(home.path):
         return {"removed": False}
     with lock.held_for(home, request):
-        transaction.withdraw(home, report)
+        report.detach()
+        with suppress(OSError, FailedError):  # a swarm can be removed from a full disk, too
+            recovery_unit.install(home)
+            recovery_unit.watch(home)
+        withdrawal.withdraw(home, lock.operator_in(request), report.note)
     return {"removed": True}

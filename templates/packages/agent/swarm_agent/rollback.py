@@ -1,0 +1,87 @@
+"""Back to the release before: at once, after the deadline of a confirmation, or at the next boot.
+
+May be interrupted and begun again. What it goes back to is in the record, never derived from dates or order.
+"""
+
+from __future__ import annotations
+
+import shutil
+from typing import Callable
+
+from . import boot, files, record, recovery_unit, secrets, system_links, systemd, unit_start
+from .errors import FailedError
+from .failpoint import passed
+from .record import Record
+from .release_store import Home
+
+
+def undo(home: Home, done: Record, because: str) -> FailedError:
+    """Goes back from ``done.next`` to ``done.prev``, and starts again what ran before. The lock is held.
+
+    Returns the error to report. Raises ``OSError`` and ``RefusedError`` if files cannot be restored: the
+    record stays open then, and the recovery unit goes on.
+    """
+    record.write(home, done._replace(state=record.UNDOING, error=because))
+    manifest = home.manifest(done.prev)
+    booting = done.boot_id != boot.identity(home)
+    troubles: list[str] = []
+    _tried(troubles, lambda: systemd.stop(done.touched))
+    passed("undo-stop")
+    if done.prev is None:
+        files.remove(home.current_link)
+        files.sync(home.path)
+    else:
+        files.point(home.current_link, "releases/" + done.prev)
+    passed("undo-flip")
+    changed = system_links.put_links(home, manifest) + system_links.put_blocks(home, done.prev, manifest)
+    secrets.forget(home, but=manifest.secrets)
+    passed("undo-outside")
+    daemons = [*done.reload, *system_links.daemons_of(changed)]
+    _tried(troubles, lambda: systemd.reload(home, daemons))
+    if booting:
+        _tried(troubles, lambda: systemd.start_when_booted(system_links.enabled(manifest)))
+    else:
+        again = [unit for unit in manifest.units if unit in done.active and unit in done.touched]
+        _tried(troubles, lambda: unit_start.start(again))
+    error = f"{because}; {_outcome(done, booting, troubles)}"
+    record.write(home, done._replace(state=record.UNDONE, error=error))
+    passed("undone")
+    if done.prev is None:
+        recovery_unit.remove(home)
+    collect(home, done)
+    return FailedError(error)
+
+
+def cause(home: Home, left: Record) -> str:
+    """Returns why an open change that its agent left is undone."""
+    if left.state != record.PENDING:
+        return left.error or "the deploy was interrupted"
+    if left.boot_id != boot.identity(home):
+        return "the host restarted before the deploy was confirmed"
+    return "the deploy was not confirmed in time"
+
+
+def _outcome(done: Record, booting: bool, troubles: list[str]) -> str:
+    if done.prev is None:
+        what = "undone, the host is as before"
+    else:
+        what = f"undone, release {done.prev} " + (
+            "is in place again" if booting or troubles else "runs again"
+        )
+    return "; but ".join([what, *troubles])
+
+
+def _tried(troubles: list[str], step: Callable[[], None]) -> None:
+    """Runs a step that may fail without keeping the files from being restored."""
+    try:
+        step()
+    except FailedError as error:
+        troubles.append(error.message)
+
+
+def collect(home: Home, done: Record) -> None:
+    """Removes releases that are neither the current one nor one to go back to. Staging is nobody's by now."""
+    kept = {*done.history, done.prev, home.current()}
+    for digest in home.releases():
+        if digest not in kept:
+            shutil.rmtree(home.release(digest), ignore_errors=True)

@@ -1,0 +1,59 @@
+"""Takes the swarm off the host. May be interrupted: the recovery unit goes on at the next boot."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from contextlib import suppress
+from typing import Callable
+
+from . import files, record, recovery_unit, secrets, system_links, systemd
+from .failpoint import passed
+from .paths import AGENT_FOLDER
+from .record import Record
+from .release_store import Home
+from .transaction import named
+
+
+def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None) -> None:
+    """Stops the units, removes links, blocks, secrets and the folder. The lock is held."""
+    before = record.read(home)
+    manifest = home.known_manifest(home.current())
+    linked = [os.path.basename(path) for path in system_links.link_deviations(home, {})]
+    units = list(
+        dict.fromkeys(
+            [
+                *(manifest.units if manifest else ()),
+                *(before.touched if before.open else ()),
+                *(name for name in linked if name.endswith(".service")),
+            ]
+        )
+    )
+    with suppress(OSError):  # a swarm can be removed from a full disk, too
+        record.write(home, Record(state=record.REMOVING, who=who, touched=tuple(units)))
+    passed("removing")
+    if units:
+        note(f"stopping {named(units)}")
+        systemd.stop(units)
+    nothing = home.manifest(None)
+    changed = system_links.put_links(home, nothing) + system_links.put_blocks(home, None, nothing)
+    secrets.forget(home)
+    passed("withdraw")
+    systemd.reload(home, system_links.daemons_of(changed))
+    systemd.forget(units)
+    recovery_unit.remove(home)
+    files.remove(home.current_link)
+    _remove_folder(home)
+
+
+def _remove_folder(home: Home) -> None:
+    """Removes the folder under another name: one that is half removed is no swarm."""
+    root, name = os.path.split(home.path)
+    gone = f"{root}/.{name}.removed"
+    shutil.rmtree(gone, ignore_errors=True)
+    os.rename(home.path, gone)
+    files.sync(root)
+    passed("removed")
+    shutil.rmtree(gone)
+    if set(os.listdir(root)) <= {os.path.basename(AGENT_FOLDER)}:  # no other swarm needs the kept agent
+        shutil.rmtree(root)

@@ -1,0 +1,203 @@
+"""A change stays only if the host can still be reached over a new connection, and its units keep running."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmctl.deploy import host_transaction
+from swarmctl.deploy.host_transaction import Terms
+from swarmctl.deploy.rollout import Outcome, deploy
+from swarmctl.remote import agent_client
+from swarmctl.remote.transport import HostError, Kind, Session, Target
+from swarmctl.render.bundle import Bundle
+from tests.deploy.test_rollout import TARGETS, bundles, deployed
+from tests.packages.agent.fakehost import FakeHost
+from tests.packages.agent.local_session import LocalSession
+
+AWAY = HostError(Kind.UNREACHABLE, "no route to k3")
+OLD, NEW = bundles()["k3"], bundles(k3="speed: 2\n")["k3"]
+SHORT = Terms(healthy_for=0.1, healthy_within=1, confirm_within=0.3)
+
+
+@pytest.fixture
+def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeHost:
+    monkeypatch.setattr(host_transaction, "_AGAIN", 0.02)
+    monkeypatch.setattr(host_transaction, "_GRACE", 0.2)
+    made = FakeHost(tmp_path)
+    sudo = made.prefix / "bin/sudo"
+    sudo.write_text('#!/bin/sh\nshift\nexec "$@"\n')
+    sudo.chmod(0o755)
+    assert isinstance(run(made, OLD), Outcome)
+    return made
+
+
+class Way:
+    """The way to the host. ``cut`` returns whether the connection of this number fails."""
+
+    def __init__(self, host: FakeHost, cut: Callable[[int], bool], failpoint: str = "") -> None:
+        self.host, self.cut, self.failpoint = host, cut, failpoint
+        self.connections = 0
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[Session]:
+        self.connections += 1
+        if self.cut(self.connections):
+            raise AWAY
+        first = self.connections == 1
+        yield LocalSession(self.host.environment(self.failpoint if first else ""))
+
+
+def run(
+    host: FakeHost,
+    bundle: Bundle,
+    cut: Callable[[int], bool] = lambda _: False,
+    failpoint: str = "",
+    terms: Terms | None = None,
+) -> Outcome | HostError:
+    way = Way(host, cut, failpoint)
+    return deployed(deploy({"k3": bundle}, TARGETS, way, terms=terms or Terms()))["k3"]
+
+
+def last(host: FakeHost) -> dict[str, Any]:
+    found = host.observe()["transaction"]
+    assert isinstance(found, dict)
+    return found
+
+
+def test_a_change_is_confirmed_over_a_new_connection(host: FakeHost) -> None:
+    way = Way(host, lambda _: False)
+
+    result = deployed(deploy({"k3": NEW}, TARGETS, way))["k3"]
+
+    assert isinstance(result, Outcome)
+    assert way.connections == 2
+    assert last(host)["state"] == "applied"
+
+
+def test_nothing_to_do_takes_one_connection(host: FakeHost) -> None:
+    way = Way(host, lambda _: False)
+    result = deployed(deploy({"k3": OLD}, TARGETS, way))["k3"]
+    assert isinstance(result, Outcome)
+    assert (way.connections, result.changed) == (1, False)
+
+
+def test_a_host_that_is_away_for_a_moment_is_confirmed_all_the_same(host: FakeHost) -> None:
+    assert isinstance(run(host, NEW, cut=lambda number: 1 < number < 5), Outcome)
+    assert last(host)["state"] == "applied"
+
+
+def test_a_change_that_locks_its_operator_out_goes_back(host: FakeHost) -> None:
+    result = run(host, NEW, cut=lambda number: number > 1, terms=SHORT)
+
+    assert isinstance(result, HostError)
+    assert result.kind is Kind.LOST
+    assert "it was changed and does not answer since: no route to k3" in result.message
+    assert host.recover() == 0
+    assert host.observe()["release"] == OLD.digest
+    assert last(host)["state"] == "undone"
+
+
+def test_a_host_that_answers_again_after_it_went_back_says_so(host: FakeHost) -> None:
+    went_back = []
+
+    def cut(number: int) -> bool:
+        if number == 3:
+            went_back.append(host.recover())  # returns once the deadline has passed
+        return number == 2
+
+    result = run(host, NEW, cut=cut, terms=SHORT)
+
+    assert went_back == [0]
+    assert isinstance(result, HostError)
+    assert result.kind is Kind.FAILED
+    assert f"not confirmed in time; undone, release {OLD.digest} runs again" in result.message
+
+
+def test_units_that_do_not_keep_running_take_the_change_back(host: FakeHost) -> None:
+    (host.prefix / "failed-new.robot.service").touch()
+
+    def cut(number: int) -> bool:
+        if number == 2:
+            (host.prefix / "units/new.robot.service").unlink()
+        return False
+
+    result = run(host, NEW, cut=cut, terms=SHORT)
+
+    assert isinstance(result, HostError)
+    assert "new.robot.service does not keep running" in result.message
+    assert host.observe()["release"] == OLD.digest
+
+
+@pytest.mark.parametrize("step", ["record", "stop", "flip", "links", "reload", "start"])
+def test_of_a_killed_agent_the_same_run_says_what_became_of_it(host: FakeHost, step: str) -> None:
+    result = run(host, NEW, failpoint=f"after:{step}")
+
+    assert isinstance(result, HostError)
+    assert result.message == f"the deploy was interrupted; undone, release {OLD.digest} runs again"
+    assert host.observe()["release"] == OLD.digest
+
+
+def test_an_agent_that_dies_after_its_last_step_is_no_failure(host: FakeHost) -> None:
+    assert isinstance(run(host, NEW, failpoint="after:pending"), Outcome)
+    assert last(host)["state"] == "applied"
+
+
+def test_an_agent_that_dies_before_its_first_step_has_changed_nothing(host: FakeHost) -> None:
+    result = run(host, NEW, failpoint="after:verify")
+
+    assert isinstance(result, HostError)
+    assert "the agent ended without an answer" in result.message
+    assert last(host)["next"] == OLD.digest
+
+
+def pending(host: FakeHost, who: str) -> None:
+    """A change whose operator went away before the confirmation."""
+    unit = "new.robot.service"
+    reply = host.apply(NEW, base=OLD.digest, start=[], restart=[unit], who=who, confirm_within=100)
+    assert reply.answer, reply.error
+
+
+def gone() -> str:
+    """This operator, in a run that has ended."""
+    child = os.fork()
+    if not child:
+        os._exit(0)
+    os.waitpid(child, 0)
+    return f"{agent_client.operator().rpartition(' (')[0]} ({child})"
+
+
+def test_the_next_run_confirms_what_an_earlier_one_has_applied(host: FakeHost) -> None:
+    pending(host, "anna@desk (7)")
+
+    result = run(host, NEW)
+
+    assert isinstance(result, Outcome)
+    assert result.changed
+    assert last(host)["state"] == "applied"
+
+
+def test_the_change_of_an_own_run_that_has_ended_is_undone(host: FakeHost) -> None:
+    pending(host, gone())
+    third = bundles(k3="speed: 3\n")["k3"]
+
+    assert isinstance(run(host, third), Outcome)
+
+    assert last(host)["prev"] == OLD.digest
+    assert host.observe()["release"] == third.digest
+
+
+@pytest.mark.parametrize("who", ["anna@desk (7)", agent_client.operator().replace(str(os.getpid()), "1")])
+def test_the_change_of_another_run_is_left_alone_and_named(host: FakeHost, who: str) -> None:
+    pending(host, who)
+
+    result = run(host, bundles(k3="speed: 3\n")["k3"])
+
+    assert isinstance(result, HostError)
+    assert result.message == f"locked by {who}, whose deploy waits for its confirmation"
+    assert last(host)["state"] == "pending"
