@@ -236,41 +236,49 @@ def test_the_recovery_of_a_closed_change_is_ready_before_it_waits(host: FakeHost
 
 
 class Race:
-    """Both sides in processes of their own, at random instants around the deadline of a pending change."""
+    """Both sides in processes of their own, at random instants around the deadline of a pending change.
+
+    The deadline is set once both processes run: how long they take to start does not decide who is first.
+    """
 
     def __init__(self, host: FakeHost) -> None:
         self.home = Home("new", str(host.prefix))
-        self.start = multiprocessing.get_context("fork").Barrier(2)
-        self.answers = multiprocessing.get_context("fork").SimpleQueue()
+        self.fork = multiprocessing.get_context("fork")
 
     def run(self, number: int) -> tuple[bool, str]:
         """Returns whether the operator saw its change confirmed, and the state afterwards."""
-        seed, fork = random.Random(number), multiprocessing.get_context("fork")
-        pending = record.read(self.home)._replace(
-            state=record.PENDING, txid=TXID, boot_id=boot.identity(self.home), deadline=boot.now() + 0.06
-        )
-        record.write(self.home, pending)
-        instants = [pending.deadline + seed.uniform(-0.02, 0.02) for _ in range(2)]
+        seed, answers = random.Random(number), self.fork.SimpleQueue()
+        up, deadline_set = self.fork.Barrier(3), self.fork.Barrier(3)
         sides = [
-            fork.Process(target=side, args=(self.home, self.start, at, self.answers))
-            for side, at in zip((confirming, recovering), instants, strict=True)
+            self.fork.Process(
+                target=side, args=(self.home, up, deadline_set, seed.uniform(-0.03, 0.03), answers)
+            )
+            for side in (confirming, recovering)
         ]
         for side in sides:
             side.start()
+        up.wait(PATIENCE)
+        pending = record.read(self.home)._replace(
+            state=record.PENDING, txid=TXID, boot_id=boot.identity(self.home), deadline=boot.now() + 0.04
+        )
+        record.write(self.home, pending)
+        deadline_set.wait(PATIENCE)
         for side in sides:
-            side.join(30)
+            side.join(PATIENCE)
             assert side.exitcode == 0
-        return self.answers.get(), record.read(self.home).state
+        return answers.get(), record.read(self.home).state
 
 
-def until(instant: float) -> None:
+def wait_until(home: Home, up: Barrier, deadline_set: Barrier, after_deadline: float) -> None:
+    up.wait(PATIENCE)
+    deadline_set.wait(PATIENCE)
+    instant = record.read(home).deadline + after_deadline
     while boot.now() < instant:
         time.sleep(0.0005)
 
 
-def confirming(home: Home, start: Barrier, at: float, answers: Any) -> None:
-    start.wait()
-    until(at)
+def confirming(home: Home, up: Barrier, deadline_set: Barrier, after_deadline: float, answers: Any) -> None:
+    wait_until(home, up, deadline_set, after_deadline)
     try:
         with lock.held(home, "operator", 20):
             transaction.confirm(home, TXID)
@@ -279,9 +287,8 @@ def confirming(home: Home, start: Barrier, at: float, answers: Any) -> None:
         answers.put(False)
 
 
-def recovering(home: Home, start: Barrier, at: float, _: Any) -> None:
-    start.wait()
-    until(at)
+def recovering(home: Home, up: Barrier, deadline_set: Barrier, after_deadline: float, _: Any) -> None:
+    wait_until(home, up, deadline_set, after_deadline)
     recovery.settle(home)
 
 
