@@ -13,6 +13,7 @@ TEST_TOOLS := check_urdf:liburdfdom-tools sshd:openssh-server sudo:sudo gcc:gcc 
 # path:package pairs, for what is no program
 TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware/arduino/avr:arduino-core-avr \
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
+POWER_TOOLS := mkfs.ext4:e2fsprogs mkfs.xfs:xfsprogs mkfs.btrfs:btrfs-progs
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 # Tests wait more than they compute.
 WORKERS := $(shell expr $$(nproc) \* 2 + 1)
@@ -21,7 +22,7 @@ LABS := $(shell expr $$(nproc) + 2)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test check busy experiments dead-man motion fuzz lint format generated man bench lock clean distclean lab-tools test-tools editor-tools
+.PHONY: demo test check busy power-cuts experiments dead-man motion fuzz lint format generated man bench lock clean distclean lab-tools test-tools power-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -40,6 +41,9 @@ check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what yo
 busy: $(VENV)/.dev ## the fast tests beside 8 busy processes: none may fail for want of CPU time
 	@for busy in 1 2 3 4 5 6 7 8; do (while :; do :; done) & pids="$$pids $$!"; done; \
 	  trap "kill $$pids" EXIT; $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not lab" $(PYTEST_ARGS)
+
+power-cuts: $(VENV)/.dev power-tools ## cut the power of a host at every system call of its changes, and look after the next boot (needs root)
+	$(SUDO) $(BIN)/python -m tests.power $(POWER_ARGS)
 
 experiments: $(VENV)/.dev lab-tools ## the paper's five experiments in the lab, with their times (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_paper.py $(PYTEST_ARGS)
@@ -111,6 +115,9 @@ lab-tools:
 test-tools:
 	@$(call install,$(TEST_TOOLS))
 	@$(call install_files,$(TEST_FILES))
+
+power-tools:
+	@$(call install,$(POWER_TOOLS))
 
 editor-tools: ## the YAML language server for the tests of editors, if npm is installed; else they are skipped
 	@[ -x $(EDITOR_TOOLS)/node_modules/.bin/yaml-language-server ] || \

@@ -27,6 +27,11 @@ class Home(NamedTuple):
         return f"{self.prefix}{ROOT}/{self.swarm}"
 
     @property
+    def gone(self) -> str:
+        """The name of that folder while it is removed."""
+        return f"{self.prefix}{ROOT}/.{self.swarm}.removed"
+
+    @property
     def staging(self) -> str:
         """The folder of releases that are not complete yet."""
         return self.path + "/staging"
@@ -126,7 +131,8 @@ class Home(NamedTuple):
         return found
 
     def clean_staging(self) -> None:
-        """Removes incomplete releases."""
+        """Removes incomplete releases, and what an interrupted removal of the swarm left."""
+        shutil.rmtree(self.gone, ignore_errors=True)
         for name in os.listdir(self.staging):
             shutil.rmtree(os.path.join(self.staging, name), ignore_errors=True)
 

@@ -41,19 +41,20 @@ def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None)
     passed("withdraw")
     systemd.reload(home, system_links.daemons_of(changed))
     systemd.forget(units)
-    recovery_unit.remove(home)
-    files.remove(home.current_link)
     _remove_folder(home)
 
 
 def _remove_folder(home: Home) -> None:
-    """Removes the folder under another name: one that is half removed is no swarm."""
-    root, name = os.path.split(home.path)
-    gone = f"{root}/.{name}.removed"
-    shutil.rmtree(gone, ignore_errors=True)
-    os.rename(home.path, gone)
+    """Removes the folder under another name: one that is half removed is no swarm.
+
+    The recovery unit goes after it: until then a boot finishes the removal.
+    """
+    root = os.path.dirname(home.path)
+    shutil.rmtree(home.gone, ignore_errors=True)
+    os.rename(home.path, home.gone)
     files.sync(root)
     passed("removed")
-    shutil.rmtree(gone)
+    recovery_unit.remove(home)
+    shutil.rmtree(home.gone)
     if set(os.listdir(root)) <= {os.path.basename(AGENT_FOLDER)}:  # no other swarm needs the kept agent
         shutil.rmtree(root)

@@ -1,0 +1,208 @@
+"""Cuts the power of a host at every system call of a scene, or at random instants, and boots it again."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.packages.agent.fakehost import FakeHost
+from tests.power import isolated, tracer
+from tests.power.disk import Disk, Snapshot, identity
+from tests.power.host_states import BUNDLES, LAST, Finding, boot, look
+from tests.power.scenes import FIRST, SCENES, Scene, follow, keep_secrets
+from tests.timing import PATIENCE
+
+END = "after the answer"
+
+
+class Cut(NamedTuple):
+    """``at``: the system call before which the power went, or the time."""
+
+    at: str
+    snapshot: Snapshot
+
+
+@dataclass
+class Row:
+    """What came of the cuts of one scene. ``images``: how many left different images, each booted once;
+    ``deploys``: after how many of these a further deploy was made."""
+
+    system: str
+    log: str
+    scene: str
+    cuts: int = 0
+    images: int = 0
+    deploys: int = 0
+    states: Counter[str] = field(default_factory=Counter)
+    wrong: list[str] = field(default_factory=list)
+    leftovers: Counter[str] = field(default_factory=Counter)
+
+    def add(self, at: str, finding: Finding, problem: str) -> None:
+        """Counts one cut."""
+        self.cuts += 1
+        self.states[finding.state] += 1
+        self.leftovers.update(set(finding.leftovers))
+        if problem:
+            self.wrong.append(f"{self.system}, log {self.log}, {self.scene}, {at}: {problem}")
+
+
+class Bench:
+    """A host whose disk is cut again and again. For a process of its own: see ``isolated``."""
+
+    def __init__(
+        self, folder: Path, kind: str, known: Mapping[str, dict[str, str]], deploys_each: int
+    ) -> None:
+        self.disk = Disk(folder, kind)
+        self.folder = folder
+        self.known = known
+        self.deploys_each = deploys_each
+        self.disk.attach()
+        self.host = FakeHost(self.disk.mount / "host")
+        self.disk.flush_log()
+        os.sync()
+        self.disk.detach()
+        self.blank = self.disk.snapshot()
+
+    def at_every_call(self, scene: Scene, log: str, sparse: int = 1) -> Row:
+        """Cuts before each system call of ``scene`` that changes files, one of ``sparse``, and at the end."""
+        row = Row(self.disk.kind, log, scene.name)
+        seen: dict[object, tuple[Finding, str]] = {}
+        for number, cut in enumerate(self._recorded(scene, log)):
+            if cut.at != END and number % sparse:
+                continue
+            key = (identity(cut.snapshot), cut.at == END)
+            if key not in seen:
+                self.disk.restore(cut.snapshot)
+                seen[key] = self._verdict(scene, cut.at == END, row)
+            row.add(f"cut {number}, before {cut.at}" if cut.at != END else END, *seen[key])
+        return row
+
+    def at_random(self, scene: Scene, log: str, times: int, seed: int) -> Row:
+        """Cuts the mounted file system by its shutdown ioctl, at instants while the scene runs."""
+        row = Row(self.disk.kind, log, f"{scene.name}, random")
+        base = self._prepared(scene)
+        choice = random.Random(seed)
+        longest = 0.0
+        for number in range(times + 1):
+            self.disk.restore(base)
+            self.disk.attach()
+            began = time.monotonic()
+            process = self._started(scene)
+            if number == 0:  # the measure of the others
+                assert process.wait(PATIENCE) == 0
+                longest = time.monotonic() - began
+                self.disk.detach()
+                continue
+            instant = choice.uniform(0, 1.05 * longest)
+            time.sleep(max(0.0, began + instant - time.monotonic()))
+            self.disk.cut(log)
+            process.send_signal(signal.SIGKILL)
+            process.wait(PATIENCE)
+            self.disk.detach()
+            row.add(f"after {instant * 1e3:.1f} ms", *self._verdict(scene, False, row))
+        return row
+
+    def _prepared(self, scene: Scene) -> Snapshot:
+        """The disk of the host before the scene, all of it written."""
+        self.disk.restore(self.blank)
+        self.disk.attach()
+        scene.prepare(self.host)
+        self.disk.detach()
+        return self.disk.snapshot()
+
+    def _recorded(self, scene: Scene, log: str) -> Iterator[Cut]:
+        """Runs the scene once; what a cut at each instant leaves on the disk."""
+        self.disk.restore(self._prepared(scene))
+        self.disk.attach()
+        found: list[Cut] = []
+
+        def before(call: str) -> None:
+            if log == "flushed":
+                self.disk.flush_log()
+            found.append(Cut(call, self.disk.snapshot()))
+
+        command, environment, given = scene.process(self.host)
+        request = self.folder / "request"
+        request.write_bytes(given)
+        status = tracer.trace(command, environment, request, str(self.disk.mount), before)
+        before(END)
+        self.disk.detach()
+        assert status == 0, f"{scene.name} ended with {status}"
+        return iter(found)
+
+    def _started(self, scene: Scene) -> subprocess.Popen[bytes]:
+        command, environment, given = scene.process(self.host)
+        request = self.folder / "request"
+        request.write_bytes(given)
+        with request.open("rb") as file:
+            return subprocess.Popen(
+                command,
+                env=environment,
+                stdin=file,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
+
+    def _verdict(self, scene: Scene, ended: bool, row: Row) -> tuple[Finding, str]:
+        """Mounts the cut disk, boots, looks, and deploys once more on some. Returns what is wrong, too."""
+        row.images += 1
+        self.disk.attach()
+        try:
+            complaint = boot(self.host, 2)
+            finding = look(self.host, self.known, scene.secrets(ended))
+            problem = complaint or "; ".join(finding.faults)
+            if not problem and finding.state not in ({scene.ends} if ended else scene.may):
+                problem = f"the host is {finding.state}"
+            if not problem and row.images % self.deploys_each == 0:
+                row.deploys += 1
+                problem = self._next_deploy(finding.state)
+            return finding, problem
+        finally:
+            self.disk.detach()
+
+    def _next_deploy(self, state: str) -> str:
+        """Deploys to a host that was cut. Returns what is wrong with the result."""
+        reply = self.host.ask(*keep_secrets(FIRST))
+        reply = reply if reply.error else self.host.ask(*follow(BUNDLES.get(state), LAST))
+        if reply.error or reply.status:
+            return f"the next deploy fails: {reply}"
+        finding = look(self.host, self.known, {name: {value} for name, value in FIRST.items()})
+        if finding.state != "last" or finding.leftovers:
+            return f"after the next deploy: {finding}"
+        return ""
+
+
+class Job(NamedTuple):
+    """A file system, what becomes of its log, the number of a scene, whether to cut at random instants."""
+
+    system: str
+    log: str
+    scene: int
+    at_random: bool
+
+
+class Effort(NamedTuple):
+    """Of ``sparse`` system calls one is cut; each scene has ``times`` cuts at random instants, drawn from
+    ``seed``; a further deploy follows on one of ``deploys_each`` images."""
+
+    sparse: int
+    times: int
+    seed: int
+    deploys_each: int
+
+
+def run(job: Job, known: Mapping[str, dict[str, str]], effort: Effort) -> Row:
+    """Makes the cuts of one scene. For a process of its own."""
+    with isolated.folder() as folder:
+        bench = Bench(folder, job.system, known, effort.deploys_each)
+        if job.at_random:
+            return bench.at_random(SCENES[job.scene], job.log, effort.times, effort.seed)
+        return bench.at_every_call(SCENES[job.scene], job.log, effort.sparse)

@@ -1,0 +1,59 @@
+"""The power of a host may go at any system call of a deploy: after the next boot it is wholly old or new.
+
+A part of ``make power-cuts``. Each run is a process of its own, whose mounts and images end with it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests import ROOT
+from tests.power import isolated
+
+LACKS = isolated.missing()
+pytestmark = pytest.mark.skipif(bool(LACKS), reason=f"power cuts need {LACKS}")
+
+
+def cut(*options: str, root: Path = ROOT) -> list[dict[str, Any]]:
+    """Returns the rows of a run on ext4."""
+    command = [sys.executable, "-m", "tests.power", "--json", "--system=ext4", "--jobs=1", *options]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    assert done.stdout, done.stderr
+    rows: list[dict[str, Any]] = json.loads(done.stdout)
+    return rows
+
+
+def test_a_host_is_whole_wherever_its_power_goes() -> None:
+    scenes = {
+        "deploy": {"old", "new"},
+        "undo": {"old"},
+        "undo at boot": {"old"},
+        "remove": {"old", "none"},
+    }
+
+    rows = cut("--log=lost", "--random=2", "--deploys-each=10", *(f"--scene={name}" for name in scenes))
+
+    assert [problem for row in rows for problem in row["wrong"]] == []
+    assert {row["scene"]: set(row["states"]) for row in rows if row["scene"] in scenes} == scenes
+
+
+def test_cuts_show_a_release_that_was_not_synced(tmp_path: Path) -> None:
+    for folder in ("swarmctl", "templates", "schemas", "tests/power", "tests/packages/agent"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("__init__.py", "timing.py", "packages/__init__.py"):
+        shutil.copy(ROOT / "tests" / name, tmp_path / "tests" / name)
+    staging = tmp_path / "templates/packages/agent/swarm_agent/staging.py"
+    text = staging.read_text()
+    assert text.count("    _sync_disk(folder)\n") == 1
+    staging.write_text(text.replace("    _sync_disk(folder)\n", ""))
+
+    rows = cut("--log=flushed", "--random=0", "--sparse=1000", "--scene=deploy", root=tmp_path)
+
+    assert any("is damaged" in problem for row in rows for problem in row["wrong"])
