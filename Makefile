@@ -22,7 +22,7 @@ LABS := $(shell expr $$(nproc) + 2)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test check busy power-cuts experiments dead-man motion fuzz lint format generated man bench lock clean distclean lab-tools test-tools power-tools editor-tools
+.PHONY: demo test check busy power-cuts races experiments dead-man motion fuzz lint format generated man bench lock clean distclean lab-tools test-tools power-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -115,6 +115,9 @@ lab-tools:
 test-tools:
 	@$(call install,$(TEST_TOOLS))
 	@$(call install_files,$(TEST_FILES))
+
+races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline
+	SWARM_RACES=$${SWARM_RACES:-1000} $(BIN)/pytest -q tests/packages/agent/test_confirm.py -k agree
 
 power-tools:
 	@$(call install,$(POWER_TOOLS))
