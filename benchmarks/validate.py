@@ -179,7 +179,7 @@ def measured(name: str, robots: int, text: str, runs: int) -> Row:
 
 def whole(command: Sequence[str]) -> tuple[float, float]:
     """CPU time and memory of a process from its start to its end."""
-    child = subprocess.Popen(command)
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)  # so that Popen does not wait for it again
     if child.returncode:

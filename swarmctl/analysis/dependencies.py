@@ -15,8 +15,6 @@ from functools import cached_property
 from itertools import chain
 from typing import Generic, TypeVar
 
-import networkx as nx
-
 from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster.base import MultimasterProvider, provider_of, runs_on
 from swarmctl.spec.link_model import IpLink, RobotLink
@@ -61,20 +59,20 @@ class Dependencies:
 
     def __init__(self, index: SwarmIndex) -> None:
         self.index = index
-        self.graph: nx.DiGraph[Node] = nx.DiGraph()
+        self._needing: dict[Node, dict[Node, None]] = {}  # what needs each node
         self.masters = bool(middleware_of(index.spec.ros.distro).master_mb)
         robots = index.spec.robots
         nodes = (part for part in self.parts if part[0] not in _SERVE_ONE_DRIVER)
-        self.graph.add_nodes_from((*nodes, *(("driver", robot) for robot in robots)))
+        for node in (*nodes, *(("driver", robot) for robot in robots)):
+            self._add(node)
         for island in index.islands if self.masters else ():
-            self.graph.add_edge(("host", island.hub), ("master", island.name))
+            self._add(("master", island.name), ("host", island.hub))
         for island in self._joined:
-            self.graph.add_edge(("host", island.hub), ("multimaster", island.name))
+            self._add(("multimaster", island.name), ("host", island.hub))
         for program, host in index.program_hosts.items():
             self._add(("program", program), *([("host", host)] if host else []))
-        self.graph.add_edges_from(
-            (part, ("driver", robot)) for robot in robots for part in self._driver_parts(robot)
-        )
+        for robot in robots:
+            self._add(("driver", robot), *self._driver_parts(robot))
         self.commands = Ways(self._commands())
         self.flows = Ways(self._flows())
 
@@ -106,7 +104,7 @@ class Dependencies:
 
     @cached_property
     def _rank(self) -> Mapping[Node, int]:
-        return {node: rank for rank, node in enumerate(self.graph)}
+        return {node: rank for rank, node in enumerate(self._needing)}
 
     def node_of(self, part: Part) -> Node:
         """Returns the node that stands for a part: that of the driver for its robot and its line."""
@@ -114,13 +112,18 @@ class Dependencies:
 
     def lost_with(self, node: Node) -> list[Node]:
         """Returns the node and everything that needs it, in the order of the spec."""
-        if next(self.graph.successors(node), None) is None:
-            return [node]
-        return sorted((node, *nx.descendants(self.graph, node)), key=self._rank.__getitem__)
+        lost, due = {node}, [node]
+        while due:
+            found = self._needing[due.pop()].keys() - lost
+            lost |= found
+            due += found
+        return sorted(lost, key=self._rank.__getitem__)
 
     def _add(self, node: Node, *needed: Node) -> Node:
-        self.graph.add_node(node)
-        self.graph.add_edges_from((one, node) for one in needed)
+        """Adds a node, with an edge from everything that it needs."""
+        self._needing.setdefault(node, {})
+        for one in needed:
+            self._needing.setdefault(one, {})[node] = None
         return node
 
     def _adapter(self, link: RobotLink) -> list[Part]:
@@ -166,7 +169,7 @@ class Dependencies:
     def _way(self, connection: Node, end: Node) -> Node:
         """The node of what a program or driver at one end of a connection sends over it."""
         way = ("way", *connection[1:], *end)
-        return way if way in self.graph else self._add(way, connection, end)
+        return way if way in self._needing else self._add(way, connection, end)
 
     def _publishers(self) -> dict[str, list[tuple[str, Node]]]:
         """By subscribed topic, the drivers and programs that publish it, each with its host."""
@@ -202,7 +205,7 @@ class Dependencies:
         if one is None or other is None or one not in home or other not in home:
             return None
         node = ("connection", *sorted((one, other)))
-        if node in self.graph:
+        if node in self._needing:
             return node
         first, second = home[one], home[other]
         needed: list[Part] = [("host", one), ("host", other)]

@@ -13,6 +13,7 @@ from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Swarm
+from swarmctl.yamltext.source import collector_paused
 
 _SYSTEMD = "/etc/systemd/system"
 
@@ -21,12 +22,13 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
     """Returns the bundle of every host, in the order of the spec; empty for a host that runs nothing."""
     members = {name for island in swarm.islands for name in island.hosts}
     preparation = Preparation(swarm)
-    return {
-        name: _bundle(swarm, host, (*preparation.parts(host), *_swarm_parts(swarm, host)))
-        if name in members
-        else Bundle(swarm.name, name, (), distro=swarm.distro)
-        for name, host in swarm.hosts.items()
-    }
+    with collector_paused():
+        return {
+            name: _bundle(swarm, host, (*preparation.parts(host), *_swarm_parts(swarm, host)))
+            if name in members
+            else Bundle(swarm.name, name, (), distro=swarm.distro)
+            for name, host in swarm.hosts.items()
+        }
 
 
 def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:

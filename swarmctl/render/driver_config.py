@@ -2,31 +2,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 from swarmctl.render import sketch
-from swarmctl.render.yaml_params import params_file
-from swarmctl.robot_types.driver_params import params_of
+from swarmctl.render.yaml_params import entries, file_of
+from swarmctl.robot_types.driver_params import common_params, own_params
 from swarmctl.swarm.resolved import Commander, Robot, SwarmctlDriver
 
 
 def parameters(robot: Robot, driver: SwarmctlDriver) -> bytes:
     """Returns what swarmctl's driver of ``robot`` reads, as YAML."""
-    data = type_params(robot, driver) | {"urdf": f"../{urdf_path(robot)}"}
+    common, text = _common(_tuned(robot, driver))
     if (made := sketch.sketch_of(robot)) is not None:
-        data["protocol"] |= {"digest": made.digest}
+        text = entries({**common, "protocol": {**common["protocol"], "digest": made.digest}})
+    rest: dict[str, Any] = {"urdf": f"../{urdf_path(robot)}"}
     if robot.start is not None:
-        data["start"] = robot.start.model_dump()
-    data["commanders"] = [commander_params(one) for one in robot.commanders]
-    return params_file(data)
+        rest["start"] = robot.start.model_dump()
+    rest["commanders"] = [commander_params(one) for one in robot.commanders]
+    return file_of(entries(_own(robot, driver)), text, entries(rest))
 
 
-def type_params(robot: Robot, driver: SwarmctlDriver) -> dict[str, Any]:
+def type_params(robot: Robot, driver: SwarmctlDriver) -> Mapping[str, Any]:
     """Returns what follows from the type and the settings of ``robot``."""
-    return params_of(
-        driver.type, robot=robot.name, namespace=robot.namespace, port=driver.line.path,
-        settings=robot.settings, baud=driver.baud, module=f"../{codec_path(robot)}",
-    )  # fmt: skip
+    common, _ = _common(_tuned(robot, driver))
+    return {**_own(robot, driver), **common}
+
+
+def _own(robot: Robot, driver: SwarmctlDriver) -> dict[str, Any]:
+    return own_params(driver.type, robot=robot.name, namespace=robot.namespace, port=driver.line.path)
+
+
+@dataclass(frozen=True)
+class _Tuned:
+    """A robot type, settings and a baud rate, with the ``robot`` and ``driver`` of one that has them."""
+
+    settings: str
+    type_id: int  # of ``driver.type``, which lives as long as this
+    baud: int
+    module: str
+    robot: Robot = field(compare=False)
+    driver: SwarmctlDriver = field(compare=False)
+
+
+def _tuned(robot: Robot, driver: SwarmctlDriver) -> _Tuned:
+    settings = robot.settings.model_dump_json()
+    return _Tuned(settings, id(driver.type), driver.baud, f"../{codec_path(robot)}", robot, driver)
+
+
+@lru_cache(maxsize=1024)
+def _common(tuned: _Tuned) -> tuple[Mapping[str, Any], str]:
+    """The parameters that all robots with this type and these settings share, as data and as text."""
+    common = common_params(tuned.driver.type, tuned.robot.settings, tuned.baud, tuned.module)
+    return common, entries(common)
 
 
 def params_path(robot: Robot) -> str:

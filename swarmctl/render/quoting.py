@@ -35,7 +35,7 @@ class UnsafeValueError(ValueError):
 def _plain(value: Any, spaces: str = "") -> str:
     """The text of a value that may be written at all: one line, no control characters but ``spaces``."""
     text = ("true" if value else "false") if isinstance(value, bool) else str(value)
-    if _CONTROL.search(text.translate(dict.fromkeys(map(ord, spaces)))):
+    if not text.isprintable() and _CONTROL.search(text.translate(dict.fromkeys(map(ord, spaces)))):
         raise UnsafeValueError(f"{text!r} holds control characters")
     return text
 
@@ -197,6 +197,7 @@ def _environment(ending: str) -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         autoescape=False,
+        auto_reload=False,  # templates stay as they are
     )
     environment.filters["sentence"] = lambda value: _Literal(sentence(value))
     environment.filters["name"] = lambda value: _Literal(variable(value))

@@ -27,15 +27,28 @@ def params_of(
 
     ``module`` is where the file with its protocol class will be, seen from that file, if its type has one.
     """
-    tuned = settings or robot_type.settings
-    robot_type = equipped(robot_type, tuned)
-    link, rates = robot_type.link, rates_of(robot_type, tuned)
+    own = own_params(robot_type, robot=robot, namespace=namespace, port=port)
+    return own | common_params(robot_type, settings or robot_type.settings, baud, module)
+
+
+def own_params(robot_type: RobotType, *, robot: str, namespace: str, port: str) -> dict[str, Any]:
+    """The part of the parameter file that differs between any two robots."""
     return {
         "robot": robot,
         "title": robot_type.title,
         "namespace": namespace,
         "frame_prefix": namespace.strip("/") + "/",
         "port": port,
+    }
+
+
+def common_params(
+    robot_type: RobotType, tuned: RobotSettings, baud: int | None, module: str
+) -> dict[str, Any]:
+    """The part of the parameter file that is equal for robots of one type with equal settings."""
+    robot_type = equipped(robot_type, tuned)
+    link, rates = robot_type.link, rates_of(robot_type, tuned)
+    return {
         "serial": {
             "baud": baud or link.baud,
             "bytesize": link.bytesize,

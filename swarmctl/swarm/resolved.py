@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.motion import Motion
@@ -96,6 +97,7 @@ class RfcommLine:
 
 
 Line = UsbLine | FixedLine | RfcommLine
+_Placed = TypeVar("_Placed", "Robot", "Program")
 
 
 @dataclass(frozen=True)
@@ -236,6 +238,14 @@ class Robot:
         return isinstance(self.driver, ForeignDriver) and self.driver.gated
 
 
+def _by_host(placed: Iterable[_Placed]) -> Mapping[str, tuple[_Placed, ...]]:
+    """Robots or programs by host, in the order of the spec."""
+    found: dict[str, list[_Placed]] = {}
+    for one in placed:
+        found.setdefault(one.host, []).append(one)
+    return {host: tuple(on_host) for host, on_host in found.items()}
+
+
 @dataclass(frozen=True)
 class Island:
     """Hosts that share one ROS graph. ``hub`` runs its master."""
@@ -303,6 +313,14 @@ class Swarm:
     def _islands_by_host(self) -> Mapping[str, Island]:
         return island_by_host(self.islands)
 
+    @cached_property
+    def _robots_by_host(self) -> Mapping[str, tuple[Robot, ...]]:
+        return _by_host(self.robots.values())
+
+    @cached_property
+    def _programs_by_host(self) -> Mapping[str, tuple[Program, ...]]:
+        return _by_host(self.programs.values())
+
     def island_of(self, host: str) -> Island:
         """Returns the island of ``host``.
 
@@ -312,11 +330,11 @@ class Swarm:
 
     def robots_on(self, host: str) -> tuple[Robot, ...]:
         """Returns the robots whose drivers run on ``host``."""
-        return tuple(robot for robot in self.robots.values() if robot.host == host)
+        return self._robots_by_host.get(host, ())
 
     def programs_on(self, host: str) -> tuple[Program, ...]:
         """Returns the programs that run on ``host``."""
-        return tuple(program for program in self.programs.values() if program.host == host)
+        return self._programs_by_host.get(host, ())
 
     def uri_hosts_of(self, island: Island) -> tuple[str, ...]:
         """Returns what URIs of the island's nodes may contain as host: addresses and names, in lower case."""

@@ -24,6 +24,8 @@ def on_host(swarm: Swarm, host: Host) -> tuple[DeliveredPackage, ...]:
 
     On the host of a master these are also the packages with the meshes of its robots: RViz is opened there.
     """
+    if not swarm.packages:
+        return ()
     shown = {name for island in swarm.islands if island.hub == host.name for name in island.hosts}
     urdfs = [robot.urdf for robot in swarm.robots.values() if robot.host in shown and robot.urdf is not None]
     drivers = [robot.driver for robot in swarm.robots_on(host.name)]

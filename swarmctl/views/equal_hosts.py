@@ -59,19 +59,17 @@ class Names:
 
     def pattern_of(self, text: str) -> str:
         """Returns ``text`` with marks for names and numbers; equal for texts that differ only in these."""
-        return self._marked(text)[0]
+        named = self._pattern.sub(lambda found: self._marks[found[0]], text)
+        return _MEASURED.sub(_NUMBER, _DIGEST.sub(_RELEASE, named))
 
     def values_in(self, text: str) -> list[str]:
         """Returns the names and numbers in ``text`` that marks replace."""
-        return self._marked(text)[1]
-
-    def _marked(self, text: str) -> tuple[str, list[str]]:
         named = self._pattern.sub(lambda found: self._marks[found[0]], text)
         names = iter(self._pattern.findall(text))
         released = _DIGEST.sub(_RELEASE, named)
         others = {_NUMBER: iter(_MEASURED.findall(released)), _RELEASE: iter(_DIGEST.findall(named))}
         marked = _MEASURED.sub(_NUMBER, released)
-        return marked, [next(others.get(mark, names)) for mark in _MARK.findall(marked)]
+        return [next(others.get(mark, names)) for mark in _MARK.findall(marked)]
 
 
 def names_of(swarm: Swarm) -> Mapping[str, Names]:

@@ -83,7 +83,7 @@ class PlanView:
         )
         kinds = (problem.kind,) if problem else tuple(step.kind for step in host.steps)
         texts = [*shown, *(host.diffs.values() if not problem else ())]
-        return own.kind if not problem else "", kinds, *(own.pattern_of(printable(text)) for text in texts)
+        return own.kind if not problem else "", kinds, own.pattern_of("\n".join(map(printable, texts)))
 
     def _own(self, host: HostPlan) -> Names:
         return self.names.get(host.host) or Names(host.host)
