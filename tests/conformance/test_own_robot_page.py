@@ -70,4 +70,4 @@ def test_the_page_drives_its_robot_in_the_lab(tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stdout + ran.stderr
     driven = re.search(r"^benny .*$", ran.stdout, re.MULTILINE)
     assert driven is not None
-    assert re.search(r"0\.[23]\d", driven[0]), driven[0]
+    assert 0.05 < float(driven[0].split()[1]) < 0.4, driven[0]  # 0.1 m/s for at most 3 s
