@@ -116,8 +116,9 @@ test-tools:
 	@$(call install,$(TEST_TOOLS))
 	@$(call install_files,$(TEST_FILES))
 
-races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline
-	SWARM_RACES=$${SWARM_RACES:-1000} $(BIN)/pytest -q tests/packages/agent/test_confirm.py -k agree
+races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of two operators on the same hosts
+	SWARM_RACES=$${SWARM_RACES:-1000} SWARM_DEPLOY_RACES=$${SWARM_DEPLOY_RACES:-50} \
+	  $(BIN)/pytest -q tests/packages/agent/test_confirm.py tests/deploy/test_two_operators.py -k "agree or at_once"
 
 power-tools:
 	@$(call install,$(POWER_TOOLS))

@@ -49,7 +49,7 @@ class Verbs(LazyVerbs):
             HOSTS_FAILED,
             HOSTS_UNREACHABLE,
         ),
-        Verb("deploy", "Deploy the spec to its hosts.", HOSTS_FAILED, HOSTS_UNREACHABLE),
+        Verb("deploy", "Deploy the spec to its hosts, wave by wave.", HOSTS_FAILED, HOSTS_UNREACHABLE),
         Verb("status", "Show the health of hosts, robots and programs.", HOSTS_UNREACHABLE, UNHEALTHY),
         Verb(
             "remove",

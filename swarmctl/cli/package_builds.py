@@ -10,7 +10,7 @@ from swarmctl.cli import console, rollout_output
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from swarmctl.deploy.rollout import Result
+    from swarmctl.deploy.outcome import Result
     from swarmctl.plan.host_builds import Build
     from swarmctl.plan.host_preparation import HostPreparation
     from swarmctl.plan.plan import Problem

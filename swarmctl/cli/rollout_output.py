@@ -10,8 +10,8 @@ from swarmctl.cli import console, exit_codes
 
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.outcome import Outcome, Removed, Result
     from swarmctl.deploy.prepare import Prepared
-    from swarmctl.deploy.rollout import Outcome, Removed, Result
     from swarmctl.remote.parallel_hosts import Event
     from swarmctl.swarm.resolved import Host, Swarm
 
@@ -25,6 +25,15 @@ def results(events: Events, hosts: list[str], *, quiet: bool) -> Mapping[str, Re
     shown = events if quiet else _shown(events, hosts)
     found = {event.host: result_of(event) for event in shown if isinstance(event, Finished | Skipped)}
     return {name: found[name] for name in hosts}
+
+
+def follow(events: Iterator[Event[object]], hosts: list[str], *, quiet: bool) -> None:
+    """Waits for the end of ``events``, shown on the way unless ``quiet``; results are shown later."""
+    from swarmctl.remote.parallel_hosts import Finished, Skipped
+
+    unfinished = (event for event in events if not isinstance(event, Finished | Skipped))
+    for _ in unfinished if quiet else _shown(unfinished, hosts):
+        pass
 
 
 def note(text: str) -> None:
@@ -106,6 +115,13 @@ def unfit(found: Mapping[str, Result], hint: str = "") -> str:
     return hostlist.written(lacking)
 
 
+def held(found: Mapping[str, Result]) -> bool:
+    """Returns True if a host was held back because of others."""
+    from swarmctl.remote.transport import HostError, Kind
+
+    return any(isinstance(one, HostError) and one.kind is Kind.HELD for one in found.values())
+
+
 def errors(found: Mapping[str, Result]) -> list[str]:
     """The kinds of the errors of hosts."""
     from swarmctl.remote.transport import HostError
@@ -151,8 +167,8 @@ def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequenc
 
 
 def _entry(result: Result) -> dict[str, Any]:
+    from swarmctl.deploy.outcome import Outcome
     from swarmctl.deploy.prepare import Prepared
-    from swarmctl.deploy.rollout import Outcome
     from swarmctl.remote.transport import HostError
 
     if isinstance(result, HostError):
@@ -163,7 +179,7 @@ def _entry(result: Result) -> dict[str, Any]:
     return {"changed": result.changed, **steps}
 
 
-def _shown(events: Events, hosts: list[str]) -> Iterable[Any]:
+def _shown(events: Iterable[Any], hosts: list[str]) -> Iterable[Any]:
     """Yield the events and show them: a live table on a terminal with a cursor, line by line elsewhere."""
     from swarmctl.views import progress
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from swarm_agent.messages import FlashAnswer, FlashRequest
 
 from swarmctl.firmware import avrdude
-from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.transport import HostError, Session, Target, Transport
 
 VERBS = ("flash",)
@@ -69,7 +69,7 @@ def _flashed(host: agent_client.Conversation, job: Job, note: Callable[[str], No
     request: FlashRequest = {
         "verb": "flash",
         "swarm": job.swarm,
-        "who": agent_client.operator(),
+        "who": operators.this_one(),
         "unit": job.unit,
         "port": job.port,
         "files": [[name, len(content)] for name, content in files.items()],

@@ -5,24 +5,24 @@ A host whose change is not confirmed goes back by itself: a release that locks i
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 from swarm_agent.messages import ApplyRequest, ConfirmRequest, HoldRequest, UnitState
 
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind
-from swarmctl.remote import agent_client
+from swarmctl.remote import agent_client, operators
 from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.parallel_hosts import Stop
 from swarmctl.remote.transport import HostError
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
+R = TypeVar("R")
 APPLY_TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above their sum
 _LOCK_WAIT = 60.0  # s; what the agent waits at most for an agent whose connection was lost
 _AGAIN = 1.0  # s between attempts to connect
@@ -45,19 +45,19 @@ class Terms:
 
 @dataclass(frozen=True)
 class HostTransaction:
-    """The change of one host to ``bundle``.
+    """The change of one host to ``bundle`` by the ``run`` that has its lease.
 
-    ``first``: the connection on which it was observed; ``again`` opens a new one, unless ``stop`` is cut.
+    ``connect`` opens a connection, a new one if its argument is true, unless ``stop`` is cut.
     """
 
     bundle: Bundle
-    first: Conversation
-    again: Callable[[], AbstractContextManager[Conversation]]
+    run: str
+    connect: Callable[[bool], AbstractContextManager[Conversation]]
     stop: Stop
     terms: Terms
     note: Callable[[str], None]
 
-    def settle(self, observed: Observed) -> bool:
+    def settle(self, host: Conversation, observed: Observed) -> bool:
         """Finishes what an earlier deploy left open: the same release is confirmed, another one undone.
 
         Returns False if nothing was open. Raises ``HostError`` if another operator's change waits.
@@ -67,7 +67,8 @@ class HostTransaction:
             return False
         if last["left"] and last["next"] == self.bundle.digest:
             self.note("confirming what an earlier run has applied")
-            self._hold_and_confirm(self.first, last["txid"])
+            self._hold(host, last["txid"])
+            self._confirm(host, last["txid"])
             return True
         if last["left"] and not _ours(last["who"]):
             raise HostError(
@@ -76,33 +77,50 @@ class HostTransaction:
                 f"run the same command again; it is confirmed or undone within {last['left']:.0f} s",
             )
         self.note("undoing what an earlier deploy has left")
-        self.first.ask(self._decision("undo", last["txid"]), on_note=self.note, timeout=APPLY_TIMEOUT)
+        self._undo(host, last["txid"], pending=bool(last["left"]))
         return True
 
-    def commit(self, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
+    def commit(self, host: Conversation, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
         """Has the host execute the plan, and confirms it. Returns the states of its units.
 
         Files whose digest is ``kept`` are not sent. Raises ``HostError`` if the change does not stay.
         """
+        txid, units = self.change(host, plan, kept)
+        self.confirm(txid)
+        return units
+
+    def change(
+        self, host: Conversation, plan: HostPlan, kept: Collection[str]
+    ) -> tuple[str, Mapping[str, UnitState]]:
+        """As ``commit``, but the change waits for its confirmation. Returns its name, and the units."""
         txid = agent_client.new_txid()
         lost = None
         try:
-            self._apply(txid, plan, kept)
+            self._apply(host, txid, plan, kept)
         except HostError as error:
             if error.kind not in (ErrorKind.LOST, ErrorKind.PROTOCOL):
                 raise
             lost = error  # the agent may have begun, and goes on
         try:
-            return self._confirmed(txid)
+            return txid, self._reached(lambda new: self._hold(new, txid))
         except HostError as error:
             raise (lost if lost and error.kind is ErrorKind.REFUSED else error) from error
 
-    def _apply(self, txid: str, plan: HostPlan, kept: Collection[str]) -> None:
+    def confirm(self, txid: str) -> None:
+        """Confirms a change whose units keep running. Raises ``HostError`` if it does not stay."""
+        self._reached(lambda host: self._confirm(host, txid), anew=False)
+
+    def undo(self, txid: str) -> None:
+        """Undoes a change that waits for its confirmation. Raises ``HostError``."""
+        self._reached(lambda host: self._undo(host, txid), anew=False)
+
+    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: Collection[str]) -> None:
         request: ApplyRequest = {
             "verb": "apply",
             "swarm": self.bundle.swarm,
             "txid": txid,
-            "who": agent_client.operator(),
+            "who": operators.this_one(),
+            "run": self.run,
             "base": plan.base,
             "next": plan.next,
             "stop": list(plan.targets(Kind.STOP)),
@@ -115,22 +133,27 @@ class HostTransaction:
             self.bundle.manifest_bytes,
             {file.path: (file.content, file.mode) for file in self.bundle.files if file.digest not in kept},
         )
-        self.first.ask(request, payload, on_note=self.note, timeout=APPLY_TIMEOUT)
+        host.ask(request, payload, on_note=self.note, timeout=APPLY_TIMEOUT)
 
-    def _confirmed(self, txid: str) -> Mapping[str, UnitState]:
-        """Confirms over a new connection, which is tried until the host has gone back by itself."""
+    def _reached(self, work: Callable[[Conversation], R], *, anew: bool = True) -> R:
+        """Does the work over a new connection, which is tried until the host has gone back by itself.
+
+        Without ``anew`` a kept connection does for the first attempt.
+        """
         begun = time.monotonic()
         while True:
             try:
-                with self.again() as host:
-                    return self._hold_and_confirm(host, txid)
+                with self.connect(anew) as host:
+                    return work(host)
             except HostError as error:
                 waited = time.monotonic() - begun
                 if error.kind not in _RETRIED or self.stop.cut:
                     raise
                 if waited > self.terms.confirm_within + _GRACE:
                     raise self._cut_off(error) from error
-                self.note(f"no new connection since the change, for {waited:.0f} s: {error}")
+                if anew:
+                    self.note(f"no new connection since the change, for {waited:.0f} s: {error}")
+            anew = True
             time.sleep(_AGAIN)
 
     def _cut_off(self, error: HostError) -> HostError:
@@ -141,17 +164,20 @@ class HostTransaction:
             error.hint or "`swarmctl plan` shows the result once it answers",
         )
 
-    def _hold_and_confirm(self, host: Conversation, txid: str) -> Mapping[str, UnitState]:
+    def _hold(self, host: Conversation, txid: str) -> Mapping[str, UnitState]:
         request: HoldRequest = {
             "verb": "hold",
             "swarm": self.bundle.swarm,
             "txid": txid,
-            "who": agent_client.operator(),
+            "who": operators.this_one(),
             "wait": _LOCK_WAIT,
             "seconds": self.terms.healthy_for,
             "within": self.terms.healthy_within,
         }
-        held = host.ask(request, on_note=self.note, timeout=APPLY_TIMEOUT)
+        units: Mapping[str, UnitState] = host.ask(request, on_note=self.note, timeout=APPLY_TIMEOUT)["units"]
+        return units
+
+    def _confirm(self, host: Conversation, txid: str) -> None:
         stays = host.ask(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"]
         if stays != self.bundle.digest:
             raise HostError(
@@ -159,29 +185,21 @@ class HostTransaction:
                 f"it confirms release {stays or 'none'}, and {self.bundle.digest} was applied",
                 "is it the right host, and its agent intact?",
             )
-        units: Mapping[str, UnitState] = held["units"]
-        return units
+
+    def _undo(self, host: Conversation, txid: str, *, pending: bool = True) -> None:
+        request: ConfirmRequest = {**self._decision("undo", txid), "pending": pending}
+        host.ask(request, on_note=self.note, timeout=APPLY_TIMEOUT)
 
     def _decision(self, verb: Literal["confirm", "undo"], txid: str) -> ConfirmRequest:
         return {
             "verb": verb,
             "swarm": self.bundle.swarm,
             "txid": txid,
-            "who": agent_client.operator(),
+            "who": operators.this_one(),
             "wait": _LOCK_WAIT,
         }
 
 
 def _ours(who: str) -> bool:
-    """True if ``who`` is this operator on this machine, in a run that has ended."""
-    person, _, process = who.rpartition(" (")
-    number = process.rstrip(")")
-    if person != agent_client.operator().rpartition(" (")[0] or not number.isdecimal():
-        return False
-    try:
-        os.kill(int(number), 0)
-    except ProcessLookupError:
-        return True
-    except (OSError, OverflowError):
-        return False
-    return int(number) == os.getpid()
+    """True if ``who`` is this run, or one of this operator on this machine that has ended."""
+    return who == operators.this_one() or operators.ended_here(who)

@@ -14,7 +14,17 @@ from pathlib import Path
 
 from swarmctl.resources import HostModule, templates
 
-DEPLOY_VERBS = ("observe", "launch_files", "keep_secrets", "apply", "hold", "confirm", "undo", "remove")
+DEPLOY_VERBS = (
+    "observe",
+    "launch_files",
+    "lease",
+    "keep_secrets",
+    "apply",
+    "hold",
+    "confirm",
+    "undo",
+    "remove",
+)
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
 #: What the host runs later, out of the archive of a verb.
 _PROGRAMS = {"apply": "swarm_agent.recovery", "remove": "swarm_agent.recovery"}

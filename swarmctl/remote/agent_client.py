@@ -6,13 +6,10 @@ The host keeps the agent under its digest; it is sent only when the host reports
 from __future__ import annotations
 
 import base64
-import getpass
 import gzip
 import io
 import json
-import os
 import secrets
-import socket
 import tarfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -53,11 +50,6 @@ def pack(manifest: bytes, files: Mapping[str, tuple[bytes, int]]) -> bytes:
             member.mode = mode
             archive.addfile(member, io.BytesIO(content))
     return stream.getvalue()
-
-
-def operator() -> str:
-    """Returns who uses swarmctl, for others who find the host locked."""
-    return f"{getpass.getuser()}@{socket.gethostname()} ({os.getpid()})"
 
 
 def new_txid() -> str:

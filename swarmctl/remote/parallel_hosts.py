@@ -126,9 +126,9 @@ class Stop:
 
 
 @contextmanager
-def interruptible(note: Callable[[str], None] = lambda _: None) -> Iterator[Stop]:
+def interruptible(note: Callable[[str], None] = lambda _: None, stop: Stop | None = None) -> Iterator[Stop]:
     """Ctrl-C requests the returned ``Stop``; the third raises KeyboardInterrupt. In the main thread only."""
-    stop = Stop()
+    stop = stop or Stop()
     presses = 0
     before = signal.getsignal(signal.SIGINT)
 
@@ -157,11 +157,27 @@ def run(
     parallel: int = PARALLEL,
     stop: Stop | None = None,
 ) -> Iterator[Event[R]]:
-    """Run ``work`` on every target, on at most ``parallel`` at a time.
+    """Run ``work`` on every target over a connection of its own; see ``each``."""
+    stop = stop or Stop()
+
+    def connected(target: Target, note: Callable[[str], None]) -> R:
+        with transport.connect(target) as session, stop.guarding(session):
+            return work(session, target, note)
+
+    return each(targets, connected, parallel=parallel, stop=stop)
+
+
+def each(
+    targets: Iterable[Target],
+    work: Callable[[Target, Callable[[str], None]], R],
+    *,
+    parallel: int = PARALLEL,
+    stop: Stop,
+) -> Iterator[Event[R]]:
+    """Run ``work`` for every target, with a callback for notes, for at most ``parallel`` at a time.
 
     Yields events as they happen; every target ends in exactly one ``Finished`` or ``Skipped``.
     """
-    stop = stop or Stop()
     waiting = list(targets)
     events: SimpleQueue[Event[R]] = SimpleQueue()
     pending: SimpleQueue[Target] = SimpleQueue()
@@ -174,7 +190,7 @@ def run(
                 target = pending.get_nowait()
             except Empty:
                 return
-            _run_on(target, work, transport, stop, events.put)
+            _run_on(target, work, stop, events.put)
 
     for _ in range(min(parallel, len(waiting))):
         threading.Thread(target=worker, daemon=True).start()
@@ -191,9 +207,12 @@ def run(
 
 
 def _run_on(
-    target: Target, work: Work[R], transport: Transport, stop: Stop, emit: Callable[[Event[R]], None]
+    target: Target,
+    work: Callable[[Target, Callable[[str], None]], R],
+    stop: Stop,
+    emit: Callable[[Event[R]], None],
 ) -> None:
-    """Connect to one host, do the work, and emit its events."""
+    """Do the work for one host, and emit its events."""
     host = target.host
     if stop.requested:
         emit(Skipped(host))
@@ -202,8 +221,7 @@ def _run_on(
     begun = time.monotonic()
     outcome: R | HostError | Bug
     try:
-        with transport.connect(target) as session, stop.guarding(session):
-            outcome = work(session, target, lambda text: emit(Note(host, text)))
+        outcome = work(target, lambda text: emit(Note(host, text)))
     except HostError as error:
         outcome = _ABANDONED if stop.cut else error
     except (Exception, SystemExit) as error:  # noqa: BLE001  (one host's bug costs only its own result)

@@ -9,8 +9,8 @@ from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
+from swarmctl.deploy.outcome import Outcome, Removed, Result
 from swarmctl.deploy.prepare import Prepared
-from swarmctl.deploy.rollout import Outcome, Removed, Result
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote.parallel_hosts import (
     Event,

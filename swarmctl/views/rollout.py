@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rich.text import Text
 
-from swarmctl.deploy.rollout import Outcome, Result
+from swarmctl.deploy.outcome import Outcome, Result
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
 from swarmctl.views.escape import printable

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.cli import exit_codes, rollout_output
-from swarmctl.deploy.rollout import Outcome
+from swarmctl.deploy.outcome import Outcome
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.swarm.resolved import Host

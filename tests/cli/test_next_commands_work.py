@@ -9,7 +9,7 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,10 @@ import typer
 from swarmctl.cli import console, options, selected
 from swarmctl.cli.app import app, run
 from swarmctl.deploy import rollout
-from swarmctl.deploy.rollout import Outcome, Removed
+from swarmctl.deploy.deployment import Deployment, Surveyed
+from swarmctl.deploy.outcome import Removed
 from swarmctl.health import collect
+from swarmctl.plan.observed_host import NOTHING
 from swarmctl.plan.plan import HostPlan, Plan, Problem, Step
 from swarmctl.plan.plan import Kind as StepKind
 from swarmctl.remote.parallel_hosts import Finished
@@ -78,6 +80,17 @@ def screen(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -
 def hosts(monkeypatch: pytest.MonkeyPatch) -> None:
     found = {name: Target(name, "192.0.2.1", "robot") for name in HOSTS}
     monkeypatch.setattr(options, "targets", lambda *_, **__: found)
+
+
+def looking(errors: Mapping[str, HostError]) -> Callable[..., Surveyed]:
+    """Returns a survey: hosts with these errors, and if there are any, steps on the others."""
+
+    def look(self: Deployment, target: Target, say: object) -> Surveyed:
+        if target.host in errors:
+            raise errors[target.host]
+        return Surveyed(HostPlan(target.host, "a", "a", (STEP,) if errors else ()), NOTHING, settled=False)
+
+    return look
 
 
 def parsed(line: str) -> typer.Context:
@@ -137,11 +150,11 @@ def test_the_next_command_keeps_what_was_typed(screen: Screen, typed: str, print
     [
         ({}, "deploy --lab --limit k3-pi", ["status --lab --limit k3-pi"]),
         ({"k3-pi": LOST, "epuck-pi": AWAY}, "deploy --lab-name b",
-         ["deploy --lab-name b --limit k3-pi,epuck-pi"]),
-        ({"k3-pi": NEW_KEY}, "deploy", ["trust --limit k3-pi"]),
-        ({"k3-pi": HostError(Kind.REFUSED, "full")}, "deploy", []),
+         ["deploy --lab-name b --limit k3-pi,epuck-pi", "deploy --lab-name b --keep-going"]),
+        ({"k3-pi": NEW_KEY}, "deploy", ["trust --limit k3-pi", "deploy --keep-going"]),
+        ({"k3-pi": HostError(Kind.REFUSED, "full")}, "deploy", ["deploy --keep-going"]),
         ({"k3-pi": UNFIT}, "deploy -f swarm.yaml -f night.yaml",
-         ["prepare swarm.yaml -f night.yaml", "deploy swarm.yaml -f night.yaml --skip-unfit"]),
+         ["prepare swarm.yaml -f night.yaml", "deploy swarm.yaml -f night.yaml --keep-going"]),
         ({"k3-pi": AWAY}, "remove --yes", ["remove --limit k3-pi"]),
         ({}, "remove --yes", []),
     ],
@@ -149,15 +162,11 @@ def test_the_next_command_keeps_what_was_typed(screen: Screen, typed: str, print
 def test_after_a_rollout(
     screen: Screen, monkeypatch: pytest.MonkeyPatch, results: dict[str, Any], verb: str, printed: list[str]
 ) -> None:
-    def deploy(wanted: Any, *_: Any, **__: Any) -> Iterator[Finished[Any]]:
-        for name in wanted:
-            yield Finished(name, results.get(name, Outcome(HostPlan(name, "a", "a"))), 0.1)
-
     def remove(_: str, targets: Any, *__: Any, **___: Any) -> Iterator[Finished[Any]]:
         for target in targets:
             yield Finished(target.host, results.get(target.host, Removed(True)), 0.1)
 
-    monkeypatch.setattr(rollout, "deploy", deploy)
+    monkeypatch.setattr(Deployment, "_look", looking(results))
     monkeypatch.setattr(rollout, "remove", remove)
     found = screen.typed(verb)
     assert found == [f"swarmctl {one}" for one in printed], screen.shown
@@ -178,10 +187,7 @@ def test_after_a_rollout(
 def test_the_hints_of_hosts_can_be_typed(
     screen: Screen, monkeypatch: pytest.MonkeyPatch, error: HostError, verb: str, hint: str
 ) -> None:
-    def deploy(wanted: Any, *_: Any, **__: Any) -> Iterator[Finished[Any]]:
-        yield from (Finished(name, error, 0.1) for name in wanted)
-
-    monkeypatch.setattr(rollout, "deploy", deploy)
+    monkeypatch.setattr(Deployment, "_look", looking(dict.fromkeys(HOSTS, error)))
     screen.typed(verb)
     found = HINTED.findall(screen.shown)
     assert shlex.split(found[0]) == ["swarmctl", *shlex.split(hint)], screen.shown

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from swarmctl.cli import console, rollout_output
-from swarmctl.deploy.rollout import Removed
+from swarmctl.deploy.outcome import Removed
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Started
 from tests.cli.test_width import Terminal
 

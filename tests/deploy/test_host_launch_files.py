@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from swarmctl.deploy.launch_files_on_hosts import launch_files_of
-from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.rollout import observe
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import Release, expected_graph
@@ -23,6 +24,7 @@ from swarmctl.remote.transport import HostError, Kind
 from swarmctl.rules.runner import load_checked
 from swarmctl.spec.load import Document
 from swarmctl.swarm.resolve import resolve
+from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, deployed, hosts
 from tests.health.swarm_values import RUNNING
 from tests.packages.agent.fakehost import FakeHost
@@ -77,10 +79,10 @@ def planned(hosts: Mapping[str, FakeHost], found: Document, parallel: int = 3) -
 
 
 def rollout(
-    hosts: Mapping[str, FakeHost], found: Document, parallel: int = 3, stopping: tuple[str, ...] = HOSTS
+    hosts: Mapping[str, FakeHost], found: Document, parallel: int = 3, most_failed: int | None = 0
 ) -> dict[str, Outcome | HostError]:
     events = deploy(
-        bundles(), TARGETS, FolderTransport(hosts, {}), parallel=parallel, stopping=stopping,
+        bundles(), TARGETS, FolderTransport(hosts, {}), parallel=parallel, most_failed=most_failed,
         launch_files=launch_files_of(found),
     )  # fmt: skip
     return deployed(events)
@@ -163,7 +165,7 @@ def test_an_unknown_argument_stops_every_host(
     assert refused.message.endswith("swarm.yaml:17:66")
     assert "side" in refused.hint
     assert all(host.observe()["release"] is None for host in hosts.values())
-    left_out = rollout(hosts, document(tmp_path, LEFT % ", args: {sides: both}"), parallel, stopping=())
+    left_out = rollout(hosts, document(tmp_path, LEFT % ", args: {sides: both}"), parallel, most_failed=None)
     assert kinds(left_out) == {"leader": None, "k3": Kind.UNFIT, "epuck": None}
 
 

@@ -12,10 +12,11 @@ import pytest
 
 from swarmctl.deploy import host_transaction
 from swarmctl.deploy.host_transaction import Terms
-from swarmctl.deploy.rollout import Outcome, deploy
-from swarmctl.remote import agent_client
+from swarmctl.deploy.outcome import Outcome
+from swarmctl.remote import operators
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle
+from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, bundles, deployed
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
@@ -169,7 +170,7 @@ def gone() -> str:
     if not child:
         os._exit(0)
     os.waitpid(child, 0)
-    return f"{agent_client.operator().rpartition(' (')[0]} ({child})"
+    return f"{operators.this_one().rpartition(' (')[0]} ({child})"
 
 
 def test_the_next_run_confirms_what_an_earlier_one_has_applied(host: FakeHost) -> None:
@@ -192,7 +193,7 @@ def test_the_change_of_an_own_run_that_has_ended_is_undone(host: FakeHost) -> No
     assert host.observe()["release"] == third.digest
 
 
-@pytest.mark.parametrize("who", ["anna@desk (7)", agent_client.operator().replace(str(os.getpid()), "1")])
+@pytest.mark.parametrize("who", ["anna@desk (7)", operators.this_one().replace(str(os.getpid()), "1")])
 def test_the_change_of_another_run_is_left_alone_and_named(host: FakeHost, who: str) -> None:
     pending(host, who)
 

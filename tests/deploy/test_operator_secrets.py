@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.rollout import observe
 from swarmctl.deploy.secrets import SecretError, found, variable
 from swarmctl.plan.plan import Kind
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit
+from tests.deploy.deploying import deploy
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
 

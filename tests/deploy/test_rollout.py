@@ -13,11 +13,13 @@ from pathlib import Path
 import pytest
 
 from swarmctl.deploy import journal
-from swarmctl.deploy.rollout import Outcome, deploy, observe
+from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.rollout import observe
 from swarmctl.plan.plan import Kind as Do
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit, package
+from tests.deploy.deploying import deploy
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
 
@@ -166,18 +168,22 @@ def test_the_journal_knows_the_hosts_that_the_spec_has_dropped(tmp_path: Path) -
 def test_an_unfit_host_stops_all_before_any_change(hosts: dict[str, FakeHost], parallel: int) -> None:
     wanted = {**bundles(), "k3": replace(bundles()["k3"], requires=(package("rare"),))}
     away = FolderTransport(hosts, {"epuck": HostError(Kind.UNREACHABLE, "no route")})
-    found = changed(deployed(deploy(wanted, TARGETS, away, parallel=parallel, stopping=HOSTS)))
+    some = deploy(wanted, TARGETS, away, parallel=parallel, most_failed=0, optional=("epuck",))
+    found = changed(deployed(some))
     assert found == {"leader": Kind.HELD, "k3": Kind.UNFIT, "epuck": Kind.UNREACHABLE}
-    assert not (hosts["leader"].prefix / "opt/swarm/new/current").exists()
+    assert not (hosts["leader"].prefix / "opt/swarm/new").exists()
 
-    rest = {"leader", "epuck"}  # k3 is optional, or --skip-unfit
-    found = changed(deployed(deploy(wanted, TARGETS, away, parallel=parallel, stopping=rest)))
-    assert found == {"leader": True, "k3": Kind.UNFIT, "epuck": Kind.UNREACHABLE}
+    some = deploy(wanted, TARGETS, away, parallel=parallel, most_failed=0, optional=("k3", "epuck"))
+    assert changed(deployed(some)) == {"leader": True, "k3": Kind.UNFIT, "epuck": Kind.UNREACHABLE}
 
 
-def test_a_host_that_is_away_holds_nobody_back(hosts: dict[str, FakeHost]) -> None:
+def test_a_host_that_is_away_holds_the_others_back(hosts: dict[str, FakeHost]) -> None:
     away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route")})
-    found = changed(deployed(deploy(bundles(), TARGETS, away, stopping=HOSTS)))
+    results = deployed(deploy(bundles(), TARGETS, away, most_failed=0))
+    assert changed(results) == {"leader": Kind.HELD, "k3": Kind.UNREACHABLE, "epuck": Kind.HELD}
+    assert str(results["leader"]) == "nothing was changed, since k3 does not answer"
+
+    found = changed(deployed(deploy(bundles(), TARGETS, away, most_failed=1)))
     assert found == {"leader": True, "k3": Kind.UNREACHABLE, "epuck": True}
 
 

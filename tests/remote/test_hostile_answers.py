@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from swarm_agent.messages import ANSWERS
 
 from swarmctl.deploy import flash, prepare, rollout
+from swarmctl.deploy.outcome import Outcome, Removed
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
 from swarmctl.health.observations import Answer
@@ -22,6 +23,7 @@ from swarmctl.plan.plan import HostPlan
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.answer_check import DEEPEST, bounded, mismatch
 from swarmctl.remote.transport import HostError, Kind, Output, Target
+from tests.deploy.deploying import deploy
 from tests.health.swarm_values import graph
 from tests.packages.agent.fakehost import bundle
 
@@ -45,6 +47,7 @@ OBSERVED = {
 }  # fmt: skip
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
+    "lease": {"granted": True, "epoch": 1, "run": "r", "who": "anna@desk (7)", "left": 60.0, "last": ""},
     "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
@@ -110,7 +113,7 @@ JOB = flash.Job("new", "k3", "pi", "k3.service", "/dev/k3", "0" * 16, avrdude.Wr
 def outcomes(transport: Transport) -> dict[str, Any]:
     """What each command makes of the answers: by verb the value or the error of the host."""
     plan = rollout.observe({"pi": RELEASE}, PI, transport, diff=True).hosts[0]
-    (deployed,) = results(rollout.deploy({"pi": RELEASE}, PI, transport))
+    (deployed,) = results(deploy({"pi": RELEASE}, PI, transport))
     (removed,) = results(rollout.remove("new", PI.values(), transport))
     (flashed,) = results(flash.flash([JOB], PI, transport))
     shown = graph()
@@ -127,7 +130,7 @@ def outcomes(transport: Transport) -> dict[str, Any]:
 def test_a_host_that_confirms_another_release_is_no_success() -> None:
     answers = {**FITTING, "confirm": {"release": "f" * 16}}
     (found,) = results(
-        rollout.deploy({"pi": RELEASE}, PI, Transport(lambda verb: json.dumps({"answer": answers[verb]})))
+        deploy({"pi": RELEASE}, PI, Transport(lambda verb: json.dumps({"answer": answers[verb]})))
     )
     assert isinstance(found, HostError)
     assert found.message == f"it confirms release {'f' * 16}, and {RELEASE.digest} was applied"
@@ -177,8 +180,8 @@ def damaged(draw: st.DrawFn) -> dict[str, Any]:
 
 def test_fitting_answers_give_values() -> None:
     found = outcomes(Transport(lambda verb: json.dumps({"answer": FITTING[verb]})))
-    assert isinstance(found["apply"], rollout.Outcome)
-    assert found["remove"] == rollout.Removed(True)
+    assert isinstance(found["apply"], Outcome)
+    assert found["remove"] == Removed(True)
     assert found["flash"] == {"k3": flash.Flashed(True, True)}
     assert isinstance(found["probe"], Answer)
     assert found["observe"].problem is None
@@ -254,7 +257,7 @@ def test_the_error_names_the_place_and_what_belongs_there(
     for key in path[:-1]:
         place = place[key]
     place[path[-1]] = value
-    (outcome,) = results(rollout.deploy({"pi": RELEASE}, PI, Transport(answering(answer))))
+    (outcome,) = results(deploy({"pi": RELEASE}, PI, Transport(answering(answer))))
     assert isinstance(outcome, HostError)
     assert outcome.kind is Kind.PROTOCOL
     assert outcome.message == f"the answer to `observe` does not fit: {problem}"

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.deploy.rollout import Outcome, deploy
+from swarmctl.deploy.outcome import Outcome
 from swarmctl.health.checks import State
 from swarmctl.health.collect import ask
 from swarmctl.health.diagnosis import diagnose
@@ -22,6 +22,7 @@ from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles
 from swarmctl.views import status as view
+from tests.deploy.deploying import deploy
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
 from tests.seams.toy_spec import HUB, SILENT, swarm_of, written

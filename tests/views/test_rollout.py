@@ -9,7 +9,7 @@ import pytest
 from rich.cells import cell_len
 from rich.console import Console
 
-from swarmctl.deploy.rollout import Outcome, Result
+from swarmctl.deploy.outcome import Outcome, Result
 from swarmctl.plan.plan import HostPlan, Step
 from swarmctl.plan.plan import Kind as StepKind
 from swarmctl.remote.parallel_hosts import Finished, Note, Started

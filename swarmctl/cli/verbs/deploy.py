@@ -2,23 +2,64 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, rollout_output, selected
+from swarmctl.cli import (
+    console,
+    deploy_approval,
+    exit_codes,
+    forgotten_lab,
+    next_command,
+    options,
+    rollout_output,
+    selected,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.outcome import Result
+    from swarmctl.render.bundle import Bundle
 
 
 def deploy(
     spec: options.Spec,
     overlays: options.Overlays = None,
-    skip_unfit: Annotated[
-        bool,
-        typer.Option(
-            "--skip-unfit",
-            help="Change the other hosts even if one lacks what its part needs (see `prepare`).",
-        ),
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not show the plan and ask first.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show the plan and the order of the hosts. Changes nothing.")
     ] = False,
+    keep_going: Annotated[
+        bool,
+        typer.Option("--keep-going", help="Change the other hosts whatever becomes of some."),
+    ] = False,
+    max_fail: Annotated[
+        int,
+        typer.Option(
+            "--max-fail",
+            min=0,
+            metavar="N",
+            help="Hold the other hosts back once more than N are unfit, unreachable or fail.",
+        ),
+    ] = 0,
+    serial: Annotated[
+        str,
+        typer.Option(
+            "--serial",
+            metavar="SIZES",
+            help="Hosts that change at a time, such as 1,25%,100%; by default one, a quarter, the rest.",
+        ),
+    ] = "",
+    consistency: Annotated[
+        Literal["independent", "wave", "all"] | None,
+        typer.Option(
+            "--consistency",
+            help="Hosts that stay changed or go back together; by default all if the master or mode changes.",
+        ),
+    ] = None,
     healthy_for: Annotated[
         float,
         typer.Option(
@@ -46,31 +87,47 @@ def deploy(
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
-    """Deploy the spec to its hosts. Only units that changed restart; an unfit host stops all before that."""
-    from swarmctl.deploy import journal, rollout
+    """Deploy the spec to its hosts, wave by wave. Only units that changed restart; nothing changes before all
+    hosts are known to be fit."""
+    from swarmctl.analysis.impact import impacts
+    from swarmctl.deploy import journal
+    from swarmctl.deploy.deployment import Deployment, Rules
     from swarmctl.deploy.host_transaction import Terms
     from swarmctl.deploy.launch_files_on_hosts import launch_files_of
-    from swarmctl.plan.preflight import PREPARE_INSTALLS
-    from swarmctl.remote.parallel_hosts import interruptible
+    from swarmctl.plan.waves import order
+    from swarmctl.remote.parallel_hosts import Stop, interruptible
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
+    from swarmctl.swarm.index import SwarmIndex
 
+    sizes = deploy_approval.sizes(serial)
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
     wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
-    place = journal.folder(swarm.name)
-    secrets = options.secrets(spec, wanted)
-    terms = Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    with interruptible(rollout_output.note) as stop:
-        events = rollout.deploy(
-            wanted, targets, SshTransport(), parallel=parallel, stop=stop, secrets=secrets,
-            stopping=() if skip_unfit else {name for name in wanted if not swarm.hosts[name].optional},
-            launch_files=launch_files_of(document), terms=terms,
-        )  # fmt: skip
-        found = rollout_output.results(events, list(wanted), quiet=json)
+    rules = Rules(
+        None if keep_going else max_fail,
+        [name for name in wanted if swarm.hosts[name].optional],
+        Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within),
+    )
+    stop = Stop()
+    deployment = Deployment(
+        wanted, options.targets(spec, swarm, lab=lab, lab_name=lab_name), SshTransport(), rules=rules,
+        parallel=parallel, stop=stop, secrets=options.secrets(spec, wanted),
+        launch_files=launch_files_of(document), settles=not dry_run,
+    )  # fmt: skip
+    with deployment:
+        with interruptible(rollout_output.note, stop):
+            rollout_output.follow(deployment.survey(), list(wanted), quiet=json)
+        chosen = order(deployment.due, impacts(SwarmIndex(document)), sizes, consistency)
+        view = deploy_approval.View(spec, swarm, where, details=details, json=json)
+        if dry_run:
+            raise typer.Exit(view.dry_run(deployment.plan, chosen))
+        if chosen.waves and not stop.requested and not rules.holds(deployment.errors) and not (yes or json):
+            view.ask(deployment.plan, chosen)
+        with interruptible(rollout_output.note, stop):
+            found = rollout_output.results(deployment.change(chosen), list(wanted), quiet=json)
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
@@ -81,20 +138,45 @@ def deploy(
         )  # fmt: skip
     if not options.in_lab(lab, lab_name):
         forgotten_lab.guess("deploy", spec, swarm.name, rollout_output.errors(found), limit)
-        done = [name for name, result in found.items() if isinstance(result, rollout.Outcome)]
         with rollout_output.journal_warnings():
-            for name in done:
-                journal.remember(place, name, wanted[name].digest, wanted[name].manifest)
+            _remember(found, wanted)
+            place = journal.folder(swarm.name)
             rollout_output.warn_of_removed_hosts(journal.left(place, swarm.hosts), spec)
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
-    lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
-    if not json and lacking:
-        console.err().print(f"help: `{spec.command('prepare', *where)}` makes {lacking} fit")
-    if not json and not skip_unfit and rollout_output.unfit(found):
-        skipping = spec.command("deploy", *where, "--skip-unfit")
-        console.err().print(f"help: `{skipping}` changes the other hosts without them")
-    if not json and code == exit_codes.OK:
-        next_command.advise("status", spec, *where)
-    elif not json and code != exit_codes.INTERRUPTED and not lacking:
-        rollout_output.advise_again("deploy", spec, found, absent, lab=lab, lab_name=lab_name)
+    if not json:
+        _advise(spec, where, found, absent, code, (lab, lab_name))
     raise typer.Exit(code)
+
+
+def _remember(found: Mapping[str, Result], wanted: Mapping[str, Bundle]) -> None:
+    """Stores what the hosts have now, for ``plan --offline``."""
+    from swarmctl.deploy import journal
+    from swarmctl.deploy.outcome import Outcome
+
+    for name, result in found.items():
+        if isinstance(result, Outcome):
+            one = wanted[name]
+            journal.remember(journal.folder(one.swarm), name, one.digest, one.manifest)
+
+
+def _advise(
+    spec: SpecFiles,
+    where: list[str],
+    found: Mapping[str, Result],
+    absent: tuple[str, ...],
+    code: int,
+    in_lab: tuple[bool, str],
+) -> None:
+    """What comes after a deploy: hosts to prepare, to leave out or to try again, or a look at the swarm."""
+    from swarmctl.plan.preflight import PREPARE_INSTALLS
+
+    lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
+    if lacking:
+        console.err().print(f"help: `{spec.command('prepare', *where)}` makes {lacking} fit")
+    if rollout_output.held(found):
+        going = spec.command("deploy", *where, "--keep-going")
+        console.err().print(f"help: `{going}` changes the other hosts without them")
+    if code == exit_codes.OK:
+        next_command.advise("status", spec, *where)
+    elif code != exit_codes.INTERRUPTED and not lacking:
+        rollout_output.advise_again("deploy", spec, found, absent, lab=in_lab[0], lab_name=in_lab[1])

@@ -22,6 +22,7 @@ def remove(
 ) -> None:
     """Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>."""
     from swarmctl.deploy import journal, rollout
+    from swarmctl.deploy.outcome import Removed
     from swarmctl.remote.parallel_hosts import interruptible
     from swarmctl.remote.ssh import SshTransport
 
@@ -46,7 +47,7 @@ def remove(
         forgotten_lab.guess("remove", spec, swarm.name, rollout_output.errors(found), limit)
         with rollout_output.journal_warnings():
             for name, result in found.items():
-                if isinstance(result, rollout.Removed):
+                if isinstance(result, Removed):
                     journal.forget(journal.folder(swarm.name), name)
     code = rollout_output.exit_code(found, interrupted=stop.requested)
     if not json and code not in (exit_codes.OK, exit_codes.INTERRUPTED):

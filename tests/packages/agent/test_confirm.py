@@ -111,6 +111,16 @@ def test_a_confirmation_that_comes_too_late_undoes_the_change_itself(host: FakeH
     is_old(host)
 
 
+def test_an_undo_meant_for_a_dead_agent_spares_a_change_that_went_on(host: FakeHost) -> None:
+    apply(host)
+
+    reply = ask(host, "undo", pending=False)
+
+    assert "whose deploy waits for its confirmation" in reply.error["message"]
+    assert state(host) == "pending"
+    assert ask(host, "undo").answer == {"release": OLD.digest}
+
+
 @pytest.mark.parametrize("asks_first", [True, False], ids=["operator first", "recovery first"])
 def test_a_host_that_restarts_before_the_confirmation_goes_back(host: FakeHost, asks_first: bool) -> None:
     apply(host)

@@ -35,10 +35,12 @@ class UnitState(TypedDict):
 
 
 class Locking(TypedDict, total=False):
-    """``who`` holds the lock of the swarm; ``wait``: s to wait for another holder."""
+    """``who`` holds the lock of the swarm; ``wait``: s to wait for another holder; ``run``: the run of
+    swarmctl that has the lease of the swarm."""
 
     who: str
     wait: float
+    run: str
 
 
 class ObserveNeeds(TypedDict):
@@ -136,6 +138,38 @@ class ObserveAnswer(ObserveAnswerAlways, total=False):
     blocks: dict[str, str]
 
 
+class LeaseNeeds(TypedDict):
+    """The required keys of ``lease``."""
+
+    verb: Literal["lease"]
+    swarm: str
+    want: bool
+
+
+class LeaseRequest(LeaseNeeds, Locking, total=False):
+    """Give or renew the lease of the swarm on this host to ``run``, or with ``want`` false take it back.
+
+    ``breaks``: a run that has ended, whose lease does not count; ``pending``: the change of this run that
+    waits, and has ``confirm_within`` s from now.
+    """
+
+    breaks: str
+    pending: str
+    confirm_within: float
+
+
+class LeaseAnswer(TypedDict):
+    """``granted``: ``run`` has the lease; if not, the run and the operator that have it, for ``left`` s;
+    ``last``: the last transaction of the host."""
+
+    granted: bool
+    epoch: int
+    run: str
+    who: str
+    left: float
+    last: str
+
+
 class ApplyNeeds(TypedDict):
     """The required keys of ``apply``."""
 
@@ -199,7 +233,12 @@ class ConfirmNeeds(TypedDict):
 
 
 class ConfirmRequest(ConfirmNeeds, Locking, total=False):
-    """``confirm``: the pending change ``txid`` stays; ``undo``: it, or an interrupted one, is undone."""
+    """``confirm``: the pending change ``txid`` stays; ``undo``: it, or an interrupted one, is undone.
+
+    ``pending``: false if it was not pending when the operator looked; then it is not undone if it is now.
+    """
+
+    pending: bool
 
 
 class ConfirmAnswer(TypedDict):
@@ -407,6 +446,7 @@ class FetchBuildAnswer(TypedDict):
 #: count as unknown.
 ANSWERS: Mapping[str, type] = {
     "observe": ObserveAnswer,
+    "lease": LeaseAnswer,
     "apply": ApplyAnswer,
     "hold": HoldAnswer,
     "confirm": ConfirmAnswer,

@@ -47,6 +47,11 @@ class Home(NamedTuple):
         return self.state + "/transaction.json"
 
     @property
+    def lease_file(self) -> str:
+        """The last lease of the swarm on this host."""
+        return self.state + "/lease.json"
+
+    @property
     def open_mark(self) -> str:
         """The file that exists while that record is open: a condition of the recovery unit."""
         return self.state + "/open"

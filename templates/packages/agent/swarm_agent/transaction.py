@@ -108,17 +108,22 @@ def finished(home: Home) -> Record:
     Raises ``RefusedError`` while a change waits for its confirmation.
     """
     found = record.read(home)
-    if left := found.left(home):
-        raise RefusedError(
-            f"locked by {found.who or 'someone'}, whose deploy waits for its confirmation",
-            f"run the same command again; it is confirmed or undone within {left:.0f} s",
-        )
+    if found.left(home):
+        raise waiting(home, found)
     if not found.open:
         return found
     if found.state == record.REMOVING:
         raise RefusedError("a removal of the swarm is not finished", "run `swarmctl remove` again")
     rollback.undo(home, found, rollback.cause(home, found))
     return record.read(home)
+
+
+def waiting(home: Home, found: Record) -> RefusedError:
+    """Returns the error for others while a change waits for its confirmation."""
+    return RefusedError(
+        f"locked by {found.who or 'someone'}, whose deploy waits for its confirmation",
+        f"run the same command again; it is confirmed or undone within {found.left(home):.0f} s",
+    )
 
 
 def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manifest:

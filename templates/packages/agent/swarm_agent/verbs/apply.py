@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from swarm_agent import lock, systemd, transaction
+from swarm_agent import lease, lock, systemd, transaction
 from swarm_agent.errors import RefusedError
 from swarm_agent.failpoint import passed
 from swarm_agent.manifest import release_name, unit_names
@@ -33,6 +33,6 @@ def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer
     )
     if not systemd.present(home):
         raise RefusedError("this host does not run systemd", "swarmctl needs a host that boots with systemd")
-    with lock.held_for(home, request):
+    with lease.held_for(home, request):
         passed("lock")
         return transaction.run(home, change, payload, report)

@@ -9,7 +9,7 @@ import tempfile
 import time
 from typing import TYPE_CHECKING, Any, BinaryIO, Sequence
 
-from swarm_agent import lock, systemd, unit_start
+from swarm_agent import lease, systemd, unit_start
 from swarm_agent.errors import FailedError, RefusedError
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
@@ -50,7 +50,7 @@ def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer
         raise RefusedError(f"{command[0]} is missing", f"sudo apt install {command[0]}")
     if not os.path.exists(home.outside(port)):
         raise RefusedError(f"there is no {port}", "is the board's cable in, and was the swarm deployed?")
-    with lock.held_for(home, request):
+    with lease.held_for(home, request):
         report.detach()
         runs = systemd.running([unit])
         troubles = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from swarm_agent import lock, secrets
+from swarm_agent import lease, secrets
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
@@ -16,6 +16,6 @@ def handle(request: KeepSecretsRequest, payload: bytes, report: Report) -> KeepS
     """Stores secrets for the units that read them. Raises ``RefusedError`` and ``FailedError``."""
     home = home_of(request["swarm"])
     values = secrets.offered(payload)
-    with lock.held_for(home, request):
+    with lease.held_for(home, request):
         secrets.keep(home, values)
     return {"kept": sorted(values)}

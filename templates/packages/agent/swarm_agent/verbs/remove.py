@@ -6,7 +6,7 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from swarm_agent import lock, recovery_unit, withdrawal
+from swarm_agent import lease, lock, recovery_unit, withdrawal
 from swarm_agent.errors import FailedError
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
@@ -20,7 +20,7 @@ def handle(request: RemoveRequest, payload: bytes, report: Report) -> RemoveAnsw
     home = home_of(request["swarm"])
     if not os.path.isdir(home.path):
         return {"removed": False}
-    with lock.held_for(home, request):
+    with lease.held_for(home, request):
         report.detach()
         with suppress(OSError, FailedError):  # a swarm can be removed from a full disk, too
             recovery_unit.install(home)

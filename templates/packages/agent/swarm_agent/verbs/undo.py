@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from swarm_agent import lock, record, rollback
+from swarm_agent import lock, record, rollback, transaction
 from swarm_agent.errors import RefusedError
 from swarm_agent.manifest import release_name
 from swarm_agent.record import Record
@@ -28,6 +28,8 @@ def handle(request: ConfirmRequest, payload: bytes, report: Report) -> ConfirmAn
                 ),
                 "`swarmctl plan` shows the result",
             )
+        if found.left(home) and not request.get("pending", True):
+            raise transaction.waiting(home, found)
         if found.open:
             report.detach()
             report.note(f"going back to release {found.prev}" if found.prev else "going back to nothing")

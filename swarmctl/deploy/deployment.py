@@ -1,0 +1,302 @@
+"""A deploy in rounds: every host is surveyed, then gives its lease, then the hosts change wave by wave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+
+from swarm_agent.messages import KeepSecretsRequest, UnitState
+
+from swarmctl.deploy.host_transaction import HostTransaction, Terms
+from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
+from swarmctl.deploy.look import NO_SECRETS, look, offer
+from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.rollout import planned
+from swarmctl.deploy.swarm_lease import SwarmLease
+from swarmctl.plan.observed_host import Observed
+from swarmctl.plan.plan import HostPlan, Kind, Plan
+from swarmctl.plan.reconcile import reconcile
+from swarmctl.plan.waves import Order
+from swarmctl.remote import operators, parallel_hosts
+from swarmctl.remote.agent_client import Conversation
+from swarmctl.remote.connections import Connections
+from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, Stop, result_of
+from swarmctl.remote.transport import HostError, Target, Transport
+from swarmctl.remote.transport import Kind as ErrorKind
+from swarmctl.render.bundle import Bundle
+from swarmctl.yamltext import hostlist
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """``most_failed``: hosts that may fail before the others are held back, None for any number;
+    ``optional``: hosts that do not count; ``terms``: what a change must show before it stays."""
+
+    most_failed: int | None = 0
+    optional: Collection[str] = ()
+    terms: Terms = field(default_factory=Terms)
+
+    def holds(self, errors: Mapping[str, HostError]) -> bool:
+        """Returns True if so many hosts have failed that the others are held back."""
+        return self.most_failed is not None and len(self.counted(errors)) > self.most_failed
+
+    def counted(self, errors: Mapping[str, HostError]) -> dict[str, HostError]:
+        """Returns the errors of the hosts that count."""
+        return {host: error for host, error in errors.items() if host not in self.optional}
+
+
+@dataclass(frozen=True)
+class Surveyed:
+    """A host before a change. ``settled``: an earlier deploy was finished or undone; ``seconds``: it took."""
+
+    plan: HostPlan
+    observed: Observed
+    settled: bool
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Pending:
+    """A change that waits for its confirmation."""
+
+    txid: str
+    units: Mapping[str, UnitState]
+    seconds: float = 0.0
+
+
+class Deployment:
+    """A deploy of ``bundles``. First ``survey`` it, then ``change`` the hosts. Use it as a context manager.
+
+    ``launch_files``: those to be read on hosts; a host is unfit if the rules find an error in them;
+    ``settles``: the survey finishes what an interrupted deploy has left on a host.
+    """
+
+    def __init__(
+        self,
+        bundles: Mapping[str, Bundle],
+        targets: Mapping[str, Target],
+        transport: Transport,
+        *,
+        rules: Rules,
+        parallel: int = parallel_hosts.PARALLEL,
+        stop: Stop | None = None,
+        secrets: Mapping[str, str] = NO_SECRETS,
+        launch_files: LaunchFiles | None = None,
+        settles: bool = True,
+    ) -> None:
+        self._bundles = bundles
+        self._targets = targets
+        self._rules = rules
+        self._parallel = parallel
+        self._stop = stop or Stop()
+        self._secrets = secrets
+        self._launch_files = launch_files
+        self._settles = settles
+        self._connections = Connections(transport, self._stop)
+        self._surveyed: dict[str, Surveyed] = {}
+        self.errors: dict[str, HostError] = {}
+
+    def __enter__(self) -> Deployment:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._connections.close()
+
+    def survey(self) -> Iterator[Event[object]]:
+        """Observes every host. Yields the events; the errors are kept in ``errors``."""
+        for event in self._each(self._bundles, self._look):
+            if isinstance(event, Finished | Skipped):
+                found = result_of(event)
+                if isinstance(found, HostError):
+                    self.errors[event.host] = found
+                elif isinstance(event, Finished):
+                    self._surveyed[event.host] = replace(found, seconds=event.seconds)
+            yield event
+        for host, one in self._surveyed.items():
+            plan = self._launch_files.checked(one.plan) if self._launch_files else one.plan
+            self._surveyed[host] = replace(one, plan=plan)
+            if plan.problem:
+                self.errors[host] = HostError(ErrorKind.UNFIT, plan.problem.message, plan.problem.hint)
+
+    @property
+    def plan(self) -> Plan:
+        """What ``change`` would do. After the survey."""
+        found = {
+            name: self._surveyed[name].plan if name in self._surveyed else planned(bundle, self.errors[name])
+            for name, bundle in self._bundles.items()
+        }
+        return Plan(next(iter(self._bundles.values())).swarm, tuple(found.values()))
+
+    @property
+    def due(self) -> list[HostPlan]:
+        """The plans with steps, of hosts that can execute them."""
+        return [plan for plan in self.plan.hosts if plan.steps and not plan.problem]
+
+    def change(self, order: Order) -> Iterator[Event[Outcome]]:
+        """Executes the plans in this order. Every host ends in exactly one ``Finished`` or ``Skipped``."""
+        for name in self._bundles:
+            if name in self.errors:
+                yield Finished(name, self.errors[name], 0.0)
+            elif not (one := self._surveyed[name]).plan.steps:
+                yield Finished(name, Outcome(one.plan, settled=one.settled), one.seconds)
+        waves = [list(wave) for wave in order.waves]
+        failed = self._rules.counted(self.errors)
+        if not waves:
+            return
+        if self._stop.requested:
+            yield from (Skipped(host) for wave in waves for host in wave)
+            return
+        if self._rules.holds(failed):
+            yield from _held(waves, f"nothing was changed, since {_why(failed)}")
+            return
+        with SwarmLease(self._swarm, self._connections, parallel=self._parallel, stop=self._stop) as lease:
+            yield from self._with_lease(lease, waves, failed, together=order.together)
+
+    def _with_lease(
+        self, lease: SwarmLease, waves: list[list[str]], failed: dict[str, HostError], *, together: bool
+    ) -> Iterator[Event[Outcome]]:
+        last = {name: one.observed.transaction for name, one in self._surveyed.items()}
+        refusals = lease.take(
+            [self._targets[name] for name in last],
+            {name: one["txid"] if one else "" for name, one in last.items()},
+        )
+        due = {host for wave in waves for host in wave}
+        yield from (Finished(host, error, 0.0) for host, error in refusals.items() if host in due)
+        waves = [[host for host in wave if host not in refusals] for wave in waves]
+        failed |= self._rules.counted(refusals)
+        if locked := {host: one for host, one in refusals.items() if one.kind is ErrorKind.REFUSED}:
+            yield from _held(waves, f"nothing was changed, since {_why(locked)}")
+            return
+        changed = "nothing was changed"
+        for wave in waves:
+            if self._rules.holds(failed):
+                yield from _held([wave], f"{changed}, since {_why(failed)}")
+                continue
+            for event in self._wave(lease, wave, failed, together=together):
+                if isinstance(event, Finished | Skipped) and isinstance(error := result_of(event), HostError):
+                    failed |= self._rules.counted({event.host: error})
+                yield event
+            changed = "the rollout has stopped before it"
+
+    def _wave(
+        self, lease: SwarmLease, wave: list[str], failed: Mapping[str, HostError], *, together: bool
+    ) -> Iterator[Event[Outcome]]:
+        def commit(target: Target, say: Say) -> Outcome:
+            one = self._surveyed[target.host]
+            with self._connections.talk(target) as host:
+                self._keep_secrets(lease, host, one.plan)
+                units = self._transaction(lease.run, target, say).commit(host, one.plan, one.observed.kept)
+            return Outcome(one.plan, units, one.settled)
+
+        if together and len(wave) > 1:
+            yield from self._together(lease, wave, failed)
+        else:
+            yield from _unstarted(self._each(wave, commit))
+
+    def _together(
+        self, lease: SwarmLease, wave: list[str], failed: Mapping[str, HostError]
+    ) -> Iterator[Event[Outcome]]:
+        """Changes the hosts of a wave, and confirms them only if not too many have failed."""
+        pending: dict[str, _Pending] = {}
+
+        def change(target: Target, say: Say) -> _Pending:
+            one = self._surveyed[target.host]
+            with self._connections.talk(target) as host:
+                self._keep_secrets(lease, host, one.plan)
+                found = self._transaction(lease.run, target, say).change(host, one.plan, one.observed.kept)
+            lease.waits(target.host, found[0], self._rules.terms.confirm_within)
+            return _Pending(*found)
+
+        def confirm(target: Target, say: Say) -> Outcome:
+            one = self._surveyed[target.host]
+            self._transaction(lease.run, target, say).confirm(pending[target.host].txid)
+            return Outcome(one.plan, pending[target.host].units, one.settled)
+
+        def undo(target: Target, say: Say) -> Outcome:
+            self._transaction(lease.run, target, say).undo(pending[target.host].txid)
+            base = self._surveyed[target.host].plan.base
+            back = (
+                f"it was changed and is back at release {base}" if base else "it was changed and is as before"
+            )
+            raise HostError(ErrorKind.HELD, f"{back}, since {_why(failures)}")
+
+        failures = dict(failed)
+        for event in _unstarted(self._each(wave, change)):
+            if isinstance(event, Note):
+                yield event
+            elif isinstance(found := result_of(event), HostError):
+                failures |= self._rules.counted({event.host: found})
+                yield event if isinstance(event, Skipped) else Finished(event.host, found, event.seconds)
+            elif isinstance(event, Finished):
+                pending[event.host] = replace(found, seconds=event.seconds)
+        end = undo if self._rules.holds(failures) or self._stop.requested else confirm
+        if self._stop.requested:
+            failures = failures or {"the rollout": HostError(ErrorKind.STOPPED, "was interrupted")}
+        for last in _unstarted(self._each(pending, end, stop=Stop())):
+            if isinstance(last, Finished):
+                lease.decided(last.host)
+                yield replace(last, seconds=last.seconds + pending[last.host].seconds)
+            else:
+                yield last
+
+    def _look(self, target: Target, say: Say) -> Surveyed:
+        bundle = self._bundles[target.host]
+        with self._connections.talk(target) as host:
+            observed = look(host, bundle, secrets=self._secrets)
+            settled = self._settles and self._transaction("", target, say).settle(host, observed)
+            if settled:
+                observed = look(host, bundle, secrets=self._secrets)
+            if self._launch_files is not None:
+                self._launch_files.read(host, bundle)
+        return Surveyed(reconcile(bundle, observed), observed, settled)
+
+    def _transaction(self, run: str, target: Target, say: Say) -> HostTransaction:
+        def connect(anew: bool) -> AbstractContextManager[Conversation]:
+            return self._connections.talk(target, anew=anew)
+
+        return HostTransaction(self._bundles[target.host], run, connect, self._stop, self._rules.terms, say)
+
+    def _keep_secrets(self, lease: SwarmLease, host: Conversation, plan: HostPlan) -> None:
+        if due := plan.targets(Kind.SECRET):
+            request: KeepSecretsRequest = {
+                "verb": "keep_secrets",
+                "swarm": self._swarm,
+                "who": operators.this_one(),
+                "run": lease.run,
+            }
+            host.ask(request, offer(due, self._secrets))
+
+    @property
+    def _swarm(self) -> str:
+        return next(iter(self._bundles.values())).swarm
+
+    def _each(
+        self, hosts: Iterable[str], work: Callable[[Target, Say], parallel_hosts.R], stop: Stop | None = None
+    ) -> Iterator[Event[parallel_hosts.R]]:
+        chosen = [self._targets[name] for name in hosts]
+        return parallel_hosts.each(chosen, work, parallel=self._parallel, stop=stop or self._stop)
+
+
+def _unstarted(
+    events: Iterator[Event[parallel_hosts.R]],
+) -> Iterator[Note | Finished[parallel_hosts.R] | Skipped]:
+    """The events without ``Started``: the survey has shown the start."""
+    return (event for event in events if not isinstance(event, parallel_hosts.Started))
+
+
+def _held(waves: Sequence[Sequence[str]], because: str) -> Iterator[Finished[Outcome]]:
+    error = HostError(ErrorKind.HELD, because)
+    return (Finished(host, error, 0.0) for wave in waves for host in wave)
+
+
+def _why(failed: Mapping[str, HostError]) -> str:
+    """Why hosts are held back: the failed ones, those of the same kind together."""
+    kinds: dict[str, list[str]] = {}
+    for host, error in failed.items():
+        words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
+        text = f"is {error}" if error.kind is ErrorKind.REFUSED else words.get(error.kind, "failed")
+        kinds.setdefault(text, []).append(host)
+    return "; ".join(f"{hostlist.written(hosts)} {text}" for text, hosts in kinds.items())

@@ -1,0 +1,45 @@
+"""Observes one host: what it runs, and how that differs from what was deployed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+from swarm_agent.messages import ObserveRequest
+
+from swarmctl.plan.observed_host import Observed, from_answer
+from swarmctl.remote.agent_client import Conversation
+from swarmctl.render.bundle import Bundle
+
+NO_SECRETS: Mapping[str, str] = MappingProxyType({})
+
+
+def look(
+    host: Conversation,
+    bundle: Bundle,
+    *,
+    contents: bool = False,
+    secrets: Mapping[str, str] = NO_SECRETS,
+) -> Observed:
+    """Observe what the host runs. The host compares ``secrets``: a digest of four digits hides nothing."""
+    request: ObserveRequest = {
+        "verb": "observe",
+        "swarm": bundle.swarm,
+        "know": bundle.digest,
+        "contents": contents,
+    }
+    if bundle.asks:
+        request["requires"] = list(bundle.asks)
+    if bundle.wants:
+        request["wants"] = list(bundle.wants)
+    offered = b""
+    if bundle.secrets:
+        request["secrets"] = list(bundle.secrets)
+        offered = offer(bundle.secrets, secrets)
+    return from_answer(host.ask(request, offered), bundle)
+
+
+def offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:
+    """Returns the values of those of the secrets that the operator has, as the agent reads them."""
+    return json.dumps({name: secrets[name] for name in names if name in secrets}).encode()

@@ -1,0 +1,83 @@
+"""Conversations with the agents of hosts, kept from one round of requests to the next."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+from swarmctl.remote import agent_client
+from swarmctl.remote.agent_client import Conversation
+from swarmctl.remote.parallel_hosts import Stop
+from swarmctl.remote.transport import HostError, Kind, Target, Transport
+
+MOST = 256  # kept at a time: each has a socket and a thread
+_ALIVE = (Kind.REFUSED, Kind.FAILED)  # errors that the agent itself reports; it serves the next request
+
+
+class Connections:
+    """Kept conversations by host, each used by one thread at a time."""
+
+    def __init__(self, transport: Transport, stop: Stop) -> None:
+        self._transport = transport
+        self._stop = stop
+        self._lock = threading.Lock()
+        self._kept: dict[str, tuple[ExitStack, Conversation]] = {}
+        self._closed = False
+
+    def close(self) -> None:
+        """Ends all conversations, now and later."""
+        with self._lock:
+            self._closed = True
+            kept, self._kept = list(self._kept.values()), {}
+        for stack, _conversation in kept:
+            stack.close()
+
+    @contextmanager
+    def talk(self, target: Target, *, anew: bool = False) -> Iterator[Conversation]:
+        """The kept conversation with a host, or a new one; with ``anew``, over a new connection."""
+        kept = self._taken(target.host)
+        if anew and kept is not None:
+            kept[0].close()
+            kept = None
+        stack, conversation = kept or self._opened(target)
+        usable = False
+        try:
+            yield conversation
+            usable = True
+        except HostError as error:
+            usable = error.kind in _ALIVE
+            raise
+        finally:
+            if not usable or not self._keep(target.host, stack, conversation):
+                stack.close()
+
+    @contextmanager
+    def idle(self, target: Target) -> Iterator[Conversation | None]:
+        """The kept conversation with a host if nobody uses it now, else None."""
+        with self._lock:
+            free = target.host in self._kept
+        if not free:
+            yield None
+            return
+        with self.talk(target) as conversation:
+            yield conversation
+
+    def _opened(self, target: Target) -> tuple[ExitStack, Conversation]:
+        with ExitStack() as stack:
+            session = stack.enter_context(self._transport.connect(target))
+            stack.enter_context(self._stop.guarding(session))
+            conversation = stack.enter_context(agent_client.talk(session))
+            return stack.pop_all(), conversation
+        raise AssertionError  # the block above returns or raises
+
+    def _taken(self, host: str) -> tuple[ExitStack, Conversation] | None:
+        with self._lock:
+            return self._kept.pop(host, None)
+
+    def _keep(self, host: str, stack: ExitStack, conversation: Conversation) -> bool:
+        with self._lock:
+            if self._closed or host in self._kept or len(self._kept) >= MOST:
+                return False
+            self._kept[host] = stack, conversation
+            return True

@@ -1,0 +1,91 @@
+"""A deploy in waves: what the failure of some hosts means for the others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from swarmctl.remote.transport import Kind
+from tests.deploy.deploying import deploy
+from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
+from tests.packages.agent.fakehost import FakeHost
+
+__all__ = ["hosts"]
+FAST = dict.fromkeys(HOSTS, "speed: 2\n")
+
+
+def breaks(host: FakeHost) -> None:
+    """Has the unit of the next release fail."""
+    (host.prefix / f"broken-new.robot.service-{bundles(**FAST)['k3'].digest}").touch()
+
+
+@pytest.fixture
+def deployed_hosts(hosts: dict[str, FakeHost]) -> dict[str, FakeHost]:
+    deployed(deploy(bundles(), TARGETS, FolderTransport(hosts, {})))
+    return hosts
+
+
+def speeds(hosts: Mapping[str, FakeHost]) -> dict[str, str]:
+    return {
+        name: host.read("opt/swarm/new/current/params/robot.yaml").decode().split()[1]
+        for name, host in hosts.items()
+    }
+
+
+def test_after_a_failed_canary_no_other_host_changes(deployed_hosts: dict[str, FakeHost]) -> None:
+    breaks(deployed_hosts["k3"])
+    way = FolderTransport(deployed_hosts, {})
+    results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=0, serial=("1",)))
+    assert changed(results) == {"leader": True, "k3": Kind.FAILED, "epuck": Kind.HELD}
+    assert str(results["epuck"]) == "the rollout has stopped before it, since k3 failed"
+    assert speeds(deployed_hosts) == {"leader": "2", "k3": "1", "epuck": "1"}
+
+
+def test_as_many_hosts_may_fail_as_the_operator_says(deployed_hosts: dict[str, FakeHost]) -> None:
+    breaks(deployed_hosts["k3"])
+    way = FolderTransport(deployed_hosts, {})
+    results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=1, serial=("1",)))
+    assert changed(results) == {"epuck": True, "k3": Kind.FAILED, "leader": True}
+
+
+def test_hosts_that_belong_together_go_back_together(deployed_hosts: dict[str, FakeHost]) -> None:
+    breaks(deployed_hosts["k3"])
+    way = FolderTransport(deployed_hosts, {})
+    results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=0, consistency="all"))
+    assert changed(results) == {"epuck": Kind.HELD, "k3": Kind.FAILED, "leader": Kind.HELD}
+    old = bundles()["epuck"].digest
+    assert str(results["epuck"]) == f"it was changed and is back at release {old}, since k3 failed"
+    assert set(speeds(deployed_hosts).values()) == {"1"}
+    states = {host.observe()["transaction"]["state"] for host in deployed_hosts.values()}
+    assert states == {"undone"}
+
+
+def test_hosts_that_belong_together_stay_together(deployed_hosts: dict[str, FakeHost]) -> None:
+    way = FolderTransport(deployed_hosts, {})
+    results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=0, consistency="all"))
+    assert changed(results) == dict.fromkeys(HOSTS, True)
+    assert {host.observe()["transaction"]["state"] for host in deployed_hosts.values()} == {"applied"}
+
+
+def test_every_host_gives_its_lease_back(deployed_hosts: dict[str, FakeHost]) -> None:
+    way = FolderTransport(deployed_hosts, {})
+    for release in (bundles(**FAST), bundles()):
+        deployed(deploy(release, TARGETS, way, most_failed=0))
+        for host in deployed_hosts.values():
+            assert b'"run": ""' in host.read("opt/swarm/new/state/lease.json")
+
+
+def test_a_locked_host_stops_all_and_names_who_locks_it(deployed_hosts: dict[str, FakeHost]) -> None:
+    held = {"verb": "lease", "swarm": "new", "run": "a" * 16, "who": "ann@desk (7)", "want": True}
+    assert deployed_hosts["leader"].ask(held).answer["granted"]
+    way = FolderTransport(deployed_hosts, {})
+    results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=None))
+    assert changed(results) == {"leader": Kind.REFUSED, "k3": Kind.HELD, "epuck": Kind.HELD}
+    assert str(results["leader"]) == "locked by ann@desk (7)"
+    assert str(results["k3"]) == "nothing was changed, since leader is locked by ann@desk (7)"
+    assert set(speeds(deployed_hosts).values()) == {"1"}
+    again = deployed(
+        deploy(bundles(k3="speed: 2\n"), TARGETS, way)
+    )  # k3 has given its lease back, leader not
+    assert changed(again)["k3"] is Kind.HELD
