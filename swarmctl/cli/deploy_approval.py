@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from swarmctl.cli import console, next_command
+from swarmctl.cli import console, exit_codes, next_command
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -44,17 +44,15 @@ class View:
 
     def dry_run(self, plan: Plan, order: Order) -> int:
         """Prints the plan and the order. Returns the exit code, as that of ``plan``."""
-        from swarmctl.cli.verbs.plan import exit_code
-
         if self.json:
             console.print_json(plan.to_json() | {"order": order.to_json()})
         else:
             self._show(plan, order, console.out().print)
         optional = {host.name for host in self.swarm.hosts.values() if host.optional}
-        return exit_code(plan, optional, detailed=False)
+        return exit_codes.of_plan(plan, optional, detailed=False)
 
     def ask(self, plan: Plan, order: Order) -> None:
-        """On a terminal, shows the plan and asks; exits if the answer is not yes. Scripts are not asked."""
+        """On a terminal, shows the plan and asks; exits if the answer is not yes. Scripts see no question."""
         if not (sys.stdin.isatty() and console.err().is_terminal):
             return
         self._show(plan, order, console.err().print)

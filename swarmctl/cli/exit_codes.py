@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Set
+
+    from swarmctl.plan.plan import Plan
+
 OK = 0
 ERROR = 1
 CHANGES = 2
@@ -27,3 +34,13 @@ def epilog(*codes: int) -> str:
     """The last line of a verb's help: its own exit ``codes`` and those of every verb."""
     named = sorted({OK, ERROR, *codes, USAGE, INTERRUPTED})
     return f"Exit codes: {'; '.join(f'{code} {MEANING[code]}' for code in named)}."
+
+
+def of_plan(made: Plan, optional: Set[str], *, detailed: bool) -> int:
+    """The exit code of a plan; unreachable optional hosts do not count."""
+    kinds = {host.host: host.problem.kind for host in made.problems if host.problem}
+    kinds = {host: kind for host, kind in kinds.items() if kind != "unreachable" or host not in optional}
+    if kinds:
+        unreachable = set(kinds.values()) == {"unreachable"}
+        return HOSTS_UNREACHABLE if unreachable else HOSTS_FAILED
+    return CHANGES if detailed and made.changes else OK

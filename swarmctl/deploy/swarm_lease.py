@@ -1,7 +1,7 @@
 """The lease of a swarm: of several runs at once, one changes its hosts, and the others report who has it.
 
-The first host in the order of names that answers decides: the others are asked only once it has given its
-lease. So runs on the same hosts never end with a part of them each.
+The first host in the order of names that answers decides: the others get the request only once it has given
+its lease. So runs on the same hosts never end with a part of them each.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class SwarmLease:
         refuses nothing.
         """
         for attempt in range(_ATTEMPTS):
-            errors = self._taken(sorted(targets, key=lambda one: one.host), seen)
+            errors = self._requested_of(sorted(targets, key=lambda one: one.host), seen)
             refused = any(error.kind is Kind.REFUSED for error in errors.values())
             if not refused:
                 self._renewing = threading.Thread(target=self._renew, daemon=True)
@@ -76,18 +76,18 @@ class SwarmLease:
         """Ends that."""
         self._pending.pop(host, None)
 
-    def _taken(self, targets: list[Target], seen: Mapping[str, str]) -> dict[str, HostError]:
+    def _requested_of(self, targets: list[Target], seen: Mapping[str, str]) -> dict[str, HostError]:
         errors: dict[str, HostError] = {}
         while targets:  # one by one, until the first gives it
             first, *targets = targets
-            errors |= self._asked([first], seen)
+            errors |= self._each_gives([first], seen)
             if first.host in self._held or errors[first.host].kind is Kind.REFUSED:
                 break
         if not self._held:
             return errors
-        return errors | self._asked(targets, seen)
+        return errors | self._each_gives(targets, seen)
 
-    def _asked(self, targets: list[Target], seen: Mapping[str, str]) -> dict[str, HostError]:
+    def _each_gives(self, targets: list[Target], seen: Mapping[str, str]) -> dict[str, HostError]:
         errors: dict[str, HostError] = {}
 
         def work(target: Target, note: object) -> None:

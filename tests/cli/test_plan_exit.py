@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.cli import exit_codes
-from swarmctl.cli.verbs.plan import exit_code
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
 
 AWAY = HostPlan("pi", None, "b", problem=Problem("unreachable", "connect timed out"))
@@ -26,4 +25,4 @@ OTHER = HostPlan("laptop", "a", "b", steps=(Step(Kind.CREATE, "env/ros.env", "ne
 def test_an_optional_host_may_be_away_but_not_unfit(
     hosts: tuple[HostPlan, ...], optional: set[str], code: int
 ) -> None:
-    assert exit_code(Plan("s", hosts), optional, True) == code
+    assert exit_codes.of_plan(Plan("s", hosts), optional, detailed=True) == code

@@ -36,8 +36,10 @@ def operate(hosts: Mapping[str, FakeHost], speed: str, start: Any, wait: float, 
     begin = time.monotonic()
     found = deployed(deploy(release(speed), TARGETS, way, most_failed=0))
     seconds = time.monotonic() - begin
-    said = {name: None if isinstance(one, Outcome) else (one.kind, str(one)) for name, one in found.items()}
-    answers.put((speed, (said, seconds)))
+    reported = {
+        name: None if isinstance(one, Outcome) else (one.kind, str(one)) for name, one in found.items()
+    }
+    answers.put((speed, (reported, seconds)))
 
 
 def begun(hosts: Mapping[str, FakeHost], speed: str, start: Any, wait: float, answers: Any) -> Any:
@@ -61,19 +63,21 @@ def test_of_two_operators_at_once_one_deploys(
         speeds = f"{number}.1", f"{number}.2"
         running = [begun(hosts, speed, start, seed.uniform(0, 0.3), answers) for speed in speeds]
         answered = dict(answers.get() for _ in running)
-        said = {speed: results for speed, (results, _) in answered.items()}
+        results_of = {speed: results for speed, (results, _) in answered.items()}
         for process in running:
             process.join(PATIENCE)
-        won = [speed for speed, results in said.items() if not any(results.values())]
-        assert len(current(hosts)) == 1, said  # one release, on all hosts
+        won = [speed for speed, results in results_of.items() if not any(results.values())]
+        assert len(current(hosts)) == 1, results_of  # one release, on all hosts
         (runs,) = current(hosts)
         expected = won or [stays]
         assert runs in [f"speed: {speed}\n".encode() for speed in expected]
         stays = runs.decode().split()[1]
         for speed in set(speeds) - set(won):
             longest = max(longest, answered[speed][1])
-            assert {kind for kind, _ in said[speed].values()} <= {Kind.REFUSED, Kind.HELD}, said[speed]
-            texts = " ".join(text for _, text in said[speed].values())
+            assert {kind for kind, _ in results_of[speed].values()} <= {Kind.REFUSED, Kind.HELD}, results_of[
+                speed
+            ]
+            texts = " ".join(text for _, text in results_of[speed].values())
             assert re.search(r"locked by \S+ \(\d+\)|another deploy|stale plan", texts), texts
         deployed_once += bool(won)
     assert deployed_once > RACES // 2

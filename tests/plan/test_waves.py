@@ -18,7 +18,7 @@ def due(*hosts: str, target: str = "params/a.yaml", base: str | None = "old") ->
     return [HostPlan(host, base, "new", (Step(Kind.UPDATE, target, "it changes"),)) for host in hosts]
 
 
-def test_the_host_with_which_the_least_is_lost_comes_first_and_the_hub_last() -> None:
+def test_the_host_with_the_least_impact_comes_first() -> None:
     found = order(due("desk", "k3", "spare"), PARTS)
     assert found.waves == (("spare",), ("k3", "desk"))
     assert found.consistency == "independent"

@@ -10,7 +10,7 @@ import typer
 from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, selected
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Set
+    from collections.abc import Mapping
 
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.plan.plan import Plan
@@ -74,7 +74,7 @@ def plan(
             forgotten_lab.guess("plan", spec, swarm.name, kinds, limit)
         _advise(made, spec, where, in_lab=options.in_lab(lab, lab_name))
     optional = {host.name for host in swarm.hosts.values() if host.optional}
-    raise typer.Exit(exit_code(made, optional, detailed_exitcode))
+    raise typer.Exit(exit_codes.of_plan(made, optional, detailed=detailed_exitcode))
 
 
 def _advise(made: Plan, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
@@ -101,13 +101,3 @@ def _offline(wanted: Mapping[str, Bundle], diff: bool) -> Plan:
     place = journal.folder(swarm)
     hosts = (reconcile(bundle, journal.recall(place, name), diff=diff) for name, bundle in wanted.items())
     return Plan(swarm, tuple(hosts))
-
-
-def exit_code(made: Plan, optional: Set[str], detailed: bool) -> int:
-    """The exit code of a plan; unreachable optional hosts do not count."""
-    kinds = {host.host: host.problem.kind for host in made.problems if host.problem}
-    kinds = {host: kind for host, kind in kinds.items() if kind != "unreachable" or host not in optional}
-    if kinds:
-        unreachable = set(kinds.values()) == {"unreachable"}
-        return exit_codes.HOSTS_UNREACHABLE if unreachable else exit_codes.HOSTS_FAILED
-    return exit_codes.CHANGES if detailed and made.changes else exit_codes.OK

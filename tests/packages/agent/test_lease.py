@@ -82,7 +82,7 @@ def test_a_late_run_may_go_on_while_nobody_else_came(host: FakeHost) -> None:
     assert not lease(host, "ben")["granted"]  # the change has renewed it
 
 
-def test_a_renewal_keeps_the_epoch_and_moves_the_deadline_of_its_pending_change(host: FakeHost) -> None:
+def test_a_renewal_moves_the_deadline_of_its_pending_change(host: FakeHost) -> None:
     lease(host, "anna")
     assert applied(host, run=ANNA, confirm_within=5) == ""
     assert host.observe()["transaction"]["left"] < 6
