@@ -74,10 +74,9 @@ def test_of_two_operators_at_once_one_deploys(
         stays = runs.decode().split()[1]
         for speed in set(speeds) - set(won):
             longest = max(longest, answered[speed][1])
-            assert {kind for kind, _ in results_of[speed].values()} <= {Kind.REFUSED, Kind.HELD}, results_of[
-                speed
-            ]
-            texts = " ".join(text for _, text in results_of[speed].values())
+            lost = results_of[speed]
+            assert {kind for kind, _ in lost.values()} <= {Kind.REFUSED, Kind.HELD}, lost
+            texts = " ".join(text for _, text in lost.values())
             assert re.search(r"locked by \S+ \(\d+\)|another deploy|stale plan", texts), texts
         deployed_once += bool(won)
     assert deployed_once > RACES // 2
