@@ -50,12 +50,11 @@ class Rules:
 
 @dataclass(frozen=True)
 class Surveyed:
-    """A host before a change. ``settled``: an earlier deploy was finished or undone; ``seconds``: it took."""
+    """A host before a change. ``settled``: an earlier deploy was finished or undone."""
 
     plan: HostPlan
     observed: Observed
     settled: bool
-    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -97,6 +96,7 @@ class Deployment:
         self._settles = settles
         self._connections = Connections(transport, self._stop)
         self._surveyed: dict[str, Surveyed] = {}
+        self._seconds: dict[str, float] = {}  # that the survey took, by host
         self.errors: dict[str, HostError] = {}
 
     def __enter__(self) -> Deployment:
@@ -110,10 +110,11 @@ class Deployment:
         for event in self._each(self._bundles, self._look):
             if isinstance(event, Finished | Skipped):
                 found = result_of(event)
+                self._seconds[event.host] = event.seconds if isinstance(event, Finished) else 0.0
                 if isinstance(found, HostError):
                     self.errors[event.host] = found
-                elif isinstance(event, Finished):
-                    self._surveyed[event.host] = replace(found, seconds=event.seconds)
+                else:
+                    self._surveyed[event.host] = found
             yield event
         for host, one in self._surveyed.items():
             plan = self._launch_files.checked(one.plan) if self._launch_files else one.plan
@@ -139,9 +140,9 @@ class Deployment:
         """Executes the plans in this order. Every host ends in exactly one ``Finished`` or ``Skipped``."""
         for name in self._bundles:
             if name in self.errors:
-                yield Finished(name, self.errors[name], 0.0)
+                yield Finished(name, self.errors[name], self._seconds[name])
             elif not (one := self._surveyed[name]).plan.steps:
-                yield Finished(name, Outcome(one.plan, settled=one.settled), one.seconds)
+                yield Finished(name, Outcome(one.plan, settled=one.settled), self._seconds[name])
         waves = [list(wave) for wave in order.waves]
         failed = self._rules.counted(self.errors)
         if not waves:
