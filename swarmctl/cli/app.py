@@ -50,6 +50,18 @@ class Verbs(LazyVerbs):
             HOSTS_UNREACHABLE,
         ),
         Verb("deploy", "Deploy the spec to its hosts, wave by wave.", HOSTS_FAILED, HOSTS_UNREACHABLE),
+        Verb(
+            "history",
+            "List the runs that changed the hosts, from their logs.",
+            HOSTS_FAILED,
+            HOSTS_UNREACHABLE,
+        ),
+        Verb(
+            "rollback",
+            "Bring hosts back to the releases that they had before the last run.",
+            HOSTS_FAILED,
+            HOSTS_UNREACHABLE,
+        ),
         Verb("status", "Show the health of hosts, robots and programs.", HOSTS_UNREACHABLE, UNHEALTHY),
         Verb(
             "remove",

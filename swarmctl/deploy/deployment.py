@@ -19,6 +19,7 @@ from swarmctl.plan.plan import HostPlan, Kind, Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.waves import Order
 from swarmctl.remote import operators, parallel_hosts
+from swarmctl.remote.agent_archive import DEPLOY_VERBS
 from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, Stop, result_of
@@ -73,6 +74,8 @@ class Deployment:
     ``settles``: the survey finishes what an interrupted deploy has left on a host.
     """
 
+    verbs: tuple[str, ...] = DEPLOY_VERBS  # of the agent
+
     def __init__(
         self,
         bundles: Mapping[str, Bundle],
@@ -94,7 +97,7 @@ class Deployment:
         self._secrets = secrets
         self._launch_files = launch_files
         self._settles = settles
-        self._connections = Connections(transport, self._stop)
+        self._connections = Connections(transport, self._stop, self.verbs)
         self._surveyed: dict[str, Surveyed] = {}
         self._seconds: dict[str, float] = {}  # that the survey took, by host
         self.errors: dict[str, HostError] = {}
@@ -116,11 +119,25 @@ class Deployment:
                 else:
                     self._surveyed[event.host] = found
             yield event
+        if self._launch_files is not None:
+            for host, one in self._surveyed.items():
+                self._surveyed[host] = replace(one, plan=self._launch_files.checked(one.plan))
+        self._note_problems()
+
+    def _note_problems(self) -> None:
         for host, one in self._surveyed.items():
-            plan = self._launch_files.checked(one.plan) if self._launch_files else one.plan
-            self._surveyed[host] = replace(one, plan=plan)
-            if plan.problem:
-                self.errors[host] = HostError(ErrorKind.UNFIT, plan.problem.message, plan.problem.hint)
+            if problem := one.plan.problem:
+                self.errors[host] = HostError(ErrorKind.UNFIT, problem.message, problem.hint)
+
+    @property
+    def hosts(self) -> list[str]:
+        """The hosts, in the order of the spec."""
+        return list(self._bundles)
+
+    @property
+    def held(self) -> bool:
+        """True if so many hosts have failed in the survey that none will change."""
+        return self._rules.holds(self.errors)
 
     @property
     def plan(self) -> Plan:

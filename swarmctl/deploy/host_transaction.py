@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from swarm_agent.messages import ApplyRequest, ConfirmRequest, HoldRequest, UnitState
 
@@ -57,6 +57,11 @@ class HostTransaction:
     terms: Terms
     note: Callable[[str], None]
 
+    @property
+    def release(self) -> str:
+        """The digest of the release that the host should have."""
+        return self.bundle.digest
+
     def settle(self, host: Conversation, observed: Observed) -> bool:
         """Finishes what an earlier deploy left open: the same release is confirmed, another one undone.
 
@@ -65,7 +70,7 @@ class HostTransaction:
         last = observed.transaction
         if last is None or not observed.unfinished:
             return False
-        if last["left"] and last["next"] == self.bundle.digest:
+        if last["left"] and last["next"] == self.release:
             self.note("confirming what an earlier run has applied")
             self._hold(host, last["txid"])
             self._confirm(host, last["txid"])
@@ -133,6 +138,9 @@ class HostTransaction:
             self.bundle.manifest_bytes,
             {file.path: (file.content, file.mode) for file in self.bundle.files if file.digest not in kept},
         )
+        self._ask(host, request, payload)
+
+    def _ask(self, host: Conversation, request: Mapping[str, Any], payload: bytes = b"") -> None:
         host.ask(request, payload, on_note=self.note, timeout=APPLY_TIMEOUT)
 
     def _reached(self, work: Callable[[Conversation], R], *, anew: bool = True) -> R:
@@ -179,10 +187,10 @@ class HostTransaction:
 
     def _confirm(self, host: Conversation, txid: str) -> None:
         stays = host.ask(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"]
-        if stays != self.bundle.digest:
+        if stays != self.release:
             raise HostError(
                 ErrorKind.PROTOCOL,
-                f"it confirms release {stays or 'none'}, and {self.bundle.digest} was applied",
+                f"it confirms release {stays or 'none'}, and {self.release} was applied",
                 "is it the right host, and its agent intact?",
             )
 

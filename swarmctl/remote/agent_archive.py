@@ -26,8 +26,9 @@ DEPLOY_VERBS = (
     "remove",
 )
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
+ROLLBACK_VERBS = ("observe", "history", "lease", "rollback", "hold", "confirm", "undo")
 #: What the host runs later, out of the archive of a verb.
-_PROGRAMS = {"apply": "swarm_agent.recovery", "remove": "swarm_agent.recovery"}
+_PROGRAMS = dict.fromkeys(("apply", "remove", "rollback"), "swarm_agent.recovery")
 
 Folders = Mapping[str, Path]  # by package
 #: One thread at a time: ``ast.parse`` of Python 3.11 fails where threads interleave (python/cpython#106905).

@@ -18,8 +18,9 @@ _ALIVE = (Kind.REFUSED, Kind.FAILED)  # errors that the agent itself reports; it
 class Connections:
     """Kept conversations by host, each used by one thread at a time."""
 
-    def __init__(self, transport: Transport, stop: Stop) -> None:
+    def __init__(self, transport: Transport, stop: Stop, verbs: tuple[str, ...]) -> None:
         self._transport = transport
+        self._verbs = verbs
         self._stop = stop
         self._lock = threading.Lock()
         self._kept: dict[str, tuple[ExitStack, Conversation]] = {}
@@ -67,7 +68,7 @@ class Connections:
         with ExitStack() as stack:
             session = stack.enter_context(self._transport.connect(target))
             stack.enter_context(self._stop.guarding(session))
-            conversation = stack.enter_context(agent_client.talk(session))
+            conversation = stack.enter_context(agent_client.talk(session, verbs=self._verbs))
             return stack.pop_all(), conversation
         raise AssertionError  # the block above returns or raises
 

@@ -77,6 +77,21 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
     assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
 
 
+def test_the_last_deploy_can_be_taken_back(swarm: LabSwarm, faster_k3: Path) -> None:
+    before = swarm.pids()
+    runs = swarm.swarmctl("history", "--json").json()["runs"]
+    assert swarm.deploy(faster_k3).status == 0
+    back = swarm.swarmctl("rollback", "--yes")
+    assert back.status == 0, back.out + back.err
+    assert "1 of 3 hosts changed" in back.out
+    assert "rate: 20.0" not in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
+    assert changed(before, swarm.pids()) == {"k3-pi:k3"}
+    assert swarm.plan().status == 0
+    deployed, taken_back = swarm.swarmctl("history", "--json").json()["runs"][len(runs) :]
+    there, again = deployed["hosts"]["k3-pi"], taken_back["hosts"]["k3-pi"]
+    assert (there["prev"], there["next"]) == (again["next"], again["prev"])
+
+
 def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
     before = swarm.pids()
     path = f"{HOME}/current/params/k3.yaml"

@@ -45,10 +45,16 @@ OBSERVED = {
     "drift": {"files": {}, "links": {}, "blocks": {}}, "units": {"koala.service": UNIT},
     "manifest": RELEASE.manifest,
 }  # fmt: skip
+ENTRY = {
+    "time": 1.0, "txid": "t", "run": "r", "who": "anna@desk (7)", "prev": None, "next": None,
+    "state": "undone", "error": "",
+}  # fmt: skip
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
     "lease": {"granted": True, "epoch": 1, "run": "r", "who": "anna@desk (7)", "left": 60.0, "last": ""},
     "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
+    "rollback": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
+    "history": {"entries": [ENTRY], "release": None, "releases": [], "last": ""},
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},

@@ -8,12 +8,12 @@ import typer
 
 from swarmctl.cli import (
     console,
-    deploy_approval,
     exit_codes,
     forgotten_lab,
     next_command,
     options,
     rollout_output,
+    rounds,
     selected,
 )
 
@@ -95,12 +95,12 @@ def deploy(
     from swarmctl.deploy.host_transaction import Terms
     from swarmctl.deploy.launch_files_on_hosts import launch_files_of
     from swarmctl.plan.waves import order
-    from swarmctl.remote.parallel_hosts import Stop, interruptible
+    from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
     from swarmctl.swarm.index import SwarmIndex
 
-    sizes = deploy_approval.sizes(serial)
+    sizes = rounds.sizes(serial)
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
@@ -117,17 +117,11 @@ def deploy(
         parallel=parallel, stop=stop, secrets=options.secrets(spec, wanted),
         launch_files=launch_files_of(document), settles=not dry_run,
     )  # fmt: skip
-    with deployment:
-        with interruptible(rollout_output.note, stop):
-            rollout_output.follow(deployment.survey(), list(wanted), quiet=json)
-        chosen = order(deployment.due, impacts(SwarmIndex(document)), sizes, consistency)
-        view = deploy_approval.View(spec, swarm, where, details=details, json=json)
-        if dry_run:
-            raise typer.Exit(view.dry_run(deployment.plan, chosen))
-        if chosen.waves and not stop.requested and not rules.holds(deployment.errors) and not (yes or json):
-            view.ask(deployment.plan, chosen)
-        with interruptible(rollout_output.note, stop):
-            found = rollout_output.results(deployment.change(chosen), list(wanted), quiet=json)
+    view = rounds.View("deploy", spec, swarm, where, details=details, json=json)
+    parts = impacts(SwarmIndex(document))
+    found = view.executed(
+        deployment, stop, lambda one: order(one.due, parts, sizes, consistency), dry_run=dry_run, yes=yes
+    )
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))

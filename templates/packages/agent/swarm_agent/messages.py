@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Literal, Mapping, TypedDict
 
+from .history_messages import HistoryAnswer
 from .manifest import ManifestData
 from .probe_messages import ImageAnswer, ImageRequest
 
@@ -201,6 +202,22 @@ class ApplyAnswer(TypedDict):
     release: str
     previous: str | None
     units: dict[str, UnitState]
+
+
+class RollbackNeeds(TypedDict):
+    """The required keys of ``rollback``."""
+
+    verb: Literal["rollback"]
+    swarm: str
+    base: str | None
+    next: str
+    txid: str
+
+
+class RollbackRequest(RollbackNeeds, Locking, total=False):
+    """Bring the host from release ``base`` to ``next``, which it has kept. It answers as ``apply``."""
+
+    confirm_within: float
 
 
 class HoldNeeds(TypedDict):
@@ -448,6 +465,8 @@ ANSWERS: Mapping[str, type] = {
     "observe": ObserveAnswer,
     "lease": LeaseAnswer,
     "apply": ApplyAnswer,
+    "rollback": ApplyAnswer,
+    "history": HistoryAnswer,
     "hold": HoldAnswer,
     "confirm": ConfirmAnswer,
     "undo": ConfirmAnswer,

@@ -21,13 +21,14 @@ _OPEN = (APPLYING, PENDING, UNDOING, REMOVING)
 
 
 class Record(NamedTuple):
-    """One transaction. ``prev`` and ``next``: digests of releases, None for nothing; ``touched``: its units;
-    ``active``: those that ran before; ``reload``: daemons that read its files; ``deadline``: s since the boot
-    ``boot_id``; ``error``: why it was undone."""
+    """One transaction, which ``who`` began in a ``run`` of swarmctl. ``prev`` and ``next``: digests of
+    releases, None for nothing; ``touched``: its units; ``active``: those that ran before; ``reload``: daemons
+    that read its files; ``deadline``: s since the boot ``boot_id``; ``error``: why it was undone."""
 
     state: str = ""
     txid: str = ""
     who: str = ""
+    run: str = ""
     boot_id: str = ""
     deadline: float = 0.0
     prev: str | None = None

@@ -47,6 +47,11 @@ class Home(NamedTuple):
         return self.state + "/transaction.json"
 
     @property
+    def audit_file(self) -> str:
+        """The log of the host's changes."""
+        return self.state + "/audit.jsonl"
+
+    @property
     def lease_file(self) -> str:
         """The last lease of the swarm on this host."""
         return self.state + "/lease.json"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 from typing import Callable
 
-from . import boot, files, record, recovery_unit, secrets, system_links, systemd, unit_start
+from . import audit, boot, files, record, recovery_unit, secrets, system_links, systemd, unit_start
 from .errors import FailedError
 from .failpoint import passed
 from .record import Record
@@ -44,7 +44,9 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
         again = [unit for unit in manifest.units if unit in done.active and unit in done.touched]
         _tried(troubles, lambda: unit_start.start(again))
     error = f"{because}; {_outcome(done, booting, troubles)}"
-    record.write(home, done._replace(state=record.UNDONE, error=error))
+    undone = done._replace(state=record.UNDONE, error=error)
+    audit.note(home, undone)
+    record.write(home, undone)
     passed("undone")
     if done.prev is None:
         recovery_unit.remove(home)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, Sequence
 
 from . import (
+    audit,
     boot,
     files,
     record,
@@ -39,6 +40,7 @@ class Change(NamedTuple):
 
     txid: str
     who: str
+    run: str
     base: str | None
     next: str
     stop: list[str]
@@ -176,6 +178,7 @@ def _begun(home: Home, change: Change, manifest: Manifest, history: Sequence[str
         state=record.APPLYING,
         txid=change.txid,
         who=change.who,
+        run=change.run,
         boot_id=boot.identity(home),
         prev=current,
         next=change.next,
@@ -226,6 +229,7 @@ def _keep(home: Home, done: Record) -> None:
     """Closes the record of a change that stays, and removes what nothing needs any more."""
     history = _unique([one for one in (done.next, done.prev, *done.history) if one])[:KEPT_RELEASES]
     kept = done._replace(state=record.APPLIED, history=tuple(history))
+    audit.note(home, kept)
     try:
         record.write(home, kept)
     except OSError as error:

@@ -23,6 +23,7 @@ def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer
     change = transaction.Change(
         txid=release_name(request["txid"]),
         who=lock.operator_in(request),
+        run=str(request.get("run", "")),
         base=None if base is None else release_name(base),
         next=release_name(request["next"]),
         stop=unit_names(request.get("stop", [])),

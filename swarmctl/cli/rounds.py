@@ -1,22 +1,25 @@
-"""What ``deploy`` shows and asks before it changes anything."""
+"""The rounds of ``deploy`` and ``rollback`` on a terminal: survey, plan and question, change."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command
+from swarmctl.cli import console, exit_codes, next_command, rollout_output
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.deployment import Deployment
+    from swarmctl.deploy.outcome import Result
     from swarmctl.plan.plan import Plan
     from swarmctl.plan.waves import Order
+    from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.swarm.resolved import Swarm
 
 
@@ -36,13 +39,38 @@ def sizes(serial: str) -> list[str]:
 class View:
     """How the plan of a deploy is shown. ``where``: the options that choose hosts."""
 
+    verb: str
     spec: SpecFiles
     swarm: Swarm
     where: Sequence[str]
     details: bool
     json: bool
 
-    def dry_run(self, plan: Plan, order: Order) -> int:
+    def executed(
+        self,
+        deployment: Deployment,
+        stop: Stop,
+        choose: Callable[[Deployment], Order],
+        *,
+        dry_run: bool,
+        yes: bool,
+    ) -> Mapping[str, Result]:
+        """Surveys the hosts, asks, and changes them. Returns the results; exits after a dry run."""
+        from swarmctl.remote.parallel_hosts import interruptible
+
+        hosts = deployment.hosts
+        with deployment:
+            with interruptible(rollout_output.note, stop):
+                rollout_output.follow(deployment.survey(), hosts, quiet=self.json)
+            chosen = choose(deployment)
+            if dry_run:
+                raise typer.Exit(self._dry_run(deployment.plan, chosen))
+            if chosen.waves and not (stop.requested or deployment.held or yes or self.json):
+                self._ask(deployment.plan, chosen)
+            with interruptible(rollout_output.note, stop):
+                return rollout_output.results(deployment.change(chosen), hosts, quiet=self.json)
+
+    def _dry_run(self, plan: Plan, order: Order) -> int:
         """Prints the plan and the order. Returns the exit code, as that of ``plan``."""
         if self.json:
             console.print_json(plan.to_json() | {"order": order.to_json()})
@@ -51,12 +79,12 @@ class View:
         optional = {host.name for host in self.swarm.hosts.values() if host.optional}
         return exit_codes.of_plan(plan, optional, detailed=False)
 
-    def ask(self, plan: Plan, order: Order) -> None:
+    def _ask(self, plan: Plan, order: Order) -> None:
         """On a terminal, shows the plan and asks; exits if the answer is not yes. Scripts see no question."""
         if not (sys.stdin.isatty() and console.err().is_terminal):
             return
         self._show(plan, order, console.err().print)
-        if str(typer.prompt("Deploy this? (yes)", default="no", err=True)) != "yes":
+        if str(typer.prompt(f"{self.verb.capitalize()} now? (yes)", default="no", err=True)) != "yes":
             console.fail("nothing was changed", "answer `yes`, or use --yes in scripts")
 
     def _show(self, plan: Plan, order: Order, show: Callable[[Text], None]) -> None:

@@ -1,0 +1,89 @@
+"""``swarmctl rollback``: bring hosts back to releases that they have kept."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import (
+    console,
+    exit_codes,
+    forgotten_lab,
+    next_command,
+    options,
+    rollout_output,
+    rounds,
+    selected,
+)
+
+if TYPE_CHECKING:
+    from swarmctl.plan.waves import Consistency
+
+
+def rollback(
+    spec: options.Spec,
+    overlays: options.Overlays = None,
+    to: Annotated[
+        str,
+        typer.Option(
+            "--to",
+            metavar="RUN|RELEASE",
+            help="The state after this run of `swarmctl history`, or this release; else before the last run.",
+        ),
+    ] = "",
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not show the plan and ask first.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the plan. Changes nothing.")] = False,
+    keep_going: Annotated[
+        bool,
+        typer.Option("--keep-going", help="Each host by itself; without it, all go back or none does."),
+    ] = False,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    limit: options.Limit = None,
+    parallel: options.Parallel = 64,
+    details: options.Details = False,
+    json: options.Json = False,
+) -> None:
+    """Bring hosts back to the releases that they had before the last run. They need no file from here."""
+    from swarmctl.deploy.deployment import Rules
+    from swarmctl.deploy.rollback import Rollback
+    from swarmctl.plan.waves import order
+    from swarmctl.remote.parallel_hosts import Stop
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.render.build_bundle import bundles
+
+    document = console.read_document(spec)
+    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
+    made = bundles(swarm)
+    names = selected.hosts(swarm.candidates, limit)
+    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    stop = Stop()
+    going_back = Rollback(
+        {name: made[name] for name in names}, options.targets(spec, swarm, lab=lab, lab_name=lab_name),
+        SshTransport(), to=to, parallel=parallel, stop=stop, settles=not dry_run,
+        rules=Rules(None if keep_going else 0, [name for name in names if swarm.hosts[name].optional]),
+    )  # fmt: skip
+    together: Consistency = "independent" if keep_going else "all"
+    view = rounds.View("rollback", spec, swarm, where, details=details, json=json)
+    found = view.executed(
+        going_back, stop, lambda one: order(one.due, (), ("100%",), together), dry_run=dry_run, yes=yes
+    )
+    absent = rollout_output.absent(found, swarm.hosts)
+    if json:
+        console.print_json(rollout_output.document(swarm.name, found))
+    else:
+        rollout_output.report(
+            swarm, found, next_command.completing(spec, where), absent,
+            details=details, interrupted=stop.requested,
+        )  # fmt: skip
+    code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
+    if going_back.problem and code == exit_codes.OK:
+        listing = spec.command("history", *where)
+        console.fail(f"nothing was changed: {going_back.problem}", f"`{listing}` lists the runs")
+    if not options.in_lab(lab, lab_name):
+        forgotten_lab.guess("rollback", spec, swarm.name, rollout_output.errors(found), limit)
+    if not json and code == exit_codes.OK:
+        console.show("note: the spec is as it was: a deploy brings its release again", error=True)
+        next_command.advise("status", spec, *where)
+    raise typer.Exit(code)

@@ -1,0 +1,33 @@
+"""Reads the logs of hosts: which run changed them, when, and with what result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarm_agent.history_messages import ChangeEntry, HistoryAnswer, HistoryRequest
+
+from swarmctl.remote import agent_client, parallel_hosts
+from swarmctl.remote.agent_client import Conversation
+from swarmctl.remote.parallel_hosts import Event
+from swarmctl.remote.transport import Session, Target, Transport
+
+_VERBS = ("history",)
+
+
+def history(host: Conversation, swarm: str) -> HistoryAnswer:
+    """Returns the last changes of a host."""
+    request: HistoryRequest = {"verb": "history", "swarm": swarm}
+    answer: HistoryAnswer = host.ask(request)
+    return answer
+
+
+def histories(
+    swarm: str, targets: list[Target], transport: Transport, *, parallel: int
+) -> Iterator[Event[list[ChangeEntry]]]:
+    """Reads the log of every host. Yields events."""
+
+    def work(session: Session, target: Target, note: object) -> list[ChangeEntry]:
+        with agent_client.talk(session, verbs=_VERBS) as host:
+            return history(host, swarm)["entries"]
+
+    return parallel_hosts.run(targets, work, transport=transport, parallel=parallel)
