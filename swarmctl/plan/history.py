@@ -61,9 +61,7 @@ def before_last(found: Sequence[Run], current: Mapping[str, str | None]) -> Mapp
         if changed:
             first = [host for host, one in changed.items() if one["prev"] is None]
             if first:
-                raise NoWayBackError(
-                    f"the last deploy was the first one of {hostlist.written(sorted(first))}"
-                )
+                raise NoWayBackError(f"it was the first deploy of {hostlist.written(sorted(first))}")
             return {host: str(one["prev"]) for host, one in changed.items() if one["prev"] != one["next"]}
     raise NoWayBackError("no host has a change that could be taken back")
 
