@@ -1,6 +1,7 @@
-"""What deploying costs: ``python benchmarks/deploy.py [--hosts N] [--rounds N] [--check]``, as root.
+"""What deploying costs: ``python benchmarks/deploy.py [--hosts N] [--rounds N] [--check | --profile]``.
 
-In a lab of N hosts, beside bare paramiko that logs in to the same hosts and runs ``true``, round by round.
+As root, in a lab of N hosts, beside bare paramiko that logs in to the same hosts and runs ``true``, round by
+round.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import paramiko
+from deploy_cost.profile import before_connecting, on_a_host, table
 
 from swarmctl.deploy.rollout import Outcome, deploy, observe
 from swarmctl.lab import lab, paths
@@ -186,6 +188,7 @@ def main() -> int:
     parser.add_argument("--hosts", type=int, default=3)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--check", action="store_true", help="fail when a bar is missed")
+    parser.add_argument("--profile", action="store_true", help="print where the time goes, step by step")
     given = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="swarm-bench-"))
     os.environ[paths.STATE_VARIABLE] = str(folder)
@@ -195,6 +198,12 @@ def main() -> int:
         with booted(spec) as (namespace, targets, wanted):
             chosen = tasks(targets, wanted)
             network.within(namespace, chosen[-1].run)  # the first deploy
+            if given.profile:
+                target = targets[-1]
+                host = network.within(namespace, lambda: on_a_host(target, wanted[target.host], given.rounds))
+                print(*table("before the first connection", before_connecting(spec, given.rounds)), sep="\n")
+                print(*table("one host, nothing to do", host), sep="\n")
+                return 0
             rounds = network.within(namespace, lambda: measured(chosen, given.rounds))
         return int(not shown(chosen, rounds) and given.check)
     finally:

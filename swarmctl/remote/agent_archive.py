@@ -55,7 +55,7 @@ def agent(verbs: tuple[str, ...] = DEPLOY_VERBS, module: HostModule | None = Non
 @lru_cache
 def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
     folders = {package: templates() / folder for package, folder in _PACKAGES.items()}
-    names = ["swarm_agent.main", *(f"swarm_agent.verbs.{verb}" for verb in verbs)]
+    names = ["swarm_agent.main", "swarm_agent.compiled", *(f"swarm_agent.verbs.{verb}" for verb in verbs)]
     names += [program for verb, program in _PROGRAMS.items() if verb in verbs]
     if module is not None:
         folders[module.name.partition(".")[0]] = module.folder

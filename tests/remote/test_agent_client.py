@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import MAGIC_NUMBER
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ from swarmctl.remote import agent_archive, agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import HostError, Kind, Output, Session
 from swarmctl.render.bundle import Bundle, File, Unit
+from swarmctl.resources import templates
 from tests.packages.agent.local_session import LocalSession
 from tests.remote import sshd as servers
 from tests.remote.captured_wire import proxy
@@ -108,8 +112,46 @@ def test_the_agent_is_sent_once_and_kept(spare: Path, prefix: Path, transport: S
 
     small = len(b'{"verb":"observe","swarm":"new","payload":0}\n')
     assert sent == [small, small + len(agent_client.agent().archive), small]
-    kept = list((prefix / "opt/swarm/.agent").iterdir())
-    assert [path.name for path in kept] == [f"{agent_client.agent().digest}.zip"]
+    kept = (prefix / "opt/swarm/.agent").glob("*.zip")
+    plain = {path.name for path in kept} - {compiled(prefix).name}
+    assert plain == {f"{agent_client.agent().digest}.zip"}
+
+
+def compiled(prefix: Path) -> Path:
+    """Where the host keeps the agent compiled, for the Python of these tests."""
+    name = f"{agent_client.agent().digest}-{MAGIC_NUMBER.hex()}.zip"
+    return prefix / "opt/swarm/.agent" / name
+
+
+def started(prefix: Path, size: int = 0, *python: str) -> subprocess.CompletedProcess[bytes]:
+    """One agent that answers one request, as the loader starts it in this Python."""
+    loader = (templates() / "packages/agent/loader.py").read_text("utf-8")
+    words = ["cafe", agent_client.agent().digest, str(size)]
+    return subprocess.run(
+        [sys.executable, "-I", "-S", *python, "-c", loader, *words],
+        input=agent_client.agent().archive[:size] + b'{"verb":"observe","swarm":"new","payload":0}\n',
+        capture_output=True, check=True, env={"PATH": "/usr/bin:/bin", "SWARM_PREFIX": str(prefix)},
+    )  # fmt: skip
+
+
+def test_the_host_compiles_the_agent_once(prefix: Path) -> None:
+    """Python would compile every module of the archive at each start, which takes most of it."""
+    started(prefix, len(agent_client.agent().archive))
+    second = started(prefix, 0, "-v")
+    assert b'"release":null' in second.stdout or b"z:" in second.stdout
+    of_the_agent = [line for line in second.stderr.splitlines() if b"swarm_agent" in line]
+    assert any(compiled(prefix).name.encode() in line for line in of_the_agent)
+    assert not any(re.search(rb"[.]py\b", line) for line in of_the_agent)
+
+
+def test_a_damaged_compiled_agent_is_made_anew(prefix: Path) -> None:
+    """By a cut of the power: the archive is on the disk, and what was compiled from it is not."""
+    started(prefix, len(agent_client.agent().archive))
+    whole = compiled(prefix).read_bytes()
+    for damaged in (b"", whole[:64], whole[:-1000] + bytes(1000)):
+        compiled(prefix).write_bytes(damaged)
+        assert b"\n@cafe z:" in started(prefix).stdout
+        assert compiled(prefix).read_bytes() == whole
 
 
 def test_an_agent_that_was_tampered_with_is_not_run_but_sent_anew(
