@@ -74,6 +74,10 @@ class Verbs(LazyVerbs):
         Verb("schema", "Print the JSON Schema (draft-07) of a spec or of a robot type."),
         Verb("emulate", "Run one emulated robot on a pty."),
         Verb("mode", "Infer the mode of a spec, or convert it to another mode."),
+        Verb(
+            "swap",
+            "Exchange the devices of two robots: addresses, calibration and wiring. Names and roles stay.",
+        ),
         Verb("lab", "Run the swarm on this machine: real hosts in namespaces, emulated robots."),
         Verb("driver", "Show robot types, write your own, test a robot with it."),
         Verb("firmware", "Build the sketch of a robot's board and write it to the board."),

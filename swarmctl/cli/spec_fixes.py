@@ -63,9 +63,10 @@ class SpecFixes:
         """Returns the texts with fixes, and those of the findings (``found``, if known) that they correct."""
         from swarmctl.rules.fixes import fixable
 
-        return fixable(self._found_with, self.original, found)
+        return fixable(self.found_with, self.original, found)
 
-    def _found_with(self, texts: Texts) -> Findings:
+    def found_with(self, texts: Texts) -> Findings:
+        """Returns the findings with other texts in place of those of some files."""
         from swarmctl.rules.runner import lint_files
 
         changed = {Path(file): text.encode() for file, text in texts.items()}

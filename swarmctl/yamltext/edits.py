@@ -5,6 +5,7 @@ Rules use them to build the ``fix`` of a diagnostic with ``make_fix``:
     set_key(source, ("robots", "k3"), "host", "k3-pi")        a new key of a mapping (or its new value)
     append_item(source, ("links", 0, "hosts"), "k3-pi")       one more item of a list
     replace_value(source, ("hosts", "k3-pi", "port"), 22)     another value
+    exchange(source, ("links", 1, "mac"), ("links", 2, "mac"), ...)   two values, each in the other's place
     rename_key(source, ("hosts", "k3-pi", "adress"), "address")
     remove(source, ("links", 3))                              a key with its value, or an item
     as_text(source, ("links", 1, "usb", "serial"))            the same word in quotes
@@ -24,7 +25,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from swarmctl.diagnostics import Edit, Fix, Span
-from swarmctl.yamltext import cst_edits
+from swarmctl.yamltext import cst_edits, hostlist
 from swarmctl.yamltext.cst import Kind, Layout, Part, layout, line_starts
 from swarmctl.yamltext.emit import literal, text_of
 from swarmctl.yamltext.limits import MAX_FIXABLE
@@ -59,6 +60,21 @@ def replace_value(source: Source, loc: Loc, value: Any) -> Edits:
         return ()
     quote = found.part.style if found.part.style in _QUOTES else ""
     return found.edits(cst_edits.replaced(found.layout, found.part, literal(value, quote)))
+
+
+def exchange(source: Source, one: Loc, other: Loc, *values: Any) -> Edits:
+    """Returns the edits that exchange two values, ``values``: of one range, within the range."""
+    first, second = _find(source, one), _find(source, other)
+    if first is None or second is None:
+        return ()
+    if (first.file, first.part.start) != (second.file, second.part.start):
+        both = replace_value(source, one, values[1]), replace_value(source, other, values[0])
+        return joined(both) if all(both) else ()
+    found = hostlist.read(first.part.value)
+    text = found.exchanged(*map(str, values)) if isinstance(found, hostlist.Range) else ""
+    quote = first.part.style if first.part.style in _QUOTES else ""
+    made = first.edits(cst_edits.replaced(first.layout, first.part, literal(text, quote))) if text else ()
+    return tuple(replace(edit, copies=1) for edit in made)
 
 
 def as_text(source: Source, loc: Loc) -> Edits:

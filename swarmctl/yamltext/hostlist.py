@@ -37,6 +37,17 @@ class Range:
         kept = [number for number in self.numbers if f"{self.head}{number}{self.tail}" not in names]
         return f"{self.head}[{','.join(_parts(kept))}]{self.tail}" if kept else ""
 
+    def exchanged(self, one: str, other: str) -> str:
+        """Returns the range as text, with two of its names in each other's place; empty unless each is in
+        it once."""
+        names = list(self.names)
+        if not names.count(one) == names.count(other) == 1:
+            return ""
+        first, second = names.index(one), names.index(other)
+        numbers = list(self.numbers)
+        numbers[first], numbers[second] = numbers[second], numbers[first]
+        return f"{self.head}[{','.join(_parts(numbers))}]{self.tail}"
+
     def repeated(self, times: int) -> str:
         """Returns the range as text, repeated ``times`` times; empty if too long for a message."""
         return (
