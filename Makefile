@@ -22,7 +22,7 @@ LABS := $(shell expr $$(nproc) + 2)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test check busy power-cuts races experiments dead-man motion fuzz lint format generated man bench lock clean distclean lab-tools test-tools power-tools editor-tools
+.PHONY: demo test check busy power-cuts races experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -77,6 +77,10 @@ generated: $(VENV)/.dev ## regenerate schemas and reference pages from the model
 
 man: $(VENV)/.run ## manual pages of all verbs in build/man; read one with man -M build/man swarmctl-plan
 	$(BIN)/python tools/man_pages.py build/man/man1
+
+bench-tools: ## install the tools that benchmarks/compare.py compares with, into build/tools
+	$(PYTHON) -m venv build/tools
+	build/tools/bin/pip install --quiet ansible-core pyinfra fabric
 
 bench: $(VENV)/.dev ## run every benchmark
 	@for benchmark in benchmarks/*.py; do echo "== $$benchmark"; $(BIN)/python $$benchmark || exit 1; done

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
-from swarmctl.deploy.rollout import look
+from swarmctl.deploy.look import look
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import HostError, Session, Target
@@ -37,7 +37,7 @@ from swarmctl.analysis.impact import impacts
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.resolve import resolve
 done("import resolve, render")
-from swarmctl.deploy.rollout import deploy
+from swarmctl.deploy.deployment import Deployment
 from swarmctl.remote.ssh import SshTransport
 done("import deploy, paramiko")
 document, _ = load_checked(Path(sys.argv[1]))

@@ -115,11 +115,11 @@ def rendered(file: Path) -> dict[str, Bundle]:
     return dict(bundles(swarm))
 
 
-def test_what_belongs_to_the_device_moves_and_the_rest_of_the_text_stays(tmp_path: Path) -> None:
+def test_a_swap_moves_the_device_only(tmp_path: Path) -> None:
     assert swapped(spec_at(tmp_path, SPEC), "epuck3", "epuck7") == SWAPPED
 
 
-def test_only_the_hosts_of_the_two_change_and_only_in_what_names_the_device(tmp_path: Path) -> None:
+def test_only_the_hosts_of_the_two_change(tmp_path: Path) -> None:
     before = rendered(spec_at(tmp_path, SPEC))
     after = rendered(spec_at(tmp_path, SWAPPED))
     changed = {host: {one.path for one in {*after[host].files} ^ {*before[host].files}} for host in before}
@@ -189,7 +189,7 @@ def test_a_fleet_in_several_files_changes_in_each_of_them() -> None:
     }
 
 
-def test_the_verb_shows_the_edit_and_writes_it_when_told_to(
+def test_the_verb_shows_the_edit_or_writes_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = spec_at(tmp_path, SPEC)
