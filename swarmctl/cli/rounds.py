@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, rollout_output
+from swarmctl.cli import console, exit_codes, next_command, rollout_output, saved_plan
 
 if TYPE_CHECKING:
     from rich.text import Text
 
+    from swarmctl.cli.saved_plan import SavedPlan
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.outcome import Result
@@ -54,6 +55,7 @@ class View:
         *,
         dry_run: bool,
         yes: bool,
+        saved: SavedPlan | None = None,
     ) -> Mapping[str, Result]:
         """Surveys the hosts, asks, and changes them. Returns the results; exits after a dry run."""
         from swarmctl.remote.parallel_hosts import interruptible
@@ -62,10 +64,14 @@ class View:
         with deployment:
             with interruptible(rollout_output.note, stop):
                 rollout_output.follow(deployment.survey(), hosts, quiet=self.json)
+            if saved and (reason := saved_plan.stale(saved, deployment.plan)):
+                console.fail(
+                    f"nothing was changed, the plan is stale: {reason}", "make it again, and look at it"
+                )
             chosen = choose(deployment)
             if dry_run:
                 raise typer.Exit(self._dry_run(deployment.plan, chosen))
-            if chosen.waves and not (stop.requested or deployment.held or yes or self.json):
+            if chosen.waves and not (stop.requested or deployment.held or yes or saved or self.json):
                 self._ask(deployment.plan, chosen)
             with interruptible(rollout_output.note, stop):
                 return rollout_output.results(deployment.change(chosen), hosts, quiet=self.json)

@@ -48,7 +48,10 @@ class Problem:
 
 @dataclass(frozen=True)
 class HostPlan:
-    """The steps of one host from one release to the next; no steps if it is up to date."""
+    """The steps of one host from one release to the next; no steps if it is up to date.
+
+    ``last``: the host's last transaction when it was observed.
+    """
 
     host: str
     base: str | None
@@ -57,6 +60,7 @@ class HostPlan:
     diffs: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     problem: Problem | None = None
+    last: str = ""
 
     def targets(self, *kinds: Kind) -> tuple[str, ...]:
         """Returns the targets of the steps of these kinds."""

@@ -92,6 +92,22 @@ def test_the_last_deploy_can_be_taken_back(swarm: LabSwarm, faster_k3: Path) -> 
     assert (there["prev"], there["next"]) == (again["next"], again["prev"])
 
 
+def test_a_saved_plan_is_executed_as_it_was_or_refused(
+    swarm: LabSwarm, faster_k3: Path, tmp_path: Path
+) -> None:
+    first, second = tmp_path / "first.plan", tmp_path / "second.plan"
+    for path in (first, second):
+        assert swarm.swarmctl("plan", "-o", str(path), spec=faster_k3).status == 0
+    done = swarm.deploy(first)
+    assert done.status == 0, done.out + done.err
+    assert "1 of 3 hosts changed" in done.out
+    assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
+    again = swarm.deploy(second)
+    assert again.status == 1, again.out + again.err
+    assert "the plan is stale: somebody has deployed to k3-pi since" in again.err
+    assert swarm.deploy().status == 0
+
+
 def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
     before = swarm.pids()
     path = f"{HOME}/current/params/k3.yaml"

@@ -14,6 +14,7 @@ from swarmctl.cli import (
     options,
     rollout_output,
     rounds,
+    saved_plan,
     selected,
 )
 
@@ -101,6 +102,9 @@ def deploy(
     from swarmctl.swarm.index import SwarmIndex
 
     sizes = rounds.sizes(serial)
+    if saved := saved_plan.read(spec):
+        saved.check_options(overlays, limit, lab=lab, lab_name=lab_name)
+        spec, lab, lab_name, limit = saved.spec, saved.lab, saved.lab_name, saved.limit
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
@@ -120,8 +124,9 @@ def deploy(
     view = rounds.View("deploy", spec, swarm, where, details=details, json=json)
     parts = impacts(SwarmIndex(document))
     found = view.executed(
-        deployment, stop, lambda one: order(one.due, parts, sizes, consistency), dry_run=dry_run, yes=yes
-    )
+        deployment, stop, lambda one: order(one.due, parts, sizes, consistency),
+        dry_run=dry_run, yes=yes, saved=saved,
+    )  # fmt: skip
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))

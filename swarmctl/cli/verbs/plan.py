@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, selected
+from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, saved_plan, selected
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,6 +31,10 @@ def plan(
     detailed_exitcode: Annotated[
         bool, typer.Option("--detailed-exitcode", help="Exit with 2 if there are changes.")
     ] = False,
+    saved: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="Write the plan for `swarmctl deploy FILE`."),
+    ] = None,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -44,6 +49,8 @@ def plan(
     from swarmctl.views.equal_hosts import names_of
     from swarmctl.views.plan import PlanView
 
+    if offline and saved:
+        console.fail("--offline and --out exclude each other", code=exit_codes.USAGE)
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
@@ -62,6 +69,9 @@ def plan(
             launch_files=launch_files_of(document),
         )  # fmt: skip
     made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
+    if saved:
+        found = saved_plan.hosts_of(made)
+        saved_plan.SavedPlan(spec, lab, lab_name, limit, found).write(saved)
     if json:
         console.print_json(made.to_json())
     else:
