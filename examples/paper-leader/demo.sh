@@ -39,7 +39,7 @@ printf '$ swarmctl plan %s --lab-name %s --detailed-exitcode\n' "$spec" "$name"
 expect 2 swarmctl plan "$spec" --lab-name "$name" --detailed-exitcode | tail -n 1
 
 say "Deploy"
-run swarmctl deploy "$spec" --lab-name "$name"
+run swarmctl deploy "$spec" --lab-name "$name" --yes
 
 say "Now there is nothing left to do (exit code 0)"
 expect 0 swarmctl plan "$spec" --lab-name "$name" --detailed-exitcode

@@ -25,6 +25,7 @@ from swarmctl.render.bundle import Bundle
 R = TypeVar("R")
 APPLY_TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above their sum
 _LOCK_WAIT = 60.0  # s; what the agent waits at most for an agent whose connection was lost
+_OTHERS_WAIT = 1.0  # s; for a lock that another operator holds
 _AGAIN = 1.0  # s between attempts to connect
 _GRACE = 15.0  # s after the deadline in which a host that went back should answer again
 _RETRIED = (ErrorKind.UNREACHABLE, ErrorKind.LOST, ErrorKind.AUTH, ErrorKind.HOST_KEY, ErrorKind.PRIVILEGE)
@@ -81,8 +82,10 @@ class HostTransaction:
                 f"locked by {last['who']}, whose deploy waits for its confirmation",
                 f"run the same command again; it is confirmed or undone within {last['left']:.0f} s",
             )
+        # An agent whose connection this operator has lost may still be at work; another operator's is not.
+        patience = _LOCK_WAIT if _ours(last["who"]) else _OTHERS_WAIT
         self.note("undoing what an earlier deploy has left")
-        self._undo(host, last["txid"], pending=bool(last["left"]))
+        self._undo(host, last["txid"], pending=bool(last["left"]), wait=patience)
         return True
 
     def commit(self, host: Conversation, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
@@ -194,8 +197,8 @@ class HostTransaction:
                 "is it the right host, and its agent intact?",
             )
 
-    def _undo(self, host: Conversation, txid: str, *, pending: bool = True) -> None:
-        request: ConfirmRequest = {**self._decision("undo", txid), "pending": pending}
+    def _undo(self, host: Conversation, txid: str, *, pending: bool = True, wait: float = _LOCK_WAIT) -> None:
+        request: ConfirmRequest = {**self._decision("undo", txid), "pending": pending, "wait": wait}
         host.ask(request, on_note=self.note, timeout=APPLY_TIMEOUT)
 
     def _decision(self, verb: Literal["confirm", "undo"], txid: str) -> ConfirmRequest:

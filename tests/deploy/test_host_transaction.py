@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import fcntl
+import json
 import os
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +23,7 @@ from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, bundles, deployed
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
+from tests.timing import PATIENCE
 
 AWAY = HostError(Kind.UNREACHABLE, "no route to k3")
 OLD, NEW = bundles()["k3"], bundles(k3="speed: 2\n")["k3"]
@@ -202,3 +206,20 @@ def test_the_change_of_another_run_is_left_alone_and_named(host: FakeHost, who: 
     assert isinstance(result, HostError)
     assert result.message == f"locked by {who}, whose deploy waits for its confirmation"
     assert last(host)["state"] == "pending"
+
+
+def test_while_the_agent_of_another_operator_works_its_host_is_locked(host: FakeHost) -> None:
+    state = host.prefix / "opt/swarm/new/state"
+    who = "anna@desk (7)"
+    assert host.apply(NEW, "after:flip", base=OLD.digest, who=who).status == 137
+    with (state / "lock").open("r+") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        lock.truncate()
+        json.dump({"who": who, "pid": 9}, lock)
+        lock.flush()
+        begun = time.monotonic()
+        result = run(host, bundles(k3="speed: 3\n")["k3"])
+
+    assert isinstance(result, HostError)
+    assert result.message == f"locked by {who} (process 9)"
+    assert time.monotonic() - begun < PATIENCE / 2  # an own agent is waited for much longer
