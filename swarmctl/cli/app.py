@@ -10,7 +10,7 @@ import typer
 
 from swarmctl import __version__
 from swarmctl.cli import exit_codes, options
-from swarmctl.cli.exit_codes import CHANGES, HOSTS_FAILED, HOSTS_UNREACHABLE, UNHEALTHY
+from swarmctl.cli.exit_codes import CHANGES, HOSTS_FAILED, HOSTS_UNREACHABLE, NOT_PROVEN, UNHEALTHY
 from swarmctl.cli.lazy_verbs import LazyVerbs, Verb
 
 
@@ -63,6 +63,19 @@ class Verbs(LazyVerbs):
             HOSTS_UNREACHABLE,
         ),
         Verb("status", "Show the health of hosts, robots and programs.", HOSTS_UNREACHABLE, UNHEALTHY),
+        Verb(
+            "stop",
+            "Stop robots at once, and keep them stopped until `swarmctl start`.",
+            HOSTS_FAILED,
+            HOSTS_UNREACHABLE,
+            NOT_PROVEN,
+        ),
+        Verb(
+            "start",
+            "Release robots that `swarmctl stop` has stopped; each stands until its next command.",
+            HOSTS_FAILED,
+            HOSTS_UNREACHABLE,
+        ),
         Verb(
             "remove",
             "Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>.",

@@ -15,6 +15,7 @@ CHANGES = 2
 HOSTS_FAILED = 3
 HOSTS_UNREACHABLE = 4
 UNHEALTHY = 5
+NOT_PROVEN = 6
 USAGE = 64
 INTERRUPTED = 130
 
@@ -25,6 +26,7 @@ MEANING = {
     HOSTS_FAILED: "some hosts failed",
     HOSTS_UNREACHABLE: "some hosts are unreachable, none failed",
     UNHEALTHY: "the swarm is unhealthy",
+    NOT_PROVEN: "a robot was sent its stop, but is not shown to stand",
     USAGE: "usage error",
     INTERRUPTED: "interrupted",
 }

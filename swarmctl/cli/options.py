@@ -13,10 +13,10 @@ from swarmctl.cli import console, exit_codes, spec_args
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
+    from swarmctl.cli.ssh_targets import NamedHosts
     from swarmctl.remote.transport import Target
     from swarmctl.render.bundle import Bundle
     from swarmctl.spec.load import Document
-    from swarmctl.swarm.resolved import Swarm
 
 _Format = TypeVar("_Format", bound=Enum)
 
@@ -108,7 +108,7 @@ def lab_of(document: Document, lab: bool, lab_name: str) -> str:
     return lab_name or document.spec.name if in_lab(lab, lab_name) else ""
 
 
-def targets(spec: SpecFiles, swarm: Swarm, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
+def targets(spec: SpecFiles, swarm: NamedHosts, *, lab: bool, lab_name: str) -> Mapping[str, Target]:
     """The SSH target of each host. With ``lab``, this process enters the network namespace of the lab."""
     return (
         _lab_targets(lab_name or swarm.name, spec, swarm)
@@ -130,7 +130,7 @@ def secrets(spec: SpecFiles, wanted: Mapping[str, Bundle]) -> Mapping[str, str]:
         console.fail(str(error), error.fix)
 
 
-def _lab_targets(name: str, spec: SpecFiles, swarm: Swarm) -> Mapping[str, Target]:
+def _lab_targets(name: str, spec: SpecFiles, swarm: NamedHosts) -> Mapping[str, Target]:
     from swarmctl.cli import next_command
     from swarmctl.lab import lab as labs
     from swarmctl.lab.errors import LabError
@@ -156,7 +156,7 @@ def _lab_targets(name: str, spec: SpecFiles, swarm: Swarm) -> Mapping[str, Targe
     }
 
 
-def _real_targets(spec: SpecFiles, swarm: Swarm) -> Mapping[str, Target]:
+def _real_targets(spec: SpecFiles, swarm: NamedHosts) -> Mapping[str, Target]:
     from swarmctl.cli import ssh_targets as real
 
     found, warnings = real.targets(swarm, real.read_known_hosts(spec.first))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import getpass
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from swarmctl.cli import console
 
@@ -13,7 +13,46 @@ if TYPE_CHECKING:
     from swarmctl.remote.known_hosts import KnownHosts
     from swarmctl.remote.ssh_config import Login
     from swarmctl.remote.transport import Target
-    from swarmctl.swarm.resolved import Swarm
+
+
+class HostLogin(Protocol):
+    """What a spec says about logging in to a host; ``declared``: which of `user` and `port` it sets."""
+
+    @property
+    def name(self) -> str:
+        """Its name in the spec."""
+
+    @property
+    def address(self) -> str:
+        """Where it is reached."""
+
+    @property
+    def user(self) -> str:
+        """The account to log in as."""
+
+    @property
+    def port(self) -> int:
+        """The TCP port of its SSH server."""
+
+    @property
+    def via(self) -> str | None:
+        """The host to jump through."""
+
+    @property
+    def declared(self) -> frozenset[str]:
+        """Those of `user` and `port` that the spec sets."""
+
+
+class NamedHosts(Protocol):
+    """A swarm, resolved or only read."""
+
+    @property
+    def name(self) -> str:
+        """The name of the swarm."""
+
+    @property
+    def hosts(self) -> Mapping[str, HostLogin]:
+        """Its hosts by name."""
 
 
 def read_known_hosts(spec: Path) -> KnownHosts:
@@ -39,7 +78,7 @@ def known_elsewhere() -> KnownHosts:
         return KnownHosts()
 
 
-def targets(swarm: Swarm, known: KnownHosts) -> tuple[Mapping[str, Target], tuple[str, ...]]:
+def targets(swarm: NamedHosts, known: KnownHosts) -> tuple[Mapping[str, Target], tuple[str, ...]]:
     """How to reach every host, by name, and what in ``~/.ssh/config`` is ignored.
 
     Ends the program if that file is wrong.
@@ -59,7 +98,7 @@ def targets(swarm: Swarm, known: KnownHosts) -> tuple[Mapping[str, Target], tupl
     return found, tuple(config.warnings)
 
 
-def login(swarm: Swarm, name: str, behind: tuple[str, ...] = ()) -> Login:
+def login(swarm: NamedHosts, name: str, behind: tuple[str, ...] = ()) -> Login:
     """What the spec declares about reaching a host; a circle of ``via`` is cut where it closes."""
     from swarmctl.remote.ssh_config import Login
 

@@ -24,6 +24,8 @@ DEPLOY_VERBS = (
     "confirm",
     "undo",
     "remove",
+    "stop",
+    "start",
 )
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
 ROLLBACK_VERBS = ("observe", "history", "lease", "rollback", "hold", "confirm", "undo")

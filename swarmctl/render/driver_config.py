@@ -13,14 +13,16 @@ from swarmctl.robot_types.driver_params import common_params, own_params
 from swarmctl.swarm.resolved import Commander, Robot, SwarmctlDriver
 
 
-def parameters(robot: Robot, driver: SwarmctlDriver) -> bytes:
-    """Returns what swarmctl's driver of ``robot`` reads, as YAML."""
+def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> bytes:
+    """Returns what swarmctl's driver of ``robot`` reads, as YAML. ``stop_file``: its latch on the host."""
     common, text = _common(_tuned(robot, driver))
     if (made := sketch.sketch_of(robot)) is not None:
         text = entries({**common, "protocol": {**common["protocol"], "digest": made.digest}})
     rest: dict[str, Any] = {"urdf": f"../{urdf_path(robot)}"}
     if robot.start is not None:
         rest["start"] = robot.start.model_dump()
+    if stop_file:
+        rest["stop_file"] = stop_file
     rest["commanders"] = [commander_params(one) for one in robot.commanders]
     return file_of(entries(_own(robot, driver)), text, entries(rest))
 

@@ -323,3 +323,24 @@ def test_vendors_take_commands_only_from_the_gate_or_are_named(fleet: LabSwarm) 
         with fleet.publishing(PI, robot, 0.9):  # above its limit of 0.5
             within(10, lambda robot=robot: "0.5" in received(fleet, robot), f"{robot} is not commanded")
         assert set(received(fleet, robot)) <= {"0", "0.5"}
+
+
+def test_a_stop_reaches_a_vendors_robot_through_its_gate_and_is_not_called_proven(fleet: LabSwarm) -> None:
+    within(20, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move")
+    try:
+        run = fleet.swarmctl("stop", "--json")
+        found = {one["robot"]: (one["state"], one["proof"]) for one in run.json()["robots"]}
+        assert found == {
+            LAUNCHED: ("unproven", "sent"),
+            EXECUTED: ("unproven", "sent"),
+            UNGATED: ("failed", "none"),
+        }
+        assert run.status == exit_codes.HOSTS_FAILED
+        fleet.seconds_to_standstill(LAUNCHED)
+        fleet.shell(PI, f"sudo systemctl restart swarm-{SWARM}.{LAUNCHED}.gate.service")
+        time.sleep(2)
+        assert not moves(fleet.robot(LAUNCHED))
+        assert fleet.swarmctl("stop", LAUNCHED).status == exit_codes.NOT_PROVEN
+    finally:
+        assert fleet.swarmctl("start").status == exit_codes.OK
+    within(10, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move again")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from swarm_agent.paths import stop_file
+
 from swarmctl.render import shipped_files, sketch
 from swarmctl.render.bundle import File, Unit
 from swarmctl.render.driver_config import codec_path, parameters, params_path, type_params, urdf_path
@@ -71,7 +73,8 @@ def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
 
 def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[File]:
     """The launch file and the configuration of swarmctl's driver."""
-    yield File(params_path(robot), parameters(robot, driver), origin=f"robots.{robot.name}")
+    content = parameters(robot, driver, stop_file(swarm.name, robot.name))
+    yield File(params_path(robot), content, origin=f"robots.{robot.name}")
     urdf = robot.urdf.content if robot.urdf is not None else robot_model.urdf(type_params(robot, driver))
     yield File(urdf_path(robot), urdf, origin=f"robots.{robot.name}")
     if driver.codec:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from swarm_agent.paths import stop_file
+
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Unit
 from swarmctl.render.driver_config import commander_params
@@ -22,7 +24,8 @@ FOLDER = "gate"
 def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
     """Yields the parameters of a robot's gate, and its launch file for people."""
     origin = f"robots.{robot.name}"
-    yield File(_params_path(robot), params_file(parameters(robot, driver)), origin=origin)
+    values = {**parameters(robot, driver), "stop_file": stop_file(swarm.name, robot.name)}
+    yield File(_params_path(robot), params_file(values), origin=origin)
     text = render(
         "gate.launch",
         group=robot.namespace[1:],

@@ -16,6 +16,7 @@ from swarm_command.command_gate import CommandGate
 from swarm_command.command_mailbox import CommandMailbox
 from swarm_command.report import Level
 from swarm_command.reporter import Reporter
+from swarm_command.stop_latch import StopLatch
 from swarm_common.systemd import Notifier
 from swarm_driver.actuators import ActuatorSettings
 from swarm_driver.codec import Values
@@ -53,6 +54,7 @@ class DriverNode:
 
     def __init__(self, config: Config, notifier: Notifier) -> None:
         self.commands = CommandMailbox()
+        self._latch = StopLatch(config.stop_file, self.commands)
         self._config = config
         self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
         self._news = News(notifier)
@@ -69,7 +71,7 @@ class DriverNode:
         )
 
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
-        run(self._driver, self.commands, beat, longest_wait)
+        run(self._driver, self.commands, self._latch, beat, longest_wait)
 
     def join(self, loop: Future[None]) -> None:
         # Importing ROS takes longer than stopping the robot.

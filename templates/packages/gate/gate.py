@@ -17,6 +17,7 @@ from swarm_command.command_gate import CommandGate
 from swarm_command.command_mailbox import CommandMailbox
 from swarm_command.limits import Velocity
 from swarm_command.reporter import Reporter
+from swarm_command.stop_latch import StopLatch
 from swarm_common.systemd import Notifier
 from swarm_gate.config import COMMAND, Config, load
 from swarm_gate.gate import Gate, run
@@ -37,6 +38,9 @@ class Output(Reporter):
         if self.ros:
             self.ros.send(velocity)
 
+    def receivers(self) -> int:
+        return self.ros.receivers() if self.ros else 0
+
     def flush(self) -> None:
         if self.ros:
             self.ros.flush()
@@ -47,6 +51,7 @@ class GateNode:
 
     def __init__(self, config: Config, notifier: Notifier) -> None:
         self.commands = CommandMailbox()
+        self._latch = StopLatch(config.stop_file, self.commands)
         self._config = config
         self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
         self._wiring = WiringWatch(config)
@@ -56,7 +61,7 @@ class GateNode:
         )
 
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
-        run(self._gate, self.commands, beat, longest_wait)
+        run(self._gate, self.commands, self._latch, beat, longest_wait)
 
     def join(self, loop: Future[None]) -> None:
         def end() -> None:

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 from swarm_command.report import Level
+from swarm_command.stop_latch import StopLatch
 from swarm_driver.driver import Phase, run
 from swarm_driver.protocols import LineQuery
 
@@ -289,9 +290,9 @@ def test_every_end_of_the_loop_is_a_stop(ending, monkeypatch):
     monkeypatch.setattr(bench.driver, "step", last_step)
     if ending == "exception":
         with pytest.raises(RuntimeError):
-            run(bench.driver, bench.commands, lambda: None, 1.0)
+            run(bench.driver, bench.commands, StopLatch("", bench.commands, ""), lambda: None, 1.0)
     else:
-        run(bench.driver, bench.commands, lambda: None, 1.0)
+        run(bench.driver, bench.commands, StopLatch("", bench.commands, ""), lambda: None, 1.0)
     assert bench.robot.requests[-1][1] == STOP
     assert bench.driver.phase is Phase.DISCONNECTED
 

@@ -13,6 +13,7 @@ from swarm_command.command_gate import CommandGate
 from swarm_command.command_mailbox import CommandMailbox
 from swarm_command.limits import STANDSTILL, Velocity
 from swarm_command.report import Level
+from swarm_command.stop_latch import StopLatch
 from swarm_gate.config import Config
 from swarm_gate.gate import Gate, run
 from swarm_gate.motion import Motion
@@ -42,6 +43,7 @@ class Bench:
         self.sent: list[tuple[float, Velocity]] = []
         self.reports = []
         self.flushed = False
+        self.connected = 1
         self.commands = CommandMailbox(lambda: self.now)
         self.senders = CommandGate(
             Authority(CONFIG.commanders, CONFIG.command_timeout), self.commands, lambda: self.now
@@ -53,6 +55,9 @@ class Bench:
 
     def send(self, velocity: Velocity) -> None:
         self.sent.append((round(self.now - 100.0, 3), velocity))
+
+    def receivers(self) -> int:
+        return self.connected
 
     def flush(self) -> None:
         self.flushed = True
@@ -230,6 +235,30 @@ def test_however_the_loop_ends_a_zero_is_the_last_message(fault):
         bench.commands.stop()
 
     with contextlib.suppress(RuntimeError):
-        run(bench.gate, bench.commands, beat, 1.0)
+        run(bench.gate, bench.commands, StopLatch("", bench.commands, ""), beat, 1.0)
     assert bench.sent[-1][1] == STANDSTILL
     assert bench.flushed
+
+
+def test_a_held_robot_gets_zeros_whoever_commands_and_nothing_is_called_a_proof():
+    bench = Bench()
+    bench.wait(0.5)
+    bench.command(0.1)
+    bench.commands.hold(held=True)
+    bench.gate.step()
+    assert bench.sent[-1][1] == STANDSTILL
+    for _ in range(10):
+        bench.command(0.1)
+        bench.wait(0.1)
+    assert bench.sent[-1][1] == STANDSTILL
+    assert bench.moving() == bench.moving()[:1]
+    motion = bench.gate.motion()
+    assert motion["zero_at"] is not None
+    assert not motion["measured"]
+    bench.connected = 0
+    assert bench.gate.motion()["zero_at"] is None
+    bench.commands.hold(held=False)
+    bench.wait(0.2)
+    assert bench.sent[-1][1] == STANDSTILL
+    bench.command(0.1)
+    assert bench.sent[-1][1] != STANDSTILL

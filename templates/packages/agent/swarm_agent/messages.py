@@ -10,6 +10,7 @@ from typing import Any, Literal, Mapping, TypedDict
 
 from .history_messages import HistoryAnswer
 from .manifest import ManifestData
+from .motion_messages import StartAnswer, StopAnswer
 from .probe_messages import ImageAnswer, ImageRequest
 
 FileDrift = Literal["changed", "missing", "extra", "damaged"]
@@ -478,4 +479,6 @@ ANSWERS: Mapping[str, type] = {
     "prepare": PrepareAnswer,
     "build_packages": BuildAnswer,
     "fetch_build": FetchBuildAnswer,
+    "stop": StopAnswer,
+    "start": StartAnswer,
 }

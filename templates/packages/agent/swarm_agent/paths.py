@@ -5,6 +5,8 @@ from __future__ import annotations
 #: Each swarm has a folder here, and the agent its own (loader.py).
 ROOT = "/opt/swarm"
 AGENT_FOLDER = ROOT + "/.agent"
+#: What a host keeps of its swarms beside their releases: secrets and latches of `swarmctl stop`.
+KEPT = "/etc/swarm"
 
 LINK_FOLDERS = ("/etc/systemd/system", "/etc/udev/rules.d", "/etc/NetworkManager/conf.d")
 BLOCK_FILES = ("/etc/hosts", "/etc/chrony/chrony.conf")
@@ -18,3 +20,8 @@ READERS = {
     "chrony": "/etc/chrony/",
     "NetworkManager": "/etc/NetworkManager/",
 }
+
+
+def stop_file(swarm: str, robot: str) -> str:
+    """Returns the latch of a robot: while the file exists, the robot stands."""
+    return f"{KEPT}/{swarm}/stopped/{robot}"

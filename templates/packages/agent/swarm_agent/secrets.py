@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Iterable
 from . import files
 from .errors import RefusedError
 from .manifest import secret_names
+from .paths import KEPT
 from .release_store import Home
 
 if TYPE_CHECKING:
     from .messages import SecretState
 
-ROOT = "/etc/swarm"
-
 
 def _folder(home: Home) -> str:
-    return home.outside(f"{ROOT}/{home.swarm}/secrets")
+    return home.outside(f"{KEPT}/{home.swarm}/secrets")
 
 
 def offered(payload: bytes) -> dict[str, bytes]:
@@ -60,4 +59,4 @@ def forget(home: Home, but: Iterable[str] = ()) -> None:
     with suppress(OSError):
         os.rmdir(folder)
         os.rmdir(os.path.dirname(folder))
-        os.rmdir(home.outside(ROOT))
+        os.rmdir(home.outside(KEPT))

@@ -7,7 +7,7 @@ import shutil
 from contextlib import suppress
 from typing import Callable
 
-from . import files, record, recovery_unit, secrets, system_links, systemd
+from . import files, record, recovery_unit, secrets, stop_latches, system_links, systemd
 from .failpoint import passed
 from .paths import AGENT_FOLDER
 from .record import Record
@@ -38,6 +38,7 @@ def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None)
     nothing = home.manifest(None)
     changed = system_links.put_links(home, nothing) + system_links.put_blocks(home, None, nothing)
     secrets.forget(home)
+    stop_latches.forget(home)
     passed("withdraw")
     systemd.reload(home, system_links.daemons_of(changed))
     systemd.forget(units)

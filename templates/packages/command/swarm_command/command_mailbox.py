@@ -30,17 +30,29 @@ class CommandMailbox:
         self._clock = clock
         self.latest: Command | None = None
         self.stopped = False
+        self.held = False
         self.refused = 0
         self._listen, self._bell = socket.socketpair()
         self._bell.setblocking(False)
 
     def put(self, linear: Sequence[float], angular: Sequence[float], arrived: float | None = None) -> None:
-        """Stores a Twist: its components x, y, z in m/s and rad/s. An implausible one makes it a stop."""
+        """Stores a Twist: its components x, y, z in m/s and rad/s. An implausible one makes it a stop.
+
+        Ignored while the robot is held.
+        """
+        if self.held:
+            return
         sane = plausible((*linear, *angular))
         self.refused += not sane
         stamp = self._clock() if arrived is None else arrived
         self.latest = Command(Velocity(*linear, *angular) if sane else STANDSTILL, stamp)
         self.ring()
+
+    def hold(self, *, held: bool) -> None:
+        """Makes the robot stand until it is released; commands from before the release are dropped."""
+        if held != self.held:
+            self.latest = None
+            self.held = held
 
     def stop(self) -> None:
         """Ends the mailbox: every waiting thread returns."""

@@ -114,6 +114,7 @@ class Config:
     actuators: tuple[Actuator, ...]
     urdf: Path | None = None  # file with its shape
     start: Start | None = None
+    stop_file: str = ""  # the latch of `swarmctl stop`
 
     def readable(self, sensor: Sensor, firmware: str) -> bool:
         """Returns whether a robot with this ``firmware`` has the query of a sensor."""
@@ -152,6 +153,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         actuators=tuple(_actuator(name, one) for name, one in data["actuators"].items()),
         urdf=folder / str(data["urdf"]) if "urdf" in data else None,
         start=start_of(data["start"]) if "start" in data else None,
+        stop_file=str(data.get("stop_file", "")),
     )
 
 

@@ -73,6 +73,17 @@ class Connection(Protocol):
         """Returns what the robot is doing, as text for people."""
         ...
 
+    def zero_at(self) -> float | None:
+        """Returns when a zero was last sent, confirmed where the protocol can.
+
+        None while the robot may have another speed.
+        """
+        ...
+
+    def wheel_step(self) -> float | None:
+        """Returns the way of a wheel from one count to the next, in m; None if the wheels are not read."""
+        ...
+
     def rates(self) -> list[tuple[str, float, float]]:
         """Returns name, measured and wanted rate of everything that arrives regularly, in Hz."""
         ...

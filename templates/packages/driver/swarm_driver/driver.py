@@ -6,11 +6,12 @@ import contextlib
 import random
 import time
 from enum import Enum
-from typing import Callable, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 from swarm_command.authority import Standing
 from swarm_command.command_mailbox import CommandMailbox
 from swarm_command.report import Level, Report
+from swarm_command.stop_latch import StopLatch
 
 from swarm_driver.actuators import ActuatorSettings
 from swarm_driver.config import Config
@@ -23,6 +24,7 @@ from swarm_driver.protocols import RosserialProtocol
 from swarm_driver.relay import Relay
 from swarm_driver.rosserial_robot import Board
 from swarm_driver.session import Sink
+from swarm_driver.stillness import Stillness
 from swarm_driver.tally import Tally
 
 _FIRST_RETRY, _LAST_RETRY = 0.2, 5.0  # s between two attempts to connect, doubled from the one to the other
@@ -67,6 +69,7 @@ class Driver:
         self._relay = relay
         self._connection: Connection | None = None
         self._odometry = Odometry()
+        self._stillness = Stillness()
         self._firmware = "unknown"
         self._trouble = "not connected yet"
         self._attempt = 0
@@ -87,6 +90,7 @@ class Driver:
         if self._connection is not None or self._due <= self._clock():
             try:
                 self._due = self._advance()
+                self._stillness.take(self._connection.odometry.counters if self._connection else None)
             except (LinkLostError, PortError) as error:
                 self._due = self._give_up(str(error), missing=isinstance(error, PortError) and error.missing)
         now = self._clock()
@@ -98,6 +102,25 @@ class Driver:
     def listens_to(self) -> Sequence[Readable]:
         """Returns the files whose input calls for a step before the time that ``step`` returned is over."""
         return self._connection.listens_to() if self._connection is not None else ()
+
+    def motion(self) -> Mapping[str, Any]:
+        """Returns who commands the robot, and what is known of its wheels; moments by the driver's clock.
+
+        ``zero_at``: when a zero was last confirmed; ``still_since``: by the counters of the wheels.
+        """
+        connection = self._connection
+        known = connection is not None and connection.since is not None
+        zero_at = connection.zero_at() if connection is not None and known else None
+        step = connection.wheel_step() if connection is not None and known else None
+        return {
+            "held": self._commands.held,
+            "commander": self._standing().commander,
+            "zero_at": zero_at,
+            "confirms": not isinstance(self._config.protocol, RosserialProtocol),
+            "measured": step is not None,
+            "still_since": self._stillness.since(step, zero_at),
+            "trouble": "" if known else (connection.trouble if connection else "") or self._trouble,
+        }
 
     def close(self) -> None:
         """Stops the robot, waits for its confirmation and closes the line."""
@@ -189,15 +212,23 @@ class Driver:
         }
 
 
-def run(driver: Driver, commands: CommandMailbox, beat: Callable[[], None], longest_wait: float) -> None:
+def run(
+    driver: Driver,
+    commands: CommandMailbox,
+    latch: StopLatch,
+    beat: Callable[[], None],
+    longest_wait: float,
+) -> None:
     """Steps ``driver`` until ``commands`` are stopped, with ``beat`` after each step.
 
     Always ends with a stop.
     """
     try:
         while not commands.stopped:
+            latch.look()
             wait = driver.step()
             beat()
-            commands.wait(min(wait, longest_wait), driver.listens_to())
+            latch.answer(driver.motion)
+            commands.wait(min(wait, longest_wait), [*driver.listens_to(), *latch.listens_to()])
     finally:
         driver.close()

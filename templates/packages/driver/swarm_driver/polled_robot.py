@@ -72,6 +72,12 @@ class PolledRobot:
     def activity(self) -> str:
         return self._session.activity() if self._session else ""
 
+    def zero_at(self) -> float | None:
+        return self._session.zero_at() if self._session else None
+
+    def wheel_step(self) -> float | None:
+        return self._session.wheel_step() if self._session else None
+
     def rates(self) -> list[tuple[str, float, float]]:
         return self._session.rates() if self._session else []
 

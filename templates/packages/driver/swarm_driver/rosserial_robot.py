@@ -122,6 +122,12 @@ class Board:
     def activity(self) -> str:
         return self._dead_man.activity(self._aim != _STANDSTILL)
 
+    def zero_at(self) -> float | None:
+        return self._sent_at if self._aim == _STANDSTILL and self.since is not None else None
+
+    def wheel_step(self) -> float | None:
+        return self._wheels.scale.metres_per_count or None
+
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every topic that the sketch publishes, in Hz."""
         now = self._clock()
@@ -219,7 +225,7 @@ class Board:
         aim, now = self._wanted(), self._clock()
         if now < self._speed_due(aim):
             return
-        if aim == _STANDSTILL != self._aim and self._dead_man.in_force() is None:
+        if aim == _STANDSTILL != self._aim and self._dead_man.expired():
             self._tally.dead_man_trips += 1
         self._conversation.send(COMMAND, twist(*aim))
         self._aim, self._sent_at = aim, now

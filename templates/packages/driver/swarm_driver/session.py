@@ -127,6 +127,15 @@ class Session:
         """What the robot is doing, in words."""
         return self._dead_man.activity(self._aim != STANDSTILL)
 
+    def zero_at(self) -> float | None:
+        """Returns when the robot last confirmed a zero; None while it may have another speed."""
+        return self._sent_at if self._confirmed == STANDSTILL else None
+
+    def wheel_step(self) -> float | None:
+        """Returns the way of a wheel from one count to the next, in m; None if the wheels are not read."""
+        wheels = any(feed.sensor.kind == "wheels" for poll in self._polls for feed in poll.feeds)
+        return self._scale.metres_per_count if wheels else None
+
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every sensor, in Hz."""
         now = self._clock()
@@ -150,7 +159,7 @@ class Session:
         )
 
     def _send_speed(self, aim: Units) -> None:
-        if aim == STANDSTILL != self._aim and self._dead_man.in_force() is None:
+        if aim == STANDSTILL != self._aim and self._dead_man.expired():
             self._tally.dead_man_trips += 1
         self._aim = aim
         try:

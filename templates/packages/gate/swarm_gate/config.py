@@ -33,6 +33,7 @@ class Config:
     motion: Motion
     odom_frame: str  # of the driver
     start: Start | None = None  # where that frame lies in `map`
+    stop_file: str = ""  # the latch of `swarmctl stop`
 
     @property
     def node(self) -> str:
@@ -69,6 +70,7 @@ def parse(data: Mapping[str, Any]) -> Config:
         motion=_motion(data["motion"]),
         odom_frame=str(data["odom_frame"]),
         start=start_of(data["start"]) if "start" in data else None,
+        stop_file=str(data.get("stop_file", "")),
     )
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from typing import Callable, Protocol
+from typing import Any, Callable, Mapping, Protocol
 
 from swarm_command.authority import Standing
 from swarm_command.command_mailbox import Command, CommandMailbox
 from swarm_command.dead_man import DeadMan
 from swarm_command.limits import STANDSTILL, Velocity
 from swarm_command.report import Level, Report
+from swarm_command.stop_latch import StopLatch
 
 from swarm_gate.config import Config
 from swarm_gate.motion import limited, on_axes
@@ -26,6 +27,10 @@ class Sink(Protocol):
 
     def send(self, velocity: Velocity) -> None:
         """Takes the velocity that the robot is to have now."""
+
+    def receivers(self) -> int:
+        """Returns how many nodes what is sent goes to."""
+        ...
 
     def flush(self) -> None:
         """Returns when what was sent is on its way."""
@@ -69,6 +74,7 @@ class Gate:
         self._aim = STANDSTILL
         self._slowed = False
         self._sent = STANDSTILL
+        self._sent_at: float | None = None
         self._spent = -math.inf
         self._due = -math.inf
         self._report_due = clock()
@@ -89,13 +95,26 @@ class Gate:
         if self._due <= now:
             self._due = now + 1 / self._config.rate
             self._spent = max(self._spent, now) + 1 / MOST_COMMANDS
-            self._sent = self._aim
+            self._sent, self._sent_at = self._aim, now
             self._sink.send(self._aim)
         if self._report_due <= now:
             self._report_due = now + 1 / self._config.diagnostics_rate
             self._sink.report(self._report())
         expiry = self._dead_man.due() if command is not None else math.inf
         return max(0.0, min(self._due, self._report_due, expiry) - self._clock())
+
+    def motion(self) -> Mapping[str, Any]:
+        """Returns who commands the robot, and when it was last sent a zero, by the gate's clock."""
+        receivers = self._sink.receivers()
+        return {
+            "held": self._commands.held,
+            "commander": self._standing().commander,
+            "zero_at": self._sent_at if self._sent == STANDSTILL and receivers else None,
+            "confirms": False,
+            "measured": False,
+            "still_since": None,
+            "trouble": "" if receivers else "no driver is connected with its gate",
+        }
 
     def close(self) -> None:
         """Sends the last velocity: zero."""
@@ -105,7 +124,7 @@ class Gate:
     def _obey(self, command: Command | None) -> None:
         self._obeyed = command
         if command is None:
-            self._tally.dead_man_trips += 1
+            self._tally.dead_man_trips += self._dead_man.expired()
             self._aim, self._slowed = STANDSTILL, False
             return
         possible = on_axes(command.velocity, self._config.motion)
@@ -139,15 +158,19 @@ class Gate:
         }
 
 
-def run(gate: Gate, commands: CommandMailbox, beat: Callable[[], None], longest_wait: float) -> None:
+def run(
+    gate: Gate, commands: CommandMailbox, latch: StopLatch, beat: Callable[[], None], longest_wait: float
+) -> None:
     """Steps ``gate`` until ``commands`` are stopped, with ``beat`` after each step.
 
     Always ends with a zero.
     """
     try:
         while not commands.stopped:
+            latch.look()
             wait = gate.step()
             beat()
-            commands.wait(min(wait, longest_wait))
+            latch.answer(gate.motion)
+            commands.wait(min(wait, longest_wait), latch.listens_to())
     finally:
         gate.close()

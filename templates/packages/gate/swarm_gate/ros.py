@@ -63,6 +63,9 @@ class RosSink:
         twist.angular.x, twist.angular.y, twist.angular.z = velocity[3:]
         self._publisher.publish(self._message(twist))
 
+    def receivers(self) -> int:
+        return int(self._publisher.get_num_connections())
+
     def report(self, report: Report) -> None:
         self._diagnostics.publish(report.without(self.left_out, least=Level.WARN))
 

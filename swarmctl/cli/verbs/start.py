@@ -1,0 +1,64 @@
+"""``swarmctl start``: releases robots that ``swarmctl stop`` has stopped."""
+
+from __future__ import annotations
+
+import typer
+
+from swarmctl.cli import console, exit_codes, next_command, options, reached
+from swarmctl.cli.verbs.stop import PARALLEL, Robots
+
+
+def start(
+    spec: options.Spec,
+    robots: Robots = None,
+    overlays: options.Overlays = None,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    parallel: options.Parallel = PARALLEL,
+    json: options.Json = False,
+) -> None:
+    """Release robots that `swarmctl stop` has stopped; each stands until its next command."""
+    from swarmctl.deploy import robot_stop
+    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.transport import HostError
+    from swarmctl.views.escape import printable
+
+    reach = reached.read(spec)
+    chosen, without = reached.by_host(reach, robots)
+    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    results = {}
+    for event in robot_stop.start(
+        reach.name, chosen, targets, SshTransport(), others=not robots, parallel=parallel
+    ):
+        if isinstance(event, Finished | Skipped):
+            results[event.host] = result_of(event)
+    errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
+    released = [
+        name for one in results.values() if not isinstance(one, HostError) for name in one["released"]
+    ]
+    if json:
+        console.print_json(
+            {
+                "v": 1,
+                "swarm": reach.name,
+                "released": sorted(released),
+                "errors": [
+                    {"host": host, "kind": one.kind.value, "message": one.message, "hint": one.hint}
+                    for host, one in errors.items()
+                ],
+            }
+        )
+    else:
+        for name in sorted(released):
+            console.show(f"{name}  released: it stands until its next command")
+        for host, one in errors.items():
+            console.show(f"{host}  {one.kind.value}: {printable(one.message)}")
+        for name in without:
+            console.show(f"{name}  failed: the spec has no host with an address for it")
+        if not released and not errors:
+            console.show("no robot was stopped")
+        next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
+    if without or any(one.reached for one in errors.values()):
+        raise typer.Exit(exit_codes.HOSTS_FAILED)
+    raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

@@ -1,0 +1,105 @@
+"""``swarmctl stop``: stops robots at once, latches them, and prints what shows that they stand."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import complete, console, exit_codes, next_command, options, reached
+
+if TYPE_CHECKING:
+    from swarmctl.deploy.robot_stop import RobotStop
+
+Robots = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="ROBOT", help="Only these robots: rover-*, @group, !rover-3.", autocompletion=complete.robots
+    ),
+]
+PARALLEL = 256
+
+
+def stop(
+    spec: options.Spec,
+    robots: Robots = None,
+    overlays: options.Overlays = None,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    parallel: options.Parallel = PARALLEL,
+    json: options.Json = False,
+) -> None:
+    """Stop robots at once, and keep them stopped until `swarmctl start`.
+
+    Prints for each robot when its wheels stood; the spec may have errors. The stop outlives restarts, reboots
+    and deploys. Exit code 6 if a robot was sent its stop but is not shown to stand.
+    """
+    from swarmctl.deploy import robot_stop
+    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.transport import Kind
+    from swarmctl.views import robot_stop as view
+
+    reach = reached.read(spec)
+    chosen, without = reached.by_host(reach, robots)
+    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    found = [
+        robot_stop.RobotStop(
+            one, "-", "failed", trouble="the spec has no host with an address for it", kind=Kind.REFUSED
+        )
+        for one in without
+    ]
+    events = robot_stop.stop(
+        reach.name, chosen, targets, SshTransport(), since_start, others=not robots, parallel=parallel
+    )
+    for event in events:
+        if isinstance(event, Finished | Skipped):
+            results = robot_stop.robot_stops(event.host, chosen[event.host], result_of(event))
+            found += results
+            for one in results if not json else ():
+                console.show(view.line(one))
+    if json:
+        console.print_json({"v": 1, "swarm": reach.name, "robots": [_entry(one) for one in found]})
+    else:
+        for one in found[: len(without)]:
+            console.show(view.line(one))
+        console.show(view.summary(found))
+        where = next_command.where(lab=lab, lab_name=lab_name)
+        next_command.advise("start", spec, *(robots or []), *where)
+    raise typer.Exit(_exit(found))
+
+
+def since_start() -> float:
+    """Returns the s since this process was started, which is when the key was pressed (proc(5))."""
+    try:
+        ticks = int(Path("/proc/self/stat").read_text("ascii", "replace").rpartition(")")[2].split()[19])
+    except (OSError, ValueError, IndexError):
+        return time.process_time()
+    return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - ticks / os.sysconf("SC_CLK_TCK"))
+
+
+def _entry(one: RobotStop) -> dict[str, object]:
+    return {
+        "robot": one.robot,
+        "host": one.host,
+        "state": one.state,
+        "proof": one.proof,
+        "seconds": one.seconds,
+        "commander": one.commander,
+        "trouble": one.trouble,
+    }
+
+
+def _exit(found: Sequence[RobotStop]) -> int:
+    from swarmctl.remote.transport import Kind
+
+    failed = [one for one in found if one.state == "failed"]
+    if any(one.kind is not Kind.UNREACHABLE for one in failed):
+        return exit_codes.HOSTS_FAILED
+    if failed:
+        return exit_codes.HOSTS_UNREACHABLE
+    return exit_codes.OK if all(one.state == "stands" for one in found) else exit_codes.NOT_PROVEN

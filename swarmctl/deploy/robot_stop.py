@@ -1,0 +1,148 @@
+"""Stops and releases robots by the agents on their hosts, with one connection a host and no look before."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from swarm_agent.motion_messages import RobotMotion, StartAnswer, StartRequest, StopAnswer, StopRequest
+
+from swarmctl.remote import agent_archive, agent_client, operators, parallel_hosts
+from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+
+PATIENCE = 2.0  # s for the wheels to be shown to stand; a host does not take longer to answer
+_TIMEOUT = 15.0  # s
+
+State = Literal["stands", "unproven", "failed"]
+#: What is certain: the host was never told. Of any other error it may have been.
+_NEVER_TOLD = (Kind.UNREACHABLE, Kind.HOST_KEY, Kind.AUTH, Kind.PRIVILEGE, Kind.STOPPED, Kind.REFUSED)
+
+
+@dataclass(frozen=True)
+class RobotStop:
+    """The result for one robot.
+
+    ``seconds``: until it stood, from the moment of the run that ``since`` of ``stop`` counts from; 0 if it
+    stood before; None if not known.
+    """
+
+    robot: str
+    host: str
+    state: State
+    proof: str = "none"
+    seconds: float | None = None
+    commander: str = ""
+    trouble: str = ""
+    kind: Kind | None = None  # of the error of its host
+
+    @property
+    def told(self) -> bool:
+        """False if it is certain that nothing stopped it."""
+        return self.kind not in _NEVER_TOLD
+
+
+@dataclass(frozen=True)
+class HostStop:
+    """The answer of a host, and when it came, in s since the run began."""
+
+    answer: StopAnswer
+    arrived: float
+
+
+def stop(
+    swarm: str,
+    robots: Mapping[str, Sequence[str]],
+    targets: Mapping[str, Target],
+    transport: Transport,
+    since: Callable[[], float],
+    *,
+    others: bool,
+    parallel: int,
+) -> Iterator[parallel_hosts.Event[HostStop]]:
+    """Stops ``robots``, by host; with ``others`` all that run on these hosts.
+
+    ``since`` returns the s since the operator asked for it.
+    """
+    who = operators.this_one()
+
+    def work(session: Session, target: Target, _: Callable[[str], None]) -> HostStop:
+        request: StopRequest = {
+            "verb": "stop",
+            "swarm": swarm,
+            "who": who,
+            "robots": list(robots[target.host]),
+            "others": others,
+            "patience": PATIENCE,
+        }
+        with agent_client.talk(session) as host:
+            return HostStop(host.ask(request, timeout=_TIMEOUT), since())
+
+    return _on_all(robots, targets, work, transport, parallel)
+
+
+def start(
+    swarm: str,
+    robots: Mapping[str, Sequence[str]],
+    targets: Mapping[str, Target],
+    transport: Transport,
+    *,
+    others: bool,
+    parallel: int,
+) -> Iterator[parallel_hosts.Event[StartAnswer]]:
+    """Releases ``robots``, by host; with ``others`` all that are stopped on these hosts."""
+
+    def work(session: Session, target: Target, _: Callable[[str], None]) -> StartAnswer:
+        request: StartRequest = {
+            "verb": "start",
+            "swarm": swarm,
+            "robots": list(robots[target.host]),
+            "others": others,
+        }
+        with agent_client.talk(session) as host:
+            answer: StartAnswer = host.ask(request, timeout=_TIMEOUT)
+            return answer
+
+    return _on_all(robots, targets, work, transport, parallel)
+
+
+def robot_stops(host: str, robots: Sequence[str], result: HostStop | HostError) -> list[RobotStop]:
+    """Returns the result of each robot of a host, those that the host knows beside ``robots`` included."""
+    if isinstance(result, HostError):
+        hint = f" ({result.hint})" if result.hint else ""
+        return [
+            RobotStop(one, host, "failed", trouble=result.message + hint, kind=result.kind) for one in robots
+        ]
+    if not result.answer["deployed"]:
+        trouble = "the swarm is not deployed to this host"
+        return [RobotStop(one, host, "failed", trouble=trouble, kind=Kind.REFUSED) for one in robots]
+    before = result.arrived - result.answer["elapsed"]
+    return [_robot_stop(name, host, one, before) for name, one in result.answer["robots"].items()]
+
+
+def _robot_stop(name: str, host: str, one: RobotMotion, before: float) -> RobotStop:
+    if not one["latched"]:
+        return RobotStop(name, host, "failed", trouble=one["trouble"], kind=Kind.REFUSED)
+    seconds = one["seconds"]
+    return RobotStop(
+        name,
+        host,
+        "stands" if one["proof"] == "wheels" else "unproven",
+        one["proof"],
+        seconds if not seconds else round(before + seconds, 2),
+        one["commander"],
+        "" if one["proof"] == "wheels" else one["trouble"],
+    )
+
+
+def _on_all(
+    robots: Mapping[str, Sequence[str]],
+    targets: Mapping[str, Target],
+    work: parallel_hosts.Work[parallel_hosts.R],
+    transport: Transport,
+    parallel: int,
+) -> Iterator[parallel_hosts.Event[parallel_hosts.R]]:
+    # The archive of the agent is made while the connections are.
+    threading.Thread(target=agent_archive.agent, daemon=True).start()
+    return parallel_hosts.run((targets[one] for one in robots), work, transport=transport, parallel=parallel)

@@ -1,0 +1,59 @@
+"""Requests and answers of the verbs ``stop`` and ``start``. JSON objects; types only."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+
+class StopRequest(TypedDict):
+    """Latch ``robots`` so that they stand; with ``others`` those too that run here and are not named.
+
+    ``patience``: s to wait until their wheels are shown to stand.
+    """
+
+    verb: Literal["stop"]
+    swarm: str
+    who: str
+    robots: list[str]
+    others: bool
+    patience: float
+
+
+class RobotMotion(TypedDict):
+    """What is known of one robot, s since the request began.
+
+    ``latched``: it stays so until ``start``; ``runs``: its driver or gate answered. ``proof``: `wheels` stand
+    by their counters, the robot `confirmed` the zero, the zero was `sent`, or `none`; ``seconds``: when, 0 if
+    before the request; ``commander``: who commanded it then; ``trouble``: why there is no more proof.
+    """
+
+    latched: bool
+    runs: bool
+    proof: Literal["wheels", "confirmed", "sent", "none"]
+    seconds: float | None
+    commander: str
+    trouble: str
+
+
+class StopAnswer(TypedDict):
+    """``deployed``: the swarm is on the host; ``elapsed``: s that the request took on the host."""
+
+    deployed: bool
+    elapsed: float
+    robots: dict[str, RobotMotion]
+
+
+class StartRequest(TypedDict):
+    """Release ``robots``, with ``others`` all that are latched here."""
+
+    verb: Literal["start"]
+    swarm: str
+    robots: list[str]
+    others: bool
+
+
+class StartAnswer(TypedDict):
+    """``released``: the robots that were latched."""
+
+    deployed: bool
+    released: list[str]

@@ -1,0 +1,137 @@
+"""Asks the drivers and gates that run on the host whether their robots stand, and who commands them."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import socket
+import time
+from contextlib import ExitStack, suppress
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Mapping
+
+from .release_store import Home
+
+if TYPE_CHECKING:
+    from .motion_messages import RobotMotion
+
+SOCKET = "motion"
+GATE = "gate"
+_AGAIN = 0.02  # s between two questions
+_LONGEST = 8192  # bytes of an answer
+
+
+def sockets(home: Home) -> dict[str, str]:
+    """Returns the socket of each robot whose driver or gate runs, by robot; a gate before its driver."""
+    found: dict[str, str] = {}
+    run, prefix = home.outside("/run"), f"swarm-{home.swarm}."
+    with suppress(OSError):
+        for folder in sorted(os.listdir(run)):
+            robot, _, part = folder[len(prefix) :].partition(".")
+            path = f"{run}/{folder}/{SOCKET}"
+            if folder.startswith(prefix) and part in ("", GATE) and os.path.exists(path):
+                found[robot] = path
+    return found
+
+
+def guarded(home: Home, robot: str) -> bool:
+    """Returns True if the current release has a driver of swarmctl, or a gate, for ``robot``."""
+    params = f"{home.current_link}/params/{robot}"
+    return any(os.path.exists(f"{params}{part}.yaml") for part in ("", f".{GATE}"))
+
+
+def ask(
+    paths: Mapping[str, str],
+    patience: float = 0.0,
+    enough: Callable[[Mapping[str, Mapping[str, Any]]], bool] = lambda _: False,
+) -> dict[str, Mapping[str, Any]]:
+    """Asks until the latest answers are ``enough``, for at most ``patience`` s; returns them by robot.
+
+    Asks once at least, which makes drivers and gates look at their latches.
+    """
+    answers: dict[str, Mapping[str, Any]] = {}
+    end = time.monotonic() + patience
+    with ExitStack() as open_ones:
+        own = {robot: open_ones.enter_context(_asking()) for robot in paths}
+        while True:
+            for robot, path in paths.items():
+                with suppress(OSError):  # its driver has just ended, or has questions enough
+                    own[robot].sendto(b"?", path)
+            again = min(end, time.monotonic() + _AGAIN)
+            while own and not enough(answers) and (left := again - time.monotonic()) > 0:
+                ready, _, _ = select.select(list(own.values()), [], [], left)
+                for robot in [one for one, channel in own.items() if channel in ready]:
+                    answer = _read(own[robot])
+                    if answer is not None:
+                        answers[robot] = answer
+            if not own or enough(answers) or time.monotonic() >= end:
+                return answers
+
+
+def motion(robot_answer: Mapping[str, Any] | None, began: float, *, latched: bool) -> RobotMotion:
+    """Returns what an answer says of a robot; none: its driver did not answer."""
+    if robot_answer is None:
+        return {
+            "latched": latched,
+            "runs": False,
+            "proof": "none",
+            "seconds": None,
+            "commander": "",
+            "trouble": "its driver does not run, or does not answer",
+        }
+    still, zero = robot_answer.get("still_since"), robot_answer.get("zero_at")
+    held = bool(robot_answer.get("held"))
+    trouble = str(robot_answer.get("trouble", ""))
+    moment = still if still is not None else zero
+    found: RobotMotion = {
+        "latched": latched,
+        "runs": True,
+        "proof": "none",
+        "seconds": None if moment is None else round(max(0.0, float(moment) - began), 3),
+        "commander": str(robot_answer.get("commander", "")),
+        "trouble": trouble,
+    }
+    if latched and not held:
+        found["trouble"] = trouble or "its driver has not seen the latch: is it of an older release?"
+    elif still is not None:
+        found["proof"] = "wheels"
+    elif zero is not None:
+        found["proof"] = "confirmed" if robot_answer.get("confirms") else "sent"
+        found["trouble"] = trouble or (
+            "its wheels still turned" if robot_answer.get("measured") else "its wheels are not measured"
+        )
+    return found
+
+
+def _asking() -> socket.socket:
+    """A socket with an abstract name, so that an account without rights on any folder can answer."""
+    made = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+    made.setblocking(False)
+    made.bind("\0swarm-motion-" + os.urandom(12).hex())
+    return made
+
+
+def _read(channel: socket.socket) -> Mapping[str, Any] | None:
+    """The latest answer."""
+    latest = None
+    with suppress(BlockingIOError):
+        while True:
+            latest = channel.recv(_LONGEST)
+    try:
+        value = json.loads((latest or b"").decode("utf-8"))
+    except ValueError:
+        return None
+    return value if isinstance(value, dict) else None
+
+
+def proven(answers: Mapping[str, Mapping[str, Any]], robots: Iterable[str]) -> bool:
+    """Returns True if all ``robots`` are held and their wheels stand, or cannot be measured at all."""
+    return all(_final(answers.get(one)) for one in robots)
+
+
+def _final(answer: Mapping[str, Any] | None) -> bool:
+    if answer is None or not answer.get("held"):
+        return False
+    if answer.get("measured"):
+        return answer.get("still_since") is not None
+    return answer.get("zero_at") is not None

@@ -1,0 +1,96 @@
+"""The latches of ``swarmctl stop``: a file below /etc/swarm for each robot that is to stand.
+
+They outlive restarts, reboots and deploys, and are no part of a release; ``remove`` takes them away.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from contextlib import suppress
+from typing import Any, Iterable, NamedTuple
+
+from . import files
+from .errors import RefusedError
+from .paths import stop_file
+from .release_store import Home, unwritable
+
+_ROBOT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
+
+
+class Latch(NamedTuple):
+    """Who stopped a robot, and when, in s since 1970."""
+
+    who: str
+    since: float
+
+
+def robot_names(values: Any) -> list[str]:
+    """Returns ``values`` if they are names of robots. Raises ``RefusedError``."""
+    for one in values:
+        if not isinstance(one, str) or not _ROBOT.fullmatch(one):
+            raise RefusedError(f"{one!r} is no robot's name", "are swarmctl and its agent of one version?")
+    return list(values)
+
+
+def close(home: Home, robots: Iterable[str], latch: Latch) -> list[str]:
+    """Latches robots; returns the files to be synced. A latch that is closed keeps who closed it.
+
+    Raises ``RefusedError`` if the disk cannot be written; robots before that one are latched.
+    """
+    made = []
+    text = json.dumps(latch._asdict()).encode("utf-8")
+    try:
+        os.makedirs(_folder(home), 0o755, exist_ok=True)
+        for robot in robots:
+            path = home.outside(stop_file(home.swarm, robot))
+            with suppress(FileExistsError):
+                files.write_new(path, text, 0o644)
+                made.append(path)
+    except OSError as error:
+        raise unwritable(home, error) from error
+    return made
+
+
+def sync(home: Home, made: Iterable[str]) -> None:
+    """Writes latches through to the disk."""
+    for path in (*made, _folder(home)):
+        files.sync(path)
+
+
+def release(home: Home, robots: Iterable[str]) -> list[str]:
+    """Opens latches for good; returns the robots that were latched."""
+    released = [one for one in robots if files.remove(home.outside(stop_file(home.swarm, one)))]
+    if released:
+        files.sync(_folder(home))
+    return released
+
+
+def closed(home: Home) -> dict[str, Latch]:
+    """Returns the latch of each robot that has one; of a damaged file the robot is known."""
+    found = {}
+    with suppress(FileNotFoundError):
+        for name in sorted(os.listdir(_folder(home))):
+            raw = files.read_json(home.outside(stop_file(home.swarm, name)))
+            try:
+                found[name] = Latch(str(raw["who"]), float(raw["since"]))
+            except (TypeError, LookupError, ValueError):
+                found[name] = Latch("somebody", 0.0)
+    return found
+
+
+def forget(home: Home) -> None:
+    """Removes all latches of the swarm, and the folders that are empty then."""
+    folder = _folder(home)
+    with suppress(FileNotFoundError):
+        for name in os.listdir(folder):
+            files.remove(f"{folder}/{name}")
+        with suppress(OSError):
+            os.rmdir(folder)
+            os.rmdir(os.path.dirname(folder))
+            os.rmdir(os.path.dirname(os.path.dirname(folder)))
+
+
+def _folder(home: Home) -> str:
+    return os.path.dirname(home.outside(stop_file(home.swarm, "_")))

@@ -1,0 +1,45 @@
+"""``stop``: latch robots so that they stand, and show from their wheels that they do.
+
+Takes no lock: it is done while a deploy runs, too.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+from swarm_agent import robot_motion, stop_latches
+from swarm_agent.motion_messages import RobotMotion
+from swarm_agent.release_store import home_of
+from swarm_agent.rpc import Report
+
+if TYPE_CHECKING:
+    from swarm_agent.motion_messages import StopAnswer, StopRequest
+
+_LONGEST = 10.0  # s
+UNGUARDED = "neither a driver of swarmctl nor a gate is deployed for it here: nothing stops its wheels"
+
+
+def handle(request: StopRequest, payload: bytes, report: Report) -> StopAnswer:
+    """Latches robots. Raises ``RefusedError`` if the disk cannot be written."""
+    began = time.monotonic()
+    home = home_of(request["swarm"])
+    named = stop_latches.robot_names(request["robots"])
+    if home.current() is None:
+        return {"deployed": False, "elapsed": 0.0, "robots": {}}
+    running = robot_motion.sockets(home)
+    robots = list(dict.fromkeys([*named, *(running if request["others"] else ())]))
+    latch = stop_latches.Latch(str(request["who"])[:200], round(time.time(), 3))
+    guarded = [one for one in robots if one in running or robot_motion.guarded(home, one)]
+    made = stop_latches.close(home, guarded, latch)
+    asked = {one: running[one] for one in guarded if one in running}
+    answers = robot_motion.ask(
+        asked, min(float(request["patience"]), _LONGEST), lambda found: robot_motion.proven(found, asked)
+    )
+    stop_latches.sync(home, made)
+    found: dict[str, RobotMotion] = {}
+    for one in robots:
+        found[one] = robot_motion.motion(answers.get(one), began, latched=one in guarded)
+        if one not in guarded:
+            found[one]["trouble"] = UNGUARDED
+    return {"deployed": True, "elapsed": round(time.monotonic() - began, 3), "robots": found}
