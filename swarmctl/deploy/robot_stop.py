@@ -16,8 +16,8 @@ PATIENCE = 2.0  # s for the wheels to be shown to stand; a host does not take lo
 _TIMEOUT = 15.0  # s
 
 State = Literal["stands", "unproven", "failed"]
-#: What is certain: the host was never told. Of any other error it may have been.
-_NEVER_TOLD = (Kind.UNREACHABLE, Kind.HOST_KEY, Kind.AUTH, Kind.PRIVILEGE, Kind.STOPPED, Kind.REFUSED)
+#: Errors before a host had the request. After any other it may have stopped its robots.
+_BEFORE_REQUEST = (Kind.UNREACHABLE, Kind.HOST_KEY, Kind.AUTH, Kind.PRIVILEGE, Kind.STOPPED, Kind.REFUSED)
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class RobotStop:
     kind: Kind | None = None  # of the error of its host
 
     @property
-    def told(self) -> bool:
+    def may_have_stopped(self) -> bool:
         """False if it is certain that nothing stopped it."""
-        return self.kind not in _NEVER_TOLD
+        return self.kind not in _BEFORE_REQUEST
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def stop(
 ) -> Iterator[parallel_hosts.Event[HostStop]]:
     """Stops ``robots``, by host; with ``others`` all that run on these hosts.
 
-    ``since`` returns the s since the operator asked for it.
+    ``since`` returns the s since the command was given.
     """
     who = operators.this_one()
 

@@ -25,8 +25,9 @@ def line(one: RobotStop) -> Text:
     """The result of one robot."""
     name = Text.assemble((one.robot, "bold"), "  ")
     if one.state == "failed":
-        label = "not known to stand" if one.told else "NOT STOPPED"
-        return name.append(label, "bold red").append(f": {one.host}: {printable(one.trouble)}")
+        label = "not known to stand" if one.may_have_stopped else "NOT STOPPED"
+        place = f"{one.host}: " if one.host else ""
+        return name.append(label, "bold red").append(f": {place}{printable(one.trouble)}")
     name.append(*_LABELS[one.state])
     if one.state == "stands":
         shown = (

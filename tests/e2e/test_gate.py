@@ -325,7 +325,7 @@ def test_vendors_take_commands_only_from_the_gate_or_are_named(fleet: LabSwarm) 
         assert set(received(fleet, robot)) <= {"0", "0.5"}
 
 
-def test_a_stop_reaches_a_vendors_robot_through_its_gate_and_is_not_called_proven(fleet: LabSwarm) -> None:
+def test_a_stop_through_a_gate_holds_and_is_not_called_proven(fleet: LabSwarm) -> None:
     within(20, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move")
     try:
         run = fleet.swarmctl("stop", "--json")

@@ -1,4 +1,4 @@
-"""``swarmctl stop`` and ``start``: robots that drive stand, stay so whatever happens, and drive again when released."""
+"""``swarmctl stop`` and ``start``: robots that drive stand, whatever happens, until they are released."""
 
 from __future__ import annotations
 
@@ -14,9 +14,7 @@ def stopped(swarm: LabSwarm, *robots: str) -> tuple[int, dict[str, dict[str, obj
     return run.status, {one["robot"]: one for one in run.json()["robots"]}
 
 
-def test_robots_that_drive_are_stopped_and_stay_so_until_they_are_released(
-    swarm: LabSwarm, note: Note
-) -> None:
+def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Note) -> None:
     robots = tuple(swarm.robots())
     with swarm.driving(LEADER, "koala", SPEED), swarm.driving(LEADER, ONE_ROBOT, SPEED):
         try:

@@ -49,7 +49,7 @@ def stop(
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
     found = [
         robot_stop.RobotStop(
-            one, "-", "failed", trouble="the spec has no host with an address for it", kind=Kind.REFUSED
+            one, "", "failed", trouble="the spec has no host with an address for it", kind=Kind.REFUSED
         )
         for one in without
     ]

@@ -240,7 +240,7 @@ def test_however_the_loop_ends_a_zero_is_the_last_message(fault):
     assert bench.flushed
 
 
-def test_a_held_robot_gets_zeros_whoever_commands_and_nothing_is_called_a_proof():
+def test_a_held_robot_gets_zeros_whoever_commands():
     bench = Bench()
     bench.wait(0.5)
     bench.command(0.1)

@@ -14,7 +14,7 @@ from typing import Any, Iterable, NamedTuple
 from . import files
 from .errors import RefusedError
 from .paths import stop_file
-from .release_store import Home, unwritable
+from .release_store import Home
 
 _ROBOT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
@@ -34,29 +34,30 @@ def robot_names(values: Any) -> list[str]:
     return list(values)
 
 
-def close(home: Home, robots: Iterable[str], latch: Latch) -> list[str]:
-    """Latches robots; returns the files to be synced. A latch that is closed keeps who closed it.
+def close(home: Home, robots: Iterable[str], latch: Latch) -> dict[str, str]:
+    """Latches robots, not synced yet; returns why by robot where the disk cannot be written.
 
-    Raises ``RefusedError`` if the disk cannot be written; robots before that one are latched.
+    A latch that is closed keeps who closed it. A file without its text, on a full disk, is one.
     """
-    made = []
+    failed = {}
     text = json.dumps(latch._asdict()).encode("utf-8")
-    try:
+    with suppress(OSError):  # then each file says why
         os.makedirs(_folder(home), 0o755, exist_ok=True)
-        for robot in robots:
-            path = home.outside(stop_file(home.swarm, robot))
-            with suppress(FileExistsError):
-                files.write_new(path, text, 0o644)
-                made.append(path)
-    except OSError as error:
-        raise unwritable(home, error) from error
-    return made
+    for robot in robots:
+        path = home.outside(stop_file(home.swarm, robot))
+        try:
+            files.write_new(path, text, 0o644)
+        except OSError as error:
+            if not os.path.exists(path):
+                failed[robot] = f"{path} cannot be written: {error.strerror}"
+    return failed
 
 
-def sync(home: Home, made: Iterable[str]) -> None:
-    """Writes latches through to the disk."""
-    for path in (*made, _folder(home)):
-        files.sync(path)
+def sync(home: Home, robots: Iterable[str]) -> None:
+    """Writes the latches of robots through to the disk, as far as it can be written."""
+    for path in (*(home.outside(stop_file(home.swarm, one)) for one in robots), _folder(home)):
+        with suppress(OSError):
+            files.sync(path)
 
 
 def release(home: Home, robots: Iterable[str]) -> list[str]:

@@ -38,10 +38,10 @@ class StopLatch:
         return [self._socket] if self._socket is not None else []
 
     def answer(self, motion: Callable[[], Mapping[str, Any]]) -> None:
-        """Sends ``motion`` as JSON to everybody who asked since the last call."""
+        """Sends ``motion`` as JSON to the sender of each question since the last call."""
         if self._socket is None:
             return
-        with contextlib.suppress(OSError):  # nobody asks, or who asked has gone
+        with contextlib.suppress(OSError):  # there is no question, or its sender has gone
             while True:
                 question, sender = self._socket.recvfrom(_LONGEST)
                 if sender:

@@ -21,7 +21,7 @@ UNGUARDED = "neither a driver of swarmctl nor a gate is deployed for it here: no
 
 
 def handle(request: StopRequest, payload: bytes, report: Report) -> StopAnswer:
-    """Latches robots. Raises ``RefusedError`` if the disk cannot be written."""
+    """Latches robots, wakes their drivers and gates, and waits for what shows that the robots stand."""
     began = time.monotonic()
     home = home_of(request["swarm"])
     named = stop_latches.robot_names(request["robots"])
@@ -29,17 +29,17 @@ def handle(request: StopRequest, payload: bytes, report: Report) -> StopAnswer:
         return {"deployed": False, "elapsed": 0.0, "robots": {}}
     running = robot_motion.sockets(home)
     robots = list(dict.fromkeys([*named, *(running if request["others"] else ())]))
+    trouble = {one: UNGUARDED for one in robots if one not in running and not robot_motion.guarded(home, one)}
     latch = stop_latches.Latch(str(request["who"])[:200], round(time.time(), 3))
-    guarded = [one for one in robots if one in running or robot_motion.guarded(home, one)]
-    made = stop_latches.close(home, guarded, latch)
-    asked = {one: running[one] for one in guarded if one in running}
+    trouble.update(stop_latches.close(home, [one for one in robots if one not in trouble], latch))
+    latched = [one for one in robots if one not in trouble]
+    queried = {one: running[one] for one in latched if one in running}
     answers = robot_motion.ask(
-        asked, min(float(request["patience"]), _LONGEST), lambda found: robot_motion.proven(found, asked)
+        queried, min(float(request["patience"]), _LONGEST), lambda found: robot_motion.proven(found, queried)
     )
-    stop_latches.sync(home, made)
+    stop_latches.sync(home, latched)
     found: dict[str, RobotMotion] = {}
     for one in robots:
-        found[one] = robot_motion.motion(answers.get(one), began, latched=one in guarded)
-        if one not in guarded:
-            found[one]["trouble"] = UNGUARDED
+        found[one] = robot_motion.motion(answers.get(one), began, latched=one in latched)
+        found[one]["trouble"] = trouble.get(one, found[one]["trouble"])
     return {"deployed": True, "elapsed": round(time.monotonic() - began, 3), "robots": found}
