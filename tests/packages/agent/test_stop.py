@@ -99,7 +99,7 @@ def test_what_is_not_shown_by_the_wheels_is_no_proof(host: Path, motion, proof: 
     assert (found["proof"], found["trouble"]) == (proof, trouble)
 
 
-def test_a_robot_whose_driver_does_not_run_is_latched_for_its_next_start(host: Path) -> None:
+def test_without_a_driver_the_next_start_is_latched(host: Path) -> None:
     found = stopped("koala")["koala"]
     assert (found["latched"], found["runs"], found["proof"]) == (True, False, "none")
     assert latch_of(host, "koala").exists()
