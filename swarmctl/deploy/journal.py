@@ -33,6 +33,27 @@ def forget(place: Path, host: str) -> None:
     (place / f"{host}.json").unlink(missing_ok=True)
 
 
+def remember_failed(place: Path, hosts: Collection[str], *, lab: bool) -> None:
+    """Store which hosts failed in the last deploy, or were held back, for ``deploy --retry-failed``."""
+    place.mkdir(parents=True, exist_ok=True)
+    draft = place / ".failed.new"
+    draft.write_text(json.dumps(sorted(hosts)), "utf-8")
+    draft.replace(_failed(place, lab=lab))
+
+
+def failed(place: Path, *, lab: bool) -> list[str]:
+    """Returns the hosts that failed in the last deploy from this machine, or were held back."""
+    try:
+        found = json.loads(_failed(place, lab=lab).read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return []
+    return [one for one in found if isinstance(one, str)] if isinstance(found, list) else []
+
+
+def _failed(place: Path, *, lab: bool) -> Path:
+    return place / (".failed-lab" if lab else ".failed")
+
+
 def left(place: Path, hosts: Collection[str]) -> list[str]:
     """Returns the hosts with a stored release that are not in ``hosts``."""
     return sorted(file.stem for file in place.glob("[!.]*.json") if file.stem not in hosts)

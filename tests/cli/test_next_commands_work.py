@@ -175,6 +175,20 @@ def test_after_a_rollout(
 
 
 @pytest.mark.usefixtures("hosts")
+def test_hosts_that_failed_can_be_tried_again(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Deployment, "_look", looking({"k3-pi": AWAY}))
+    screen.typed("deploy --keep-going --dry-run")
+    screen.typed("deploy --limit k3-pi")
+    monkeypatch.setattr(Deployment, "_look", looking({}))
+    assert screen.typed("deploy --retry-failed --limit epuck-pi") == []
+    assert "exclude each other" in screen.shown
+    screen.typed("deploy --retry-failed")
+    assert "0 of 1 hosts changed" in screen.shown
+    screen.typed("deploy --retry-failed")
+    assert "no host failed in the last deploy" in screen.shown
+
+
+@pytest.mark.usefixtures("hosts")
 @pytest.mark.parametrize(
     ("error", "verb", "hint"),
     [

@@ -164,6 +164,16 @@ def test_the_journal_knows_the_hosts_that_the_spec_has_dropped(tmp_path: Path) -
     assert journal.left(tmp_path / "never", HOSTS) == []
 
 
+def test_the_journal_knows_the_hosts_that_failed(tmp_path: Path) -> None:
+    assert journal.failed(tmp_path / "new", lab=False) == []
+    journal.remember_failed(tmp_path / "new", ["k3", "epuck"], lab=False)
+    assert journal.failed(tmp_path / "new", lab=False) == ["epuck", "k3"]
+    assert journal.failed(tmp_path / "new", lab=True) == []
+    assert journal.left(tmp_path / "new", ()) == []
+    (tmp_path / "new/.failed").write_text("{")
+    assert journal.failed(tmp_path / "new", lab=False) == []
+
+
 @pytest.mark.parametrize("parallel", [1, 3])
 def test_an_unfit_host_stops_all_before_any_change(hosts: dict[str, FakeHost], parallel: int) -> None:
     wanted = {**bundles(), "k3": replace(bundles()["k3"], requires=(package("rare"),))}

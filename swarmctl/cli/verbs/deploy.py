@@ -19,7 +19,7 @@ from swarmctl.cli import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.outcome import Result
@@ -46,6 +46,12 @@ def deploy(
             help="Hold the other hosts back once more than N are unfit, unreachable or fail.",
         ),
     ] = 0,
+    retry_failed: Annotated[
+        bool,
+        typer.Option(
+            "--retry-failed", help="Only the hosts that failed in the last deploy, or were held."
+        ),
+    ] = False,
     serial: Annotated[
         str,
         typer.Option(
@@ -98,6 +104,7 @@ def deploy(
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.transport import HostError
     from swarmctl.render.build_bundle import bundles
     from swarmctl.swarm.index import SwarmIndex
 
@@ -108,6 +115,9 @@ def deploy(
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
+    in_lab = options.in_lab(lab, lab_name)
+    if retry_failed:
+        limit = _failed(journal.failed(journal.folder(swarm.name), lab=in_lab), swarm.hosts, limit)
     wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     rules = Rules(
@@ -135,7 +145,10 @@ def deploy(
             swarm, found, next_command.completing(spec, where), absent,
             details=details, interrupted=stop.requested,
         )  # fmt: skip
-    if not options.in_lab(lab, lab_name):
+    errors = [name for name, one in found.items() if isinstance(one, HostError)]
+    with rollout_output.journal_warnings():
+        journal.remember_failed(journal.folder(swarm.name), errors, lab=in_lab)
+    if not in_lab:
         forgotten_lab.guess("deploy", spec, swarm.name, rollout_output.errors(found), limit)
         with rollout_output.journal_warnings():
             _remember(found, wanted)
@@ -145,6 +158,16 @@ def deploy(
     if not json:
         _advise(spec, where, found, absent, code, (lab, lab_name))
     raise typer.Exit(code)
+
+
+def _failed(failed: list[str], hosts: Collection[str], limit: list[str] | None) -> list[str]:
+    """Returns the hosts to try again; exits if there are none."""
+    if limit:
+        console.fail("--retry-failed and --limit exclude each other", code=exit_codes.USAGE)
+    if again := [name for name in failed if name in hosts]:
+        return again
+    console.show("no host failed in the last deploy from this machine")
+    raise typer.Exit(exit_codes.OK)
 
 
 def _remember(found: Mapping[str, Result], wanted: Mapping[str, Bundle]) -> None:
