@@ -315,6 +315,8 @@ def _why(failed: Mapping[str, HostError]) -> str:
     kinds: dict[str, list[str]] = {}
     for host, error in failed.items():
         words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
-        text = f"is {error}" if error.kind is ErrorKind.REFUSED else words.get(error.kind, "failed")
+        text = words.get(error.kind, "failed")
+        if error.kind is ErrorKind.REFUSED:
+            text = f"is {error}" if str(error).startswith("locked by ") else f"refused it: {error}"
         kinds.setdefault(text, []).append(host)
     return "; ".join(f"{hostlist.written(hosts)} {text}" for text, hosts in kinds.items())

@@ -48,9 +48,7 @@ def deploy(
     ] = 0,
     retry_failed: Annotated[
         bool,
-        typer.Option(
-            "--retry-failed", help="Only the hosts that failed in the last deploy, or were held."
-        ),
+        typer.Option("--retry-failed", help="Only the hosts that failed in the last deploy, or were held."),
     ] = False,
     serial: Annotated[
         str,

@@ -29,6 +29,7 @@ def history(
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     events = histories(swarm.name, [targets[name] for name in names], SshTransport(), parallel=parallel)
     found = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
+    found = {name: found[name] for name in names}
     errors = {name: one for name, one in found.items() if isinstance(one, HostError)}
     listed = runs({name: one for name, one in found.items() if not isinstance(one, HostError)})
     if json:

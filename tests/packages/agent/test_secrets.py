@@ -56,6 +56,11 @@ def test_it_stays_as_long_as_a_release_needs_it(host: FakeHost) -> None:
     assert host.apply(PAIRED).answer["release"] == PAIRED.digest
     assert (host.prefix / VAULT / "epuck-pin").exists()
     host.apply(PLAIN, base=PAIRED.digest, start=[])
+    before = PLAIN
+    for following in (bundle("7"), bundle("8")):
+        assert (host.prefix / VAULT / "epuck-pin").exists()  # a rollback would need it
+        host.apply(following, base=before.digest, start=[])
+        before = following
     assert not (host.prefix / "etc/swarm").exists()
 
 

@@ -34,7 +34,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
         files.point(home.current_link, "releases/" + done.prev)
     passed("undo-flip")
     changed = system_links.put_links(home, manifest) + system_links.put_blocks(home, done.prev, manifest)
-    secrets.forget(home, but=manifest.secrets)
+    secrets.forget_unneeded(home, [done.prev, *done.history])
     passed("undo-outside")
     daemons = [*done.reload, *system_links.daemons_of(changed)]
     _tried(troubles, lambda: systemd.reload(home, daemons))

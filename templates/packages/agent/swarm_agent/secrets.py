@@ -49,6 +49,13 @@ def keep(home: Home, values: dict[str, bytes]) -> None:
         files.replace(f"{_folder(home)}/{name}", value, mode=0o600)
 
 
+def forget_unneeded(home: Home, releases: Iterable[str | None]) -> None:
+    """Removes the secrets that none of these releases needs; none if a manifest of them is damaged."""
+    manifests = [home.known_manifest(release) for release in releases if release]
+    if None not in manifests:
+        forget(home, but={name for one in manifests if one for name in one.secrets})
+
+
 def forget(home: Home, but: Iterable[str] = ()) -> None:
     """Removes every secret that is not named, and empty folders."""
     folder = _folder(home)

@@ -239,9 +239,7 @@ def _keep(home: Home, done: Record) -> None:
         ) from error
     passed("done")
     rollback.collect(home, kept)
-    manifest = home.known_manifest(done.next)
-    if manifest is not None:
-        secrets.forget(home, but=manifest.secrets)
+    secrets.forget_unneeded(home, kept.history)  # a rollback needs those of the releases before
     passed("collect")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from swarm_agent import files, lease, lock, secrets, transaction
+from swarm_agent import files, lease, lock, transaction
 from swarm_agent.errors import RefusedError
 from swarm_agent.manifest import NAME, release_name
 from swarm_agent.release_store import Home, home_of
@@ -20,10 +20,8 @@ def handle(request: RollbackRequest, payload: bytes, report: Report) -> ApplyAns
     to = release_name(request["next"])
     with lease.held_for(home, request):
         before, after = _units(home, request["base"]), _units(home, to)
-        manifest = home.known_manifest(to)
-        if manifest is None:
+        if home.known_manifest(to) is None:
             raise RefusedError(f"release {to} is not on the host any more", "deploy the spec that makes it")
-        _check_secrets(home, to, manifest.secrets)
         change = transaction.Change(
             txid=release_name(request["txid"]),
             who=lock.operator_in(request),
@@ -43,12 +41,3 @@ def _units(home: Home, digest: str | None) -> dict[str, str]:
     """The digests of the units of a release, by name."""
     raw = files.read_json(f"{home.release(release_name(digest))}/{NAME}") if digest else None
     return {unit["name"]: unit["digest"] for unit in raw["units"]} if raw else {}
-
-
-def _check_secrets(home: Home, release: str, names: list[str]) -> None:
-    states = secrets.states(home, names, {})
-    if lacking := [name for name in names if states[name] == "missing"]:
-        raise RefusedError(
-            f"release {release} needs the secret {lacking[0]}, which is not on the host any more",
-            "deploy the spec that makes this release",
-        )
