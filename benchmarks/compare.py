@@ -137,8 +137,8 @@ def shown(number: int, found: Mapping[str, Mapping[str, float]]) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--hosts", type=int, nargs="+", default=[10, 30, 60])
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--hosts", type=int, nargs="+", default=[10], help="numbers of hosts: 10 30 60")
+    parser.add_argument("--rounds", type=int, default=2, help="runs of each job; the median counts")
     given = parser.parse_args()
     if os.geteuid():
         raise SystemExit("this needs root: sshd logs in root")

@@ -1,0 +1,37 @@
+"""The benchmarks of deploying run against a small host: each step has a time, each job does its work."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import compare
+import deploy as benchmark
+import pytest
+from deploy_cost import contestants, hosts, profile
+
+from swarmctl.remote.transport import Target
+from swarmctl.render.bundle import Bundle, File
+from tests.remote import sshd
+
+pytestmark = pytest.mark.skipif(bool(sshd.missing()), reason=f"needs {sshd.missing()}")
+
+
+def test_the_jobs_and_the_steps(tmp_path: Path) -> None:
+    with hosts.running(tmp_path, 1) as (host,):
+        tools = compare.commands(tmp_path, [host])
+        known = json.loads((tmp_path / "hosts.json").read_text())
+        compare.write(tmp_path / "files", {0: 1, 1: 1})
+        contestants.bare(known, tmp_path, "files")
+        assert sorted(path.name for path in Path(host.app).iterdir()) == ["0.yaml", "1.yaml"]
+        for version in (1, 2):
+            compare.write(tmp_path / "files", {0: version})
+            contestants.swarmctl(known, tmp_path, "files")
+        current = Path(host.prefix, "opt/swarm/new/current/app/0.yaml")
+        assert current.read_bytes() == (tmp_path / "files/0.yaml").read_bytes()
+        assert Path(host.prefix, "units/bench.service").exists()
+        target = Target("h0", "127.0.0.1", "root", host.port, (host.key,), (Path(host.identity),))
+        steps = profile.on_a_host(target, Bundle("new", "h0", (File("a", b"a"),)), 1)
+    assert {"login", "start the agent", "first `observe`"} <= steps.keys()
+    assert set(tools) == {compare.BARE, "swarmctl", "fabric", "ansible-core", "pyinfra"}
+    assert benchmark.spec_of(2).count("khepera3") == 2
