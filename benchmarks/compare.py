@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import statistics
 import subprocess
 import sys
@@ -116,6 +117,7 @@ def run(folder: Path, command: Sequence[str], job: str) -> float:
         **os.environ, "ANSIBLE_HOST_KEY_CHECKING": "False", "ANSIBLE_PIPELINING": "True",
         "ANSIBLE_SSH_ARGS": "-o ControlMaster=auto -o ControlPersist=60s -o UserKnownHostsFile=/dev/null",
         "ANSIBLE_LOCAL_TEMP": str(folder / "ansible"), "ANSIBLE_HOME": str(folder / "ansible"),
+        "ANSIBLE_SSH_CONTROL_PATH_DIR": str(folder / "cp"),
     }  # fmt: skip
     began = time.perf_counter()
     done = subprocess.run(
@@ -142,6 +144,7 @@ def main() -> int:
     given = parser.parse_args()
     if os.geteuid():
         raise SystemExit("this needs root: sshd logs in root")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the hosts end with it
     for number in given.hosts:
         with (
             tempfile.TemporaryDirectory(prefix="swarm-bench-") as place,
