@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 from swarmctl import __version__, streams
@@ -9,6 +10,9 @@ from swarmctl import __version__, streams
 
 def main() -> int:
     """Run the command line; returns the exit code (see ``swarmctl.cli.exit_codes``)."""
+    gc.set_threshold(
+        200_000, 50, 1000
+    )  # to look for cycles in the trees of a large spec takes a tenth of a plan
     output = streams.install()
     code = _run(sys.argv[1:])
     return code if streams.finish(output) else code or 1
