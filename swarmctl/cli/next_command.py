@@ -14,7 +14,7 @@ def advise(verb: str, spec: SpecFiles, *more: str) -> None:
     console.show_next(spec.command(verb, *more))
 
 
-_HINTED = re.compile(r"\bswarmctl (deploy|plan|prepare|remove|status|trust)\b(?: SPEC\b)?")
+_HINTED = re.compile(r"\bswarmctl (deploy|plan|prepare|remove|start|status|trust)\b(?: SPEC\b)?")
 
 
 def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:
@@ -24,7 +24,11 @@ def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:
     """
 
     def command(found: re.Match[str]) -> str:
-        return spec.command(found[1], *(where if found[1] != "trust" else ()))  # a lab has its own keys
+        if found[1] == "trust":  # a lab has its own keys
+            return spec.command(found[1])
+        if found[1] == "start":  # the robots follow
+            return spec.command(found[1], *where[: where.index("--limit") if "--limit" in where else None])
+        return spec.command(found[1], *where)
 
     return lambda hint: _HINTED.sub(command, hint)
 

@@ -67,6 +67,11 @@ def bad(message: str, hint: str = "") -> Verdict:
     return Verdict(State.BAD, message, hint)
 
 
+def warning(message: str, hint: str = "") -> Verdict:
+    """Returns a verdict that is shown, and leaves the swarm healthy."""
+    return Verdict(State.WARNING, message, hint)
+
+
 def unknown(message: str) -> Verdict:
     """Returns the verdict for a host without an answer."""
     return Verdict(State.UNKNOWN, message)

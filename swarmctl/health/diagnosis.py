@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from datetime import datetime
 from types import MappingProxyType
 
 from swarmctl.diagnostics import Diagnostic
@@ -64,6 +65,7 @@ def diagnose(
         for robot in host.robots:
             if host.name in answers:
                 _command_sources(found, robot, answers.get(host.hub), answers[host.name])
+                _stop(found, robot, answers[host.name])
                 _robot(found, host, robot, answers[host.name], names)
                 _gate(found, host, robot, answers[host.name], hub=answers.get(host.hub), names=names)
             else:
@@ -160,6 +162,15 @@ def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None, 
         report = guard.report if guard is not None else None
         found.add("authority", robot.name, command_sources.unauthorised(robot, hub, report), robot=robot)
         found.add("command type", robot.name, command_sources.types(robot, hub), robot=robot)
+
+
+def _stop(found: Findings, robot: ExpectedRobot, answer: Answer) -> None:
+    """Names a robot that stands on purpose: it is no fault, and it does not obey."""
+    if (latch := answer.latches.get(robot.name)) is not None:
+        moment = f" since {datetime.fromtimestamp(latch.since).astimezone():%Y-%m-%d %H:%M:%S}"
+        text = f"stopped by {latch.who}{moment if latch.since else ''}"
+        verdict = checks.warning(text, f"`swarmctl start SPEC {robot.name}` lets it obey again")
+        found.add("stop", robot.name, verdict, robot=robot)
 
 
 def _robot(

@@ -192,6 +192,14 @@ class DeviceSeen:
 
 
 @dataclass(frozen=True)
+class LatchSeen:
+    """A robot that `swarmctl stop` has stopped: who did, and when, in s since 1970 by the host's clock."""
+
+    who: str
+    since: float
+
+
+@dataclass(frozen=True)
 class Answer:
     """The answer of one host. A missing part could not be determined; ``troubles`` may have the reason."""
 
@@ -207,6 +215,7 @@ class Answer:
     graph: GraphSeen | None = None
     simulated_time: SimulatedTimeSeen | None = None
     devices: Mapping[str, DeviceSeen] = field(default_factory=dict)
+    latches: Mapping[str, LatchSeen] = field(default_factory=dict)  # by robot
     clock_ahead: float | None = None  # s, against the operator's clock
     boot_id: str = ""
     images: Mapping[str, ImageSeen] = field(default_factory=dict)  # by unit

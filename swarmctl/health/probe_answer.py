@@ -13,6 +13,7 @@ from swarmctl.health.observations import (
     ForeignNode,
     GraphSeen,
     ImageSeen,
+    LatchSeen,
     LaunchedSeen,
     MasterSeen,
     NodeSeen,
@@ -48,6 +49,7 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
         simulated_time=_simulated_time(data.get("simulated_time")),
         senders=_each(data.get("senders"), _sender),
         devices=_each(data.get("devices"), _device),
+        latches=_each(data.get("latches"), _latch),
         clock_ahead=None if time is None or received is None else time - received,
         boot_id=_text(data.get("boot_id")),
         images=_each(data.get("images"), _image),
@@ -178,6 +180,10 @@ def _report(data: Any) -> Report | None:
         refused_all=isinstance(refused, str) and all(one.startswith("/") for one in nodes),
         strangers=_text(values.get("unauthorised senders")),
     )
+
+
+def _latch(data: Mapping[str, Any]) -> LatchSeen:
+    return LatchSeen(_text(data.get("who")), _float_or_none(data.get("since")) or 0.0)
 
 
 def _sender(data: Mapping[str, Any]) -> SenderSeen:

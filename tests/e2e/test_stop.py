@@ -27,6 +27,8 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
             note("stop, from the start of the program", f"{found[ONE_ROBOT]['seconds']} s", "by the wheels")
             assert "stopped by `swarmctl stop`" in swarm.diagnosis(ITS_HOST, ONE_ROBOT)
 
+            assert f"stop {ONE_ROBOT}: stopped by " in swarm.swarmctl("status").out
+
             swarm.shell(ITS_HOST, f"sudo systemctl restart swarm-newswarm.{ONE_ROBOT}")
             place = swarm.robot(ONE_ROBOT)["distance"]
             again = stopped(swarm, ONE_ROBOT)[1]

@@ -12,6 +12,7 @@ from swarmctl.health.expected_graph import ExpectedGraph, ExpectedRobot, Release
 from swarmctl.health.observations import (
     Answer,
     ConflictSeen,
+    LatchSeen,
     MasterSeen,
     NodeSeen,
     Report,
@@ -110,6 +111,16 @@ def test_status_shows_whom_the_gate_obeys(graph: ExpectedGraph) -> None:
     answers = {"laptop": well(graph)}
     (host,) = status(graph, answers, diagnose(graph, answers)).hosts
     assert host.robots[0].commander == "laptop (/teleop)"
+
+
+def test_a_stopped_robot_is_named_and_is_no_fault(graph: ExpectedGraph) -> None:
+    answer = replace(well(graph), latches={"tb": LatchSeen("me@desk (1)", 1_700_000_000.0)})
+    found = findings(graph, answer)
+    assert list(found) == ["stop tb"]
+    assert found["stop tb"].state is State.WARNING
+    assert found["stop tb"].message.startswith("stopped by me@desk (1) since 2023-11-1")
+    assert found["stop tb"].hint == "`swarmctl start SPEC tb` lets it obey again"
+    assert diagnose(graph, {"laptop": answer}).healthy
 
 
 def test_what_a_gate_cannot_publish_is_a_warning_of_status(graph: ExpectedGraph) -> None:

@@ -217,10 +217,18 @@ class HistoryAnswer(TypedDict):
     log: str
 
 
+class LatchAnswer(TypedDict):
+    """A latch of `swarmctl stop`."""
+
+    who: str
+    since: float
+
+
 class ProbeAnswer(GraphAnswer, total=False):
     """A part that fails is missing or null, and ``troubles`` has the reason.
 
-    ``stopped``: by unit, the processes that a signal or a debugger has stopped.
+    ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``latches``: by robot that
+    `swarmctl stop` has stopped, who did and when, in s since 1970.
     """
 
     release: str | None
@@ -229,5 +237,6 @@ class ProbeAnswer(GraphAnswer, total=False):
     stopped: dict[str, list[str]] | None
     images: dict[str, ImageAnswer] | None
     devices: dict[str, Any] | None
+    latches: dict[str, LatchAnswer] | None
     time: float
     boot_id: str | None

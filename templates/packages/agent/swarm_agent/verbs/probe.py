@@ -14,7 +14,7 @@ import stat
 import time
 from typing import TYPE_CHECKING, Any, Callable, Mapping
 
-from swarm_agent import images, systemd, unit_history
+from swarm_agent import images, stop_latches, systemd, unit_history
 from swarm_agent.clip import clipped
 from swarm_agent.errors import RefusedError
 from swarm_agent.release_store import home_of
@@ -53,6 +53,9 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
         "images", lambda: {unit: images.look(one) for unit, one in request["images"].items()}
     )
     answer["release"] = part("release", home.current)
+    answer["latches"] = part(
+        "latches", lambda: {name: one._asdict() for name, one in stop_latches.closed(home).items()}
+    )
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
     answer["units"] = _with_restarts(before, part("units", states))

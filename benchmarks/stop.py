@@ -1,0 +1,123 @@
+"""What `swarmctl stop` costs: ``python benchmarks/stop.py [--hosts N] [--rounds N] [--check]``.
+
+As root, in a lab of N hosts with a driving robot each: from the start of the program to the last wheel, by the
+emulators' own state, beside bare paramiko that logs in to the same hosts and runs ``true``, round by round.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from deploy import AT_ONCE, booted, log_in, spec_of
+
+from swarmctl.deploy.outcome import Outcome
+from swarmctl.lab import lab, paths
+from swarmctl.lab.hosts import network
+from swarmctl.remote.parallel_hosts import Finished, result_of
+from swarmctl.remote.ssh import SshTransport
+from tests.deploy.deploying import deploy
+
+BAR = 0.5  # s beyond one SSH connection
+_LOOK_EVERY = 0.01
+SWARMCTL = Path(sys.executable).with_name("swarmctl")
+DRIVE = ". /opt/swarm/bench/current/setup.bash; exec rostopic pub -r 10 /{}/cmd_vel geometry_msgs/Twist '[0.05, 0, 0]' '[0, 0, 0]'"
+
+
+def moving(name: str) -> list[str]:
+    return [robot for robot, state in lab.robots(name).items() if state["left"] or state["right"]]
+
+
+def await_motion(name: str, robots: int, *, moves: bool, within: float) -> float:
+    """The moment at which all robots move, or none does. Raises SystemExit if that takes longer."""
+    end = time.monotonic() + within
+    while time.monotonic() < end:
+        now, count = time.monotonic(), len(moving(name))
+        if count == (robots if moves else 0):
+            return now
+        time.sleep(_LOOK_EVERY)
+    raise SystemExit(f"{len(moving(name))} of {robots} robots move")
+
+
+def round_of(name: str, spec: Path, robots: int) -> tuple[float, float]:
+    """The s from the start of `swarmctl stop` until the last wheel stands, and until it has ended."""
+    await_motion(name, robots, moves=True, within=60)
+    stood: list[float] = []
+    began = time.monotonic()
+    process = subprocess.Popen(
+        [str(SWARMCTL), "stop", str(spec), "--lab-name", name], stdout=subprocess.DEVNULL
+    )
+    watch = threading.Thread(target=lambda: stood.append(await_motion(name, robots, moves=False, within=30)))
+    watch.start()
+    process.wait()
+    ended = time.monotonic()
+    watch.join()
+    subprocess.run(
+        [str(SWARMCTL), "start", str(spec), "--lab-name", name], stdout=subprocess.DEVNULL, check=True
+    )
+    return stood[0] - began, ended - began
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--hosts", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--check", action="store_true", help="fail above the bar")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="swarm-bench-") as folder:
+        os.environ.setdefault(paths.STATE_VARIABLE, folder)
+        spec = Path(folder, "swarm.yaml")
+        spec.write_text(spec_of(options.hosts))
+        return measured(spec, options.hosts, options.rounds, check=options.check)
+
+
+def measured(spec: Path, hosts: int, rounds: int, *, check: bool) -> int:
+    name = f"bench-{os.getpid()}"
+    with booted(spec) as (namespace, targets, wanted):
+        network.enter(namespace)
+        reach = {target.host: target for target in targets}
+        for event in deploy(wanted, reach, SshTransport(), parallel=hosts, terms=AT_ONCE):
+            if isinstance(event, Finished) and not isinstance(result_of(event), Outcome):
+                raise SystemExit(str(result_of(event)))
+        drivers = [
+            subprocess.Popen(
+                ["ip", "netns", "exec", namespace.name, *lab.ssh_argv(name, targets[0].host, [f"bash -c '{drive}'"])],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            )
+            for drive in (DRIVE.format(f"r_{target.host}").replace("'", "'\\''") for target in targets)
+        ]  # fmt: skip
+        try:
+            bare, stood, ended = [], [], []
+            for _ in range(rounds):
+                began = time.monotonic()
+                with ThreadPoolExecutor(hosts) as pool:
+                    list(pool.map(log_in, targets))
+                bare.append(time.monotonic() - began)
+                wheel, end = round_of(name, spec, hosts)
+                stood.append(wheel)
+                ended.append(end)
+        finally:
+            for one in drivers:
+                one.kill()
+    medians = [statistics.median(one) for one in (bare, stood, ended)]
+    print(f"{hosts} hosts, {rounds} rounds, median (worst)")
+    for title, figure, values in zip(
+        ("bare paramiko: connect, true", "stop: key to the last wheel", "stop: key to its end with the proof"),
+        medians, (bare, stood, ended), strict=True,
+    ):  # fmt: skip
+        print(f"  {title:<36} {figure:6.2f} s ({max(values):.2f} s)")
+    over = medians[1] - medians[0]
+    print(f"  beyond one connection: {over:.2f} s, bar {BAR:.2f} s")
+    return int(check and over > BAR)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
