@@ -1,7 +1,8 @@
 """What `swarmctl stop` costs: ``python benchmarks/stop.py [--hosts N] [--rounds N] [--check]``.
 
-As root, in a lab of N hosts with a driving robot each: from the start of the program to the last wheel, by the
-emulators' own state, beside bare paramiko that logs in to the same hosts and runs ``true``, round by round.
+As root, in a lab of N hosts with a driving robot each: from the start of the program to the last wheel, by
+the emulators' own state, beside bare paramiko that logs in to these hosts and runs ``true``, in each round.
+The verb runs as for real hosts, with keys from ``~/.ssh``: ``--lab`` would load the lab, too.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
+from swarmctl.remote.transport import Target
 from tests.deploy.deploying import deploy
 
 BAR = 0.5  # s beyond one SSH connection
 _LOOK_EVERY = 0.01
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
-DRIVE = ". /opt/swarm/bench/current/setup.bash; exec rostopic pub -r 10 /{}/cmd_vel geometry_msgs/Twist '[0.05, 0, 0]' '[0, 0, 0]'"
+SOURCE = ". /opt/swarm/bench/current/setup.bash"
+DRIVE = f"{SOURCE}; exec rostopic pub -r 10 /{{}}/cmd_vel geometry_msgs/Twist '[0.05, 0, 0]' '[0, 0, 0]'"
 
 
 def moving(name: str) -> list[str]:
@@ -47,22 +50,28 @@ def await_motion(name: str, robots: int, *, moves: bool, within: float) -> float
     raise SystemExit(f"{len(moving(name))} of {robots} robots move")
 
 
-def round_of(name: str, spec: Path, robots: int) -> tuple[float, float]:
+def home_of(folder: Path, targets: list[Target]) -> dict[str, str]:
+    """The environment of an operator who logs in to the hosts; their keys are pinned beside the spec."""
+    home = folder / "home"
+    (home / ".ssh").mkdir(parents=True)
+    (home / ".ssh/config").write_text(f"IdentityFile {targets[0].identities[0]}\n")
+    pinned = "".join(f"{one.host} {one.keys[0]}\n" for one in targets)
+    (folder / "swarm.known_hosts").write_text(pinned)
+    return {**os.environ, "HOME": str(home)}
+
+
+def round_of(name: str, spec: Path, robots: int, operator: dict[str, str]) -> tuple[float, float]:
     """The s from the start of `swarmctl stop` until the last wheel stands, and until it has ended."""
     await_motion(name, robots, moves=True, within=60)
     stood: list[float] = []
     began = time.monotonic()
-    process = subprocess.Popen(
-        [str(SWARMCTL), "stop", str(spec), "--lab-name", name], stdout=subprocess.DEVNULL
-    )
+    process = subprocess.Popen([str(SWARMCTL), "stop", str(spec)], stdout=subprocess.DEVNULL, env=operator)
     watch = threading.Thread(target=lambda: stood.append(await_motion(name, robots, moves=False, within=30)))
     watch.start()
     process.wait()
     ended = time.monotonic()
     watch.join()
-    subprocess.run(
-        [str(SWARMCTL), "start", str(spec), "--lab-name", name], stdout=subprocess.DEVNULL, check=True
-    )
+    subprocess.run([str(SWARMCTL), "start", str(spec)], stdout=subprocess.DEVNULL, check=True, env=operator)
     return stood[0] - began, ended - began
 
 
@@ -87,9 +96,10 @@ def measured(spec: Path, hosts: int, rounds: int, *, check: bool) -> int:
         for event in deploy(wanted, reach, SshTransport(), parallel=hosts, terms=AT_ONCE):
             if isinstance(event, Finished) and not isinstance(result_of(event), Outcome):
                 raise SystemExit(str(result_of(event)))
+        operator = home_of(spec.parent, targets)
         drivers = [
             subprocess.Popen(
-                ["ip", "netns", "exec", namespace.name, *lab.ssh_argv(name, targets[0].host, [f"bash -c '{drive}'"])],
+                lab.ssh_argv(name, targets[0].host, [f"bash -c '{drive}'"]),
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             )
             for drive in (DRIVE.format(f"r_{target.host}").replace("'", "'\\''") for target in targets)
@@ -101,7 +111,7 @@ def measured(spec: Path, hosts: int, rounds: int, *, check: bool) -> int:
                 with ThreadPoolExecutor(hosts) as pool:
                     list(pool.map(log_in, targets))
                 bare.append(time.monotonic() - began)
-                wheel, end = round_of(name, spec, hosts)
+                wheel, end = round_of(name, spec, hosts, operator)
                 stood.append(wheel)
                 ended.append(end)
         finally:
@@ -109,10 +119,8 @@ def measured(spec: Path, hosts: int, rounds: int, *, check: bool) -> int:
                 one.kill()
     medians = [statistics.median(one) for one in (bare, stood, ended)]
     print(f"{hosts} hosts, {rounds} rounds, median (worst)")
-    for title, figure, values in zip(
-        ("bare paramiko: connect, true", "stop: key to the last wheel", "stop: key to its end with the proof"),
-        medians, (bare, stood, ended), strict=True,
-    ):  # fmt: skip
+    titles = ("bare paramiko: connect, true", "stop: key to the last wheel", "stop: key to its end")
+    for title, figure, values in zip(titles, medians, (bare, stood, ended), strict=True):
         print(f"  {title:<36} {figure:6.2f} s ({max(values):.2f} s)")
     over = medians[1] - medians[0]
     print(f"  beyond one connection: {over:.2f} s, bar {BAR:.2f} s")
