@@ -27,7 +27,9 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
             note("stop, from the start of the program", f"{found[ONE_ROBOT]['seconds']} s", "by the wheels")
             assert "stopped by `swarmctl stop`" in swarm.diagnosis(ITS_HOST, ONE_ROBOT)
 
-            assert f"stop {ONE_ROBOT}: stopped by " in swarm.swarmctl("status").out
+            status_of = swarm.swarmctl("status")
+            assert status_of.status == exit_codes.OK
+            assert "! stop koala, k3, epuck: stopped by " in status_of.out
 
             swarm.shell(ITS_HOST, f"sudo systemctl restart swarm-newswarm.{ONE_ROBOT}")
             place = swarm.robot(ONE_ROBOT)["distance"]
