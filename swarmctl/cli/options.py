@@ -83,6 +83,10 @@ HostOrLimit = Annotated[list[str] | None, typer.Option("--host", "--limit", **_L
 Parallel = Annotated[
     int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Number of hosts at the same time.")
 ]
+StopRobots = Annotated[
+    bool,
+    typer.Option("--stop-robots", help="Stop robots that move or are under command; they stay stopped."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 FormatJson = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Details = Annotated[

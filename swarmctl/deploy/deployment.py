@@ -14,6 +14,7 @@ from swarmctl.deploy.look import NO_SECRETS, look, offer
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
+from swarmctl.plan.busy_robots import not_busy
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Plan
 from swarmctl.plan.reconcile import reconcile
@@ -34,11 +35,13 @@ Say = Callable[[str], None]
 @dataclass(frozen=True)
 class Rules:
     """``most_failed``: hosts that may fail before the others are held back, None for any number;
-    ``optional``: hosts that do not count; ``terms``: what a change must show before it stays."""
+    ``optional``: hosts that do not count; ``terms``: what a change must show before it stays;
+    ``stop_robots``: robots that move or are under command are stopped, where a change would touch them."""
 
     most_failed: int | None = 0
     optional: Collection[str] = ()
     terms: Terms = field(default_factory=Terms)
+    stop_robots: bool = False
 
     def holds(self, errors: Mapping[str, HostError]) -> bool:
         """Returns True if so many hosts have failed that the others are held back."""
@@ -127,7 +130,7 @@ class Deployment:
     def _note_problems(self) -> None:
         for host, one in self._surveyed.items():
             if problem := one.plan.problem:
-                self.errors[host] = HostError(ErrorKind.UNFIT, problem.message, problem.hint)
+                self.errors[host] = HostError(ErrorKind(problem.kind), problem.message, problem.hint)
 
     @property
     def hosts(self) -> list[str]:
@@ -263,19 +266,23 @@ class Deployment:
     def _look(self, target: Target, say: Say) -> Surveyed:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
-            observed = look(host, bundle, secrets=self._secrets)
+            observed = look(host, bundle, secrets=self._secrets, motion=self._asks_motion)
             settled = self._settles and self._transaction("", target, say).settle(host, observed)
             if settled:
                 observed = look(host, bundle, secrets=self._secrets)
             if self._launch_files is not None:
                 self._launch_files.read(host, bundle)
-        return Surveyed(reconcile(bundle, observed), observed, settled)
+        plan = reconcile(bundle, observed)
+        return Surveyed(plan if plan.problem else not_busy(plan, bundle, observed), observed, settled)
 
     def _transaction(self, run: str, target: Target, say: Say) -> HostTransaction:
         def connect(anew: bool) -> AbstractContextManager[Conversation]:
             return self._connections.talk(target, anew=anew)
 
-        return HostTransaction(self._bundles[target.host], run, connect, self._stop, self._rules.terms, say)
+        return HostTransaction(
+            self._bundles[target.host], run, connect, self._stop, self._rules.terms, say,
+            stop_robots=self._rules.stop_robots,
+        )  # fmt: skip
 
     def _keep_secrets(self, lease: SwarmLease, host: Conversation, plan: HostPlan) -> None:
         if due := plan.targets(Kind.SECRET):
@@ -286,6 +293,10 @@ class Deployment:
                 "run": lease.run,
             }
             host.ask(request, offer(due, self._secrets))
+
+    @property
+    def _asks_motion(self) -> bool:
+        return not self._rules.stop_robots
 
     @property
     def _swarm(self) -> str:
@@ -315,6 +326,7 @@ def _why(failed: Mapping[str, HostError]) -> str:
     kinds: dict[str, list[str]] = {}
     for host, error in failed.items():
         words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
+        words[ErrorKind.BUSY] = "has a robot that moves or is under command"
         text = words.get(error.kind, "failed")
         if error.kind is ErrorKind.REFUSED:
             text = f"is {error}" if str(error).startswith("locked by ") else f"refused it: {error}"

@@ -46,6 +46,8 @@ def flash(
     targets: Mapping[str, Target],
     transport: Transport,
     stop: parallel_hosts.Stop | None = None,
+    *,
+    stop_robots: bool = False,
 ) -> Iterator[parallel_hosts.Event[Results]]:
     """Write all boards: hosts in parallel, the boards of one host one after the other."""
     by_host: dict[str, list[Job]] = {}
@@ -54,7 +56,7 @@ def flash(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Results:
         with agent_client.talk(session, verbs=VERBS) as host:
-            return {job.robot: _flashed(host, job, note) for job in by_host[target.host]}
+            return {job.robot: _flashed(host, job, note, stop_robots) for job in by_host[target.host]}
 
     return parallel_hosts.run((targets[name] for name in by_host), work, transport=transport, stop=stop)
 
@@ -64,12 +66,15 @@ def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:
     return of_host if isinstance(of_host, HostError) else of_host[job.robot]
 
 
-def _flashed(host: agent_client.Conversation, job: Job, note: Callable[[str], None]) -> Flashed | HostError:
+def _flashed(
+    host: agent_client.Conversation, job: Job, note: Callable[[str], None], stop_robots: bool
+) -> Flashed | HostError:
     files = job.writing.files
     request: FlashRequest = {
         "verb": "flash",
         "swarm": job.swarm,
         "who": operators.this_one(),
+        "stop_robots": stop_robots,
         "unit": job.unit,
         "port": job.port,
         "files": [[name, len(content)] for name, content in files.items()],

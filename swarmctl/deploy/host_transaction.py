@@ -57,6 +57,7 @@ class HostTransaction:
     stop: Stop
     terms: Terms
     note: Callable[[str], None]
+    stop_robots: bool = False
 
     @property
     def release(self) -> str:
@@ -136,6 +137,7 @@ class HostTransaction:
             "restart": list(plan.targets(Kind.RESTART)),
             "reload": list(plan.targets(Kind.RELOAD)),
             "confirm_within": self.terms.confirm_within,
+            "stop_robots": self.stop_robots,
         }
         payload = agent_client.pack(
             self.bundle.manifest_bytes,

@@ -21,13 +21,16 @@ def look(
     *,
     contents: bool = False,
     secrets: Mapping[str, str] = NO_SECRETS,
+    motion: bool = False,
 ) -> Observed:
-    """Observe what the host runs. The host compares ``secrets``: a digest of four digits hides nothing."""
+    """Observe what the host runs, with ``motion`` also whether its robots move or are under command.
+    The host compares ``secrets``: a digest of four digits hides nothing."""
     request: ObserveRequest = {
         "verb": "observe",
         "swarm": bundle.swarm,
         "know": bundle.digest,
         "contents": contents,
+        "motion": motion,
     }
     if bundle.asks:
         request["requires"] = list(bundle.asks)

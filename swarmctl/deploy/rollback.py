@@ -74,7 +74,7 @@ class Rollback(Deployment):
     def _look(self, target: Target, say: Say) -> Surveyed:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
-            observed = look(host, bundle)
+            observed = look(host, bundle, motion=self._asks_motion)
             settled = self._settles and self._transaction("", target, say).settle(host, observed)
             if settled:
                 observed = look(host, bundle)
@@ -93,7 +93,7 @@ class Rollback(Deployment):
 class _HostRollback(HostTransaction):
     """The change of a host to the release ``to``, which it has kept."""
 
-    to: str
+    to: str = ""
 
     @property
     def release(self) -> str:
@@ -109,5 +109,6 @@ class _HostRollback(HostTransaction):
             "base": plan.base,
             "next": plan.next,
             "confirm_within": self.terms.confirm_within,
+            "stop_robots": self.stop_robots,
         }
         self._ask(host, request)

@@ -66,11 +66,17 @@ def remove(
     *,
     parallel: int = parallel_hosts.PARALLEL,
     stop: parallel_hosts.Stop | None = None,
+    stop_robots: bool = False,
 ) -> Iterator[parallel_hosts.Event[Removed]]:
     """Remove the swarm from every target: stop the robots; remove units, links and folder."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Removed:
-        request: RemoveRequest = {"verb": "remove", "swarm": swarm, "who": operators.this_one()}
+        request: RemoveRequest = {
+            "verb": "remove",
+            "swarm": swarm,
+            "who": operators.this_one(),
+            "stop_robots": stop_robots,
+        }
         with agent_client.talk(session) as host:
             return Removed(host.ask(request, on_note=note, timeout=APPLY_TIMEOUT)["removed"])
 

@@ -46,7 +46,7 @@ class Observed:
 
     ``drift``, ``links`` and ``blocks`` have by path how the host differs from that manifest. ``secrets``
     has by name how the stored value compares with the operator's; without one ``kept`` or ``missing``.
-    ``facts`` is None for a host that was not contacted.
+    ``facts`` is None for a host that was not contacted. ``busy``: why robots move or are under command.
     """
 
     digest: str | None = None
@@ -59,6 +59,7 @@ class Observed:
     transaction: Transaction | None = None
     secrets: Mapping[str, SecretState] = field(default_factory=dict)
     facts: Facts | None = None
+    busy: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def unfinished(self) -> str:
@@ -111,6 +112,7 @@ def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
         transaction=answer["transaction"],
         secrets=answer.get("secrets", {}),
         facts=answer["facts"],
+        busy=answer.get("busy", {}),
     )
 
 

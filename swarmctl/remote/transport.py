@@ -20,6 +20,7 @@ class Kind(str, Enum):
     LOST = "lost"  # the connection died while work was under way
     PROTOCOL = "protocol"  # the answer is not a valid answer of the agent
     REFUSED = "refused"  # the agent rejected the request: locked, stale plan, disk full, ...
+    BUSY = "busy"  # a robot that the change would touch moves or is under command
     UNFIT = "unfit"  # the host lacks what its part of the swarm needs
     HELD = "held back"  # never changed: another host is unfit
     FAILED = "failed"  # the agent failed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -57,7 +58,11 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
             for robot, speed in speeds.items()
         }
         within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
-        deploy = stack.enter_context(swarm.begin("deploy", spec=faster_k3))
+        refused = swarm.deploy(faster_k3)
+        assert refused.status == 3, refused.out + refused.err
+        assert re.search(r"^k3-pi  busy: k3 (is commanded by|moves)", refused.out, re.MULTILINE), refused.out
+        assert changed(before, swarm.pids()) == set()
+        deploy = stack.enter_context(swarm.begin("deploy", "--stop-robots", spec=faster_k3))
         others_stood = []
 
         def k3_stands(wanted: bool) -> bool:
@@ -66,10 +71,12 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
             return moves(states["k3"]) is not wanted
 
         within(15, lambda: k3_stands(True), "k3 drives on while its driver is swapped")
-        stood = within(15, lambda: k3_stands(False), "k3 does not obey its new driver")
-        assert deploy.wait(15) == 0, deploy.communicate()
+        assert deploy.wait(30) == 0, deploy.communicate()
+        assert k3_stands(True)  # though its commands go on
+        assert swarm.swarmctl("start", "k3").status == 0
+        obeyed = within(15, lambda: k3_stands(False), "k3 does not obey its new driver")
         assert not others_stood
-        note("k3 stood while a deploy swapped its driver", f"{stood:.2f} s", "")
+        note("k3 obeys its new driver after its start", f"{obeyed:.2f} s", "")
         for publisher in publishers.values():
             publisher.kill()
     assert changed(before, swarm.pids()) == {"k3-pi:k3"}
@@ -146,9 +153,10 @@ def test_a_robot_taken_out_of_the_spec_is_gone_from_its_host(swarm: LabSwarm) ->
     )
     before = swarm.pids()
     with swarm.driving(LEADER, "epuck", 0.05):
-        run = swarm.deploy(without)
+        run = swarm.deploy(without, "--stop-robots")
         assert run.status == 0, run.out + run.err
         assert not moves(swarm.robot("epuck"))
+    assert swarm.swarmctl("start").status == 0
     assert changed(before, swarm.pids()) == {
         "epuck-pi:epuck",
         "epuck-pi:epuck.pair",

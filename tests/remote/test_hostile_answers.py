@@ -49,12 +49,17 @@ ENTRY = {
     "time": 1.0, "txid": "t", "run": "r", "who": "anna@desk (7)", "prev": None, "next": None,
     "state": "undone", "error": "",
 }  # fmt: skip
+MOTION = {
+    "latched": True, "runs": True, "proof": "wheels", "seconds": 0.5, "commander": "", "trouble": "",
+}  # fmt: skip
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
     "lease": {"granted": True, "epoch": 1, "run": "r", "who": "anna@desk (7)", "left": 60.0, "last": ""},
     "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
     "rollback": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
     "history": {"entries": [ENTRY], "release": None, "releases": [], "last": ""},
+    "stop": {"deployed": True, "elapsed": 0.1, "robots": {"k3": MOTION}},
+    "start": {"deployed": True, "released": ["k3"]},
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},

@@ -85,6 +85,7 @@ def deploy(
             help="A host undoes its change unless a new connection confirms it within so long.",
         ),
     ] = 60.0,
+    stop_robots: options.StopRobots = False,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -122,6 +123,7 @@ def deploy(
         None if keep_going else max_fail,
         [name for name in wanted if swarm.hosts[name].optional],
         Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within),
+        stop_robots,
     )
     stop = Stop()
     deployment = Deployment(

@@ -82,6 +82,7 @@ def flash(
     ] = False,
     out: Out = BUILT,
     core: Core = None,
+    stop_robots: options.StopRobots = False,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
 ) -> None:  # fmt: skip
@@ -102,7 +103,8 @@ def flash(
             host = swarm.hosts[job.host]
             print(view.steps(job, f"{host.name} ({host.user}@{host.address})"))
         return
-    code = _flash(jobs, options.targets(spec, swarm, lab=lab, lab_name=lab_name))
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    code = _flash(jobs, targets, stop_robots=stop_robots)
     if code == exit_codes.OK:
         limit = [next_command.selection(dict.fromkeys(job.host for job in jobs))]
         next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
@@ -122,7 +124,7 @@ def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, 
     return Job(swarm.name, name, robot.host, unit, port, sketch.digest, writing)
 
 
-def _flash(jobs: Sequence[Job], targets: Mapping[str, Target]) -> int:
+def _flash(jobs: Sequence[Job], targets: Mapping[str, Target], *, stop_robots: bool) -> int:
     """Write the boards and print the result of each; returns the exit code."""
     from swarmctl.deploy import flash as flashing
     from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, interruptible
@@ -133,7 +135,7 @@ def _flash(jobs: Sequence[Job], targets: Mapping[str, Target]) -> int:
 
     found: dict[str, flashing.Results | HostError] = {}
     with interruptible(lambda text: console.err().print(text)) as stop:
-        for event in flashing.flash(jobs, targets, SshTransport(), stop):
+        for event in flashing.flash(jobs, targets, SshTransport(), stop, stop_robots=stop_robots):
             if isinstance(event, Note):
                 console.err().print(f"  {event.host}: {event.text}")
             elif isinstance(event, Finished | Skipped):

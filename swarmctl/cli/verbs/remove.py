@@ -13,6 +13,7 @@ def remove(
     spec: options.Spec,
     overlays: options.Overlays = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask for confirmation.")] = False,
+    stop_robots: options.StopRobots = False,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -33,7 +34,9 @@ def remove(
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     with interruptible(rollout_output.note) as stop:
         chosen = [targets[name] for name in names]
-        events = rollout.remove(swarm.name, chosen, SshTransport(), parallel=parallel, stop=stop)
+        events = rollout.remove(
+            swarm.name, chosen, SshTransport(), parallel=parallel, stop=stop, stop_robots=stop_robots
+        )
         found = rollout_output.results(events, names, quiet=json)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))

@@ -38,6 +38,7 @@ def rollback(
         bool,
         typer.Option("--keep-going", help="Each host by itself; without it, all go back or none does."),
     ] = False,
+    stop_robots: options.StopRobots = False,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -62,7 +63,10 @@ def rollback(
     going_back = Rollback(
         {name: made[name] for name in names}, options.targets(spec, swarm, lab=lab, lab_name=lab_name),
         SshTransport(), to=to, parallel=parallel, stop=stop, settles=not dry_run,
-        rules=Rules(None if keep_going else 0, [name for name in names if swarm.hosts[name].optional]),
+        rules=Rules(
+            None if keep_going else 0, [name for name in names if swarm.hosts[name].optional],
+            stop_robots=stop_robots,
+        ),
     )  # fmt: skip
     together: Consistency = "independent" if keep_going else "all"
     view = rounds.View("rollback", spec, swarm, where, details=details, json=json)

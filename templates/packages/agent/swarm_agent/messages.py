@@ -38,11 +38,13 @@ class UnitState(TypedDict):
 
 class Locking(TypedDict, total=False):
     """``who`` holds the lock of the swarm; ``wait``: s to wait for another holder; ``run``: the run of
-    swarmctl that has the lease of the swarm."""
+    swarmctl that has the lease of the swarm; ``stop_robots``: stop robots that move or are under command
+    where a change would touch them, instead of refusing it."""
 
     who: str
     wait: float
     run: str
+    stop_robots: bool
 
 
 class ObserveNeeds(TypedDict):
@@ -57,7 +59,8 @@ class ObserveRequest(ObserveNeeds, total=False):
 
     ``know``: digest of a release whose manifest need not be sent; ``contents``: send the texts of files, too;
     ``requires``: programs by name, and ROS packages and workspaces, ``package:NAME`` and ``workspace:PATH``;
-    ``wants``: other programs to look for, with the state of what they manage.
+    ``wants``: other programs to look for, with the state of what they manage; ``motion``: whether robots move
+    or are under command is wanted, too.
     """
 
     know: str
@@ -65,6 +68,7 @@ class ObserveRequest(ObserveNeeds, total=False):
     requires: list[str]
     wants: list[str]
     secrets: list[str]
+    motion: bool
 
 
 class Prepared(TypedDict, total=False):
@@ -132,9 +136,11 @@ class ObserveAnswerAlways(TypedDict):
 
 
 class ObserveAnswer(ObserveAnswerAlways, total=False):
-    """``release``: digest of the current one; ``files`` and ``blocks``: texts, with ``contents`` only."""
+    """``release``: digest of the current one; ``files`` and ``blocks``: texts, with ``contents`` only;
+    ``busy``: why robots move or are under command, by robot, with ``motion`` only."""
 
     secrets: dict[str, SecretState]
+    busy: dict[str, str]
     manifest: ManifestData
     files: dict[str, str]
     blocks: dict[str, str]

@@ -12,6 +12,7 @@ from . import (
     audit,
     boot,
     files,
+    motion_gate,
     record,
     recovery_unit,
     rollback,
@@ -36,7 +37,8 @@ KEPT_RELEASES = 3  # the current one and two before it
 
 class Change(NamedTuple):
     """The requested change. ``base`` is the release that the plan was made for; ``confirm_within``: s until
-    it is undone without a confirmation, 0 if none is needed."""
+    it is undone without a confirmation, 0 if none is needed; ``stop_robots``: robots that move or are under
+    command are stopped; without it the change is refused."""
 
     txid: str
     who: str
@@ -48,6 +50,7 @@ class Change(NamedTuple):
     restart: list[str]
     reload: list[str]
     confirm_within: float
+    stop_robots: bool = False
 
 
 def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnswer:
@@ -64,6 +67,8 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
         )
     manifest = _bring(home, change, payload, report)
     _check_units(change, manifest)
+    swapped = [*change.stop, *change.restart]
+    motion_gate.clear(home, swapped, stop=change.stop_robots, who=change.who, note=report.note)
     system_links.check(home, manifest)
     begun = _begun(home, change, manifest, before.history)
     report.detach()

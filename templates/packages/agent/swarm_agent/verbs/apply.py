@@ -31,6 +31,7 @@ def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer
         restart=unit_names(request.get("restart", [])),
         reload=[name for name in request.get("reload", []) if name in READERS],
         confirm_within=min(float(request.get("confirm_within", 0)), 3600.0),
+        stop_robots=bool(request.get("stop_robots")),
     )
     if not systemd.present(home):
         raise RefusedError("this host does not run systemd", "swarmctl needs a host that boots with systemd")

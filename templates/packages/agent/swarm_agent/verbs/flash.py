@@ -9,7 +9,7 @@ import tempfile
 import time
 from typing import TYPE_CHECKING, Any, BinaryIO, Sequence
 
-from swarm_agent import lease, systemd, unit_start
+from swarm_agent import lease, lock, motion_gate, systemd, unit_start
 from swarm_agent.errors import FailedError, RefusedError
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
@@ -51,6 +51,8 @@ def handle(request: FlashRequest, payload: bytes, report: Report) -> FlashAnswer
     if not os.path.exists(home.outside(port)):
         raise RefusedError(f"there is no {port}", "is the board's cable in, and was the swarm deployed?")
     with lease.held_for(home, request):
+        who = lock.operator_in(request)
+        motion_gate.clear(home, [unit], stop=bool(request.get("stop_robots")), who=who, note=report.note)
         report.detach()
         runs = systemd.running([unit])
         troubles = []

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Iterable
 from swarm_agent import (
     files,
     lock,
+    motion_gate,
     packages,
     platforms,
     preflight,
@@ -59,6 +60,8 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
         return answer
     if systemd.present(home):
         answer["units"] = systemd.states(manifest.units)
+    if request.get("motion"):
+        answer["busy"] = motion_gate.busy(home, motion_gate.robots_of(home, manifest.units))
     if digest != request.get("know"):
         content = files.read(f"{home.release(digest)}/{NAME}") or b"{}"
         answer["manifest"] = json.loads(content.decode("utf-8"))

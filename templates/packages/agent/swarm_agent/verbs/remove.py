@@ -6,7 +6,7 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from swarm_agent import lease, lock, recovery_unit, withdrawal
+from swarm_agent import lease, lock, motion_gate, recovery_unit, withdrawal
 from swarm_agent.errors import FailedError
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
@@ -21,6 +21,9 @@ def handle(request: RemoveRequest, payload: bytes, report: Report) -> RemoveAnsw
     if not os.path.isdir(home.path):
         return {"removed": False}
     with lease.held_for(home, request):
+        manifest = home.known_manifest(home.current())
+        units, who = manifest.units if manifest else [], lock.operator_in(request)
+        motion_gate.clear(home, units, stop=bool(request.get("stop_robots")), who=who, note=report.note)
         report.detach()
         with suppress(OSError, FailedError):  # a swarm can be removed from a full disk, too
             recovery_unit.install(home)

@@ -33,6 +33,7 @@ def handle(request: RollbackRequest, payload: bytes, report: Report) -> ApplyAns
             restart=[unit for unit in after if unit in before and after[unit] != before[unit]],
             reload=[],
             confirm_within=min(float(request.get("confirm_within", 0)), 3600.0),
+            stop_robots=bool(request.get("stop_robots")),
         )
         return transaction.run(home, change, b"", report)
 

@@ -1,0 +1,91 @@
+"""Keeps a change from robots that move or are under command, or stops them first."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Callable, Iterable, Mapping
+
+from . import files, robot_motion, stop_latches
+from .errors import RefusedError
+from .manifest import NAME
+from .release_store import Home
+
+_LOOK = 1.0  # s for drivers to answer, and for wheels to be shown to stand
+_STOP = 3.0  # s for robots to stand
+_NOBODY = ("", "nobody")  # what drivers and gates answer without a commander
+_HINT = "stop them with `swarmctl stop`, or use --stop-robots; they then stand until `swarmctl start`"
+
+
+def robots_of(home: Home, units: Iterable[str]) -> list[str]:
+    """Returns the robots to which units of the current release belong."""
+    digest = home.current()
+    raw = files.read_json(f"{home.release(digest)}/{NAME}") if digest else None
+    robots = {one["name"]: one.get("robot") for one in (raw or {}).get("units", ())}
+    return sorted({str(robots[unit]) for unit in units if robots.get(unit)})
+
+
+def busy(home: Home, robots: Iterable[str]) -> dict[str, str]:
+    """Returns why those robots that move or are under command do, by robot.
+
+    A robot whose driver does not run or does not answer is not among them: nothing passes on its commands.
+    """
+    running = _running(home, robots)
+    answers = robot_motion.ask(
+        running, _LOOK, lambda found: len(found) == len(running) and all(map(_known, found.values()))
+    )
+    return {robot: why for robot in sorted(answers) if (why := _why(answers[robot]))}
+
+
+def clear(home: Home, units: Iterable[str], *, stop: bool, who: str, note: Callable[[str], None]) -> None:
+    """Returns once the robots of these units stand without a command; with ``stop`` it latches them first.
+
+    Raises ``RefusedError`` for one that is commanded, or whose wheels still turn.
+    """
+    robots = robots_of(home, units)
+    if not stop:
+        if found := busy(home, robots):
+            text = "; ".join(f"{robot} {why}" for robot, why in found.items())
+            raise RefusedError(text, _HINT)
+        return
+    running = _running(home, robots)
+    if not running:
+        return
+    note(f"stopping {', '.join(running)}")
+    latch = stop_latches.Latch(who, round(time.time(), 3))
+    if failed := stop_latches.close(home, running, latch):
+        raise RefusedError("; ".join(failed.values()), "repair the disk")
+    answers = robot_motion.ask(running, _STOP, lambda found: robot_motion.proven(found, running))
+    stop_latches.sync(home, running)
+    turning = [one for one, answer in answers.items() if not _stands(answer)]
+    if turning:
+        raise RefusedError(
+            f"{', '.join(sorted(turning))} was sent its stop, and its wheels still turn",
+            "is it on a slope, or pushed? It stays stopped; `swarmctl stop` shows what its wheels do",
+        )
+
+
+def _running(home: Home, robots: Iterable[str]) -> dict[str, str]:
+    sockets = robot_motion.sockets(home)
+    return {one: sockets[one] for one in robots if one in sockets}
+
+
+def _known(answer: Mapping[str, Any]) -> bool:
+    return _commander(answer) != "" or _stands(answer)
+
+
+def _stands(answer: Mapping[str, Any]) -> bool:
+    """True if its wheels are shown to stand, or nothing could show it."""
+    measured = answer.get("measured") and answer.get("zero_at") is not None
+    return answer.get("still_since") is not None or not measured
+
+
+def _why(answer: Mapping[str, Any]) -> str:
+    if not _stands(answer):
+        return "moves: its wheels turn"
+    commander = _commander(answer)
+    return f"is commanded by {commander}" if commander and not answer.get("held") else ""
+
+
+def _commander(answer: Mapping[str, Any]) -> str:
+    name = str(answer.get("commander", ""))
+    return "" if name in _NOBODY else name
