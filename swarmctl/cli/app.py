@@ -76,6 +76,7 @@ class Verbs(LazyVerbs):
             HOSTS_FAILED,
             HOSTS_UNREACHABLE,
         ),
+        Verb("restart", "Restart the drivers and other units of robots.", HOSTS_FAILED, HOSTS_UNREACHABLE),
         Verb(
             "remove",
             "Remove the swarm from its hosts: stop the robots; remove units, links and /opt/swarm/<name>.",

@@ -1,4 +1,4 @@
-"""Stops and releases robots by the agents on their hosts, with one connection a host and no look before."""
+"""Stops, releases and restarts robots by the agents on their hosts: one connection a host, no look before."""
 
 from __future__ import annotations
 
@@ -7,8 +7,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from swarm_agent.motion_messages import RobotMotion, StartAnswer, StartRequest, StopAnswer, StopRequest
+from swarm_agent.motion_messages import (
+    RestartAnswer,
+    RestartRequest,
+    RobotMotion,
+    StartAnswer,
+    StartRequest,
+    StopAnswer,
+    StopRequest,
+)
 
+from swarmctl.deploy.host_transaction import APPLY_TIMEOUT
 from swarmctl.remote import agent_archive, agent_client, operators, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
@@ -102,6 +111,37 @@ def start(
         }
         with agent_client.talk(session) as host:
             answer: StartAnswer = host.ask(request, timeout=_TIMEOUT)
+            return answer
+
+    return _on_all(robots, targets, work, transport, parallel)
+
+
+def restart(
+    swarm: str,
+    robots: Mapping[str, Sequence[str]],
+    targets: Mapping[str, Target],
+    transport: Transport,
+    *,
+    others: bool,
+    stop_robots: bool,
+    parallel: int,
+) -> Iterator[parallel_hosts.Event[RestartAnswer]]:
+    """Restarts the units of ``robots``, by host; with ``others`` those of all robots on these hosts.
+
+    A host refuses for a robot that moves or is under command; with ``stop_robots`` it stops it first.
+    """
+
+    def work(session: Session, target: Target, note: Callable[[str], None]) -> RestartAnswer:
+        request: RestartRequest = {
+            "verb": "restart",
+            "swarm": swarm,
+            "who": operators.this_one(),
+            "robots": list(robots[target.host]),
+            "others": others,
+            "stop_robots": stop_robots,
+        }
+        with agent_client.talk(session) as host:
+            answer: RestartAnswer = host.ask(request, on_note=note, timeout=APPLY_TIMEOUT)
             return answer
 
     return _on_all(robots, targets, work, transport, parallel)

@@ -26,6 +26,7 @@ DEPLOY_VERBS = (
     "remove",
     "stop",
     "start",
+    "restart",
 )
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
 ROLLBACK_VERBS = ("observe", "history", "lease", "rollback", "hold", "confirm", "undo")

@@ -35,6 +35,7 @@ SENT = {**STANDS, "proof": "sent", "commander": "nobody", "trouble": "its wheels
 UNGUARDED = {**STANDS, "latched": False, "proof": "none", "trouble": "nothing stops its wheels"}
 AWAY = HostError(Kind.UNREACHABLE, "no route to host")
 LOST = HostError(Kind.LOST, "the connection was lost")
+BUSY = HostError(Kind.REFUSED, "r3 is commanded by joy", "use --stop-robots")
 
 
 @pytest.fixture
@@ -131,3 +132,29 @@ def test_start_names_what_it_released_and_what_failed(
     assert ("two  " in found.stdout) == isinstance(two, HostError)
     document = json.loads(swarmctl("start", "--json", cwd=folder).stdout)
     assert [one["host"] for one in document["errors"]] == (["two"] if isinstance(two, HostError) else [])
+
+
+@pytest.mark.parametrize(
+    ("two", "code", "line"),
+    [
+        (["r3.service"], exit_codes.OK, "two  restarted r3.service"),
+        ([], exit_codes.OK, "two  nothing to restart"),
+        (AWAY, exit_codes.HOSTS_UNREACHABLE, "two  unreachable: no route to host"),
+        (BUSY, exit_codes.HOSTS_FAILED, "two  refused: r3 is commanded by joy"),
+    ],
+)
+def test_restart_prints_the_units_of_each_host(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, two: Any, code: int, line: str
+) -> None:
+    def restart(_: str, robots: dict[str, list[str]], *__: Any, **options: Any) -> Iterator[Finished[Any]]:
+        assert options["stop_robots"] is False
+        for host, units in {"one": ["r1.service"], "two": two}.items():
+            answer = {"deployed": True, "restarted": units}
+            yield Finished(host, units if isinstance(units, HostError) else answer, 1.0)
+
+    monkeypatch.setattr(robot_stop, "restart", restart)
+    found = swarmctl("restart", "swarm.yaml", cwd=folder)
+    assert (found.returncode, line in found.stdout) == (code, True), found.stdout + found.stderr
+    assert "one  restarted r1.service" in found.stdout
+    document = json.loads(swarmctl("restart", "swarm.yaml", "--json", cwd=folder).stdout)
+    assert document["restarted"]["one"] == ["r1.service"]

@@ -36,9 +36,20 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
             assert again[ONE_ROBOT]["state"] in ("stands", "unproven"), again
             assert swarm.robot(ONE_ROBOT)["distance"] == place
 
+            before = swarm.pids()
+            assert swarm.swarmctl("restart", ONE_ROBOT).status == exit_codes.OK  # stopped, it is not in use
+            after = swarm.pids()
+            changed = {name for name in after if after[name] != before.get(name)}
+            assert changed == {f"{ITS_HOST}:{ONE_ROBOT}"}
+            assert swarm.robot(ONE_ROBOT)["distance"] == place
+
             run = swarm.swarmctl("start", ONE_ROBOT, "--json")
             assert run.json()["released"] == [ONE_ROBOT]
             within(15, lambda: moves(swarm.robot(ONE_ROBOT)), "the robot does not obey after its release")
+            refused = swarm.swarmctl("restart", ONE_ROBOT)
+            assert refused.status == exit_codes.HOSTS_FAILED
+            assert f"{ONE_ROBOT} is commanded by {LEADER}" in refused.out or "wheels turn" in refused.out
+            assert swarm.pids() == after
             assert not moves(swarm.robot("koala"))
         finally:
             assert swarm.swarmctl("start").status == exit_codes.OK

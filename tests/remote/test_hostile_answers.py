@@ -60,6 +60,7 @@ FITTING: dict[str, Any] = {
     "history": {"entries": [ENTRY], "release": None, "releases": [], "last": ""},
     "stop": {"deployed": True, "elapsed": 0.1, "robots": {"k3": MOTION}},
     "start": {"deployed": True, "released": ["k3"]},
+    "restart": {"deployed": True, "restarted": ["k3.service"]},
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},

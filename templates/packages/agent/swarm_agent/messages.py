@@ -10,7 +10,7 @@ from typing import Any, Literal, Mapping, TypedDict
 
 from .history_messages import HistoryAnswer
 from .manifest import ManifestData
-from .motion_messages import StartAnswer, StopAnswer
+from .motion_messages import RestartAnswer, StartAnswer, StopAnswer
 from .probe_messages import ImageAnswer, ImageRequest
 
 FileDrift = Literal["changed", "missing", "extra", "damaged"]
@@ -487,4 +487,5 @@ ANSWERS: Mapping[str, type] = {
     "fetch_build": FetchBuildAnswer,
     "stop": StopAnswer,
     "start": StartAnswer,
+    "restart": RestartAnswer,
 }

@@ -1,4 +1,4 @@
-"""Requests and answers of the verbs ``stop`` and ``start``. JSON objects; types only."""
+"""Requests and answers of the verbs ``stop``, ``start`` and ``restart``. JSON objects; types only."""
 
 from __future__ import annotations
 
@@ -57,3 +57,29 @@ class StartAnswer(TypedDict):
 
     deployed: bool
     released: list[str]
+
+
+class RestartNeeds(TypedDict):
+    """The required keys of ``restart``."""
+
+    verb: Literal["restart"]
+    swarm: str
+    robots: list[str]
+    others: bool
+
+
+class RestartRequest(RestartNeeds, total=False):
+    """Restart the units of ``robots``, with ``others`` of all robots here. ``who``, ``wait``, ``run`` and
+    ``stop_robots`` as in ``messages.Locking``."""
+
+    who: str
+    wait: float
+    run: str
+    stop_robots: bool
+
+
+class RestartAnswer(TypedDict):
+    """``restarted``: the units, which run again."""
+
+    deployed: bool
+    restarted: list[str]

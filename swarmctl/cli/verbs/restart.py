@@ -1,0 +1,57 @@
+"""``swarmctl restart``: restarts the units of robots."""
+
+from __future__ import annotations
+
+import typer
+
+from swarmctl.cli import console, exit_codes, next_command, options, reached
+from swarmctl.cli.verbs.stop import PARALLEL, Robots
+
+
+def restart(
+    spec: options.Spec,
+    robots: Robots = None,
+    overlays: options.Overlays = None,
+    stop_robots: options.StopRobots = False,
+    lab: options.Lab = False,
+    lab_name: options.LabName = "",
+    parallel: options.Parallel = PARALLEL,
+    json: options.Json = False,
+) -> None:
+    """Restart the drivers and other units of robots. One that moves or is under command is not touched."""
+    from swarmctl.deploy import robot_stop
+    from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.transport import HostError
+    from swarmctl.views.escape import printable
+
+    reach = reached.read(spec)
+    chosen, without = reached.by_host(reach, robots)
+    targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
+    events = robot_stop.restart(
+        reach.name, chosen, targets, SshTransport(),
+        others=not robots, stop_robots=stop_robots, parallel=parallel,
+    )  # fmt: skip
+    results = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
+    errors = {host: one for host, one in results.items() if isinstance(one, HostError)}
+    done = {host: one["restarted"] for host, one in results.items() if not isinstance(one, HostError)}
+    missing = [host for host, units in done.items() if not units and robots]
+    if json:
+        failed = [
+            {"host": host, "kind": one.kind.value, "message": one.message, "hint": one.hint}
+            for host, one in errors.items()
+        ]
+        console.print_json({"v": 1, "swarm": reach.name, "restarted": done, "errors": failed})
+    else:
+        for host, units in done.items():
+            console.show(f"{host}  restarted {', '.join(units)}" if units else f"{host}  nothing to restart")
+        for host, one in errors.items():
+            console.show(f"{host}  {one.kind.value}: {printable(one.message)}")
+            if one.hint:
+                console.show(f"  help: {printable(one.hint)}")
+        for name in without:
+            console.show(f"{name}  failed: the spec has no host with an address for it")
+        next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
+    if without or missing or any(one.reached for one in errors.values()):
+        raise typer.Exit(exit_codes.HOSTS_FAILED)
+    raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)
