@@ -22,7 +22,7 @@ LABS := $(shell expr $$(nproc) + 2)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test check busy power-cuts races experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools
+.PHONY: demo test check busy power-cuts races scorecard experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -123,6 +123,9 @@ test-tools:
 races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of two operators on the same hosts
 	SWARM_RACES=$${SWARM_RACES:-1000} SWARM_DEPLOY_RACES=$${SWARM_DEPLOY_RACES:-50} \
 	  $(BIN)/pytest -q tests/packages/agent/test_confirm.py tests/deploy/test_two_operators.py -k "agree or at_once"
+
+scorecard: $(VENV)/.dev lab-tools ## what a deploy promises under 61 faults: the table, with the tests that show it (needs root)
+	@$(BIN)/python -m tests.scorecard
 
 power-tools:
 	@$(call install,$(POWER_TOOLS))
