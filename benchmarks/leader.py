@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from swarmctl.deploy.rollout import Outcome, deploy
+from swarmctl.deploy.outcome import Outcome
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network, processes
 from swarmctl.lab.lab_plan import plan_of
@@ -31,6 +31,7 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.names import robot_namespace
 from swarmctl.swarm.resolved import Swarm
+from tests.deploy.deploying import deploy
 
 HOST = "leader"
 BARE = "bare"

@@ -103,7 +103,15 @@ ROWS = (
         _at("e2e/change", "a_file_edited_by_hand_is_named_and_repaired"),
         "named in the plan, then overwritten",
     ),
-    Row("R20", "`current` is no link to a release", (), "not tried"),
+    Row(
+        "R20",
+        "`current` is no link to a release",
+        _agent(
+            "transaction",
+            "a_link_that_leads_nowhere_of_ours_is_put_right",
+            "a_folder_in_place_of_the_link_is_refused",
+        ),
+    ),
     Row("R21", "xfs and btrfs", (), "in `make power-cuts` only"),
     Row(
         "R22",
@@ -143,7 +151,11 @@ ROWS = (
         "a unit ends after 5 s",
         _agent("confirm", "a_change_whose_units_do_not_keep_running_is_undone"),
     ),
-    Row("R28", "the release before is bad, too", (), "not tried"),
+    Row(
+        "R28",
+        "the release before is bad, too",
+        _agent("transaction", "a_bad_release_is_not_tried_again_after_another_bad_one"),
+    ),
     Row(
         "R29",
         "a first deploy fails",
@@ -212,7 +224,11 @@ ROWS = (
         "one of the hosts that belong together fails",
         _at("deploy/deployment", "hosts_that_belong_together_go_back_together"),
     ),
-    Row("R47", "the operator is killed between two confirmations", (), "not tried"),
+    Row(
+        "R47",
+        "the operator is killed between two confirmations",
+        _at("deploy/deployment", "a_run_that_dies_between_confirmations_is_finished"),
+    ),
     Row(
         "R48",
         "a robot is taken out of the spec",

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 
-from swarmctl.remote.transport import Kind
+from swarmctl.deploy.host_transaction import HostTransaction, Terms
+from swarmctl.remote.transport import HostError, Kind
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
 from tests.packages.agent.fakehost import FakeHost
@@ -66,6 +67,32 @@ def test_hosts_that_belong_together_stay_together(deployed_hosts: dict[str, Fake
     results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=0, consistency="all"))
     assert changed(results) == dict.fromkeys(HOSTS, True)
     assert {host.observe()["transaction"]["state"] for host in deployed_hosts.values()} == {"applied"}
+
+
+def test_a_run_that_dies_between_confirmations_is_finished(
+    deployed_hosts: dict[str, FakeHost], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    confirm = HostTransaction.confirm
+
+    def dies(self: HostTransaction, txid: str) -> None:
+        if self.bundle.host != "leader":
+            raise HostError(Kind.LOST, "the operator was killed")
+        confirm(self, txid)
+
+    way = FolderTransport(deployed_hosts, {})
+    with monkeypatch.context() as patch:
+        patch.setattr(HostTransaction, "confirm", dies)
+        terms = Terms(healthy_for=0.1, healthy_within=5, confirm_within=2)
+        split = deployed(deploy(bundles(**FAST), TARGETS, way, consistency="all", terms=terms))
+    assert changed(split) == {"leader": True, "k3": Kind.LOST, "epuck": Kind.LOST}
+    for name in ("k3", "epuck"):
+        assert deployed_hosts[name].recover() == 0  # goes back at its deadline
+    assert speeds(deployed_hosts) == {"leader": "2", "k3": "1", "epuck": "1"}
+
+    results = deployed(deploy(bundles(**FAST), TARGETS, way, most_failed=0, consistency="all"))
+
+    assert changed(results) == {"leader": False, "k3": True, "epuck": True}
+    assert set(speeds(deployed_hosts).values()) == {"2"}
 
 
 def test_every_host_gives_its_lease_back(deployed_hosts: dict[str, FakeHost]) -> None:

@@ -305,26 +305,6 @@ def test_an_ungated_robot_obeys_anybody_and_has_its_reason(fleet: LabSwarm) -> N
         assert f"the driver obeys any publisher, as it is ungated: {REASON}" in run.out
 
 
-def test_vendors_take_commands_only_from_the_gate_or_are_named(fleet: LabSwarm) -> None:
-    """Private, nested, absolute and stamped; last, one whose topic the spec does not know."""
-    spec = fleet.variant("variants", ("robots:\n", VENDOR + "robots:\n" + VARIANTS))
-    run = fleet.deploy(spec)
-    assert run.status in (exit_codes.OK, exit_codes.UNHEALTHY), run.out + run.err
-    line = "/stray/core takes commands on /stray_cmd_vel instead of /stray/gate/cmd_vel"
-    within(40, lambda: line in fleet.swarmctl("status", spec=spec).out, "the stray driver is not named")
-    run = fleet.swarmctl("status", spec=spec)
-    assert run.status == exit_codes.UNHEALTHY
-    assert "write `command: /stray_cmd_vel`" in run.out
-    findings = fleet.swarmctl("status", "--json", spec=spec).json()["findings"]
-    wrong = [one["subject"] for one in findings if one["check"] == "wiring" and one["state"] == "bad"]
-    assert wrong == ["stray"]
-    for robot in ("nested", "stamped", "absolute"):
-        fleet.shell(PI, f"rm -f ~/{robot}")
-        with fleet.publishing(PI, robot, 0.9):  # above its limit of 0.5
-            within(10, lambda robot=robot: "0.5" in received(fleet, robot), f"{robot} is not commanded")
-        assert set(received(fleet, robot)) <= {"0", "0.5"}
-
-
 def test_a_stop_through_a_gate_holds_and_is_not_called_proven(fleet: LabSwarm) -> None:
     within(20, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move")
     try:
@@ -344,3 +324,23 @@ def test_a_stop_through_a_gate_holds_and_is_not_called_proven(fleet: LabSwarm) -
     finally:
         assert fleet.swarmctl("start").status == exit_codes.OK
     within(10, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move again")
+
+
+def test_vendors_take_commands_only_from_the_gate_or_are_named(fleet: LabSwarm) -> None:
+    """Private, nested, absolute and stamped; last, one whose topic the spec does not know."""
+    spec = fleet.variant("variants", ("robots:\n", VENDOR + "robots:\n" + VARIANTS))
+    run = fleet.deploy(spec)
+    assert run.status in (exit_codes.OK, exit_codes.UNHEALTHY), run.out + run.err
+    line = "/stray/core takes commands on /stray_cmd_vel instead of /stray/gate/cmd_vel"
+    within(40, lambda: line in fleet.swarmctl("status", spec=spec).out, "the stray driver is not named")
+    run = fleet.swarmctl("status", spec=spec)
+    assert run.status == exit_codes.UNHEALTHY
+    assert "write `command: /stray_cmd_vel`" in run.out
+    findings = fleet.swarmctl("status", "--json", spec=spec).json()["findings"]
+    wrong = [one["subject"] for one in findings if one["check"] == "wiring" and one["state"] == "bad"]
+    assert wrong == ["stray"]
+    for robot in ("nested", "stamped", "absolute"):
+        fleet.shell(PI, f"rm -f ~/{robot}")
+        with fleet.publishing(PI, robot, 0.9):  # above its limit of 0.5
+            within(10, lambda robot=robot: "0.5" in received(fleet, robot), f"{robot} is not commanded")
+        assert set(received(fleet, robot)) <= {"0", "0.5"}

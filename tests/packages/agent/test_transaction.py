@@ -299,6 +299,45 @@ def test_a_damaged_release_is_repaired_under_its_own_name(old: FakeHost) -> None
     runs(old, OLD.digest, ("master", "koala"))
 
 
+@pytest.mark.parametrize("target", ["releases/ffffffffffffffff", "/etc", "releases/../../..", "x"])
+def test_a_link_that_leads_nowhere_of_ours_is_put_right(host: FakeHost, target: str) -> None:
+    host.apply(OLD)
+    current = host.prefix / "opt/swarm/new/current"
+    current.unlink()
+    current.symlink_to(target)
+    assert host.apply(NEW, base=host.observe()["release"]).answer["release"] == NEW.digest
+    assert host.observe()["release"] == NEW.digest
+    assert host.observe()["drift"] == {"files": {}, "links": {}, "blocks": {}}
+
+
+def test_a_folder_in_place_of_the_link_is_refused(host: FakeHost) -> None:
+    host.apply(OLD)
+    current = host.prefix / "opt/swarm/new/current"
+    current.unlink()
+    current.mkdir()
+    host.calls()
+    reply = host.apply(NEW, base=None)
+    assert reply.error["kind"] == "refused"
+    assert "current is a folder, and swarmctl needs a link there" in reply.error["message"]
+    assert host.calls() == []
+
+
+def test_a_bad_release_is_not_tried_again_after_another_bad_one(host: FakeHost) -> None:
+    host.apply(OLD)
+    for unit, release in (("khepera.service", NEW), ("master.service", OLD)):
+        (host.prefix / f"broken-{unit}-{release.digest}").touch()
+    changes = {"stop": ["koala.service"], "restart": ["master.service"], "start": ["khepera.service"]}
+    reply = host.apply(NEW, base=OLD.digest, **changes)
+    message = reply.error["message"]
+    first, _, then = message.partition(f"undone, release {OLD.digest} is in place again; but ")
+    assert "Job for khepera.service failed" in first
+    assert "Job for master.service failed" in then
+    assert host.observe()["release"] == OLD.digest
+    host.calls()
+    assert host.recover() == 0
+    assert host.calls() == []  # nothing is tried again
+
+
 def test_links_and_blocks_that_went_astray_are_put_right(old: FakeHost) -> None:
     system = old.prefix / "etc/systemd/system"
     (system / "koala.service").unlink()

@@ -101,9 +101,14 @@ def swarm_name(value: Any) -> str:
     return str(value)
 
 
+def is_release_name(value: Any) -> bool:
+    """Returns True if ``value`` is a digest."""
+    return isinstance(value, str) and _DIGEST.fullmatch(value) is not None
+
+
 def release_name(value: Any) -> str:
     """Returns ``value`` if it is a digest. Raises ``RefusedError``."""
-    _require(isinstance(value, str) and _DIGEST.fullmatch(value) is not None, f"release {value!r}")
+    _require(is_release_name(value), f"release {value!r}")
     return str(value)
 
 

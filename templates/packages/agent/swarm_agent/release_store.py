@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
 from . import files
 from .errors import RefusedError
-from .manifest import EMPTY, NAME, Manifest, parse, swarm_name
+from .manifest import EMPTY, NAME, Manifest, is_release_name, parse, swarm_name
 from .paths import ROOT
 
 if TYPE_CHECKING:
@@ -89,9 +89,17 @@ class Home(NamedTuple):
             os.makedirs(folder, 0o755, exist_ok=True)
 
     def current(self) -> str | None:
-        """Returns the digest of the current release, or None."""
-        target = files.pointed(self.current_link)
-        return None if target is None else os.path.basename(target)
+        """Returns the digest of the current release; None without one, or if the link leads elsewhere."""
+        folder, _, digest = (files.pointed(self.current_link) or "").rpartition("/")
+        return digest if folder == "releases" and is_release_name(digest) else None
+
+    def check_current(self) -> None:
+        """Raises ``RefusedError`` if a folder stands where the link to the current release belongs."""
+        if os.path.isdir(self.current_link) and not os.path.islink(self.current_link):
+            raise RefusedError(
+                f"{self.current_link} is a folder, and swarmctl needs a link there",
+                "look at what is in it, and move it away",
+            )
 
     def releases(self) -> list[str]:
         """Returns the digests of the stored releases."""

@@ -55,6 +55,7 @@ class Change(NamedTuple):
 
 def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnswer:
     """Carries the change out; the lock is held. Raises ``FailedError`` after having gone back."""
+    home.check_current()
     home.clean_staging()
     before = finished(home)
     current = home.current()
