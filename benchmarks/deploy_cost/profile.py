@@ -14,7 +14,7 @@ from pathlib import Path
 from swarmctl.deploy.look import look
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
-from swarmctl.remote.transport import HostError, Session, Target
+from swarmctl.remote.transport import Conversation, HostError, Session, Target
 from swarmctl.render.bundle import Bundle
 
 Costs = dict[str, tuple[float, float]]  # by step: s of wall time, s of the operator's CPU time
@@ -103,7 +103,7 @@ def _run(session: Session, command: str) -> None:
         channel.exchange([], lambda _: False, timeout=30)
 
 
-def _refused(host: agent_client.Conversation) -> None:
+def _refused(host: Conversation) -> None:
     """The shortest request: one that the agent refuses."""
     with suppress(HostError):
         host.ask({"verb": "no verb"})

@@ -21,10 +21,9 @@ from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.waves import Order
 from swarmctl.remote import operators, parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS
-from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, Stop, result_of
-from swarmctl.remote.transport import HostError, Target, Transport
+from swarmctl.remote.transport import Conversation, HostError, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 from swarmctl.yamltext import hostlist

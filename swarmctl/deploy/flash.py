@@ -9,7 +9,7 @@ from swarm_agent.messages import FlashAnswer, FlashRequest
 
 from swarmctl.firmware import avrdude
 from swarmctl.remote import agent_client, operators, parallel_hosts
-from swarmctl.remote.transport import HostError, Session, Target, Transport
+from swarmctl.remote.transport import Conversation, HostError, Session, Target, Transport
 
 VERBS = ("flash",)
 PATIENCE = 40.0  # s for the board to start, and to report to its driver
@@ -67,7 +67,7 @@ def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:
 
 
 def _flashed(
-    host: agent_client.Conversation, job: Job, note: Callable[[str], None], stop_robots: bool
+    host: Conversation, job: Job, note: Callable[[str], None], stop_robots: bool
 ) -> Flashed | HostError:
     files = job.writing.files
     request: FlashRequest = {

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from swarm_agent.history_messages import ChangeEntry, HistoryAnswer, HistoryRequest
 
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import Session, Target, Transport
+from swarmctl.remote.transport import Conversation, Session, Target, Transport
 
 _VERBS = ("history",)
 

@@ -16,9 +16,8 @@ from swarm_agent.messages import ApplyRequest, ConfirmRequest, HoldRequest, Unit
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote import agent_client, operators
-from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.parallel_hosts import Stop
-from swarmctl.remote.transport import HostError
+from swarmctl.remote.transport import Conversation, HostError
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 

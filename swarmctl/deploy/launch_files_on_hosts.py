@@ -13,7 +13,7 @@ from swarmctl.deploy import launch_texts
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.plan.launch_findings import NOT_CHECKED, with_findings
 from swarmctl.plan.plan import HostPlan
-from swarmctl.remote.agent_client import Conversation
+from swarmctl.remote.transport import Conversation
 from swarmctl.render.bundle import Bundle
 from swarmctl.ros_packages.host_package import on_host
 from swarmctl.ros_packages.package import Package

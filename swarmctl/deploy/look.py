@@ -9,7 +9,7 @@ from types import MappingProxyType
 from swarm_agent.messages import ObserveRequest
 
 from swarmctl.plan.observed_host import Observed, from_answer
-from swarmctl.remote.agent_client import Conversation
+from swarmctl.remote.transport import Conversation
 from swarmctl.render.bundle import Bundle
 
 NO_SECRETS: Mapping[str, str] = MappingProxyType({})

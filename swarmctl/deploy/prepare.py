@@ -12,7 +12,7 @@ from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.host_preparation import HostPreparation, Kind, Step, preparation
 from swarmctl.plan.plan import Problem
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import HostError, Session, Target, Transport
+from swarmctl.remote.transport import Conversation, HostError, Session, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import workspace
 
@@ -78,9 +78,7 @@ def prepare(
     )
 
 
-def prepared(
-    host: agent_client.Conversation, needs: HostNeeds, login: str, note: Callable[[str], None]
-) -> Prepared:
+def prepared(host: Conversation, needs: HostNeeds, login: str, note: Callable[[str], None]) -> Prepared:
     """Carries out the steps of one host; returns them. Raises ``HostError``."""
 
     def planned(*, refreshed: bool) -> HostPreparation:
@@ -105,7 +103,7 @@ def prepared(
 
 
 def _carry_out(
-    host: agent_client.Conversation,
+    host: Conversation,
     steps: list[Step],
     needs: HostNeeds,
     login: str,
@@ -126,7 +124,7 @@ def _carry_out(
     return steps
 
 
-def _look(host: agent_client.Conversation, needs: HostNeeds) -> InventoryAnswer:
+def _look(host: Conversation, needs: HostNeeds) -> InventoryAnswer:
     requirements = [need.requirement for need in needs.packages if need.requirement]
     request: InventoryRequest = {
         "verb": "inventory",

@@ -17,7 +17,7 @@ from swarmctl.plan.host_builds import HERE, Build
 from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.package_needs import build_needs
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
+from swarmctl.remote.transport import Conversation, HostError, Kind, Session, Target, Transport
 from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.swarm.resolved import Swarm
 
@@ -75,7 +75,7 @@ def build_here(
 
 
 def _carry_out(
-    host: agent_client.Conversation, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
+    host: Conversation, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
 ) -> None:
     builder = swarm.hosts.get(due.builder)
     request: BuildRequest = {
@@ -102,9 +102,7 @@ def _carry_out(
             ) from error
 
 
-def _fetched(
-    host: agent_client.Conversation, swarm: str, name: str, size: int, note: Callable[[str], None]
-) -> bytes:
+def _fetched(host: Conversation, swarm: str, name: str, size: int, note: Callable[[str], None]) -> bytes:
     if not 0 < size <= _LARGEST:
         raise HostError(Kind.PROTOCOL, f"the build of {name} has {size} bytes")
     found = b""

@@ -18,9 +18,8 @@ from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.plan.preflight import UNFIT
 from swarmctl.remote import operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS
-from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import Target, Transport
+from swarmctl.remote.transport import Conversation, Target, Transport
 from swarmctl.render.bundle import Bundle
 
 

@@ -16,10 +16,9 @@ from swarm_agent.lease import SECONDS
 from swarm_agent.messages import LeaseAnswer, LeaseRequest
 
 from swarmctl.remote import agent_client, operators, parallel_hosts
-from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
-from swarmctl.remote.transport import HostError, Kind, Target
+from swarmctl.remote.transport import Conversation, HostError, Kind, Target
 
 _RENEWED_EACH = SECONDS / 3  # s
 _ATTEMPTS = 2  # of runs on different hosts each may refuse the other

@@ -10,9 +10,9 @@ from swarmctl.health.observations import Answer
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import LONGEST_LISTENING, request
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import HostError, Session, Target, Transport
+from swarmctl.remote.transport import Conversation, HostError, Session, Target, Transport
 
-Also = Callable[[agent_client.Conversation, str], None]  # with the name of the host
+Also = Callable[[Conversation, str], None]  # with the name of the host
 WINDOW = 2.0  # s of listening to a topic, unless it is slow
 _AROUND = 40.0  # s, more than the sum of the agent's own time limits before and after listening
 

@@ -22,7 +22,16 @@ from swarm_agent.messages import ANSWERS
 
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
 from swarmctl.remote.answer_check import bounded, mismatch
-from swarmctl.remote.transport import Channel, HostError, Kind, Output, Session
+from swarmctl.remote.transport import (
+    Channel,
+    ChannelSession,
+    Conversation,
+    HostError,
+    Kind,
+    Output,
+    Session,
+    WorkerSession,
+)
 from swarmctl.resources import HostModule, templates
 
 _PACKED = b"z:"
@@ -69,14 +78,24 @@ def talk(
 
     ``become`` runs the agent as root, through ``sudo -n`` if need be; ``module``: one that a verb runs.
     """
+    with conversation(session, agent(verbs, module), become=become) as found:
+        yield found
+
+
+@contextmanager
+def conversation(session: Session, chosen: Agent, *, become: bool) -> Iterator[Conversation]:
+    """As ``talk``, with this agent."""
+    if isinstance(session, WorkerSession):
+        yield session.conversation(chosen, become=become)
+        return
     with ExitStack() as channels:
-        yield Conversation(session, agent(verbs, module), become=become, channels=channels)
+        yield DirectConversation(session, chosen, become=become, channels=channels)
 
 
-class Conversation:
-    """One agent at work on a host: one process and one channel for all questions."""
+class DirectConversation:
+    """A conversation over a session of this process: one process on the host and one channel."""
 
-    def __init__(self, session: Session, chosen: Agent, *, become: bool, channels: ExitStack) -> None:
+    def __init__(self, session: ChannelSession, chosen: Agent, *, become: bool, channels: ExitStack) -> None:
         self._session = session
         self._agent = chosen
         self._become = become
@@ -91,11 +110,7 @@ class Conversation:
         on_note: Callable[[str], None] | None = None,
         timeout: float = 60.0,
     ) -> Any:
-        """The agent's answer to ``request``, of the type that swarm_agent.messages has for its verb.
-
-        Raises ``HostError``. After an error that the agent reports (refused, failed, unknown verb) another
-        request may follow; after any other the agent is gone, and every further request fails.
-        """
+        """See ``Conversation.ask``."""
         line = json.dumps({**request, "payload": len(payload)}, separators=(",", ":")).encode() + b"\n"
         channel, answers = self._open or self._start(size=0)
         done = channel.exchange([line, payload], answers.parser(on_note), timeout=timeout)

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 from swarmctl.remote import agent_client
-from swarmctl.remote.agent_client import Conversation
 from swarmctl.remote.parallel_hosts import Stop
-from swarmctl.remote.transport import HostError, Kind, Target, Transport
+from swarmctl.remote.transport import Conversation, HostError, Kind, Target, Transport
 
 MOST = 256  # kept at a time: each has a socket and a thread
 _ALIVE = (Kind.REFUSED, Kind.FAILED)  # errors that the agent itself reports; it serves the next request

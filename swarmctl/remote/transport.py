@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from swarmctl.remote.agent_archive import Agent
 
 
 class Kind(str, Enum):
@@ -91,8 +94,27 @@ class Channel(Protocol):
         ...
 
 
-class Session(Protocol):
-    """One authenticated connection to one host."""
+class Conversation(Protocol):
+    """One agent at work on a host, for all questions of a conversation."""
+
+    def ask(
+        self,
+        request: Mapping[str, Any],
+        payload: bytes = b"",
+        *,
+        on_note: Callable[[str], None] | None = None,
+        timeout: float = 60.0,
+    ) -> Any:
+        """The agent's answer to ``request``, of the type that swarm_agent.messages has for its verb.
+
+        Raises ``HostError``. After an error that the agent reports (refused, failed, unknown verb) another
+        request may follow; after any other the agent is gone, and every further request fails.
+        """
+        ...
+
+
+class ChannelSession(Protocol):
+    """One authenticated connection of this process to one host."""
 
     def channel(self, command: str, *, limit: int = 1 << 20) -> AbstractContextManager[Channel]:
         """A channel for ``command``; each exchange reads at most ``limit`` bytes of each stream.
@@ -106,8 +128,24 @@ class Session(Protocol):
         ...
 
 
+@runtime_checkable
+class WorkerSession(Protocol):
+    """A connection that another process has to a host: the conversation takes place there, too."""
+
+    def conversation(self, chosen: Agent, *, become: bool) -> Conversation:
+        """The only conversation of the session, with the agent ``chosen``."""
+        ...
+
+    def close(self) -> None:
+        """End the connection at once, from any thread; an ``ask`` under way raises ``HostError``."""
+        ...
+
+
+Session = ChannelSession | WorkerSession
+
+
 class Transport(Protocol):
-    """Opens sessions. ``ssh.SshTransport`` is the real one; tests may use their own."""
+    """Opens sessions. ``ssh.SshTransport`` is the real one, ``workers.Workers`` has others open them."""
 
     def connect(self, target: Target) -> AbstractContextManager[Session]:
         """Connect and log in, or raise ``HostError``."""

@@ -19,7 +19,7 @@ from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.observations import Answer, ConflictSeen
 from swarmctl.plan.launch_findings import NOT_CHECKED
 from swarmctl.plan.plan import Plan
-from swarmctl.remote.agent_client import Conversation
+from swarmctl.remote.agent_client import DirectConversation
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.rules.runner import load_checked
 from swarmctl.spec.load import Document
@@ -103,14 +103,14 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def answers(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The answers about launch files, as JSON; a test empties it between two looks."""
     found: list[str] = []
-    ask = Conversation.ask
+    ask = DirectConversation.ask
 
-    def noted(self: Conversation, request: Any, *rest: Any, **more: Any) -> Any:
+    def noted(self: DirectConversation, request: Any, *rest: Any, **more: Any) -> Any:
         answer = ask(self, request, *rest, **more)
         found.extend([json.dumps(answer)] if request["verb"] == "launch_files" else [])
         return answer
 
-    monkeypatch.setattr(Conversation, "ask", noted)
+    monkeypatch.setattr(DirectConversation, "ask", noted)
     return found
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from swarmctl.health.swarm_health import Status
-    from swarmctl.remote.agent_client import Conversation
+    from swarmctl.remote.transport import Conversation
 
 Look = Callable[[], "Status"]
 
