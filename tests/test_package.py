@@ -151,12 +151,23 @@ def test_nothing_else_is_in_it(wheel: Path) -> None:
     assert not [name for name in names if name.endswith(".pyc") or "_cache" in name]
 
 
+#: What an extra brings, and the module that imports it; nothing else may.
+OF_EXTRAS = {"distributed": "remote/dask_cluster.py"}
+
+
 def test_it_names_every_package_that_it_imports(wheel: Path, root: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         (metadata,) = (name for name in archive.namelist() if name.endswith("/METADATA"))
         declared = Parser().parsestr(archive.read(metadata).decode()).get_all("Requires-Dist") or []
     names = {canonical(re.match(r"[\w.-]+", one)[0]) for one in declared if "extra ==" not in one}  # type: ignore[index]
-    imported = {module for file in (root / "swarmctl").rglob("*.py") for module in imports(file)}
+    assert OF_EXTRAS.keys() == {re.match(r"[\w.-]+", one)[0] for one in declared if "extra ==" in one}  # type: ignore[index]
+    package = root / "swarmctl"
+    imported = {
+        module
+        for file in package.rglob("*.py")
+        for module in imports(file)
+        if OF_EXTRAS.get(module) != str(file.relative_to(package))
+    }
     shipped = {one.parent.name for one in (root / "templates/packages").glob("*/*/__init__.py")}
     foreign = imported - set(sys.stdlib_module_names) - {"swarmctl"} - shipped
     owners = packages_distributions()

@@ -80,7 +80,7 @@ def workers(
         found = _addresses(client)
         if not found:
             raise ClusterError(f"{address.text} has no workers", f"start one: `dask worker {address.dask}`")
-        if secrets and not address.encrypted and not _on_loopback({client.scheduler.address, *found}):
+        if secrets and not address.encrypted and not on_loopback({client.scheduler.address, *found}):
             raise ClusterError(
                 f"{address.text} is not encrypted, and hosts of this swarm need secrets",
                 "run the cluster with TLS and name it dask+tls://HOST:PORT, or run this without --executor",
@@ -214,9 +214,13 @@ def _check_versions(found: Mapping[str, Any]) -> None:
         )
 
 
-def _on_loopback(addresses: Collection[str]) -> bool:
-    hosts = (re.sub(r"^\w+://\[?|\]?:\d+$", "", one) for one in addresses)
-    return all(host.startswith("inproc") or ipaddress.ip_address(host).is_loopback for host in hosts)
+def on_loopback(addresses: Collection[str]) -> bool:
+    """Returns True if all addresses, as Dask writes them, are of this machine."""
+    hosts = [re.sub(r"^\w+://\[?|\]?:\d+$", "", one) for one in addresses]
+    try:
+        return all(ipaddress.ip_address(host).is_loopback for host in hosts)
+    except ValueError:  # a name
+        return False
 
 
 def _first_line(error: BaseException) -> str:

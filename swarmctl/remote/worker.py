@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pickle
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
@@ -25,8 +25,8 @@ BATCH = 64  # messages that go together at most
 
 
 @dataclass(frozen=True)
-class Learn:
-    """An agent, sent once to each worker; requests name it by its digest."""
+class KeepAgent:
+    """Keep this agent, which is sent once to each worker; requests name it by its digest."""
 
     agent: Agent
 
@@ -64,7 +64,7 @@ class End:
 
 
 @dataclass(frozen=True)
-class Said:
+class Noted:
     """A note of the agent of session ``number``."""
 
     number: int
@@ -79,8 +79,8 @@ class Answered:
     answer: Any
 
 
-Order = Learn | Connect | Ask | Close | End
-Report = Said | Answered
+Order = KeepAgent | Connect | Ask | Close | End
+Report = Noted | Answered
 
 
 def serve(login: Callable[[], Transport], orders: Line, reports: Line) -> None:
@@ -109,7 +109,12 @@ def send(messages: SimpleQueue[Any], line: Line, *, beat: float | None = None) -
     batch: list[Any] = []
     while batch[-1:] != [None]:
         batch = _waiting(messages, beat)
-        line.put(pickle.dumps([one for one in batch if one is not None], pickle.HIGHEST_PROTOCOL))
+        line.put(packed([one for one in batch if one is not None]))
+
+
+def packed(messages: Sequence[Order | Report]) -> bytes:
+    """Returns messages as one item of a line."""
+    return pickle.dumps(messages, pickle.HIGHEST_PROTOCOL)
 
 
 def _waiting(messages: SimpleQueue[Any], beat: float | None) -> list[Any]:
@@ -133,12 +138,12 @@ class _Desk:
 
     def take(self, order: Order) -> None:
         """Carries out an order, or has the thread of its session do so."""
-        if isinstance(order, Learn):
+        if isinstance(order, KeepAgent):
             self._agents[order.agent.digest] = order.agent
         elif isinstance(order, Connect):
             self._sessions[order.number] = _Served(order, self._transport, self._agents, self._report)
         elif isinstance(order, Ask):
-            self._sessions[order.number].asked.put(order)
+            self._sessions[order.number].requests.put(order)
         elif isinstance(order, Close) and (found := self._sessions.pop(order.number, None)):
             found.close()
 
@@ -158,7 +163,7 @@ class _Served:
         agents: Mapping[str, Agent],
         report: Callable[[Report], None],
     ) -> None:
-        self.asked: SimpleQueue[Ask | None] = SimpleQueue()
+        self.requests: SimpleQueue[Ask | None] = SimpleQueue()
         self._order = order
         self._transport = transport
         self._agents = agents
@@ -170,7 +175,7 @@ class _Served:
         """Ends it at once; a request under way fails."""
         self._stop.request()
         self._stop.request()
-        self.asked.put(None)
+        self.requests.put(None)
 
     def _run(self) -> None:
         number = self._order.number
@@ -187,7 +192,7 @@ class _Served:
         number = self._order.number
         with ExitStack() as talks:
             host: Conversation | None = None
-            while (ask := self.asked.get()) is not None:
+            while (ask := self.requests.get()) is not None:
                 if host is None:
                     chosen = self._agents[ask.agent]
                     talk = agent_client.conversation(session, chosen, become=ask.become)
@@ -195,7 +200,7 @@ class _Served:
                 try:
                     answer = host.ask(
                         ask.request, ask.payload, timeout=ask.timeout,
-                        on_note=lambda text: self._report(Said(number, text)),
+                        on_note=lambda text: self._report(Noted(number, text)),
                     )  # fmt: skip
                 except HostError as error:
                     answer = portable(error)

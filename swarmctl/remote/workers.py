@@ -1,7 +1,7 @@
 """Sessions in the processes of an executor: the operator's own process neither encrypts nor logs in.
 
-Everything else stays with the operator: which hosts are next, events, leases, Ctrl-C. A worker that ends loses
-its own sessions only; the others open the next ones.
+Everything else stays with the operator: which hosts are next, events, leases, Ctrl-C. A worker that ends
+loses its own sessions only; the others open the next ones.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -22,7 +23,7 @@ from swarmctl.remote.agent_archive import Agent
 from swarmctl.remote.lines import Line
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import HostError, Kind, Target, Transport
-from swarmctl.remote.worker import Answered, Ask, Close, Connect, End, Learn
+from swarmctl.remote.worker import Answered, Ask, Close, Connect, End, KeepAgent
 
 LOGIN = 300.0  # s, more than the sum of the limits of a login through jump hosts
 _MARGIN = 60.0  # s beyond the limit of a request in which its worker should report the end
@@ -103,7 +104,7 @@ class Workers:
             chosen.sessions += 1
             session = _Session(next(self._numbers), target.host, chosen)
             self._sessions[session.number] = session
-            chosen.tell(Connect(session.number, target))
+            chosen.send(Connect(session.number, _elsewhere(target)))
         return session
 
     def _read(self) -> None:
@@ -132,6 +133,15 @@ class Workers:
             session.lose(why)
 
 
+def _elsewhere(target: Target) -> Target:
+    """The target for another account: key files in the home of this one are those in the home of that one."""
+    home = Path.home()
+    keys = (
+        Path("~", key.relative_to(home)) if key.is_relative_to(home) else key for key in target.identities
+    )
+    return replace(target, identities=tuple(keys), jump=target.jump and _elsewhere(target.jump))
+
+
 class _Worker:
     """A worker at work. ``sessions``: how many it has."""
 
@@ -154,16 +164,16 @@ class _Worker:
         """True unless it has ended."""
         return not self._task.done() and self._place.alive()
 
-    def tell(self, order: worker.Order) -> None:
+    def send(self, order: worker.Order) -> None:
         """Sends an order."""
         self._outgoing.put(order)
 
-    def teach(self, agent: Agent) -> None:
+    def send_agent(self, agent: Agent) -> None:
         """Sends an agent that it does not have yet."""
         with self._lock:
             if agent.digest not in self._knows:
                 self._knows.add(agent.digest)
-                self._outgoing.put(Learn(agent))
+                self._outgoing.put(KeepAgent(agent))
 
     def end(self) -> None:
         """Has it end."""
@@ -179,8 +189,8 @@ class _Worker:
             self._orders.close()
 
     def forget(self) -> None:
-        """Has it not begin again elsewhere."""
-        self._outgoing.put(None)
+        """Has it end if it lives, and not begin again if it does not."""
+        self.end()
         self._task.cancel()
 
     def _send(self) -> None:
@@ -200,12 +210,12 @@ class _Session:
 
     def conversation(self, chosen: Agent, *, become: bool) -> _Conversation:
         """See ``WorkerSession``."""
-        self.worker.teach(chosen)
+        self.worker.send_agent(chosen)
         return _Conversation(self, chosen.digest, become)
 
     def close(self) -> None:
         """See ``WorkerSession``."""
-        self.worker.tell(Close(self.number))
+        self.worker.send(Close(self.number))
         self._end(HostError(Kind.LOST, f"the connection to {self._host} was closed"))
 
     def lose(self, why: str) -> None:
@@ -269,5 +279,5 @@ class _Conversation:
         """See ``Conversation``."""
         session = self.session
         order = Ask(session.number, self.agent, self.become, dict(request), payload, timeout)
-        session.worker.tell(order)
+        session.worker.send(order)
         return session.await_answer(timeout, on_note)

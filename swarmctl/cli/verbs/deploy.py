@@ -8,6 +8,7 @@ import typer
 
 from swarmctl.cli import (
     console,
+    executors,
     exit_codes,
     forgotten_lab,
     next_command,
@@ -90,6 +91,7 @@ def deploy(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -102,7 +104,6 @@ def deploy(
     from swarmctl.deploy.launch_files_on_hosts import launch_files_of
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError
     from swarmctl.render.build_bundle import bundles
     from swarmctl.swarm.index import SwarmIndex
@@ -126,17 +127,19 @@ def deploy(
         stop_robots,
     )
     stop = Stop()
-    deployment = Deployment(
-        wanted, options.targets(spec, swarm, lab=lab, lab_name=lab_name), SshTransport(), rules=rules,
-        parallel=parallel, stop=stop, secrets=options.secrets(spec, wanted),
-        launch_files=launch_files_of(document), settles=not dry_run,
-    )  # fmt: skip
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
+    secrets = options.secrets(spec, wanted)
     view = rounds.View("deploy", spec, swarm, where, details=details, json=json)
     parts = impacts(SwarmIndex(document))
-    found = view.executed(
-        deployment, stop, lambda one: order(one.due, parts, sizes, consistency),
-        dry_run=dry_run, yes=yes, saved=saved,
-    )  # fmt: skip
+    with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
+        deployment = Deployment(
+            wanted, targets, transport, rules=rules, parallel=parallel, stop=stop, secrets=secrets,
+            launch_files=launch_files_of(document), settles=not dry_run,
+        )  # fmt: skip
+        found = view.executed(
+            deployment, stop, lambda one: order(one.due, parts, sizes, consistency),
+            dry_run=dry_run, yes=yes, saved=saved,
+        )  # fmt: skip
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, saved_plan, selected
+from swarmctl.cli import (
+    console,
+    executors,
+    exit_codes,
+    forgotten_lab,
+    next_command,
+    options,
+    saved_plan,
+    selected,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,6 +48,7 @@ def plan(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -51,6 +61,8 @@ def plan(
 
     if offline and saved:
         console.fail("--offline and --out exclude each other", code=exit_codes.USAGE)
+    if offline and executor:
+        console.fail("--offline and --executor exclude each other", code=exit_codes.USAGE)
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
@@ -60,14 +72,15 @@ def plan(
     else:
         from swarmctl.deploy.launch_files_on_hosts import launch_files_of
         from swarmctl.deploy.rollout import observe
-        from swarmctl.remote.ssh import SshTransport
 
         secrets = options.secrets(spec, wanted)
         targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-        made = observe(
-            wanted, targets, SshTransport(), diff=diff, parallel=parallel, secrets=secrets,
-            launch_files=launch_files_of(document),
-        )  # fmt: skip
+        in_lab = options.in_lab(lab, lab_name)
+        with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
+            made = observe(
+                wanted, targets, transport, diff=diff, parallel=parallel, secrets=secrets,
+                launch_files=launch_files_of(document),
+            )  # fmt: skip
     made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
     if saved:
         found = saved_plan.hosts_of(made)

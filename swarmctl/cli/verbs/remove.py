@@ -6,7 +6,16 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, rollout_output, selected
+from swarmctl.cli import (
+    console,
+    executors,
+    exit_codes,
+    forgotten_lab,
+    next_command,
+    options,
+    rollout_output,
+    selected,
+)
 
 
 def remove(
@@ -18,6 +27,7 @@ def remove(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -25,17 +35,20 @@ def remove(
     from swarmctl.deploy import journal, rollout
     from swarmctl.deploy.outcome import Removed
     from swarmctl.remote.parallel_hosts import interruptible
-    from swarmctl.remote.ssh import SshTransport
 
     swarm = console.read_spec(spec)
     names = selected.hosts(swarm.candidates, limit)
     if not yes and not _confirmed(swarm.name, names):
         console.fail("nothing was removed", "answer `yes`, or use --yes in scripts")
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    with interruptible(rollout_output.note) as stop:
+    in_lab = options.in_lab(lab, lab_name)
+    with (
+        executors.transport(executor, in_lab=in_lab) as transport,
+        interruptible(rollout_output.note) as stop,
+    ):
         chosen = [targets[name] for name in names]
         events = rollout.remove(
-            swarm.name, chosen, SshTransport(), parallel=parallel, stop=stop, stop_robots=stop_robots
+            swarm.name, chosen, transport, parallel=parallel, stop=stop, stop_robots=stop_robots
         )
         found = rollout_output.results(events, names, quiet=json)
     if json:
@@ -46,7 +59,7 @@ def remove(
             swarm, found, next_command.completing(spec, where),
             details=details, interrupted=stop.requested,
         )  # fmt: skip
-    if not options.in_lab(lab, lab_name):
+    if not in_lab:
         forgotten_lab.guess("remove", spec, swarm.name, rollout_output.errors(found), limit)
         with rollout_output.journal_warnings():
             for name, result in found.items():

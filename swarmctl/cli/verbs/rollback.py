@@ -8,6 +8,7 @@ import typer
 
 from swarmctl.cli import (
     console,
+    executors,
     exit_codes,
     forgotten_lab,
     next_command,
@@ -43,6 +44,7 @@ def rollback(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
@@ -51,7 +53,6 @@ def rollback(
     from swarmctl.deploy.rollback import Rollback
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
 
     document = console.read_document(spec)
@@ -60,19 +61,21 @@ def rollback(
     names = selected.hosts(swarm.candidates, limit)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     stop = Stop()
-    going_back = Rollback(
-        {name: made[name] for name in names}, options.targets(spec, swarm, lab=lab, lab_name=lab_name),
-        SshTransport(), to=to, parallel=parallel, stop=stop, settles=not dry_run,
-        rules=Rules(
-            None if keep_going else 0, [name for name in names if swarm.hosts[name].optional],
-            stop_robots=stop_robots,
-        ),
-    )  # fmt: skip
+    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     together: Consistency = "independent" if keep_going else "all"
     view = rounds.View("rollback", spec, swarm, where, details=details, json=json)
-    found = view.executed(
-        going_back, stop, lambda one: order(one.due, (), ("100%",), together), dry_run=dry_run, yes=yes
-    )
+    with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
+        going_back = Rollback(
+            {name: made[name] for name in names}, targets, transport,
+            to=to, parallel=parallel, stop=stop, settles=not dry_run,
+            rules=Rules(
+                None if keep_going else 0, [name for name in names if swarm.hosts[name].optional],
+                stop_robots=stop_robots,
+            ),
+        )  # fmt: skip
+        found = view.executed(
+            going_back, stop, lambda one: order(one.due, (), ("100%",), together), dry_run=dry_run, yes=yes
+        )
     absent = rollout_output.absent(found, swarm.hosts)
     if json:
         console.print_json(rollout_output.document(swarm.name, found))

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from swarmctl.cli import console, exit_codes, forgotten_lab, next_command, options, selected
+from swarmctl.cli import console, executors, exit_codes, forgotten_lab, next_command, options, selected
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from rich.text import Text
 
     from swarmctl.health.swarm_health import Status
-    from swarmctl.remote.transport import Conversation
+    from swarmctl.remote.transport import Conversation, Transport
 
 Look = Callable[[], "Status"]
 
@@ -36,18 +36,20 @@ def status(
     lab_name: options.LabName = "",
     limit: options.Limit = None,
     parallel: options.Parallel = 64,
+    executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
     complete = next_command.completing(spec, where)
-    look = _look(spec, limit, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
-    if watch and json:
-        _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
-    elif watch:
-        _watch(look, every, details=details, complete=complete)
-    seen = _observed(look)
+    with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
+        look = _look(spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
+        if watch and json:
+            _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
+        elif watch:
+            _watch(look, every, details=details, complete=complete)
+        seen = _observed(look)
     if json:
         console.print_json(seen.to_json())
     else:
@@ -62,7 +64,14 @@ def status(
 
 
 def _look(
-    spec: SpecFiles, limit: list[str] | None, *, lab: bool, lab_name: str, window: float, parallel: int
+    spec: SpecFiles,
+    limit: list[str] | None,
+    transport: Transport,
+    *,
+    lab: bool,
+    lab_name: str,
+    window: float,
+    parallel: int,
 ) -> Look:
     """A function that observes all hosts and diagnoses the swarm."""
     from swarmctl.deploy.launch_files_on_hosts import launch_files_of
@@ -70,7 +79,6 @@ def _look(
     from swarmctl.health.collect import ask
     from swarmctl.health.diagnosis import diagnose
     from swarmctl.health.expected_graph import Release, expected_graph
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
     from swarmctl.rules.host_launches import host_launches
 
@@ -84,7 +92,7 @@ def _look(
     }
     graph = expected_graph(swarm, releases)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    transport, launch_files = SshTransport(), launch_files_of(document)
+    launch_files = launch_files_of(document)
 
     def read(conversation: Conversation, host: str) -> None:
         if launch_files is not None:

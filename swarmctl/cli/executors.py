@@ -1,0 +1,45 @@
+"""``--executor``: where the SSH sessions of a verb are, in this process or in workers elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from swarmctl.cli import console, exit_codes
+
+if TYPE_CHECKING:
+    from swarmctl.remote.transport import Transport
+
+Executor = Annotated[
+    str,
+    typer.Option(
+        "--executor",
+        metavar="dask://HOST:PORT",
+        help="Have the workers of this Dask cluster connect to the hosts (see docs/scale.md).",
+    ),
+]
+
+
+@contextmanager
+def transport(executor: str, *, in_lab: bool, secrets: bool = False) -> Iterator[Transport]:
+    """What connects to hosts. ``secrets``: the operator has some of theirs. Exits if there are no workers."""
+    from swarmctl.remote.ssh import SshTransport
+
+    if not executor:
+        yield SshTransport()
+        return
+    if in_lab:
+        console.fail(
+            "--executor and --lab exclude each other: workers cannot reach the hosts of a lab",
+            code=exit_codes.USAGE,
+        )
+    from swarmctl.remote import dask_cluster
+
+    try:
+        with dask_cluster.workers(dask_cluster.address_of(executor), secrets=secrets) as found:
+            yield found
+    except dask_cluster.ClusterError as error:
+        console.fail(f"--executor: {error}", error.fix)

@@ -1,0 +1,174 @@
+"""``--executor dask://``: the workers of a real Dask cluster have the sessions, or it is said why not."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from swarmctl.remote import dask_cluster, parallel_hosts
+from swarmctl.remote.dask_cluster import Address, ClusterError, address_of
+from swarmctl.remote.parallel_hosts import Finished, Note, Started
+from swarmctl.remote.transport import HostError, Kind
+from tests import ROOT
+from tests.deploy.deploying import deploy
+from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
+from tests.in_process import swarmctl
+from tests.packages.agent.fakehost import FakeHost
+from tests.remote.test_workers import Hosts, question, targets
+
+__all__ = ["hosts"]
+SPEC = str(ROOT / "examples/paper-leader/swarm.yaml")
+needs_dask = pytest.mark.skipif(not importlib.util.find_spec("distributed"), reason="needs swarmctl[scale]")
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, memory_limit=0, silence_logs=False
+    ) as found:
+        yield found
+
+
+@pytest.fixture
+def address(cluster: Any) -> Address:
+    return address_of(cluster.scheduler_address.replace("tcp", "dask"))
+
+
+@needs_dask
+def test_a_whole_deploy_is_as_without_a_cluster(address: Address, hosts: dict[str, FakeHost]) -> None:
+    with dask_cluster.workers(address, login=partial(FolderTransport, hosts, {})) as workers:
+        assert changed(deployed(deploy(bundles(), TARGETS, workers))) == dict.fromkeys(HOSTS, True)
+        assert changed(deployed(deploy(bundles(), TARGETS, workers))) == dict.fromkeys(HOSTS, False)
+
+
+@needs_dask
+def test_a_killed_worker_costs_its_host_and_the_others_go_on(address: Address) -> None:
+    with dask_cluster.workers(address, login=Hosts) as workers:
+        events = parallel_hosts.run(targets("silent1", "a", "b"), question, transport=workers, parallel=2)
+        seen = []
+        while len([event for event in seen if isinstance(event, Finished)]) < 2:
+            seen.append(next(events))
+        assert [type(event) for event in seen if event.host == "a"] == [Started, Note, Finished]
+        (note,) = (event.text for event in seen if isinstance(event, Note) and event.host == "silent1")
+        pid = int(note.split()[-1])
+        assert pid != os.getpid()
+        os.kill(pid, signal.SIGKILL)
+        (last,) = events
+        assert isinstance(last, Finished)
+        assert isinstance(last.outcome, HostError)
+        assert last.outcome.kind is Kind.LOST
+        assert "was lost while it was connected to silent1" in last.outcome.message
+        (after,) = (
+            event.outcome
+            for event in parallel_hosts.run(targets("c"), question, transport=workers)
+            if isinstance(event, Finished)
+        )
+        assert after == {"host": "c"}
+
+
+@needs_dask
+def test_a_verb_reports_what_workers_found(
+    address: Address, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (spec := tmp_path / "swarm.yaml").write_text(ONE_HOST)
+    ran = swarmctl("plan", str(spec), "--executor", address.text)
+    assert ran.returncode == 4, ran.stderr
+    assert "(from worker tcp://127.0.0.1:" in " ".join(ran.stdout.split())
+
+
+@needs_dask
+def test_a_swarmctl_or_python_of_another_version_is_refused_before_the_first_host(
+    address: Address, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_cluster, "__version__", "99.1")
+    with (
+        pytest.raises(ClusterError, match=r"the workers do not fit: swarmctl \S+ at tcp") as found,
+        dask_cluster.workers(address),
+    ):
+        raise AssertionError
+    assert "pip install swarmctl==99.1" in found.value.fix
+
+
+def test_without_dask_the_error_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    ran = swarmctl("plan", SPEC, "--executor", "dask://192.0.2.1:8786")
+    assert ran.returncode == 1
+    assert 'pip install "swarmctl[scale]"' in ran.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "dask",
+        "dask://",
+        "dask://host",
+        "dask://:8786",
+        "dask://h:99999",
+        "dask://h:1/x",
+        "ssh://h:1",
+        "tcp://h:1",
+    ],
+)
+def test_what_is_no_address_is_an_error(text: str) -> None:
+    with pytest.raises(ClusterError) as found:
+        address_of(text)
+    assert text in str(found.value)
+    assert "dask://HOST:PORT" in found.value.fix
+
+
+def test_an_address_may_ask_for_tls() -> None:
+    assert address_of("dask://10.0.0.1:8786").dask == "tcp://10.0.0.1:8786"
+    assert address_of("dask+tls://[fd00::1]:8786").dask == "tls://[fd00::1]:8786"
+
+
+@needs_dask
+def test_a_scheduler_that_does_not_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_cluster, "CONNECT", 0.2)
+    with (
+        pytest.raises(ClusterError, match="no Dask scheduler answers at dask"),
+        dask_cluster.workers(address_of("dask://127.0.0.1:1")),
+    ):
+        raise AssertionError
+
+
+@pytest.mark.parametrize(
+    ("addresses", "local"),
+    [
+        (["tcp://127.0.0.1:1", "tcp://[::1]:2"], True),
+        (["tcp://127.0.0.1:1", "tcp://192.0.2.1:2"], False),
+        (["tcp://scheduler:1"], False),
+    ],
+)
+def test_secrets_are_sent_unencrypted_to_this_machine_only(addresses: list[str], local: bool) -> None:
+    assert dask_cluster.on_loopback(addresses) is local
+
+
+def test_a_lab_has_no_workers() -> None:
+    ran = swarmctl("status", SPEC, "--lab", "--executor", "dask://127.0.0.1:1")
+    assert ran.returncode == 64
+    assert "exclude each other" in ran.stderr
+
+
+ONE_HOST = """\
+version: 1
+name: far
+mode: standalone
+ros: {distro: noetic}
+hosts:
+  pi: {address: 127.0.0.1, port: 1, user: robot, computer: raspberry-pi-4b}
+robots:
+  k3: {type: khepera3, host: pi}
+links:
+  - {kind: serial, host: pi, robot: k3, usb: {serial: FTDI1234}}
+"""
