@@ -1,4 +1,4 @@
-"""``--executor dask://``: the workers of a real Dask cluster have the sessions, or it is said why not."""
+"""``--executor dask://``: the workers of a real Dask cluster have the sessions, or an error has the reason."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_a_verb_reports_what_workers_found(
 
 
 @needs_dask
-def test_a_swarmctl_or_python_of_another_version_is_refused_before_the_first_host(
+def test_workers_with_another_swarmctl_are_refused(
     address: Address, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask_cluster, "__version__", "99.1")

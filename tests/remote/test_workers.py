@@ -127,7 +127,7 @@ def test_processes_of_the_standard_library_are_workers() -> None:
     assert f"in process {os.getpid()}" not in notes
 
 
-def test_a_lost_worker_costs_the_hosts_that_it_has_and_the_others_go_on() -> None:
+def test_a_lost_worker_costs_its_hosts_and_the_others_go_on() -> None:
     lost: set[int] = set()
     with in_threads(2, lambda n: n not in lost) as workers:
         events = parallel_hosts.run(
