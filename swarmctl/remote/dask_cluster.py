@@ -173,7 +173,8 @@ def _connected(address: Address) -> Iterator[distributed.Client]:
         raise ClusterError(
             "--executor needs Dask, which is not installed", f"install it: `{INSTALL}`"
         ) from error
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters of it is an error of ours
+    for name in [one for one in logging.root.manager.loggerDict if one.split(".")[0] == "distributed"]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what matters of it is an error of ours
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # versions: those that matter are compared below
         try:

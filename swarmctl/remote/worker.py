@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import pickle
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from swarmctl.remote.transport import Conversation, HostError, Kind, Session, Ta
 BEAT = 5.0  # s between two signs of life of the operator
 SILENCE = 6 * BEAT  # s without one, after which a worker closes its sessions
 BATCH = 64  # messages that go together at most
+GATHER = 0.01  # s that a message waits for others: each item of a line costs some ms of CPU time
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ def _waiting(messages: SimpleQueue[Any], beat: float | None) -> list[Any]:
     found: list[Any] = []
     with suppress(Empty):
         found.append(messages.get(timeout=beat))
+        time.sleep(GATHER)
         while len(found) < BATCH and found[-1] is not None:
             found.append(messages.get_nowait())
     return found

@@ -114,7 +114,7 @@ class Workers:
             try:
                 found = self._reports.get(_LOOK)
             except Exception as error:  # noqa: BLE001  (each kind of line has its own errors)
-                self._lose(self._live, f"they cannot be reached any more ({type(error).__name__}: {error})")
+                self._lose(self._live, f"no worker can be reached any more ({error})")
                 return
             for report in pickle.loads(found) if found else ():
                 if session := self._sessions.get(report.number):
@@ -224,7 +224,7 @@ class _Session:
             HostError(
                 Kind.LOST,
                 f"the worker {self.worker.name} was lost while it was connected to {self._host}: {why}",
-                "run the same command again; the other workers go on",
+                "run the same command again",
             )
         )
 

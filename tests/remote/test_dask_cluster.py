@@ -1,4 +1,4 @@
-"""``--executor dask://``: the workers of a real Dask cluster have the sessions, or an error has the reason."""
+"""``--executor dask://``: the workers of a real cluster have the sessions, or an error has the reason."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 
 from swarmctl.remote import dask_cluster, parallel_hosts
 from swarmctl.remote.dask_cluster import Address, ClusterError, address_of
-from swarmctl.remote.parallel_hosts import Finished, Note, Started
+from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started
 from swarmctl.remote.transport import HostError, Kind
 from tests import ROOT
 from tests.deploy.deploying import deploy
@@ -23,6 +23,7 @@ from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, 
 from tests.in_process import swarmctl
 from tests.packages.agent.fakehost import FakeHost
 from tests.remote.test_workers import Hosts, question, targets
+from tests.timing import wait_for
 
 __all__ = ["hosts"]
 SPEC = str(ROOT / "examples/paper-leader/swarm.yaml")
@@ -77,6 +78,26 @@ def test_a_killed_worker_costs_its_host_and_the_others_go_on(address: Address) -
 
 
 @needs_dask
+def test_ctrl_c_skips_hosts_and_again_ends_those_of_workers(address: Address) -> None:
+    with (
+        dask_cluster.workers(address, login=Hosts) as workers,
+        parallel_hosts.interruptible() as stop,
+    ):
+        events = parallel_hosts.run(
+            targets("silent1", "a"), question, transport=workers, parallel=1, stop=stop
+        )
+        assert [type(next(events)) for _ in range(2)] == [Started, Note]
+        os.kill(os.getpid(), signal.SIGINT)
+        wait_for(lambda: stop.requested)
+        os.kill(os.getpid(), signal.SIGINT)
+        ended, skipped = events
+    assert isinstance(ended, Finished)
+    assert isinstance(ended.outcome, HostError)
+    assert ended.outcome.kind is Kind.STOPPED
+    assert skipped == Skipped("a")
+
+
+@needs_dask
 def test_a_verb_reports_what_workers_found(
     address: Address, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -88,9 +109,7 @@ def test_a_verb_reports_what_workers_found(
 
 
 @needs_dask
-def test_workers_with_another_swarmctl_are_refused(
-    address: Address, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers_with_another_swarmctl_are_refused(address: Address, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_cluster, "__version__", "99.1")
     with (
         pytest.raises(ClusterError, match=r"the workers do not fit: swarmctl \S+ at tcp") as found,
