@@ -85,7 +85,7 @@ def workers(
                 f"{address.text} is not encrypted, and hosts of this swarm need secrets",
                 "run the cluster with TLS and name it dask+tls://HOST:PORT, or run this without --executor",
             )
-        _check_versions(client.get_versions(packages=["swarmctl"]))
+        check_versions(client.get_versions(packages=["swarmctl"]))
         cluster = _Cluster(client)
         places = [
             Place(client.get_executor(workers=[one], pure=False), one, cluster.alive(one)) for one in found
@@ -194,7 +194,7 @@ def _addresses(client: distributed.Client) -> list[str]:
     return list(client.scheduler_info(n_workers=-1)["workers"])
 
 
-def _check_versions(found: Mapping[str, Any]) -> None:
+def check_versions(found: Mapping[str, Any]) -> None:
     """Raises ``ClusterError`` for workers with another swarmctl, or another Python."""
     wrong: dict[str, list[str]] = {}
     here = f"{sys.version_info.major}.{sys.version_info.minor}"

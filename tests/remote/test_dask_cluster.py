@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from swarmctl import __version__
 from swarmctl.remote import dask_cluster, parallel_hosts
 from swarmctl.remote.dask_cluster import Address, ClusterError, address_of
 from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started
@@ -42,6 +43,7 @@ def cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def address(cluster: Any) -> Address:
+    wait_for(lambda: len(cluster.scheduler.workers) == 2)  # a test before may have killed one
     return address_of(cluster.scheduler_address.replace("tcp", "dask"))
 
 
@@ -75,6 +77,26 @@ def test_a_killed_worker_costs_its_host_and_the_others_go_on(address: Address) -
             if isinstance(event, Finished)
         )
         assert after == {"host": "c"}
+
+
+@needs_dask
+def test_a_worker_killed_amid_a_deploy_costs_no_host(
+    cluster: Any, address: Address, hosts: dict[str, FakeHost]
+) -> None:
+    import distributed
+
+    with distributed.Client(cluster, set_as_default=False) as client:
+        pids = list(client.run(os.getpid).values())
+    with dask_cluster.workers(address, login=partial(FolderTransport, hosts, {})) as workers:
+        killed, ends = [], []
+        for event in deploy(bundles(), TARGETS, workers, parallel=3):
+            ends.append(event)
+            if isinstance(event, Note) and not killed:  # the agents are at work
+                killed.append(pids[0])
+                os.kill(pids[0], signal.SIGKILL)
+        assert killed
+    assert changed(deployed(iter(ends))) == dict.fromkeys(HOSTS, True)
+    assert {host.observe()["transaction"]["state"] for host in hosts.values()} == {"applied"}
 
 
 @needs_dask
@@ -117,6 +139,55 @@ def test_workers_with_another_swarmctl_are_refused(address: Address, monkeypatch
     ):
         raise AssertionError
     assert "pip install swarmctl==99.1" in found.value.fix
+
+
+@pytest.mark.parametrize(
+    ("packages", "python", "complaint"),
+    [
+        ({"swarmctl": None}, sys.version, "no swarmctl at tcp://a:1"),
+        ({"swarmctl": "0.0.0"}, sys.version, "swarmctl 0.0.0 at tcp://a:1"),
+        ({"swarmctl": __version__}, "3.7.1.final.0", "Python 3.7 at tcp://a:1"),
+    ],
+)
+def test_workers_that_do_not_fit_are_named(
+    packages: dict[str, str | None], python: str, complaint: str
+) -> None:
+    good = {"host": {"python": sys.version}, "packages": {"swarmctl": __version__}}
+    other = {"host": {"python": python}, "packages": packages}
+    dask_cluster.check_versions({"workers": {"tcp://b:1": good}})
+    with pytest.raises(ClusterError) as found:
+        dask_cluster.check_versions({"workers": {"tcp://a:1": other, "tcp://b:1": good}})
+    assert str(found.value) == f"the workers do not fit: {complaint}"
+
+
+@needs_dask
+def test_secrets_take_no_open_way_to_other_machines(
+    address: Address, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_cluster, "on_loopback", lambda _: False)
+    refused = pytest.raises(ClusterError, match="is not encrypted, and hosts of this swarm need secrets")
+    with refused as found, dask_cluster.workers(address, secrets=True):
+        raise AssertionError
+    assert "dask+tls://HOST:PORT" in found.value.fix
+
+
+@pytest.mark.parametrize("verb", ["plan", "deploy"])
+def test_verbs_announce_that_they_send_secrets(
+    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    seen = []
+
+    def refuse(address: Address, *, secrets: bool) -> Any:
+        seen.append(secrets)
+        raise ClusterError("no", "yes")
+
+    monkeypatch.setattr(dask_cluster, "workers", refuse)
+    for pin in (None, "1234"):
+        env = {"SWARMCTL_SECRET_EPUCK_PIN": pin}
+        ran = swarmctl(verb, SPEC, "--executor", "dask://192.0.2.1:1", env=env)
+        assert "error: --executor: no" in ran.stderr
+    assert seen == [False, True]
 
 
 def test_without_dask_the_error_names_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
