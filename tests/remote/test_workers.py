@@ -148,6 +148,31 @@ def test_a_lost_worker_costs_its_hosts_and_the_others_go_on() -> None:
         assert str(none) == "c was not reached: no worker is left"
 
 
+def test_a_worker_keeps_no_session_that_the_operator_has_ended() -> None:
+    opened: list[str] = []
+    ended: list[str] = []
+
+    class Counting(Hosts):
+        @contextmanager
+        def connect(self, target: Target) -> Iterator[Session]:
+            with super().connect(target) as session:
+                opened.append(target.host)
+                yield session
+            ended.append(target.host)
+
+    stop = Stop()
+    with in_threads(login=Counting) as workers:
+        list(parallel_hosts.run(targets("a", "b"), question, transport=workers))
+        wait_for(lambda: sorted(ended) == ["a", "b"])
+        events = parallel_hosts.run(targets("silent"), question, transport=workers, stop=stop)
+        assert [type(next(events)) for _ in range(2)] == [Started, Note]
+        stop.request()
+        stop.request()
+        list(events)
+        wait_for(lambda: ended[2:] == ["silent"])
+    assert len(opened) == 3
+
+
 def test_ctrl_c_begins_no_more_hosts_and_again_ends_the_sessions() -> None:
     stop = Stop()
     with in_threads() as workers:
