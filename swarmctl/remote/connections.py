@@ -9,8 +9,9 @@ from contextlib import ExitStack, contextmanager
 from swarmctl.remote import agent_client
 from swarmctl.remote.parallel_hosts import Stop
 from swarmctl.remote.transport import Conversation, HostError, Kind, Target, Transport
+from swarmctl.remote.workers import Workers
 
-MOST = 256  # kept at a time: each has a socket and a thread
+MOST = 256  # kept at a time by a process: each has a socket and a thread
 _ALIVE = (Kind.REFUSED, Kind.FAILED)  # errors that the agent itself reports; it serves the next request
 
 
@@ -24,6 +25,7 @@ class Connections:
         self._lock = threading.Lock()
         self._kept: dict[str, tuple[ExitStack, Conversation]] = {}
         self._closed = False
+        self._most = MOST * (transport.processes if isinstance(transport, Workers) else 1)
 
     def close(self) -> None:
         """Ends all conversations, now and later."""
@@ -77,7 +79,7 @@ class Connections:
 
     def _keep(self, host: str, stack: ExitStack, conversation: Conversation) -> bool:
         with self._lock:
-            if self._closed or host in self._kept or len(self._kept) >= MOST:
+            if self._closed or host in self._kept or len(self._kept) >= self._most:
                 return False
             self._kept[host] = stack, conversation
             return True

@@ -7,10 +7,12 @@ import ipaddress
 import logging
 import re
 import sys
+import time
 import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     import distributed
 
 CONNECT = 10.0  # s
+_LOOK = 0.5  # s
 _SCHEMES = {"dask": "tcp", "dask+tls": "tls"}
 INSTALL = 'pip install "swarmctl[scale]"'
 
@@ -88,7 +91,8 @@ def workers(
         check_versions(client.get_versions(packages=["swarmctl"]))
         cluster = _Cluster(client)
         places = [
-            Place(client.get_executor(workers=[one], pure=False), one, cluster.alive(one)) for one in found
+            Place(client.get_executor(workers=[one], pure=False), one, partial(cluster.has, one))
+            for one in found
         ]
         with Workers(places, cluster.line, login=login, serve=serve) as transport:
             yield transport
@@ -142,27 +146,27 @@ class DaskLine:
         return self._queue
 
 
-@dataclass(frozen=True)
 class _Cluster:
     """The cluster as its client sees it."""
 
-    client: distributed.Client
+    def __init__(self, client: distributed.Client) -> None:
+        self._client = client
+        self._workers = set(_addresses(client))
+        self._looked = time.monotonic()
 
     def line(self) -> Line:
         """Returns a new queue."""
         import distributed  # noqa: PLC0415
 
-        return DaskLine(distributed.Queue(client=self.client))
+        return DaskLine(distributed.Queue(client=self._client))
 
-    def alive(self, worker_address: str) -> Callable[[], bool]:
-        """Returns a function that returns True as long as the scheduler has this worker."""
-
-        def found() -> bool:
+    def has(self, worker_address: str) -> bool:
+        """Returns True as long as the scheduler has this worker; it looks once in ``_LOOK`` s for all."""
+        if time.monotonic() > self._looked + _LOOK:
             with suppress(OSError):  # of a scheduler that has gone; its queues report that
-                return worker_address in _addresses(self.client)
-            return True
-
-        return found
+                self._workers = set(_addresses(self._client))
+            self._looked = time.monotonic()
+        return worker_address in self._workers
 
 
 @contextmanager

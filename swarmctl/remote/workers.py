@@ -67,6 +67,11 @@ class Workers:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
+    @property
+    def processes(self) -> int:
+        """How many processes have the sessions."""
+        return len(self._all)
+
     def __enter__(self) -> Workers:
         return self
 

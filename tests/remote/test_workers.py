@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.remote import agent_client, parallel_hosts, worker
+from swarmctl.remote import agent_client, connections, parallel_hosts, worker
 from swarmctl.remote.lines import QueueLine
 from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started, Stop
 from swarmctl.remote.transport import HostError, Kind, Output, Session, Target
@@ -171,6 +171,21 @@ def test_a_worker_keeps_no_session_that_the_operator_has_ended() -> None:
         list(events)
         wait_for(lambda: ended[2:] == ["silent"])
     assert len(opened) == 3
+
+
+def test_each_worker_keeps_as_many_connections_as_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "MOST", 1)
+    with in_threads(2) as workers:
+        kept = connections.Connections(workers, Stop(), ("observe",))
+        for one in targets("a", "b", "c"):
+            with kept.talk(one) as host:
+                host.ask({"verb": "test"})
+        free = []
+        for one in targets("a", "b", "c"):
+            with kept.idle(one) as conversation:
+                free.append(conversation is not None)
+        kept.close()
+    assert free == [True, True, False]
 
 
 def test_ctrl_c_begins_no_more_hosts_and_again_ends_the_sessions() -> None:
