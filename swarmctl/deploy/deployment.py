@@ -265,10 +265,10 @@ class Deployment:
     def _look(self, target: Target, say: Say) -> Surveyed:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
-            observed = look(host, bundle, secrets=self._secrets, motion=self._asks_motion)
+            observed = self._observed(host, bundle)
             settled = self._settles and self._transaction("", target, say).settle(host, observed)
             if settled:
-                observed = look(host, bundle, secrets=self._secrets)
+                observed = self._observed(host, bundle)
             if self._launch_files is not None:
                 self._launch_files.read(host, bundle)
         plan = reconcile(bundle, observed)
@@ -293,9 +293,8 @@ class Deployment:
             }
             host.ask(request, offer(due, self._secrets))
 
-    @property
-    def _asks_motion(self) -> bool:
-        return not self._rules.stop_robots
+    def _observed(self, host: Conversation, bundle: Bundle) -> Observed:
+        return look(host, bundle, secrets=self._secrets, motion=True, stop_robots=self._rules.stop_robots)
 
     @property
     def _swarm(self) -> str:
@@ -325,7 +324,7 @@ def _why(failed: Mapping[str, HostError]) -> str:
     kinds: dict[str, list[str]] = {}
     for host, error in failed.items():
         words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
-        words[ErrorKind.BUSY] = "has a robot that moves or is under command"
+        words[ErrorKind.BUSY] = "has a robot that must not be touched now"
         text = words.get(error.kind, "failed")
         if error.kind is ErrorKind.REFUSED:
             text = f"is {error}" if str(error).startswith("locked by ") else f"refused it: {error}"

@@ -22,8 +22,10 @@ def look(
     contents: bool = False,
     secrets: Mapping[str, str] = NO_SECRETS,
     motion: bool = False,
+    stop_robots: bool = False,
 ) -> Observed:
-    """Observe what the host runs, with ``motion`` also whether its robots move or are under command.
+    """Observe what the host runs, with ``motion`` also why its robots must not be touched now, and
+    with ``stop_robots`` as far as stopping them first does not change it.
     The host compares ``secrets``: a digest of four digits hides nothing."""
     request: ObserveRequest = {
         "verb": "observe",
@@ -31,6 +33,7 @@ def look(
         "know": bundle.digest,
         "contents": contents,
         "motion": motion,
+        "stop_robots": stop_robots,
     }
     if bundle.asks:
         request["requires"] = list(bundle.asks)

@@ -73,7 +73,7 @@ class Rollback(Deployment):
     def _look(self, target: Target, say: Say) -> Surveyed:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
-            observed = look(host, bundle, motion=self._asks_motion)
+            observed = look(host, bundle)
             settled = self._settles and self._transaction("", target, say).settle(host, observed)
             if settled:
                 observed = look(host, bundle)

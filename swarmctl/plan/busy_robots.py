@@ -1,8 +1,10 @@
-"""Robots that a plan would touch while they move or are under command. Pure."""
+"""Robots that a plan would touch while they are in use, or their terms of maintenance do not hold. Pure."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+
+from swarm_agent.motion_gate import hint
 
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem
@@ -10,14 +12,14 @@ from swarmctl.render.bundle import Bundle
 
 BUSY = "busy"
 _TOUCHING = (Kind.STOP, Kind.RESTART)
-HINT = "stop them with `swarmctl stop`, or use --stop-robots; they then stand until `swarmctl start`"
 
 
 def not_busy(plan: HostPlan, bundle: Bundle, observed: Observed) -> HostPlan:
-    """Returns the plan, with a problem if it would touch a robot that moves or is under command."""
+    """Returns the plan, with a problem if it would touch a robot that must not be touched now."""
     robots = {unit.name: unit.robot for unit in bundle.units}
     if observed.manifest is not None:
         robots |= {unit["name"]: unit.get("robot", "") for unit in observed.manifest["units"]}
     touched = {robots.get(unit, "") for unit in plan.targets(*_TOUCHING)}
     found = [f"{robot} {why}" for robot, why in observed.busy.items() if robot in touched]
-    return replace(plan, problem=Problem(BUSY, "; ".join(found), HINT)) if found else plan
+    text = "; ".join(found)
+    return replace(plan, problem=Problem(BUSY, text, hint(text))) if found else plan

@@ -46,7 +46,7 @@ class Observed:
 
     ``drift``, ``links`` and ``blocks`` have by path how the host differs from that manifest. ``secrets``
     has by name how the stored value compares with the operator's; without one ``kept`` or ``missing``.
-    ``facts`` is None for a host that was not contacted. ``busy``: why robots move or are under command.
+    ``facts`` is None for a host that was not contacted. ``busy``: why robots must not be touched.
     """
 
     digest: str | None = None

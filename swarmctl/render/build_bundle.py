@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from swarmctl.render import bluetooth
+from swarmctl.render import bluetooth, maintenance_file
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_of
@@ -37,6 +37,7 @@ def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     provider = provider_of(swarm.multimaster)
     yield bluetooth.part(swarm, host)
     yield middleware.robots(swarm, host, island)
+    yield maintenance_file.part(swarm, host)
     if host.name == island.hub and runs_on(provider, len(swarm.islands), island.name in swarm.received):
         yield provider.part(swarm, host, island)
     yield middleware.programs(swarm, host)

@@ -55,6 +55,7 @@ from swarmctl.rules.families.security import rules as security
 from swarmctl.rules.families.sense import rules as sense
 from swarmctl.rules.families.serial_lines import rules as serial_lines
 from swarmctl.rules.families.settings import rules as settings
+from swarmctl.rules.families.settings import unmeasured_terms
 from swarmctl.rules.families.time import rules as time
 from swarmctl.rules.families.time import simulated
 from swarmctl.rules.families.topics import absolute_topics, message_types, sources, subscribers
@@ -79,6 +80,7 @@ _MODULES: tuple[ModuleType, ...] = (
     ports,
     identity,
     settings,
+    unmeasured_terms,
     sense,
     sketches,
     links,

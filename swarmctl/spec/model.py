@@ -142,6 +142,27 @@ class Host(Model):
     optional: bool = Field(False, description="Whether the swarm is complete without it.")
 
 
+class Maintenance(Model):
+    """When swarmctl may stop or restart the units of a robot."""
+
+    idle: Annotated[float, Unit("s")] | None = Field(
+        None,
+        ge=0,
+        le=86_400,
+        examples=[30.0],
+        description="Time for which the robot had no command and did not move, as far as its driver measures "
+        "that; 0 asks for nothing.",
+    )
+    battery: float | None = Field(
+        None,
+        ge=0,
+        le=1,
+        examples=[0.4],
+        description="How full its battery must be, 0 to 1 as `percentage` of sensor_msgs/BatteryState; 0 "
+        "asks for nothing.",
+    )
+
+
 class StartPose(Model):
     """Where a robot stands when its driver starts, in the frame `map`."""
 
@@ -191,6 +212,10 @@ class Robot(Model):
     )
     settings: RobotSettings = Field(
         default_factory=lambda: NO_SETTINGS, description="What differs from its type."
+    )
+    maintenance: Maintenance = Field(
+        default_factory=Maintenance,
+        description="When swarmctl may stop or restart its units; wins over `maintenance` of the swarm.",
     )
     urdf: FilePath | None = Field(
         None,
@@ -333,6 +358,11 @@ class Spec(Model):
         default_factory=dict,
         description="The islands of mode combined.",
         examples=[{"west": {"mode": "central", "hosts": ["k3-pi"], "hub": "k3-pi"}}],
+    )
+    maintenance: Maintenance = Field(
+        default_factory=Maintenance,
+        description="When `deploy`, `rollback`, `remove`, `restart` and `firmware flash` may stop or restart "
+        "the units of any robot.",
     )
     time: Time = Field(default_factory=Time, description="Whose clock the swarm follows.")
     multimaster: Multimaster | None = Field(

@@ -27,6 +27,7 @@ from swarmctl.swarm.resolved import (
     SwarmctlDriver,
     UsbLine,
 )
+from swarmctl.swarm.robot_maintenance import maintenance_of
 from swarmctl.swarm.robot_urdfs import urdfs_of
 from swarmctl.swarm.ros_drivers import launchable, placeholder_values
 from swarmctl.swarm.selectable import candidates_of
@@ -116,6 +117,7 @@ def _robots(index: SwarmIndex) -> Mapping[str, Robot]:
             topics=index.driver_topics(name),
             command=index.command_topics.get(name),
             start=given.start,
+            maintenance=maintenance_of(spec, name),
             urdf=urdfs.of(name),
         )
     return robots

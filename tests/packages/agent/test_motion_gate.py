@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -22,12 +25,12 @@ UNITS = ["koala.service", "koala.pair.service"]
 def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A host that drives `koala` and `k3`."""
     monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
-    release = tmp_path / "opt/swarm/lab/releases/1234"
+    release = tmp_path / "opt/swarm/lab/releases/0123456789abcdef"
     release.mkdir(parents=True)
     units = [{"name": "master.service", "robot": ""}]
     units += [{"name": name, "robot": name.partition(".")[0]} for name in (*UNITS, "k3.service")]
     (release / "manifest.json").write_text(json.dumps({"units": units}))
-    (tmp_path / "opt/swarm/lab/current").symlink_to("releases/1234")
+    (tmp_path / "opt/swarm/lab/current").symlink_to("releases/0123456789abcdef")
     return tmp_path
 
 
@@ -84,3 +87,72 @@ def test_wheels_that_still_turn_keep_the_change_away(host: Path, monkeypatch: py
         clear(stop=True)
     assert "koala was sent its stop, and its wheels still turn" in refused.value.message
     assert latch_of(host, "koala").exists()
+
+
+def terms(host: Path, **wanted: float) -> None:
+    text = json.dumps({"koala": {"idle": 0.0, "battery": 0.0, **wanted}})
+    (host / "opt/swarm/lab/current/maintenance.json").write_text(text)
+
+
+def refusal(*, stop: bool = False) -> str:
+    with pytest.raises(RefusedError) as refused:
+        clear(stop=stop)
+    assert "`maintenance`" in refused.value.hint
+    return refused.value.message
+
+
+def test_a_robot_is_touched_once_it_was_idle_long_enough(host: Path) -> None:
+    terms(host, idle=300.0)
+    quiet = {**STANDS, "commander": ""}
+    now = time.monotonic()
+    with running(host, "koala", **quiet, idle_since=now - 100):
+        found = re.fullmatch(r"koala has been idle for (\d+) s of the 300 s of `maintenance`", refusal())
+        assert found
+        assert 100 <= int(found[1]) < 290
+        assert motion_gate.busy(home_of(SWARM), ["koala"], stop=True) == {}  # what a deploy looks at first
+    shutil.rmtree(host / "run")  # as systemd does when the driver has ended
+    assert clear() == []  # nothing passes a command on
+    with running(host, "koala", ".gate", **quiet, idle_since=now - 301):
+        assert clear() == []
+
+
+def test_idle_time_that_nobody_measures_does_not_hold(host: Path) -> None:
+    terms(host, idle=300.0)
+    with running(host, "koala", **STANDS, commander="", idle_since=None):
+        assert refusal().startswith("koala is idle for an unknown time, `maintenance` asks for 300 s")
+
+
+@pytest.mark.parametrize("stop", [False, True])
+@pytest.mark.parametrize(
+    ("motion", "text"),
+    [
+        ({"battery": 0.312}, "koala has its battery at 0.31, `maintenance` asks for 0.4"),
+        ({"battery": None}, "is not known, `maintenance` asks for 0.4: it is not read"),
+        ({"battery": None, "trouble": "the line is gone"}, "asks for 0.4: the line is gone"),
+        (None, "is not known, `maintenance` asks for 0.4: its driver does not run"),
+    ],
+)
+def test_a_battery_below_its_term_or_unknown_keeps_the_change_away(
+    host: Path, motion: dict[str, object] | None, text: str, stop: bool
+) -> None:
+    terms(host, battery=0.4)
+    if motion is None:
+        assert text in refusal(stop=stop)
+    else:
+        with running(host, "koala", **{**STANDS, "commander": "", **motion}):
+            assert text in refusal(stop=stop)
+    assert not latch_of(host, "koala").exists()
+
+
+def test_a_battery_at_its_term_lets_the_change_in(host: Path) -> None:
+    terms(host, battery=0.4)
+    with running(host, "koala", **STANDS, commander="", battery=0.4):
+        assert clear() == []
+        assert clear("k3.service") == []
+
+
+def test_damaged_terms_hold_for_nobody(host: Path) -> None:
+    (host / "opt/swarm/lab/current/maintenance.json").write_text("{")
+    with pytest.raises(RefusedError) as refused:
+        clear()
+    assert refused.value.message == "koala has unknown terms: maintenance.json of its release is damaged"

@@ -23,11 +23,11 @@ SWARM = "lab"
 def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A host with a release that drives `koala`, and has a gate before `cart`."""
     monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
-    release = tmp_path / "opt/swarm/lab/releases/1234"
+    release = tmp_path / "opt/swarm/lab/releases/0123456789abcdef"
     (release / "params").mkdir(parents=True)
     for name in ("koala", "cart.gate"):
         (release / f"params/{name}.yaml").write_text("")
-    (tmp_path / "opt/swarm/lab/current").symlink_to(release)
+    (tmp_path / "opt/swarm/lab/current").symlink_to("releases/0123456789abcdef")
     return tmp_path
 
 

@@ -155,3 +155,27 @@ def test_a_question_wakes_the_loop_and_is_answered(file: Path, tmp_path: Path) -
         latch.answer(lambda: {"held": True})
         assert json.loads(asking.recv(1000))["held"] is True
     latch.answer(lambda: {"held": True})  # nobody asks any more
+
+
+def test_a_driver_says_since_when_its_robot_is_idle() -> None:
+    bench = Bench()
+    bench.run(1.0)
+    assert bench.driver.motion()["idle_since"] <= bench.clock.now - 0.5
+    bench.command(0.0)  # a commander that holds the robot is a use, too
+    commanded = bench.clock.now
+    bench.run(1.0)
+    assert bench.driver.motion()["idle_since"] == pytest.approx(commanded, abs=0.01)
+    bench.robot.counters = (90, 90)  # pushed
+    pushed = bench.clock.now
+    bench.run(1.0)
+    assert pushed <= bench.driver.motion()["idle_since"] <= pushed + 0.2
+
+
+def test_a_driver_says_how_full_the_battery_is_as_long_as_it_is_read() -> None:
+    bench = Bench()
+    assert bench.driver.motion()["battery"] is None
+    bench.run(3.0)
+    assert bench.driver.motion()["battery"] == pytest.approx(0.5)  # 12 V, from 11 V to 13 V
+    bench.robot.refuses = "M"
+    bench.run(8.0)
+    assert bench.driver.motion()["battery"] is None

@@ -59,8 +59,8 @@ class ObserveRequest(ObserveNeeds, total=False):
 
     ``know``: digest of a release whose manifest need not be sent; ``contents``: send the texts of files, too;
     ``requires``: programs by name, and ROS packages and workspaces, ``package:NAME`` and ``workspace:PATH``;
-    ``wants``: other programs to look for, with the state of what they manage; ``motion``: whether robots move
-    or are under command is wanted, too.
+    ``wants``: other programs to look for, with the state of what they manage; ``motion``: why robots must
+    not be touched now is wanted, too; ``stop_robots``: as far as stopping them first does not change it.
     """
 
     know: str
@@ -69,6 +69,7 @@ class ObserveRequest(ObserveNeeds, total=False):
     wants: list[str]
     secrets: list[str]
     motion: bool
+    stop_robots: bool
 
 
 class Prepared(TypedDict, total=False):
@@ -137,7 +138,7 @@ class ObserveAnswerAlways(TypedDict):
 
 class ObserveAnswer(ObserveAnswerAlways, total=False):
     """``release``: digest of the current one; ``files`` and ``blocks``: texts, with ``contents`` only;
-    ``busy``: why robots move or are under command, by robot, with ``motion`` only."""
+    ``busy``: why robots must not be touched now, by robot, with ``motion`` only."""
 
     secrets: dict[str, SecretState]
     busy: dict[str, str]

@@ -1,11 +1,11 @@
-"""Keeps a change from robots that move or are under command, or stops them first."""
+"""Keeps a change from robots in use, or whose terms of maintenance do not hold, or stops them first."""
 
 from __future__ import annotations
 
 import time
 from typing import Any, Callable, Iterable, Mapping
 
-from . import files, robot_motion, stop_latches
+from . import files, maintenance_terms, robot_motion, stop_latches
 from .errors import RefusedError
 from .manifest import NAME
 from .release_store import Home
@@ -24,28 +24,45 @@ def robots_of(home: Home, units: Iterable[str]) -> list[str]:
     return sorted({str(robots[unit]) for unit in units if robots.get(unit)})
 
 
-def busy(home: Home, robots: Iterable[str]) -> dict[str, str]:
-    """Returns why those robots that move or are under command do, by robot.
+def busy(home: Home, robots: Iterable[str], *, stop: bool = False) -> dict[str, str]:
+    """Returns why robots must not be touched now, by robot: they are in use, or a term does not hold.
 
-    A robot whose driver does not run or does not answer is not among them: nothing passes on its commands.
+    With ``stop`` only what stopping them first does not change. A robot whose driver does not run or does not
+    answer is not in use: nothing passes on its commands.
     """
-    running = _running(home, robots)
+    names = sorted(robots)
+    wanted = maintenance_terms.terms(home)
+    if wanted is None:
+        return dict.fromkeys(names, f"has unknown terms: {maintenance_terms.FILE} of its release is damaged")
+    if stop and not any(wanted[one].battery for one in names if one in wanted):
+        return {}
+    running = _running(home, names)
     answers = robot_motion.ask(
-        running, _LOOK, lambda found: len(found) == len(running) and all(map(_known, found.values()))
+        running,
+        _LOOK,
+        lambda found: len(found) == len(running) and (stop or all(map(_known, found.values()))),
     )
-    return {robot: why for robot in sorted(answers) if (why := _why(answers[robot]))}
+    now = time.monotonic()
+    found = {}
+    for robot in names:
+        answer, terms = answers.get(robot), wanted.get(robot, maintenance_terms.Terms())
+        why = _why(answer) if answer is not None and not stop else ""
+        unmet = maintenance_terms.unmet(terms, answer, now, runs=robot in running, stop=stop or bool(why))
+        if reasons := [*([why] if why else []), *unmet]:
+            found[robot] = ", and ".join(reasons)
+    return found
 
 
 def clear(home: Home, units: Iterable[str], *, stop: bool, who: str, note: Callable[[str], None]) -> None:
     """Returns once the robots of these units stand without a command; with ``stop`` it latches them first.
 
-    Raises ``RefusedError`` for one that is commanded, or whose wheels still turn.
+    Raises ``RefusedError`` for one that is commanded, whose terms do not hold, or whose wheels still turn.
     """
     robots = robots_of(home, units)
+    if found := busy(home, robots, stop=stop):
+        text = "; ".join(f"{robot} {why}" for robot, why in found.items())
+        raise RefusedError(text, hint(text))
     if not stop:
-        if found := busy(home, robots):
-            text = "; ".join(f"{robot} {why}" for robot, why in found.items())
-            raise RefusedError(text, _HINT)
         return
     running = _running(home, robots)
     if not running:
@@ -62,6 +79,11 @@ def clear(home: Home, units: Iterable[str], *, stop: bool, who: str, note: Calla
             f"{', '.join(sorted(turning))} was sent its stop, and its wheels still turn",
             "is it on a slope, or pushed? It stays stopped; `swarmctl stop` shows what its wheels do",
         )
+
+
+def hint(why: str) -> str:
+    """Returns what to do about a refusal with this text."""
+    return maintenance_terms.HINT if "`maintenance`" in why else _HINT
 
 
 def _running(home: Home, robots: Iterable[str]) -> dict[str, str]:

@@ -29,6 +29,7 @@ class CommandMailbox:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self.latest: Command | None = None
+        self.commanded_at = clock()  # when the latest command came, or the mailbox was made
         self.stopped = False
         self.held = False
         self.refused = 0
@@ -45,6 +46,7 @@ class CommandMailbox:
         sane = plausible((*linear, *angular))
         self.refused += not sane
         stamp = self._clock() if arrived is None else arrived
+        self.commanded_at = stamp
         self.latest = Command(Velocity(*linear, *angular) if sane else STANDSTILL, stamp)
         self.ring()
 

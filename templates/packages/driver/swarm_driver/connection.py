@@ -84,6 +84,10 @@ class Connection(Protocol):
         """Returns the way of a wheel from one count to the next, in m; None if the wheels are not read."""
         ...
 
+    def battery(self) -> float | None:
+        """Returns how full the battery is, 0 to 1; None if it was not read lately."""
+        ...
+
     def rates(self) -> list[tuple[str, float, float]]:
         """Returns name, measured and wanted rate of everything that arrives regularly, in Hz."""
         ...

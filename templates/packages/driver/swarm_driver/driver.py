@@ -106,12 +106,16 @@ class Driver:
     def motion(self) -> Mapping[str, Any]:
         """Returns who commands the robot, and what is known of its wheels; moments by the driver's clock.
 
-        ``zero_at``: when a zero was last confirmed; ``still_since``: by the counters of the wheels.
+        ``zero_at``: when a zero was last confirmed; ``still_since``: by the counters of the wheels;
+        ``idle_since``: the latest of its start, the last command and the last turn of a wheel; ``battery``:
+        how full it is, 0 to 1.
         """
         connection = self._connection
         known = connection is not None and connection.since is not None
         zero_at = connection.zero_at() if connection is not None and known else None
         step = connection.wheel_step() if connection is not None and known else None
+        moved = self._stillness.unchanged_since()
+        idle_since = self._commands.commanded_at if moved is None else max(moved, self._commands.commanded_at)
         return {
             "held": self._commands.held,
             "commander": self._standing().commander,
@@ -119,6 +123,8 @@ class Driver:
             "confirms": not isinstance(self._config.protocol, RosserialProtocol),
             "measured": step is not None,
             "still_since": self._stillness.since(step, zero_at),
+            "idle_since": idle_since,
+            "battery": connection.battery() if connection is not None and known else None,
             "trouble": "" if known else (connection.trouble if connection else "") or self._trouble,
         }
 

@@ -78,6 +78,9 @@ class PolledRobot:
     def wheel_step(self) -> float | None:
         return self._session.wheel_step() if self._session else None
 
+    def battery(self) -> float | None:
+        return self._session.battery() if self._session else None
+
     def rates(self) -> list[tuple[str, float, float]]:
         return self._session.rates() if self._session else []
 

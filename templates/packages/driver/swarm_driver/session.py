@@ -26,6 +26,7 @@ from swarm_driver.kinematics import (
     wheel_units,
 )
 from swarm_driver.link import FAILED_EXCHANGE, Link, LinkLostError
+from swarm_driver.readings import charge
 from swarm_driver.tally import Meter, Tally
 
 COMMAND_REFRESH_S = 0.2  # s after which an unchanged speed is repeated; a lost robot is noticed that soon
@@ -33,7 +34,8 @@ MIN_COMMAND_GAP_S = 0.02  # s between two changes of speed, so that fast command
 EARLY_POLL_SHARE = 0.5  # of a poll's period by which a slower sensor may have its turn before it is due
 RETRY_AFTER_S = 1.0  # s for which a sensor or a light that failed is left alone
 TX_MARGIN = 3  # times what a request takes on the line, after one that no reply holds up
-_PERIODS = 3  # of a slow sensor, over which its rate is measured
+_PERIODS = 3  # of a slow sensor, over which its rate is measured, and for which a battery's reading is recent
+_SHORTEST_CHARGE = 5.0  # s for which it is recent at least
 
 
 class Sink(Protocol):
@@ -112,6 +114,8 @@ class Session:
         self._confirmed: Units | None = STANDSTILL  # none while it is not known what the robot does
         self._sent_at = self.since
         self._aim = STANDSTILL
+        self._charge: float | None = None
+        self._charge_until = -math.inf
 
     def step(self) -> float:
         """One exchange at most, the most urgent one; then the moment at which the next is due."""
@@ -135,6 +139,10 @@ class Session:
         """Returns the way of a wheel from one count to the next, in m; None if the wheels are not read."""
         wheels = any(feed.sensor.kind == "wheels" for poll in self._polls for feed in poll.feeds)
         return self._scale.metres_per_count if wheels else None
+
+    def battery(self) -> float | None:
+        """Returns how full the battery is by the latest reading, 0 to 1; None without one that is recent."""
+        return self._charge if self._charge is not None and self._clock() <= self._charge_until else None
 
     def rates(self) -> list[tuple[str, float, float]]:
         """Name, measured and wanted rate of every sensor, in Hz."""
@@ -259,6 +267,9 @@ class Session:
         if not all(math.isfinite(value) for value in values):
             self._tally.failed(BadReplyError(f"`{sensor.name}` has a value that is no number"))
             return
+        if sensor.kind == "battery":
+            self._charge = charge(values, sensor.settings).share
+            self._charge_until = arrived + max(_SHORTEST_CHARGE, _PERIODS / sensor.rate)
         if sensor.kind != "wheels":
             self._sink.reading(sensor, values)
             return

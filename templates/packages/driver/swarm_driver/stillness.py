@@ -22,6 +22,10 @@ class Stillness:
             self._first = counters
         self._latest = counters
 
+    def unchanged_since(self) -> float | None:
+        """Returns the moment of the first of the readings that do not differ; None without one."""
+        return self._first.stamp if self._first is not None else None
+
     def since(self, step: float | None, zero_at: float | None) -> float | None:
         """Returns since when the wheels have stood, if a reading after ``zero_at`` shows it.
 

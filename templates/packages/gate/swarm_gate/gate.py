@@ -113,6 +113,7 @@ class Gate:
             "confirms": False,
             "measured": False,
             "still_since": None,
+            "idle_since": self._commands.commanded_at,
             "trouble": "" if receivers else "no driver is connected with its gate",
         }
 

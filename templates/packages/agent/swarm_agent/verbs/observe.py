@@ -61,7 +61,8 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
     if systemd.present(home):
         answer["units"] = systemd.states(manifest.units)
     if request.get("motion"):
-        answer["busy"] = motion_gate.busy(home, motion_gate.robots_of(home, manifest.units))
+        robots, stop = motion_gate.robots_of(home, manifest.units), bool(request.get("stop_robots"))
+        answer["busy"] = motion_gate.busy(home, robots, stop=stop)
     if digest != request.get("know"):
         content = files.read(f"{home.release(digest)}/{NAME}") or b"{}"
         answer["manifest"] = json.loads(content.decode("utf-8"))
