@@ -11,9 +11,18 @@ from swarmctl.cli.spec_args import SpecFiles
 
 def advise(verb: str, spec: SpecFiles, *more: str) -> None:
     """Print ``next: swarmctl VERB SPEC MORE``. Scripts, which have no terminal as stdout, see nothing."""
-    console.show_next(spec.command(verb, *more))
+    console.show_next(spec.command(verb, *fitting(verb, more)))
 
 
+def fitting(verb: str, where: Sequence[str]) -> list[str]:
+    """The options in ``where`` that ``verb`` has."""
+    if verb in _SPREAD or "--executor" not in where:
+        return list(where)
+    at = where.index("--executor")
+    return [*where[:at], *where[at + 2 :]]
+
+
+_SPREAD = ("deploy", "plan", "remove", "rollback", "status")  # verbs that have `--executor`
 _HINTED = re.compile(r"\bswarmctl (deploy|plan|prepare|remove|start|status|trust)\b(?: SPEC\b)?")
 
 
@@ -27,8 +36,9 @@ def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:
         if found[1] == "trust":  # a lab has its own keys
             return spec.command(found[1])
         if found[1] == "start":  # the robots follow
-            return spec.command(found[1], *where[: where.index("--limit") if "--limit" in where else None])
-        return spec.command(found[1], *where)
+            fit = fitting(found[1], where)
+            return spec.command(found[1], *fit[: fit.index("--limit") if "--limit" in fit else None])
+        return spec.command(found[1], *fitting(found[1], where))
 
     return lambda hint: _HINTED.sub(command, hint)
 
@@ -46,7 +56,10 @@ def selection(hosts: Iterable[str]) -> str:
     return ",".join(text for text, _ in hostlist.ranges_of(hosts))
 
 
-def where(*, lab: bool = False, lab_name: str = "", limit: list[str] | None = None) -> list[str]:
-    """The options that choose hosts, to be repeated in the next command."""
+def where(
+    *, lab: bool = False, lab_name: str = "", limit: list[str] | None = None, executor: str = ""
+) -> list[str]:
+    """The options that choose hosts and the way to them, to be repeated in the next command."""
     chosen = ["--lab-name", lab_name] if lab_name else ["--lab"] if lab else []
-    return [*chosen, *(word for name in limit or () for word in ("--limit", name))]
+    way = ["--executor", executor] if executor else []
+    return [*chosen, *way, *(word for name in limit or () for word in ("--limit", name))]

@@ -137,6 +137,7 @@ def advise_again(
     *,
     lab: bool,
     lab_name: str,
+    executor: str = "",
 ) -> None:
     """After failures: pin new keys, or run ``verb`` again on the hosts that were out of reach."""
     from swarmctl.cli import next_command
@@ -149,7 +150,9 @@ def advise_again(
         next_command.advise("trust", spec, *next_command.where(limit=[next_command.selection(keys)]))
     elif again:
         limit = [next_command.selection(again)]
-        next_command.advise(verb, spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit))
+        next_command.advise(
+            verb, spec, *next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
+        )
 
 
 def exit_code(found: Mapping[str, Result], *, interrupted: bool, absent: Sequence[str] = ()) -> int:

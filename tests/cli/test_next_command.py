@@ -5,11 +5,13 @@ from __future__ import annotations
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 
 from swarmctl.cli import exit_codes, next_command
-from swarmctl.cli.app import run
+from swarmctl.cli.app import app, run
 from swarmctl.cli.spec_args import SpecFiles
 from tests.cli.terminal import shown_by
 
@@ -84,3 +86,24 @@ def test_a_lab_verb_takes_its_first_word_as_the_robot_or_host(
 def test_elsewhere_the_missing_spec_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert run(["validate"]) == exit_codes.USAGE
+
+
+def test_the_next_command_has_the_workers_if_its_verb_does() -> None:
+    spec = SpecFiles((Path("swarm.yaml"),))
+    where = next_command.where(limit=["k3-pi"], executor="dask://h:1")
+    complete = next_command.completing(spec, where)
+    with_workers = "--executor dask://h:1 --limit k3-pi"
+    assert spec.command("deploy", *next_command.fitting("deploy", where)).endswith(f"deploy {with_workers}")
+    assert complete("`swarmctl plan` shows it").startswith(f"`swarmctl plan {with_workers}`")
+    assert complete("`swarmctl prepare` installs it").startswith("`swarmctl prepare --limit k3-pi`")
+    assert complete("`swarmctl start` first").startswith("`swarmctl start`")
+
+
+def test_verbs_with_workers_are_those_that_have_the_option() -> None:
+    verbs: Any = typer.main.get_command(app)
+    context = verbs.make_context("swarmctl", ["plan"], resilient_parsing=True)
+    found = {name: verbs.resolve_command(context, [name])[1] for name in verbs.list_commands(context)}
+    having = {name for name, one in found.items() if any("--executor" in it.opts for it in one.params)}
+    where = ["--executor", "dask://h:1"]
+    assert having == {name for name in found if next_command.fitting(name, where) == where}
+    assert "deploy" in having

@@ -119,7 +119,7 @@ def deploy(
     if retry_failed:
         limit = _failed(journal.failed(journal.folder(swarm.name), lab=in_lab), swarm.hosts, limit)
     wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     rules = Rules(
         None if keep_going else max_fail,
         [name for name in wanted if swarm.hosts[name].optional],
@@ -159,7 +159,7 @@ def deploy(
             rollout_output.warn_of_removed_hosts(journal.left(place, swarm.hosts), spec)
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if not json:
-        _advise(spec, where, found, absent, code, (lab, lab_name))
+        _advise(spec, where, found, absent, code, (lab, lab_name), executor)
     raise typer.Exit(code)
 
 
@@ -191,17 +191,21 @@ def _advise(
     absent: tuple[str, ...],
     code: int,
     in_lab: tuple[bool, str],
+    executor: str,
 ) -> None:
     """What comes after a deploy: hosts to prepare, to leave out or to try again, or a look at the swarm."""
     from swarmctl.plan.preflight import PREPARE_INSTALLS
 
     lacking = rollout_output.unfit(found, PREPARE_INSTALLS)
     if lacking:
-        console.err().print(f"help: `{spec.command('prepare', *where)}` makes {lacking} fit")
+        preparing = spec.command("prepare", *next_command.fitting("prepare", where))
+        console.err().print(f"help: `{preparing}` makes {lacking} fit")
     if rollout_output.held(found):
         going = spec.command("deploy", *where, "--keep-going")
         console.err().print(f"help: `{going}` changes the other hosts without them")
     if code == exit_codes.OK:
         next_command.advise("status", spec, *where)
     elif code != exit_codes.INTERRUPTED and not lacking:
-        rollout_output.advise_again("deploy", spec, found, absent, lab=in_lab[0], lab_name=in_lab[1])
+        rollout_output.advise_again(
+            "deploy", spec, found, absent, lab=in_lab[0], lab_name=in_lab[1], executor=executor
+        )

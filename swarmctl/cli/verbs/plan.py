@@ -88,7 +88,7 @@ def plan(
     if json:
         console.print_json(made.to_json())
     else:
-        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
         complete = next_command.completing(spec, where)
         view = PlanView(names_of(swarm), diff, details, console.columns(), complete)
         console.out().print(view.text(made))

@@ -54,7 +54,7 @@ def remove(
     if json:
         console.print_json(rollout_output.document(swarm.name, found))
     else:
-        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+        where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
         rollout_output.report(
             swarm, found, next_command.completing(spec, where),
             details=details, interrupted=stop.requested,
@@ -67,7 +67,7 @@ def remove(
                     journal.forget(journal.folder(swarm.name), name)
     code = rollout_output.exit_code(found, interrupted=stop.requested)
     if not json and code not in (exit_codes.OK, exit_codes.INTERRUPTED):
-        rollout_output.advise_again("remove", spec, found, lab=lab, lab_name=lab_name)
+        rollout_output.advise_again("remove", spec, found, lab=lab, lab_name=lab_name, executor=executor)
     raise typer.Exit(code)
 
 

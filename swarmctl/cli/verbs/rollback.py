@@ -59,7 +59,7 @@ def rollback(
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     made = bundles(swarm)
     names = selected.hosts(swarm.candidates, limit)
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     stop = Stop()
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     together: Consistency = "independent" if keep_going else "all"
@@ -86,7 +86,7 @@ def rollback(
         )  # fmt: skip
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if going_back.problem and code == exit_codes.OK:
-        listing = spec.command("history", *where)
+        listing = spec.command("history", *next_command.fitting("history", where))
         console.fail(f"nothing was changed: {going_back.problem}", f"`{listing}` lists the runs")
     if not options.in_lab(lab, lab_name):
         forgotten_lab.guess("rollback", spec, swarm.name, rollout_output.errors(found), limit)

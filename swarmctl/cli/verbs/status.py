@@ -41,7 +41,7 @@ def status(
     json: options.Json = False,
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
-    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit)
+    where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     complete = next_command.completing(spec, where)
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
         look = _look(spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
