@@ -84,6 +84,19 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
     assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
 
 
+def test_a_robot_that_was_not_idle_long_enough_keeps_its_driver(swarm: LabSwarm) -> None:
+    terms = "maintenance: {idle: 86400, battery: 0.5}}"
+    patient = swarm.variant("patient", (K3, f"{K3[:-1]}, {terms}"))
+    changing = swarm.variant("patient-faster", (K3, f"{FASTER_K3[:-1]}, {terms}"))
+    before = swarm.pids()
+    assert swarm.deploy(patient).status == 0
+    refused = swarm.deploy(changing)
+    assert refused.status == 3, refused.out + refused.err
+    assert re.search(r"busy: k3 has been idle for \d+ s of the 86400 s of `maintenance`$", refused.out, re.M)
+    assert swarm.deploy().status == 0  # without terms again
+    assert changed(before, swarm.pids()) == set()
+
+
 def test_the_last_deploy_can_be_taken_back(swarm: LabSwarm, faster_k3: Path) -> None:
     before = swarm.pids()
     runs = swarm.swarmctl("history", "--json").json()["runs"]
