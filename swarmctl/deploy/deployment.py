@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
@@ -14,7 +15,7 @@ from swarmctl.deploy.look import NO_SECRETS, look, offer
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
-from swarmctl.plan.busy_robots import not_busy
+from swarmctl.plan.busy_robots import BUSY, not_busy
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Plan
 from swarmctl.plan.reconcile import reconcile
@@ -29,18 +30,21 @@ from swarmctl.render.bundle import Bundle
 from swarmctl.yamltext import hostlist
 
 Say = Callable[[str], None]
+_LOOK_AGAIN = 1.0  # s between two looks at a host
 
 
 @dataclass(frozen=True)
 class Rules:
     """``most_failed``: hosts that may fail before the others are held back, None for any number;
     ``optional``: hosts that do not count; ``terms``: what a change must show before it stays;
-    ``stop_robots``: robots that move or are under command are stopped, where a change would touch them."""
+    ``stop_robots``: robots that move or are under command are stopped, where a change would touch them;
+    ``wait``: s that the survey waits for robots that must not be touched now."""
 
     most_failed: int | None = 0
     optional: Collection[str] = ()
     terms: Terms = field(default_factory=Terms)
     stop_robots: bool = False
+    wait: float = 0.0
 
     def holds(self, errors: Mapping[str, HostError]) -> bool:
         """Returns True if so many hosts have failed that the others are held back."""
@@ -112,7 +116,8 @@ class Deployment:
 
     def survey(self) -> Iterator[Event[object]]:
         """Observes every host. Yields the events; the errors are kept in ``errors``."""
-        for event in self._each(self._bundles, self._look):
+        until = time.monotonic() + self._rules.wait
+        for event in self._each(self._bundles, lambda target, say: self._waited(target, say, until)):
             if isinstance(event, Finished | Skipped):
                 found = result_of(event)
                 self._seconds[event.host] = event.seconds if isinstance(event, Finished) else 0.0
@@ -261,6 +266,20 @@ class Deployment:
                 yield replace(last, seconds=last.seconds + pending[last.host].seconds)
             else:
                 yield last
+
+    def _waited(self, target: Target, say: Say, until: float) -> Surveyed:
+        """Observes a host until no robot is in use and all terms hold, or until the moment ``until``."""
+        found, settled, noted = self._look(target, say), False, False
+        while (problem := found.plan.problem) and problem.kind == BUSY and time.monotonic() < until:
+            if self._stop.requested:
+                break
+            if not noted:
+                say(f"waiting: {problem.message}")
+                noted = True
+            time.sleep(_LOOK_AGAIN)
+            settled |= found.settled
+            found = self._look(target, say)
+        return replace(found, settled=found.settled or settled)
 
     def _look(self, target: Target, say: Say) -> Surveyed:
         bundle = self._bundles[target.host]

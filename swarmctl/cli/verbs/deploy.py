@@ -87,6 +87,16 @@ def deploy(
         ),
     ] = 60.0,
     stop_robots: options.StopRobots = False,
+    wait: Annotated[
+        float,
+        typer.Option(
+            "--wait",
+            min=0,
+            max=86_400,
+            metavar="SECONDS",
+            help="Wait so long for robots that are in use, or whose `maintenance` does not hold yet.",
+        ),
+    ] = 0.0,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -125,6 +135,7 @@ def deploy(
         [name for name in wanted if swarm.hosts[name].optional],
         Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within),
         stop_robots,
+        wait,
     )
     stop = Stop()
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)

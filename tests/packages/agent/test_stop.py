@@ -36,9 +36,11 @@ def latch_of(host: Path, robot: str) -> Path:
 
 
 @contextmanager
-def running(host: Path, robot: str, part: str = "", **motion: object) -> Iterator[CommandMailbox]:
+def running(
+    host: Path, robot: str, part: str = "", swarm: str = SWARM, **motion: object
+) -> Iterator[CommandMailbox]:
     """A loop as that of a driver, which answers with ``motion`` once it has seen its latch."""
-    folder = host / f"run/swarm-{SWARM}.{robot}{part}"
+    folder = host / f"run/swarm-{swarm}.{robot}{part}"
     folder.mkdir(parents=True)
     commands = CommandMailbox()
     latch = StopLatch(str(latch_of(host, robot)), commands, str(folder))
