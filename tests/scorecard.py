@@ -58,7 +58,12 @@ ROWS = (
     Row(
         "R03", "a connection ends before the login", _at("remote/ssh", "a_port_that_sends_nothing_times_out")
     ),
-    Row("R04", "a connection ends in the upload", (), "an upload begins anew; nothing has changed by then"),
+    Row(
+        "R04",
+        "a connection ends in the upload",
+        _at("remote/stalls", "a_network_that_goes_amid_an_upload_ends_it_soon"),
+        "an upload begins anew; nothing has changed by then",
+    ),
     Row("R05", "no network for 3 s", (), "no test with a network that comes back in the run"),
     Row(
         "R06",
@@ -71,7 +76,12 @@ ROWS = (
         ),
     ),
     Row("R07", "2 % loss and 8 Mbit/s for 20 hosts", (), "not measured"),
-    Row("R08", "sshd stands still", _at("remote/ssh", "a_frozen_server_is_given_up_on"), "not at each step"),
+    Row(
+        "R08",
+        "sshd stands still",
+        _at("remote/ssh", "a_frozen_server_is_given_up_on")
+        + _at("remote/stalls", "wherever_a_host_stalls_the_error_says_so_in_time"),
+    ),
     Row(
         "R09",
         "sshd takes few connections",
@@ -275,6 +285,7 @@ ROWS = (
         "R59",
         "a host floods",
         _at("remote/ssh", "a_flooding_command_is_cut_off")
+        + _at("remote/stalls", "an_endless_banner_is_cut_off")
         + _at("remote/conversation", "a_flood_ends_the_session_and_is_not_an_answer"),
     ),
     Row(

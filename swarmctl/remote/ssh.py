@@ -24,6 +24,8 @@ _WEAK = {
 }
 # The name of a key type on file and of the signatures made with it differ for RSA only.
 _SIGNATURES = {"ssh-rsa": ("rsa-sha2-512", "rsa-sha2-256")}
+_NO_REPLY = "Authentication timeout."  # how paramiko distinguishes it from a rejection
+_MOST_QUOTED = 200  # characters of what a host sends instead of SSH
 _LOG = "swarmctl.remote.ssh"
 logging.getLogger(_LOG).addHandler(logging.NullHandler())
 logging.getLogger(_LOG).propagate = False  # paramiko's debug lines can carry data
@@ -37,6 +39,7 @@ class Timeouts:
     banner: float = 10.0
     auth: float = 15.0
     channel: float = CHANNEL_TIMEOUT
+    acknowledgement: float = 15.0  # of what was sent; then the connection counts as lost
 
 
 @dataclass(unsafe_hash=True)
@@ -136,7 +139,14 @@ class _Route:
     def open(self) -> PromptSocket | paramiko.Channel:
         target = self.target
         if self.hop is None:
-            return dial(target.host, target.address, target.port, self.timeouts.connect)
+            limits = self.timeouts
+            return dial(
+                target.host,
+                target.address,
+                target.port,
+                limits.connect,
+                acknowledgement=limits.acknowledgement,
+            )
         try:
             return self.hop.open_channel(
                 "direct-tcpip",
@@ -165,23 +175,24 @@ def _exchange_keys(
     client.channel_timeout = timeouts.channel
     options = client.get_security_options()
     options.key_types = _preferred(tuple(options.key_types), target.keys)
+    begun = time.monotonic()
     try:
         client.start_client(timeout=timeouts.banner + timeouts.auth)
         if not client.initial_kex_done:
-            raise HostError(
-                Kind.UNREACHABLE,
-                f"{target.host} answers on port {target.port}, but does not finish the SSH handshake",
-                "the host may be overloaded or hung",
-            )
+            raise TimeoutError
     except BaseException as error:
+        greeted = bool(client.remote_version)
         client.close()
+        # paramiko reports the end of its own waits as the end of the connection.
+        late = time.monotonic() - begun >= min(timeouts.banner, timeouts.auth)
         if isinstance(error, paramiko.SSHException | EOFError | OSError):
-            raise _handshake_error(error, target) from error
+            raise _handshake_error(error, target, late=late, greeted=greeted) from error
         raise
     return client
 
 
-def _handshake_error(error: Exception, target: Target) -> HostError:
+def _handshake_error(error: Exception, target: Target, *, late: bool, greeted: bool) -> HostError:
+    """``late``: a time limit ended it; ``greeted``: the host has sent its SSH banner."""
     where = f"{target.host} ({target.address}, port {target.port})"
     if isinstance(error, paramiko.ssh_exception.IncompatiblePeer):
         return HostError(
@@ -189,19 +200,26 @@ def _handshake_error(error: Exception, target: Target) -> HostError:
             f"{where} offers only SSH algorithms that are no longer safe: {error}",
             "update its sshd (OpenSSH 6.5 or newer), or reach it through a newer host with ProxyJump",
         )
-    if "banner" in str(error) and isinstance(error.__context__, TimeoutError):
+    if late and greeted:
+        return HostError(
+            Kind.UNREACHABLE,
+            f"{where} answers, but does not finish the SSH handshake",
+            "the host may be overloaded or hung",
+        )
+    if late:
         return HostError(
             Kind.UNREACHABLE,
             f"{where} accepts the connection but sends no SSH banner",
             "the host may be overloaded or hung, or this is not an SSH port",
         )
     if isinstance(error, EOFError | OSError) or "banner" in str(error):
+        when = "during the SSH handshake" if greeted else "before its SSH banner"
         return _DroppedError(
             Kind.UNREACHABLE,
-            f"{where} closed the connection before its SSH banner",
+            f"{where} closed the connection {when}",
             "its sshd may have too many pending logins (MaxStartups), or this is not an SSH port",
         )
-    return HostError(Kind.UNREACHABLE, f"{where}: the SSH handshake failed: {error}")
+    return HostError(Kind.UNREACHABLE, f"{where}: the SSH handshake failed: {str(error)[:_MOST_QUOTED]}")
 
 
 def _preferred(supported: tuple[str, ...], pinned: tuple[str, ...]) -> tuple[str, ...]:
@@ -255,6 +273,8 @@ def _accepted(client: paramiko.Transport, target: Target, identity: Identity) ->
             "allow PubkeyAuthentication in its sshd; swarmctl sends no passwords",
         ) from error
     except paramiko.AuthenticationException as error:
+        if str(error) == _NO_REPLY:
+            raise _silent(target, f"{client.auth_timeout:g} s passed") from error
         if client.is_active():
             return False
         raise HostError(
@@ -263,8 +283,12 @@ def _accepted(client: paramiko.Transport, target: Target, identity: Identity) ->
             "too many keys in ssh-agent? name the right one with IdentityFile in ~/.ssh/config",
         ) from error
     except (paramiko.SSHException, EOFError, OSError) as error:
-        raise HostError(
-            Kind.UNREACHABLE,
-            f"{target.host} stopped answering while {target.user} logged in: {error}",
-            "run the same command again",
-        ) from error
+        raise _silent(target, str(error)) from error
+
+
+def _silent(target: Target, reason: str) -> HostError:
+    return HostError(
+        Kind.UNREACHABLE,
+        f"{target.host} stopped answering while {target.user} logged in: {reason}",
+        "the host may be overloaded or hung; run the same command again",
+    )

@@ -6,13 +6,6 @@ import socket
 
 from swarmctl.remote.transport import HostError, Kind
 
-# Set where the operator's system has them (Linux); elsewhere the deadlines of every call still hold.
-_DEAD_PEER_OPTIONS = {
-    "TCP_USER_TIMEOUT": 15_000,  # ms that sent bytes may stay without acknowledgement
-    "TCP_KEEPIDLE": 5,
-    "TCP_KEEPINTVL": 5,
-    "TCP_KEEPCNT": 3,
-}
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
 
 
@@ -30,8 +23,8 @@ class PromptSocket(socket.socket):
         return super().recv(bufsize, flags)
 
 
-def dial(host: str, address: str, port: int, timeout: float) -> PromptSocket:
-    """Returns a connection to ``address``.
+def dial(host: str, address: str, port: int, timeout: float, *, acknowledgement: float) -> PromptSocket:
+    """Returns a connection to ``address``, which ends ``acknowledgement`` seconds after the peer's last.
 
     Raises ``HostError`` with the reason why ``host`` is unreachable.
     """
@@ -66,7 +59,21 @@ def dial(host: str, address: str, port: int, timeout: float) -> PromptSocket:
     connection = PromptSocket(plain.family, plain.type, plain.proto, fileno=plain.detach())
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for option, value in _DEAD_PEER_OPTIONS.items():
+    for option, value in _dead_peer_options(acknowledgement).items():
         if hasattr(socket, option):
             connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
     return connection
+
+
+def _dead_peer_options(seconds: float) -> dict[str, int]:
+    """Of tcp(7); an idle connection is probed three times in that time.
+
+    Set where the operator's system has them (Linux); elsewhere the deadlines of every call still hold.
+    """
+    probe = max(1, round(seconds / 3))
+    return {
+        "TCP_USER_TIMEOUT": round(1000 * seconds),  # ms
+        "TCP_KEEPIDLE": probe,
+        "TCP_KEEPINTVL": probe,
+        "TCP_KEEPCNT": 3,
+    }

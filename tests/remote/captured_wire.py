@@ -1,4 +1,4 @@
-"""A TCP proxy that counts the bytes of a conversation and can make the way longer."""
+"""A TCP proxy that counts the bytes of a conversation, and can make the way longer or fall silent."""
 
 from __future__ import annotations
 
@@ -21,26 +21,38 @@ class Traffic:
 
 
 @contextmanager
-def proxy(port: int, delay: float = 0.0) -> Iterator[Traffic]:
-    """Pass connections on to ``port`` on loopback, each byte ``delay`` seconds later in either direction."""
+def proxy(port: int, delay: float = 0.0, *, silent_after: int | None = None) -> Iterator[Traffic]:
+    """Pass connections on to ``port`` on loopback, each byte ``delay`` seconds later in either direction.
+
+    ``silent_after``: that many bytes come from there, nothing more; the connection stays open.
+    """
     with socket.create_server(("127.0.0.1", 0)) as listener:
         traffic = Traffic(listener.getsockname()[1])
         ends: list[socket.socket] = []
 
-        def read(source: socket.socket, way: str, line: queue.SimpleQueue[tuple[float, bytes]]) -> None:
-            piece = b"."
+        def read(
+            source: socket.socket, way: str, line: queue.SimpleQueue[tuple[float, bytes | None]]
+        ) -> None:
+            piece, passed = b".", 0
             while piece:
                 piece = b""
                 with suppress(OSError):
                     piece = source.recv(1 << 16)
                 setattr(traffic, way, getattr(traffic, way) + len(piece))
+                rest = len(piece) if way == "up" or silent_after is None else max(0, silent_after - passed)
+                passed += len(piece)
+                if rest < len(piece):
+                    line.put((time.monotonic(), piece[:rest] or None))
+                    continue
                 line.put((time.monotonic() + delay, piece))
 
-        def write(sink: socket.socket, line: queue.SimpleQueue[tuple[float, bytes]]) -> None:
+        def write(sink: socket.socket, line: queue.SimpleQueue[tuple[float, bytes | None]]) -> None:
             with suppress(OSError):
                 while True:
                     due, piece = line.get()
                     time.sleep(max(0.0, due - time.monotonic()))
+                    if piece is None:
+                        continue
                     if not piece:
                         sink.shutdown(socket.SHUT_WR)
                         return
@@ -55,7 +67,7 @@ def proxy(port: int, delay: float = 0.0) -> Iterator[Traffic]:
                         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                     ends.extend((near, far))
                     for source, sink, way in ((near, far, "up"), (far, near, "down")):
-                        line: queue.SimpleQueue[tuple[float, bytes]] = queue.SimpleQueue()
+                        line: queue.SimpleQueue[tuple[float, bytes | None]] = queue.SimpleQueue()
                         threading.Thread(target=read, args=(source, way, line), daemon=True).start()
                         threading.Thread(target=write, args=(sink, line), daemon=True).start()
 
