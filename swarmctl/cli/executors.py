@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes
+from swarmctl.cli import console, exit_codes, ssh_targets
 
 if TYPE_CHECKING:
     from swarmctl.remote.transport import Transport
@@ -26,10 +26,8 @@ Executor = Annotated[
 @contextmanager
 def transport(executor: str, *, in_lab: bool, secrets: bool = False) -> Iterator[Transport]:
     """What connects to hosts. ``secrets``: the operator has some of theirs. Exits if there are no workers."""
-    from swarmctl.remote.ssh import SshTransport
-
     if not executor:
-        yield SshTransport()
+        yield ssh_targets.transport()
         return
     if in_lab:
         console.fail(

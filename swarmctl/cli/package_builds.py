@@ -43,13 +43,13 @@ def carried_out(
 
     ``observe`` looks at the prepared hosts again.
     """
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy.build_store import store
     from swarmctl.deploy.prepare import Prepared
     from swarmctl.deploy.remote_builds import build, build_here
     from swarmctl.lab.build_container import BuildContainer
     from swarmctl.plan.host_builds import HERE, keys_of
     from swarmctl.plan.plan import Problem
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError, Kind
     from swarmctl.ros_packages.builds import without_ros
 
@@ -62,7 +62,7 @@ def carried_out(
     results = dict(found)
     on_hosts = [one for one in builds if one.builder != HERE]
     if on_hosts:
-        events = build(swarm, on_hosts, targets, SshTransport(), store(), parallel=parallel, stop=stop)
+        events = build(swarm, on_hosts, targets, transport(), store(), parallel=parallel, stop=stop)
         built = rollout_output.results(events, [one.builder for one in on_hosts], quiet=quiet)
         results |= {name: _with(found[name], one) for name, one in built.items()}
     for one in builds:

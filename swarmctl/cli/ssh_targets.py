@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import getpass
+import os
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -11,8 +13,12 @@ from swarmctl.cli import console
 
 if TYPE_CHECKING:
     from swarmctl.remote.known_hosts import KnownHosts
+    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.ssh_config import Login
+    from swarmctl.remote.sudo_password import SudoPassword
     from swarmctl.remote.transport import Target
+
+SUDO_PASSWORD_FILE = "SWARMCTL_SUDO_PASSWORD_FILE"
 
 
 class HostLogin(Protocol):
@@ -53,6 +59,29 @@ class NamedHosts(Protocol):
     @property
     def hosts(self) -> Mapping[str, HostLogin]:
         """Its hosts by name."""
+
+
+def transport() -> SshTransport:
+    """Connections from this process, with the password of ``sudo`` if the environment names a file with it.
+
+    Ends the program if that file is wrong.
+    """
+    from swarmctl.remote.ssh import SshTransport
+
+    name = os.environ.get(SUDO_PASSWORD_FILE)
+    return SshTransport(sudo=_sudo_password(name) if name else None)
+
+
+@cache  # a pipe can be read once
+def _sudo_password(name: str) -> SudoPassword:
+    from swarmctl.remote.sudo_password import from_file
+
+    try:
+        return from_file(Path(name))
+    except (OSError, ValueError) as error:  # of a ValueError the text may quote the file
+        reason = error.strerror if isinstance(error, OSError) else "its first line is no password"
+        place = f"{SUDO_PASSWORD_FILE}={name}"
+        console.fail(f"{place}: {reason}", "it names a file whose first line is the password")
 
 
 def read_known_hosts(spec: Path) -> KnownHosts:

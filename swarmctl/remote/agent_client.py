@@ -30,6 +30,7 @@ from swarmctl.remote.transport import (
     Kind,
     Output,
     Session,
+    SudoSession,
     WorkerSession,
 )
 from swarmctl.resources import HostModule, templates
@@ -40,6 +41,14 @@ _LONGEST_ANSWER = 8 << 20  # unpacked; an answer with the contents of a release 
 # -I and -S start Python faster, and without anything a user may have put in its way.
 _RUN = 'python3 -I -S -c "$2" "$1" "$3" "$4"'
 _BECOME = f'[ "$(id -u)" = 0 ] || exec sudo -n {_RUN}; '
+# The first line checks the password, so that a wrong one ends the command instead of waiting for another;
+# the second is for the agent's sudo. -k: what sudo remembers would leave that line to the agent.
+_BECOME_WITH_PASSWORD = (
+    'if [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; then echo; echo "@$1 no-password"; '
+    'else echo; echo "@$1 need-password"; IFS= read -r p; '
+    'printf "%s\\n" "$p" | sudo -k -S -p "" true || { echo "@$1 wrong-password"; exit; }; '
+    f'unset p; exec sudo -k -S -p "" {_RUN}; fi; {_BECOME}'
+)
 _NEEDS = 'command -v python3 >/dev/null 2>&1 || { echo; echo "@$1 no-python"; exit; }; '
 
 
@@ -76,7 +85,7 @@ def talk(
 ) -> Iterator[Conversation]:
     """A conversation with the host's agent, which starts with the first question and ends with the block.
 
-    ``become`` runs the agent as root, through ``sudo -n`` if need be; ``module``: one that a verb runs.
+    ``become`` runs the agent as root, through ``sudo`` if need be; ``module``: one that a verb runs.
     """
     with conversation(session, agent(verbs, module), become=become) as found:
         yield found
@@ -112,26 +121,45 @@ class DirectConversation:
     ) -> Any:
         """See ``Conversation.ask``."""
         line = json.dumps({**request, "payload": len(payload)}, separators=(",", ":")).encode() + b"\n"
-        channel, answers = self._open or self._start(size=0)
-        done = channel.exchange([line, payload], answers.parser(on_note), timeout=timeout)
+        channel, answers, first = (*self._open, []) if self._open else self._start(0, timeout)
+        done = channel.exchange([*first, line, payload], answers.parser(on_note), timeout=timeout)
         if answers.word == "need-agent":
             archive = self._agent.archive
-            channel, answers = self._start(size=len(archive))
-            done = channel.exchange([archive, line, payload], answers.parser(on_note), timeout=timeout)
+            channel, answers, first = self._start(len(archive), timeout)
+            stdin = [*first, archive, line, payload]
+            done = channel.exchange(stdin, answers.parser(on_note), timeout=timeout)
+        if answers.word == "wrong-password" and isinstance(self._session, SudoSession):
+            self._session.sudo_rejected()
         return _checked(request, answers.result(done))
 
-    def _start(self, size: int) -> tuple[Channel, _Answers]:
-        """Start the agent that the host keeps, or one of ``size`` bytes that comes first."""
+    def _start(self, size: int, timeout: float) -> tuple[Channel, _Answers, list[bytes]]:
+        """Start the agent that the host keeps, or one of ``size`` bytes that comes first.
+
+        Returned, too: what its ``sudo`` reads before everything else.
+        """
         nonce = secrets.token_hex(8)
-        line = command(nonce, self._agent.digest, size, become=self._become)
-        channel = self._channels.enter_context(self._session.channel(line, limit=_LONGEST_ANSWER))
-        self._open = channel, _Answers(nonce)
-        return self._open
+        session = self._session
+        password = session.sudo_password() if self._become and isinstance(session, SudoSession) else None
+        line = command(nonce, self._agent.digest, size, become=self._become, password=password is not None)
+        channel = self._channels.enter_context(session.channel(line, limit=_LONGEST_ANSWER))
+        answers = _Answers(nonce)
+        self._open = channel, answers
+        if password is None:
+            return channel, answers, []
+        done = channel.exchange([], answers.word_comes, timeout=timeout)
+        word, answers.word = answers.word, ""
+        if word not in ("need-password", "no-password"):
+            raise _no_answer(word, done)
+        return channel, answers, [password, password] if word == "need-password" else []
 
 
-def command(nonce: str, digest: str, size: int, *, become: bool = True) -> str:
-    """Returns the command line that starts the agent under any login shell."""
-    script = f"{_NEEDS}{_BECOME if become else ''}exec {_RUN}"
+def command(nonce: str, digest: str, size: int, *, become: bool = True, password: bool = False) -> str:
+    """Returns the command line that starts the agent under any login shell.
+
+    With ``password`` it first prints whether it needs one, and then reads two lines with it.
+    """
+    root = _BECOME_WITH_PASSWORD if password else _BECOME
+    script = f"{_NEEDS}{root if become else ''}exec {_RUN}"
     return f"exec /bin/sh -c '{script}' sh {nonce} '{_loader()}' {digest} {size}"
 
 
@@ -165,6 +193,11 @@ class _Answers:
             if line.startswith(self._mark):
                 self._take(line[len(self._mark) :])
         return self._final is not None
+
+    def word_comes(self, piece: bytes) -> bool:
+        """Takes a received piece; True once the host has printed a word instead of an answer."""
+        self._feed(piece)
+        return bool(self.word)
 
     def _take(self, text: bytes) -> None:
         if not text.startswith((_PACKED, b"{")):
@@ -227,6 +260,12 @@ def _no_answer(word: str, done: Output) -> HostError:
         return HostError(Kind.PROTOCOL, "the host has no python3", "install it: `apt install python3`")
     if word == "need-agent":
         return HostError(Kind.PROTOCOL, "the agent was damaged on its way", "run the same command again")
+    if word == "wrong-password":
+        return HostError(
+            Kind.PRIVILEGE,
+            f"sudo on this host rejects the password: {complaint}",
+            "correct the file that SWARMCTL_SUDO_PASSWORD_FILE names, or let this account use sudo",
+        )
     if word.startswith("cannot-keep-agent"):
         reason = word.partition(" ")[2]
         return HostError(
@@ -236,7 +275,8 @@ def _no_answer(word: str, done: Output) -> HostError:
         return HostError(
             Kind.PRIVILEGE,
             f"no root on this host: {complaint}",
-            "log in as root, or let this user run sudo without a password (NOPASSWD in /etc/sudoers.d)",
+            "log in as root, let this user run sudo without a password (NOPASSWD in /etc/sudoers.d), "
+            "or give its password with SWARMCTL_SUDO_PASSWORD_FILE (docs/hosts.md)",
         )
     detail = f": {complaint}" if complaint else ""
     return HostError(Kind.PROTOCOL, f"the agent ended without an answer (status {done.status}){detail}")

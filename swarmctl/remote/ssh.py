@@ -15,6 +15,7 @@ from swarmctl.remote.identities import Identity, Keyring
 from swarmctl.remote.jump_hosts import Hops
 from swarmctl.remote.known_hosts import fingerprint
 from swarmctl.remote.ssh_channel import CHANNEL_TIMEOUT, SshSession
+from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.tcp import PromptSocket, dial
 from swarmctl.remote.transport import HostError, Kind, Target
 
@@ -51,18 +52,25 @@ class SshTransport:
     """Opens sessions with paramiko. Safe to share between threads."""
 
     def __init__(
-        self, keyring: Keyring | None = None, *, timeouts: Timeouts | None = None, attempts: int = 4
+        self,
+        keyring: Keyring | None = None,
+        *,
+        timeouts: Timeouts | None = None,
+        attempts: int = 4,
+        sudo: SudoPassword | None = None,
     ) -> None:
+        """``sudo``: for hosts on which the account becomes root with a password only."""
         self._keyring = keyring or Keyring()
         self._timeouts = timeouts or Timeouts()
         self._attempts = attempts
+        self._sudo = sudo
         self._hops = Hops(self._login)
 
     @contextmanager
     def connect(self, target: Target) -> Iterator[SshSession]:
         """Connect, compare the host key, log in; closed on leaving."""
         with self._login(target) as client:
-            yield SshSession(client, target.host)
+            yield SshSession(client, target.host, self._sudo)
 
     def scan(self, target: Target) -> str:
         """The public key that ``target`` shows, unchecked, of a type in ``keys`` if it has one.

@@ -11,6 +11,7 @@ from threading import Timer
 
 import paramiko
 
+from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.transport import HostError, Kind, Output
 
 CHANNEL_TIMEOUT = 10.0
@@ -22,9 +23,19 @@ _LINGER = 1.0  # s a finished command's streams may stay open, held by a child i
 class SshSession:
     """A logged-in connection. Not for several threads, ``close`` apart."""
 
-    def __init__(self, client: paramiko.Transport, host: str) -> None:
+    def __init__(self, client: paramiko.Transport, host: str, sudo: SudoPassword | None = None) -> None:
         self._client = client
         self._host = host
+        self._sudo = sudo
+
+    def sudo_password(self) -> bytes | None:
+        """See ``SudoSession``."""
+        return self._sudo.of(self._host) if self._sudo else None
+
+    def sudo_rejected(self) -> None:
+        """See ``SudoSession``."""
+        if self._sudo:
+            self._sudo.rejected_by(self._host)
 
     def close(self) -> None:
         """Closes the connection."""

@@ -19,7 +19,7 @@ class Kind(str, Enum):
     UNREACHABLE = "unreachable"  # no route, refused, timed out, name not found
     HOST_KEY = "host-key"  # the key is not pinned, or is not the pinned one
     AUTH = "auth"  # no key was accepted
-    PRIVILEGE = "privilege"  # no root and no password-free sudo
+    PRIVILEGE = "privilege"  # no root, and sudo refuses
     LOST = "lost"  # the connection died while work was under way
     PROTOCOL = "protocol"  # the answer is not a valid answer of the agent
     REFUSED = "refused"  # the agent rejected the request: locked, stale plan, disk full, ...
@@ -125,6 +125,19 @@ class ChannelSession(Protocol):
 
     def close(self) -> None:
         """End the connection at once, from any thread; an ``exchange`` under way raises ``HostError``."""
+        ...
+
+
+@runtime_checkable
+class SudoSession(Protocol):
+    """A connection whose operator has given the password of ``sudo``."""
+
+    def sudo_password(self) -> bytes | None:
+        """The password as a line; None if there is none, or if the host has rejected it."""
+        ...
+
+    def sudo_rejected(self) -> None:
+        """The host did not accept the password."""
         ...
 
 

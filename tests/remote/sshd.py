@@ -85,9 +85,17 @@ class Sshd:
 
 @contextmanager
 def running(
-    folder: Path, *, kinds: tuple[str, ...] = ("ed25519",), authorize: bool = True, extra: str = ""
+    folder: Path,
+    *,
+    kinds: tuple[str, ...] = ("ed25519",),
+    authorize: bool = True,
+    extra: str = "",
+    within: Sequence[str] = (),
 ) -> Iterator[Sshd]:
-    """Start an sshd in ``folder``; it and every connection of it are gone afterwards."""
+    """Start an sshd in ``folder``; it and every connection of it are gone afterwards.
+
+    ``within``: the command that executes the one after it, in namespaces for example.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     Path("/run/sshd").mkdir(exist_ok=True)
     keys = tuple(make_key(folder / f"host_{kind}", kind) for kind in kinds)
@@ -111,7 +119,8 @@ def running(
     ]
     (folder / "config").write_text("\n".join(config) + "\n")
     process = subprocess.Popen(
-        [SSHD, "-D", "-f", str(folder / "config"), "-E", str(folder / "log")], stdin=subprocess.DEVNULL
+        [*within, SSHD, "-D", "-f", str(folder / "config"), "-E", str(folder / "log")],
+        stdin=subprocess.DEVNULL,
     )
     server = Sshd(folder, port, keys, identity, process)
     try:

@@ -126,16 +126,16 @@ def _job(swarm: Swarm, name: str, sketch: Sketch, made: Built, programmer: str, 
 
 def _flash(jobs: Sequence[Job], targets: Mapping[str, Target], *, stop_robots: bool) -> int:
     """Write the boards and print the result of each; returns the exit code."""
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import flash as flashing
     from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, interruptible
     from swarmctl.remote.parallel_hosts import result_of as host_result
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError
     from swarmctl.views import firmware as view
 
     found: dict[str, flashing.Results | HostError] = {}
     with interruptible(lambda text: console.err().print(text)) as stop:
-        for event in flashing.flash(jobs, targets, SshTransport(), stop, stop_robots=stop_robots):
+        for event in flashing.flash(jobs, targets, transport(), stop, stop_robots=stop_robots):
             if isinstance(event, Note):
                 console.err().print(f"  {event.host}: {event.text}")
             elif isinstance(event, Finished | Skipped):

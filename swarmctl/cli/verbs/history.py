@@ -17,17 +17,17 @@ def history(
     json: options.Json = False,
 ) -> None:
     """List the runs that changed the hosts, from their logs. When, who, which releases, with what result."""
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy.histories import histories
     from swarmctl.plan.history import runs
     from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError
     from swarmctl.views.history import history_text
 
     swarm = console.read_spec(spec)
     names = selected.hosts(swarm.candidates, limit)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    events = histories(swarm.name, [targets[name] for name in names], SshTransport(), parallel=parallel)
+    events = histories(swarm.name, [targets[name] for name in names], transport(), parallel=parallel)
     found = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}
     found = {name: found[name] for name in names}
     errors = {name: one for name, one in found.items() if isinstance(one, HostError)}

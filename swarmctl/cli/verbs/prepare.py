@@ -40,10 +40,10 @@ def prepare(
     json: options.Json = False,
 ) -> None:
     """Install on each host what it lacks: account, packages, groups, built workspace. Asks first."""
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import prepare as hosts
     from swarmctl.plan.host_needs import needs_of
     from swarmctl.remote.parallel_hosts import interruptible
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.render.build_bundle import bundles
     from swarmctl.views.equal_hosts import names_of
     from swarmctl.views.preparation import PreparationView
@@ -64,7 +64,7 @@ def prepare(
     optional = {name for name in names if swarm.hosts[name].optional}
 
     def observe() -> tuple[HostPreparation, ...]:
-        return hosts.observe(wanted, targets, SshTransport(), login=login, parallel=parallel)
+        return hosts.observe(wanted, targets, transport(), login=login, parallel=parallel)
 
     if not yes or plan:
         seen = package_builds.planned(swarm, observe(), in_lab)
@@ -80,7 +80,7 @@ def prepare(
             raise typer.Exit(code)
         _confirm(seen)
     with interruptible(rollout_output.note) as stop:
-        events = hosts.prepare(wanted, targets, SshTransport(), login=login, parallel=parallel, stop=stop)
+        events = hosts.prepare(wanted, targets, transport(), login=login, parallel=parallel, stop=stop)
         found = rollout_output.results(events, names, quiet=json)
         if not stop.requested:
             found = package_builds.carried_out(

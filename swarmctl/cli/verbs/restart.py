@@ -19,9 +19,9 @@ def restart(
     json: options.Json = False,
 ) -> None:
     """Restart the drivers and other units of robots. One that moves or is under command is not touched."""
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop
     from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
@@ -29,7 +29,7 @@ def restart(
     chosen, without = reached.by_host(reach, robots)
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
     events = robot_stop.restart(
-        reach.name, chosen, targets, SshTransport(),
+        reach.name, chosen, targets, transport(),
         others=not robots, stop_robots=stop_robots, parallel=parallel,
     )  # fmt: skip
     results = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}

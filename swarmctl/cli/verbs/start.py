@@ -18,9 +18,9 @@ def start(
     json: options.Json = False,
 ) -> None:
     """Release robots that `swarmctl stop` has stopped; each stands until its next command."""
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop
     from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
@@ -29,7 +29,7 @@ def start(
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
     results = {}
     for event in robot_stop.start(
-        reach.name, chosen, targets, SshTransport(), others=not robots, parallel=parallel
+        reach.name, chosen, targets, transport(), others=not robots, parallel=parallel
     ):
         if isinstance(event, Finished | Skipped):
             results[event.host] = result_of(event)

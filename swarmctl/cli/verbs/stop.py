@@ -38,9 +38,9 @@ def stop(
     Prints for each robot when its wheels stood; the spec may have errors. The stop outlives restarts, reboots
     and deploys. Exit code 6 if a robot was sent its stop but is not shown to stand.
     """
+    from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop
     from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.transport import Kind
     from swarmctl.views import robot_stop as view
 
@@ -54,7 +54,7 @@ def stop(
         for one in without
     ]
     events = robot_stop.stop(
-        reach.name, chosen, targets, SshTransport(), since_start, others=not robots, parallel=parallel
+        reach.name, chosen, targets, transport(), since_start, others=not robots, parallel=parallel
     )
     for event in events:
         if isinstance(event, Finished | Skipped):
