@@ -23,6 +23,7 @@ from swarmctl.remote.transport import HostError, Kind, Session, Target, Transpor
 
 PATIENCE = 2.0  # s for the wheels to be shown to stand; a host does not take longer to answer
 _TIMEOUT = 15.0  # s
+_PROVEN = ("wheels", "odometry")
 
 State = Literal["stands", "unproven", "failed"]
 #: Errors before a host had the request. After any other it may have stopped its robots.
@@ -168,11 +169,11 @@ def _robot_stop(name: str, host: str, one: RobotMotion, before: float) -> RobotS
     return RobotStop(
         name,
         host,
-        "stands" if one["proof"] == "wheels" else "unproven",
+        "stands" if one["proof"] in _PROVEN else "unproven",
         one["proof"],
         seconds if not seconds else round(before + seconds, 2),
         one["commander"],
-        "" if one["proof"] == "wheels" else one["trouble"],
+        "" if one["proof"] in _PROVEN else one["trouble"],
     )
 
 

@@ -30,10 +30,8 @@ def line(one: RobotStop) -> Text:
         return name.append(label, "bold red").append(f": {place}{printable(one.trouble)}")
     name.append(*_LABELS[one.state])
     if one.state == "stands":
-        shown = (
-            "stood already" if not one.seconds else f"by its wheels, {one.seconds:.2f} s after the command"
-        )
-        name.append(f": {shown}")
+        timed = f"by its {one.proof}, {one.seconds or 0.0:.2f} s after the command"
+        name.append(f": {timed if one.seconds else 'stood already'}")
     else:
         name.append(f": {_PROOF[one.proof]}")
         if one.seconds:

@@ -67,6 +67,7 @@ def answers(monkeypatch: pytest.MonkeyPatch, one: Any, two: Any) -> list[dict[st
     ("two", "code", "line"),
     [
         ({"r3": STANDS}, exit_codes.OK, "r3  stands: by its wheels, 0.90 s after the command; was c"),
+        ({"r3": {**STANDS, "proof": "odometry"}}, exit_codes.OK, "r3  stands: by its odometry, 0.90 s after"),
         ({"r3": STOOD}, exit_codes.OK, "r3  stands: stood already"),
         ({"r3": SENT}, exit_codes.NOT_PROVEN, "r3  not proven: a zero was sent, at most 0.90 s"),
         ({"r3": UNGUARDED}, exit_codes.HOSTS_FAILED, "r3  NOT STOPPED: two: nothing stops its wheels"),

@@ -332,10 +332,18 @@ class LabSwarm:
 
     @contextmanager
     def publishing(
-        self, host: str, robot: str, linear: float, angular: float = 0.0, *, source: str = SOURCE
+        self,
+        host: str,
+        robot: str,
+        linear: float,
+        angular: float = 0.0,
+        *,
+        source: str = SOURCE,
+        rate: int = 10,
     ) -> Iterator[Publisher]:
         twist = f"{{linear: {{x: {linear}}}, angular: {{z: {angular}}}}}"
-        command = f"{source}; echo $$; exec rostopic pub -r 10 /{robot}/cmd_vel geometry_msgs/Twist '{twist}'"
+        command = f"{source}; echo $$; exec rostopic pub -r {rate} /{robot}/cmd_vel geometry_msgs/Twist"
+        command += f" '{twist}'"
         argv = self.shell_argv(host, command)
         with subprocess.Popen(
             argv, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True

@@ -305,14 +305,14 @@ def test_an_ungated_robot_obeys_anybody_and_has_its_reason(fleet: LabSwarm) -> N
         assert f"the driver obeys any publisher, as it is ungated: {REASON}" in run.out
 
 
-def test_a_stop_through_a_gate_holds_and_is_not_called_proven(fleet: LabSwarm) -> None:
+def test_a_stop_through_a_gate_holds_and_is_proven_by_odometry(fleet: LabSwarm) -> None:
     within(20, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move")
     try:
         run = fleet.swarmctl("stop", "--json")
         found = {one["robot"]: (one["state"], one["proof"]) for one in run.json()["robots"]}
         assert found == {
-            LAUNCHED: ("unproven", "sent"),
-            EXECUTED: ("unproven", "sent"),
+            LAUNCHED: ("stands", "odometry"),
+            EXECUTED: ("stands", "odometry"),
             UNGATED: ("failed", "none"),
         }
         assert run.status == exit_codes.HOSTS_FAILED
@@ -320,7 +320,12 @@ def test_a_stop_through_a_gate_holds_and_is_not_called_proven(fleet: LabSwarm) -
         fleet.shell(PI, f"sudo systemctl restart swarm-{SWARM}.{LAUNCHED}.gate.service")
         time.sleep(2)
         assert not moves(fleet.robot(LAUNCHED))
-        assert fleet.swarmctl("stop", LAUNCHED).status == exit_codes.NOT_PROVEN
+        assert fleet.swarmctl("stop", LAUNCHED).status == exit_codes.OK
+        with fleet.publishing(PI, f"{EXECUTED}/gate", SPEED, rate=50):  # it is driven on past its gate
+            within(20, lambda: moves(fleet.robot(EXECUTED)), "nothing passes the gate")
+            run = fleet.swarmctl("stop", EXECUTED)
+        assert run.status == exit_codes.NOT_PROVEN, run.out
+        assert "it moves by its odometry" in run.out
     finally:
         assert fleet.swarmctl("start").status == exit_codes.OK
     within(10, lambda: moves(fleet.robot(LAUNCHED)), "the pilot's robot does not move again")

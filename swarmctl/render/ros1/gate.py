@@ -66,6 +66,7 @@ def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
         "wheel_separation": driver.motion.wheel_separation,
         "turning_radius": driver.motion.turning_radius,
     }
+    odometry = next((one.name for one in robot.topics if one.type == "nav_msgs/Odometry"), "")
     return {
         "robot": robot.name,
         "title": robot.type.title,
@@ -77,8 +78,13 @@ def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
         "commanders": [commander_params(one) for one in robot.commanders],
         "motion": {key: value for key, value in motion.items() if value},
         "odom_frame": driver.ros.odometry_frame,
+        **({"odometry": _full(robot, odometry)} if odometry else {}),
         **({"start": robot.start.model_dump()} if robot.start is not None else {}),
     }
+
+
+def _full(robot: Robot, topic: str) -> str:
+    return topic if topic.startswith("/") else f"{robot.namespace}/{topic}"
 
 
 def launch_name(robot: Robot) -> str:

@@ -21,6 +21,7 @@ from swarm_command.stop_latch import StopLatch
 from swarm_common.systemd import Notifier
 from swarm_gate.config import COMMAND, Config, load
 from swarm_gate.gate import Gate, run
+from swarm_gate.odometry import OdometryWatch
 from swarm_gate.wiring import WiringWatch
 
 if TYPE_CHECKING:
@@ -56,9 +57,11 @@ class GateNode:
         self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
         self._wiring = WiringWatch(config)
         self._output = Output(notifier)
+        self._odometry = OdometryWatch(config.odometry) if config.odometry else None
         self._gate = Gate(
-            config, self.commands, self._output, standing=self._senders.standing, wiring=self._wiring.latest
-        )
+            config, self.commands, self._output, standing=self._senders.standing, wiring=self._wiring.latest,
+            odometry=self._odometry,
+        )  # fmt: skip
 
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
         run(self._gate, self.commands, self._latch, beat, longest_wait)
@@ -78,6 +81,8 @@ class GateNode:
             print(complaint, file=sys.stderr, flush=True)
         subscribe(COMMAND, self._senders)
         self._wiring.start(ros.system_state, ended)
+        if self._odometry is not None:
+            ros.read_odometry(self._odometry)
 
     def leave(self) -> None:
         self._output.leave()

@@ -46,6 +46,7 @@ def clear(*units: str, stop: bool = False) -> list[str]:
         ({**STANDS, "commander": "joystick (/joystick)"}, "koala is commanded by joystick (/joystick)"),
         ({**UNMEASURED, "commander": "/teleop"}, "koala is commanded by /teleop"),
         ({**TURNS, "commander": ""}, "koala moves: its wheels turn"),
+        ({**TURNS, "commander": "", "by": "odometry"}, "koala moves by its odometry"),
     ],
 )
 def test_a_robot_in_use_is_not_touched(host: Path, motion: dict[str, object], why: str) -> None:
@@ -57,7 +58,14 @@ def test_a_robot_in_use_is_not_touched(host: Path, motion: dict[str, object], wh
 
 
 @pytest.mark.parametrize(
-    "motion", [STANDS, UNMEASURED, {**TURNS, "zero_at": None}, {**STANDS, "commander": "nobody"}]
+    "motion",
+    [
+        STANDS,
+        UNMEASURED,
+        {**TURNS, "zero_at": None},
+        {**TURNS, "pending": True},  # odometry shows nothing in time
+        {**STANDS, "commander": "nobody"},
+    ],
 )
 def test_a_robot_without_a_command_that_stands_may_be_touched(host: Path, motion: dict[str, object]) -> None:
     with running(host, "koala", **{"commander": "", **motion}):

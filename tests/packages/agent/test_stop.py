@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from swarm_agent import robot_motion
 from swarm_agent.paths import stop_file
 from swarm_agent.rpc import Report
 from swarm_agent.verbs import start, stop
@@ -92,6 +93,11 @@ def test_a_driver_is_woken_by_its_latch_and_answers_from_the_wheels(host: Path) 
         ({"zero_at": 1.0, "confirms": True, "measured": False}, "confirmed", "its wheels are not measured"),
         ({"zero_at": 1.0, "confirms": False, "measured": False}, "sent", "its wheels are not measured"),
         ({"zero_at": 1.0, "confirms": True, "measured": True}, "confirmed", "its wheels still turned"),
+        (
+            {"zero_at": 1.0, "measured": True, "by": "odometry", "trouble": "it moves by its odometry"},
+            "sent",
+            "it moves by its odometry",
+        ),
         ({"zero_at": None, "trouble": "no cable"}, "none", "no cable"),
     ],
 )
@@ -99,6 +105,20 @@ def test_what_is_not_shown_by_the_wheels_is_no_proof(host: Path, motion, proof: 
     with running(host, "koala", **motion):
         found = stopped("koala", patience=0.2)["koala"]
     assert (found["proof"], found["trouble"]) == (proof, trouble)
+
+
+@pytest.mark.parametrize(
+    ("motion", "enough"),
+    [
+        ({"measured": False, "pending": True}, False),
+        ({"measured": True, "pending": True, "still_since": None}, False),
+        ({"measured": False, "pending": False}, True),
+        ({"measured": True, "pending": False, "still_since": 2.0}, True),
+    ],
+)
+def test_odometry_that_is_still_to_come_is_waited_for(motion: dict[str, object], enough: bool) -> None:
+    answer = {"held": True, "zero_at": 1.0, **motion}
+    assert robot_motion.proven({"koala": answer}, ["koala"]) is enough
 
 
 def test_without_a_driver_the_next_start_is_latched(host: Path) -> None:

@@ -17,6 +17,7 @@ from swarm_command.stop_latch import StopLatch
 from swarm_gate.config import Config
 from swarm_gate.gate import Gate, run
 from swarm_gate.motion import Motion
+from swarm_gate.odometry import OdometryWatch, Reading
 from swarm_gate.wiring import Wiring, wiring_of, without_ended
 
 CONFIG = Config(
@@ -262,3 +263,23 @@ def test_a_held_robot_gets_zeros_whoever_commands():
     assert bench.sent[-1][1] == STANDSTILL
     bench.command(0.1)
     assert bench.sent[-1][1] != STANDSTILL
+
+
+def test_odometry_proves_a_standstill_only_since_the_latest_zero() -> None:
+    bench = Bench()
+    watch = OdometryWatch("/tb/odom", lambda: bench.now)
+    bench.gate = Gate(CONFIG, bench.commands, bench, odometry=watch, clock=lambda: bench.now)
+
+    def stands(after: float) -> bool:
+        bench.wait(after)
+        watch.take(Reading(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, bench.now))
+        return bench.gate.motion()["still_since"] is not None
+
+    bench.gate.motion()
+    assert [stands(0.1) for _ in range(6)][-1]
+    bench.command(0.2)
+    assert not stands(0.05)  # the robot has not begun to move
+    assert not stands(0.5)  # the dead-man has just sent a zero
+    assert stands(0.35)
+    bench.connected = 0
+    assert not stands(0.1)  # whose odometry is it?

@@ -92,18 +92,18 @@ def _running(home: Home, robots: Iterable[str]) -> dict[str, str]:
 
 
 def _known(answer: Mapping[str, Any]) -> bool:
-    return _commander(answer) != "" or _stands(answer)
+    return _commander(answer) != "" or (_stands(answer) and not answer.get("pending"))
 
 
 def _stands(answer: Mapping[str, Any]) -> bool:
     """True if its wheels are shown to stand, or nothing could show it."""
-    measured = answer.get("measured") and answer.get("zero_at") is not None
+    measured = answer.get("measured") and answer.get("zero_at") is not None and not answer.get("pending")
     return answer.get("still_since") is not None or not measured
 
 
 def _why(answer: Mapping[str, Any]) -> str:
     if not _stands(answer):
-        return "moves: its wheels turn"
+        return "moves by its odometry" if answer.get("by") == "odometry" else "moves: its wheels turn"
     commander = _commander(answer)
     return f"is commanded by {commander}" if commander and not answer.get("held") else ""
 

@@ -23,13 +23,14 @@ class RobotMotion(TypedDict):
     """What is known of one robot, s since the request began.
 
     ``latched``: it stays so until ``start``; ``runs``: its driver or gate answered. ``proof``: `wheels` stand
-    by their counters, the robot `confirmed` the zero, the zero was `sent`, or `none`; ``seconds``: when, 0 if
-    before the request; ``commander``: who commanded it then; ``trouble``: why there is no more proof.
+    by their counters, or the robot by the `odometry` of its driver; it `confirmed` the zero, the zero was
+    `sent`, or `none`; ``seconds``: when, 0 if before the request; ``commander``: who commanded it then;
+    ``trouble``: why there is no more proof.
     """
 
     latched: bool
     runs: bool
-    proof: Literal["wheels", "confirmed", "sent", "none"]
+    proof: Literal["wheels", "odometry", "confirmed", "sent", "none"]
     seconds: float | None
     commander: str
     trouble: str

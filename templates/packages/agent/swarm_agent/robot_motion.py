@@ -94,7 +94,7 @@ def motion(robot_answer: Mapping[str, Any] | None, began: float, *, latched: boo
     if latched and not held:
         found["trouble"] = trouble or "its driver has not seen the latch: is it of an older release?"
     elif still is not None:
-        found["proof"] = "wheels"
+        found["proof"] = "odometry" if robot_answer.get("by") == "odometry" else "wheels"
     elif zero is not None:
         found["proof"] = "confirmed" if robot_answer.get("confirms") else "sent"
         found["trouble"] = trouble or (
@@ -130,7 +130,7 @@ def proven(answers: Mapping[str, Mapping[str, Any]], robots: Iterable[str]) -> b
 
 
 def _final(answer: Mapping[str, Any] | None) -> bool:
-    if answer is None or not answer.get("held"):
+    if answer is None or not answer.get("held") or answer.get("pending"):
         return False
     if answer.get("measured"):
         return answer.get("still_since") is not None

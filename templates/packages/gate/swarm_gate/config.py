@@ -34,6 +34,7 @@ class Config:
     odom_frame: str  # of the driver
     start: Start | None = None  # where that frame lies in `map`
     stop_file: str = ""  # the latch of `swarmctl stop`
+    odometry: str = ""  # the topic of the driver's odometry, if it publishes any
 
     @property
     def node(self) -> str:
@@ -71,6 +72,7 @@ def parse(data: Mapping[str, Any]) -> Config:
         odom_frame=str(data["odom_frame"]),
         start=start_of(data["start"]) if "start" in data else None,
         stop_file=str(data.get("stop_file", "")),
+        odometry=str(data.get("odometry", "")),
     )
 
 

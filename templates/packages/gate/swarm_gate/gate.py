@@ -16,6 +16,7 @@ from swarm_command.stop_latch import StopLatch
 
 from swarm_gate.config import Config
 from swarm_gate.motion import limited, on_axes
+from swarm_gate.odometry import OdometryWatch
 from swarm_gate.wiring import Wiring
 
 MOST_COMMANDS = 110.0  # Hz, on average; of what comes faster the latest is sent, and a stop at once
@@ -59,6 +60,7 @@ class Gate:
         *,
         standing: Callable[[], Standing] = Standing,
         wiring: Callable[[], Wiring | None] = lambda: None,
+        odometry: OdometryWatch | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """``wiring`` returns None while the master has not answered."""
@@ -67,6 +69,7 @@ class Gate:
         self._sink = sink
         self._standing = standing
         self._wiring = wiring
+        self._odometry = odometry
         self._clock = clock
         self._dead_man = DeadMan(commands, config.command_timeout, clock)
         self._tally = _Tally()
@@ -75,6 +78,7 @@ class Gate:
         self._slowed = False
         self._sent = STANDSTILL
         self._sent_at: float | None = None
+        self._zero_since: float | None = None
         self._spent = -math.inf
         self._due = -math.inf
         self._report_due = clock()
@@ -95,6 +99,10 @@ class Gate:
         if self._due <= now:
             self._due = now + 1 / self._config.rate
             self._spent = max(self._spent, now) + 1 / MOST_COMMANDS
+            if self._aim != STANDSTILL:
+                self._zero_since = None
+            elif self._zero_since is None:
+                self._zero_since = now
             self._sent, self._sent_at = self._aim, now
             self._sink.send(self._aim)
         if self._report_due <= now:
@@ -104,9 +112,12 @@ class Gate:
         return max(0.0, min(self._due, self._report_due, expiry) - self._clock())
 
     def motion(self) -> Mapping[str, Any]:
-        """Returns who commands the robot, and when it was last sent a zero, by the gate's clock."""
+        """Returns who commands the robot, and when it was last sent a zero, by the gate's clock.
+
+        Where its driver publishes odometry also whether it stands by that: the first answers are ``pending``.
+        """
         receivers = self._sink.receivers()
-        return {
+        found: dict[str, Any] = {
             "held": self._commands.held,
             "commander": self._standing().commander,
             "zero_at": self._sent_at if self._sent == STANDSTILL and receivers else None,
@@ -116,6 +127,10 @@ class Gate:
             "idle_since": self._commands.commanded_at,
             "trouble": "" if receivers else "no driver is connected with its gate",
         }
+        if self._odometry is not None and receivers:
+            self._odometry.ask()
+            found.update(self._odometry.motion(self._zero_since))
+        return found
 
     def close(self) -> None:
         """Sends the last velocity: zero."""

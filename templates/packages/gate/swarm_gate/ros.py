@@ -5,6 +5,9 @@ Nothing outside this file knows ROS.
 
 from __future__ import annotations
 
+import contextlib
+import math
+import threading
 import time
 from typing import Any, Callable, Iterator
 
@@ -16,7 +19,9 @@ from swarm_command.ros import Diagnostics, leave, master
 from swarm_command.ros_transforms import TFMessage, start_is_lost, start_transform
 
 from swarm_gate.config import OUTPUT, Config
+from swarm_gate.odometry import OdometryWatch, Reading
 
+_ODOMETRY_POLL = 0.5  # s between two looks whether odometry is still wanted
 _LAST_WORD = 0.1  # s for the last message to leave before its connections are closed
 
 
@@ -91,6 +96,48 @@ def _left_out(config: Config) -> Iterator[str]:
     """Yields what this host cannot publish because a message package is missing, as text."""
     if start_is_lost(config.start):
         yield f"no transform from map to {config.odom_frame}: this host lacks tf2_msgs"
+
+
+def read_odometry(watch: OdometryWatch) -> None:
+    """Starts a thread that subscribes to the driver's odometry while ``watch`` wants it.
+
+    A thread of its own, since a master that does not answer holds it up.
+    """
+    threading.Thread(target=_read_odometry, args=(watch,), name="odometry", daemon=True).start()
+
+
+def _read_odometry(watch: OdometryWatch) -> None:
+    while True:
+        watch.requested.wait()
+        watch.requested.clear()
+        with contextlib.suppress(Exception):  # no nav_msgs here, or no master: nothing is proven
+            from nav_msgs.msg import Odometry  # noqa: PLC0415 - most gates never need it
+
+            subscriber = rospy.Subscriber(
+                watch.topic, Odometry, lambda one: watch.take(_reading(one)), queue_size=1, tcp_nodelay=True
+            )
+            try:
+                while watch.wanted():
+                    time.sleep(_ODOMETRY_POLL)
+            finally:
+                subscriber.unregister()
+
+
+def _reading(message: Any) -> Reading:
+    place, turned = message.pose.pose.position, message.pose.pose.orientation
+    speed, rate = message.twist.twist.linear, message.twist.twist.angular
+    yaw = math.atan2(
+        2 * (turned.w * turned.z + turned.x * turned.y), 1 - 2 * (turned.y * turned.y + turned.z * turned.z)
+    )
+    return Reading(
+        place.x,
+        place.y,
+        place.z,
+        yaw,
+        math.hypot(math.hypot(speed.x, speed.y), speed.z),
+        rate.z,
+        time.monotonic(),
+    )
 
 
 def system_state() -> Any:

@@ -1,0 +1,98 @@
+"""Whether a robot stands by the odometry of its driver, which is read only while somebody asks. No ROS."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping
+
+SLOWEST = 0.02  # m/s, and rad/s: what is not faster counts as standing
+SHOWN_FOR = 0.3  # s of readings after the zero that show it
+_WAY = SLOWEST * SHOWN_FOR  # m, and rad, that the pose may differ within them
+_WANTED_FOR = 5.0  # s after the latest question
+_FIRST_WITHIN = 1.5  # s for the first reading to arrive
+_RECENT = 1.0  # s
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Pose in m and rad, speeds in m/s and rad/s, and its arrival by the gate's clock."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+    speed: float
+    turn: float
+    arrived: float
+
+    def near(self, other: Reading) -> bool:
+        """Returns True if the pose differs by less than a robot that stands may show."""
+        way = math.hypot(math.hypot(self.x - other.x, self.y - other.y), self.z - other.z)
+        return way <= _WAY and abs(math.remainder(self.yaw - other.yaw, 2 * math.pi)) <= _WAY
+
+
+class OdometryWatch:
+    """``ask`` and ``motion`` belong to the gate's thread, the rest to those of ROS."""
+
+    def __init__(self, topic: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self.topic = topic
+        self.requested = threading.Event()
+        self._clock = clock
+        self._began = self._until = -math.inf
+        self._seen: _Seen | None = None
+
+    def wanted(self) -> bool:
+        """Returns True while readings are wanted."""
+        return self._clock() < self._until
+
+    def take(self, reading: Reading) -> None:
+        """Takes a reading as it arrives."""
+        seen = self._seen
+        if seen is not None and _slow(reading) and _slow(seen.first) and seen.first.near(reading):
+            self._seen = _Seen(seen.first, reading, moves=False)
+        else:
+            self._seen = _Seen(reading, reading, moves=seen is not None or not _slow(reading))
+
+    def ask(self) -> None:
+        """Has readings taken for a while."""
+        now = self._clock()
+        if now >= self._until:
+            self._began, self._seen = now, None
+        self._until = now + _WANTED_FOR
+        self.requested.set()
+
+    def motion(self, zero_since: float | None) -> Mapping[str, Any]:
+        """Returns whether the robot moves, as the gate answers it. ``pending``: it is not known yet.
+
+        ``zero_since``: since when the driver has been sent nothing but zeros.
+        """
+        now, seen = self._clock(), self._seen
+        found: dict[str, Any] = {"measured": False, "still_since": None, "pending": False}
+        if seen is None or now - seen.latest.arrived > _RECENT:
+            if now - self._began <= _FIRST_WITHIN:
+                return {**found, "pending": True}
+            return {**found, "trouble": f"no odometry arrives on {self.topic}"}
+        found.update(measured=True, by="odometry")
+        begun = max(seen.first.arrived, zero_since) if zero_since is not None else math.inf
+        if seen.latest.arrived - begun >= SHOWN_FOR:
+            return {**found, "still_since": seen.first.arrived}
+        if not seen.moves:
+            return {**found, "pending": True}
+        speeds = f"{seen.latest.speed:.2f} m/s, {seen.latest.turn:.2f} rad/s"
+        return {**found, "trouble": f"it moves by its odometry, which has {speeds}"}
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """The first of the readings that do not differ, and the latest. ``moves``: that one differs."""
+
+    first: Reading
+    latest: Reading
+    moves: bool
+
+
+def _slow(reading: Reading) -> bool:
+    return reading.speed <= SLOWEST and abs(reading.turn) <= SLOWEST
