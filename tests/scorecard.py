@@ -85,8 +85,8 @@ ROWS = (
     Row(
         "R09",
         "sshd takes few connections",
-        _at("remote/ssh", "a_server_that_drops_newcomers_is_tried_again"),
-        "MaxSessions=1 is not tried",
+        _at("remote/ssh", "a_server_that_drops_newcomers_is_tried_again")
+        + _at("remote/old_hosts", "one_session_a_connection_is_enough"),
     ),
     Row("R10", "a jump host dies", _at("remote/ssh", "a_dead_jump_host_is_tried_once_for_all_behind_it")),
     Row(
@@ -279,7 +279,8 @@ ROWS = (
             "remote/ssh",
             "a_changed_key_is_refused_before_authentication",
             "the_key_of_another_host_is_not_good_for_this_one",
-        ),
+        )
+        + _at("remote/old_hosts", "two_hosts_that_exchanged_addresses_are_both_refused"),
     ),
     Row(
         "R59",

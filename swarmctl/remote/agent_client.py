@@ -125,6 +125,7 @@ class DirectConversation:
         done = channel.exchange([*first, line, payload], answers.parser(on_note), timeout=timeout)
         if answers.word == "need-agent":
             archive = self._agent.archive
+            self._channels.close()  # sshd may allow one session a connection (MaxSessions)
             channel, answers, first = self._start(len(archive), timeout)
             stdin = [*first, archive, line, payload]
             done = channel.exchange(stdin, answers.parser(on_note), timeout=timeout)

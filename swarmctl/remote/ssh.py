@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import paramiko
 
@@ -22,6 +23,13 @@ from swarmctl.remote.transport import HostError, Kind, Target
 _WEAK = {
     "ciphers": ["3des-cbc", "aes128-cbc", "aes192-cbc", "aes256-cbc"],
     "macs": ["hmac-md5", "hmac-md5-96", "hmac-sha1", "hmac-sha1-96"],
+}
+# Of which list paramiko found nothing acceptable, by a word of its error.
+_OFFERS = {
+    "host key": "server_key_algo_list",
+    "kex": "kex_algo_list",
+    "ciphers": "server_encrypt_algo_list",
+    "macs": "server_mac_algo_list",
 }
 # The name of a key type on file and of the signatures made with it differ for RSA only.
 _SIGNATURES = {"ssh-rsa": ("rsa-sha2-512", "rsa-sha2-256")}
@@ -172,10 +180,34 @@ class _Route:
             ) from error
 
 
+class _Client(paramiko.Transport):
+    """Keeps what a host offers, for the error about one that is too old."""
+
+    _offers: dict[str, list[str]] = {}  # noqa: RUF012  (replaced, never changed)
+
+    def _really_parse_kex_init(self, *args: Any, **options: Any) -> dict[str, Any]:
+        self._offers = super()._really_parse_kex_init(*args, **options)  # type: ignore[misc]
+        return self._offers
+
+    def offered(self, complaint: str) -> str:
+        """The algorithms of the kind that paramiko's ``complaint`` is about, or the complaint."""
+        kinds = (key for word, key in _OFFERS.items() if word in complaint)
+        names = ", ".join(self._offers.get(next(kinds, ""), ()))[:_MOST_QUOTED]
+        return names.encode("unicode_escape").decode() or complaint
+
+
+def _too_old(target: Target, offered: str) -> HostError:
+    return HostError(
+        Kind.UNREACHABLE,
+        f"{target.host} ({target.address}, port {target.port}) offers only {offered}: no longer safe",
+        "update its sshd (OpenSSH 6.5 or newer), or reach it through a newer host with ProxyJump",
+    )
+
+
 def _exchange_keys(
     route: PromptSocket | paramiko.Channel, target: Target, timeouts: Timeouts
 ) -> paramiko.Transport:
-    client = paramiko.Transport(route, disabled_algorithms=_WEAK)
+    client = _Client(route, disabled_algorithms=_WEAK)
     client.set_log_channel(_LOG)
     client.banner_timeout = timeouts.banner
     client.handshake_timeout = timeouts.auth
@@ -194,6 +226,8 @@ def _exchange_keys(
         # paramiko reports the end of its own waits as the end of the connection.
         late = time.monotonic() - begun >= min(timeouts.banner, timeouts.auth)
         if isinstance(error, paramiko.SSHException | EOFError | OSError):
+            if isinstance(error, paramiko.ssh_exception.IncompatiblePeer):
+                raise _too_old(target, client.offered(str(error))) from error
             raise _handshake_error(error, target, late=late, greeted=greeted) from error
         raise
     return client
@@ -202,12 +236,6 @@ def _exchange_keys(
 def _handshake_error(error: Exception, target: Target, *, late: bool, greeted: bool) -> HostError:
     """``late``: a time limit ended it; ``greeted``: the host has sent its SSH banner."""
     where = f"{target.host} ({target.address}, port {target.port})"
-    if isinstance(error, paramiko.ssh_exception.IncompatiblePeer):
-        return HostError(
-            Kind.UNREACHABLE,
-            f"{where} offers only SSH algorithms that are no longer safe: {error}",
-            "update its sshd (OpenSSH 6.5 or newer), or reach it through a newer host with ProxyJump",
-        )
     if late and greeted:
         return HostError(
             Kind.UNREACHABLE,

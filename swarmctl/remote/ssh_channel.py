@@ -15,6 +15,7 @@ from swarmctl.remote.sudo_password import SudoPassword
 from swarmctl.remote.transport import HostError, Kind, Output
 
 CHANNEL_TIMEOUT = 10.0
+_PAUSES = (0.05, 0.2, 0.5)  # s before a session is requested again
 _CHUNK = 1 << 16
 _IDLE = 0.25  # s between looks at what no descriptor reports: exit status, window
 _LINGER = 1.0  # s a finished command's streams may stay open, held by a child it left behind
@@ -81,9 +82,17 @@ class SshChannel:
 
     def _started(self, timeout: float) -> paramiko.Channel:
         if self._channel is None:
-            self._channel = self._client.open_session(timeout=min(CHANNEL_TIMEOUT, timeout))
+            self._channel = self._session(min(CHANNEL_TIMEOUT, timeout))
             self._channel.exec_command(self._command)
         return self._channel
+
+    def _session(self, timeout: float) -> paramiko.Channel:
+        """A new session. sshd may count one that has just been closed for a moment (MaxSessions)."""
+        for pause in _PAUSES:
+            with suppress(paramiko.ChannelException):
+                return self._client.open_session(timeout=timeout)
+            time.sleep(pause)
+        return self._client.open_session(timeout=timeout)
 
     def close(self) -> None:
         """Closes the channel; errors of a lost connection are ignored."""
