@@ -33,7 +33,7 @@ from swarmctl.rules.runner import load_swarm
 from tests.packages.agent.fakehost import FakeHost
 from tests.remote import recorded_hosts
 
-BAR = 4.0  # times less of the operator's CPU time with workers
+BAR = 2.5  # times less of the operator's CPU time with workers
 _TICK = os.sysconf("SC_CLK_TCK")
 _START = 60.0  # s
 

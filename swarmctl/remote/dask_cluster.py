@@ -105,8 +105,17 @@ def serve(login: Callable[[], Transport], orders: Line, reports: Line) -> None:
     for one in (orders, reports):
         if isinstance(one, DaskLine):
             one.open()
+    _end_profiling(distributed.get_worker())
     distributed.secede()  # it waits more than it computes: another task may have its thread
     worker.serve(login, orders, reports)
+
+
+def _end_profiling(its_worker: distributed.Worker) -> None:
+    """Ends the worker's statistical profiler, beside which threads that begin or end can lock up the process:
+    ``sys._current_frames`` holds a lock of the interpreter while the garbage collector runs Dask's callbacks
+    (python/cpython#106883)."""
+    if profiler := its_worker.periodic_callbacks.get("profile"):
+        its_worker.loop.add_callback(profiler.stop)
 
 
 class DaskLine:

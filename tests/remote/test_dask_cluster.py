@@ -92,6 +92,21 @@ def test_what_a_killed_worker_has_begun_another_one_confirms(
     assert hosts["k3"].observe()["transaction"]["state"] == "applied"
 
 
+def profiles(dask_worker: Any) -> bool:
+    found = dask_worker.periodic_callbacks.get("profile")
+    return found is not None and bool(found.is_running())
+
+
+@needs_dask
+def test_no_profiler_runs_beside_the_threads_of_a_worker(cluster: Any, address: Address) -> None:
+    import distributed
+
+    with distributed.Client(cluster, set_as_default=False) as client:
+        with dask_cluster.workers(address, login=Hosts) as workers:
+            list(parallel_hosts.run(targets("a", "b"), question, transport=workers))
+        assert set(client.run(profiles).values()) == {False}
+
+
 @needs_dask
 def test_ctrl_c_skips_hosts_and_again_ends_those_of_workers(address: Address) -> None:
     with (
