@@ -46,7 +46,8 @@ class Observed:
 
     ``drift``, ``links`` and ``blocks`` have by path how the host differs from that manifest. ``secrets``
     has by name how the stored value compares with the operator's; without one ``kept`` or ``missing``.
-    ``facts`` is None for a host that was not contacted. ``busy``: why robots must not be touched.
+    ``facts`` is None for a host that was not contacted. ``busy``: why robots must not be touched;
+    ``uploaded``: digests of the files that an upload which ended early has left.
     """
 
     digest: str | None = None
@@ -60,6 +61,7 @@ class Observed:
     secrets: Mapping[str, SecretState] = field(default_factory=dict)
     facts: Facts | None = None
     busy: Mapping[str, str] = field(default_factory=dict)
+    uploaded: frozenset[str] = frozenset()
 
     @property
     def unfinished(self) -> str:
@@ -82,8 +84,9 @@ class Observed:
 
     @property
     def kept(self) -> frozenset[str]:
-        """The digests of the intact files of the deployed release: these need not be sent."""
-        return frozenset(file["sha256"] for path, file in self.files.items() if path not in self.drift)
+        """The digests of the host's intact files, deployed or ``uploaded``: these need not be sent."""
+        deployed = (file["sha256"] for path, file in self.files.items() if path not in self.drift)
+        return self.uploaded.union(deployed)
 
     def takes(self, path: str) -> bool:
         """Returns True if the host has the program, if any, to which the place of ``path`` belongs."""
@@ -113,6 +116,7 @@ def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
         secrets=answer.get("secrets", {}),
         facts=answer["facts"],
         busy=answer.get("busy", {}),
+        uploaded=frozenset(answer.get("uploaded", ())),
     )
 
 

@@ -103,6 +103,41 @@ with servers.running(Path(sys.argv[1])) as server, transport.connect(server.targ
 """
 
 
+OUTAGE = """
+import subprocess, sys, threading, time
+from pathlib import Path
+from swarmctl.remote.identities import Keyring
+from swarmctl.remote.ssh import SshTransport
+from tests.remote import sshd as servers
+
+def outage():
+    for state in ("down", "up"):
+        subprocess.run(["ip", "link", "set", "lo", state], check=True)
+        time.sleep(3)
+
+subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+transport = SshTransport(Keyring(Path("/nowhere"), use_agent=False))
+with servers.running(Path(sys.argv[1])) as server, transport.connect(server.target()) as session:
+    servers.run(session, "true")
+    threading.Timer(0.3, outage).start()
+    begun = time.monotonic()
+    done = servers.run(session, "head -c 50000000 | wc -c", [b"x" * 50_000_000], timeout=60)
+    print(done.stdout.decode().strip(), int(time.monotonic() - begun))
+"""
+
+
+@pytest.mark.skipif(not shutil.which("unshare"), reason="needs unshare (util-linux)")
+def test_an_upload_completes_though_the_network_is_away_for_3_s(spare: Path) -> None:
+    # In a network of its own, which ends with it.
+    done = subprocess.run(
+        ["unshare", "--net", sys.executable, "-c", OUTAGE, str(spare)],
+        cwd=Path(__file__).parents[2], text=True, capture_output=True, timeout=PATIENCE, check=True,
+    )  # fmt: skip
+    received, seconds = done.stdout.split()
+    assert received == "50000000"
+    assert int(seconds) >= 3, "the network went after the upload"
+
+
 @pytest.mark.skipif(not shutil.which("unshare"), reason="needs unshare (util-linux)")
 def test_a_network_that_goes_amid_an_upload_ends_it_soon(spare: Path) -> None:
     # In a network of its own, which ends with it. The upload itself may take 10 minutes.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class RefusedError(Exception):
     """The request is rejected; nothing has changed, or every change was undone."""
@@ -18,6 +20,15 @@ class FailedError(RefusedError):
     """The agent failed while it carried out the request."""
 
     kind = "failed"
+
+
+class UploadEndedError(RefusedError):
+    """The payload of ``request`` ended after its first bytes, ``received``."""
+
+    def __init__(self, message: str, request: dict[str, Any], received: bytes) -> None:
+        super().__init__(message, "run the same command again")
+        self.request = request
+        self.received = received
 
 
 class OperatorGoneError(Exception):

@@ -8,7 +8,7 @@ import sys
 from contextlib import contextmanager, suppress
 from typing import Any, Iterator
 
-from .errors import OperatorGoneError, RefusedError
+from .errors import OperatorGoneError, RefusedError, UploadEndedError
 from .rpc import Report, requests
 
 
@@ -18,19 +18,27 @@ def serve(nonce: str) -> None:
     os.chdir("/")
     # An invalid request ends the agent: the start of the next one is unknown.
     with suppress(OperatorGoneError), _reporting(nonce):
-        for request, payload in requests(sys.stdin.buffer):
-            with _reporting(nonce) as report:
-                report.answer(_handle(request, payload, report))
+        try:
+            for request, payload in requests(sys.stdin.buffer):
+                with _reporting(nonce) as report:
+                    report.answer(_handle(request, payload, report))
+        except UploadEndedError as error:
+            interrupted = getattr(_verb(error.request), "interrupted", None)
+            if interrupted is not None:
+                interrupted(error.request, error.received)
+            raise
 
 
 def _handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str, Any]:
+    answer: dict[str, Any] = _verb(request).handle(request, payload, report)
+    return answer
+
+
+def _verb(request: dict[str, Any]) -> Any:
     verb = str(request.get("verb"))
     if not verb.isidentifier():
         raise RefusedError(f"{verb!r} is no verb")
-    answer: dict[str, Any] = importlib.import_module("swarm_agent.verbs." + verb).handle(
-        request, payload, report
-    )
-    return answer
+    return importlib.import_module("swarm_agent.verbs." + verb)
 
 
 @contextmanager

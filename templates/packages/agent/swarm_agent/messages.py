@@ -138,10 +138,12 @@ class ObserveAnswerAlways(TypedDict):
 
 class ObserveAnswer(ObserveAnswerAlways, total=False):
     """``release``: digest of the current one; ``files`` and ``blocks``: texts, with ``contents`` only;
-    ``busy``: why robots must not be touched now, by robot, with ``motion`` only."""
+    ``busy``: why robots must not be touched now, by robot, with ``motion`` only; ``uploaded``: the SHA-256 of
+    files that an upload which ended early has left."""
 
     secrets: dict[str, SecretState]
     busy: dict[str, str]
+    uploaded: list[str]
     manifest: ManifestData
     files: dict[str, str]
     blocks: dict[str, str]

@@ -37,6 +37,11 @@ class Home(NamedTuple):
         return self.path + "/staging"
 
     @property
+    def upload(self) -> str:
+        """The folder of the complete files of an upload that ended early."""
+        return self.state + "/upload"
+
+    @property
     def state(self) -> str:
         """The folder of the agent's own state."""
         return self.path + "/state"

@@ -12,7 +12,7 @@ import sys
 import zlib
 from typing import Any, BinaryIO, Iterator
 
-from .errors import OperatorGoneError, RefusedError
+from .errors import OperatorGoneError, RefusedError, UploadEndedError
 
 IDLE = 60  # s without a byte from the operator
 LONGEST_REQUEST = 1 << 20
@@ -23,7 +23,7 @@ _WORTH_PACKING = 512
 def requests(source: BinaryIO) -> Iterator[tuple[dict[str, Any], bytes]]:
     """Yields the requests with their payloads, until ``source`` ends.
 
-    A silent operator is given up on. Raises ``RefusedError``.
+    A silent operator is given up on. Raises ``RefusedError``; amid a payload ``UploadEndedError``.
     """
 
     def give_up(*_: object) -> None:
@@ -39,21 +39,25 @@ def requests(source: BinaryIO) -> Iterator[tuple[dict[str, Any], bytes]]:
             if not line.endswith(b"\n"):
                 raise RefusedError("the request is too long or ended early", "run the same command again")
             request = json.loads(line.decode("utf-8"))
-            payload = _payload(source, request.get("payload", 0))
+            payload = _payload(source, request)
         finally:
             signal.alarm(0)
         yield request, payload
 
 
-def _payload(source: BinaryIO, missing: Any) -> bytes:
+def _payload(source: BinaryIO, request: dict[str, Any]) -> bytes:
+    missing = request.get("payload", 0)
     if not isinstance(missing, int) or not 0 <= missing <= LONGEST_PAYLOAD:
         raise RefusedError(f"a payload of {missing!r} bytes is too long")
-    chunks = []
+    chunks: list[bytes] = []
     while missing:
         signal.alarm(IDLE)
-        chunk = source.read(min(missing, 1 << 18))
+        try:
+            chunk = source.read1(min(missing, 1 << 18))  # type: ignore[attr-defined]
+        except RefusedError as error:
+            raise UploadEndedError(error.message, request, b"".join(chunks)) from error
         if not chunk:
-            raise RefusedError("the upload ended early", "run the same command again")
+            raise UploadEndedError("the upload ended early", request, b"".join(chunks))
         chunks.append(chunk)
         missing -= len(chunk)
     return b"".join(chunks)

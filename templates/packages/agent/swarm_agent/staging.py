@@ -8,6 +8,7 @@ import os
 import shutil
 import tarfile
 import zlib
+from contextlib import suppress
 from typing import Callable, Optional
 
 from . import disk, files
@@ -69,6 +70,29 @@ def _unpack(archive: tarfile.TarFile, digest: str, kept: Kept) -> tuple[Manifest
             "the uploaded archive lacks {}".format(", ".join(missing)), "run the same command again"
         )
     return manifest, content, found
+
+
+def complete(received: bytes, digest: str, longest: int) -> tuple[Manifest, dict[str, bytes]]:
+    """Returns the manifest and, by SHA-256, the complete files in the first bytes of an archive.
+
+    At most ``longest`` bytes are unpacked. Raises ``RefusedError`` without a complete manifest.
+    """
+    found: dict[str, bytes] = {}
+    manifest: Manifest | None = None
+    wanted: set[str] = set()
+    with suppress(tarfile.TarError, OSError, zlib.error):
+        plain = zlib.decompressobj(31).decompress(received, longest)
+        with tarfile.open(fileobj=io.BytesIO(plain), mode="r:") as archive:
+            for member in archive:
+                content = _content(archive, member)
+                if manifest is None:
+                    manifest = parse(content, digest)
+                    wanted = {entry.sha256 for entry in manifest.files.values()}
+                elif (sha256 := files.digest_of(content)) in wanted:
+                    found[sha256] = content
+    if manifest is None:
+        raise RefusedError("the upload ended in its manifest")
+    return manifest, found
 
 
 def _content(archive: tarfile.TarFile, member: tarfile.TarInfo) -> bytes:

@@ -21,6 +21,7 @@ from . import (
     system_links,
     systemd,
     unit_start,
+    upload,
 )
 from .errors import FailedError, RefusedError
 from .failpoint import passed
@@ -142,7 +143,13 @@ def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manife
             raise RefusedError(f"release {change.next} is not on the host", "run the same command again")
         _prove_writable(home)
         return manifest
-    manifest, content, found = staging.unpack(payload, change.next, home.kept(change.base))
+    stored = home.kept(change.base)
+
+    def kept(sha256: str) -> bytes | None:
+        found = stored(sha256)
+        return upload.content(home, sha256) if found is None else found
+
+    manifest, content, found = staging.unpack(payload, change.next, kept)
     staging.check_space(home, manifest)
     _prove_writable(home)
     passed("preflight")
@@ -150,6 +157,7 @@ def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manife
     folder = staging.stage(home, change.txid, manifest, content, found)
     staging.verify(folder, manifest)
     staging.publish(home, folder, change.next, manifest)
+    upload.clear(home)
     return manifest
 
 

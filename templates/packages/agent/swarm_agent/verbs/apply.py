@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from swarm_agent import lease, lock, systemd, transaction
+from swarm_agent import lease, lock, systemd, transaction, upload
 from swarm_agent.errors import RefusedError
 from swarm_agent.failpoint import passed
 from swarm_agent.manifest import release_name, unit_names
@@ -38,3 +39,10 @@ def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer
     with lease.held_for(home, request):
         passed("lock")
         return transaction.run(home, change, payload, report)
+
+
+def interrupted(request: ApplyRequest, received: bytes) -> None:
+    """Keeps the files of an upload that ended early, if this run still has the lease."""
+    home = home_of(request["swarm"])
+    with suppress(RefusedError, OSError), lease.held_for(home, request):
+        upload.keep(home, release_name(request["next"]), received)

@@ -21,6 +21,7 @@ from swarm_agent import (
     secrets,
     system_links,
     systemd,
+    upload,
 )
 from swarm_agent.errors import RefusedError
 from swarm_agent.manifest import EMPTY, NAME, Manifest, secret_names
@@ -54,6 +55,8 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
         "drift": _drift(home, digest, manifest),
         "units": {},
     }
+    if uploaded := upload.kept(home):
+        answer["uploaded"] = uploaded
     if names := secret_names(request.get("secrets", [])):
         answer["secrets"] = secrets.states(home, names, secrets.offered(payload))
     if digest is None or manifest is None:
