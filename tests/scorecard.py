@@ -61,10 +61,16 @@ ROWS = (
     Row(
         "R04",
         "a connection ends in the upload",
-        _at("remote/stalls", "a_network_that_goes_amid_an_upload_ends_it_soon"),
-        "an upload begins anew; nothing has changed by then",
+        _at("remote/stalls", "a_network_that_goes_amid_an_upload_ends_it_soon")
+        + _at("deploy/interrupted_upload", "the_next_run_sends_only_what_was_not_complete"),
+        "after a network that stays away, the host knows of the end 60 s later; until then a run sends all",
     ),
-    Row("R05", "no network for 3 s", (), "no test with a network that comes back in the run"),
+    Row(
+        "R05",
+        "no network for 3 s",
+        _at("remote/stalls", "an_upload_completes_though_the_network_is_away_for_3_s"),
+        "shown for an upload over SSH, not for each step of a deploy",
+    ),
     Row(
         "R06",
         "a connection ends while the host changes",
