@@ -63,7 +63,7 @@ ROWS = (
         "a connection ends in the upload",
         _at("remote/stalls", "a_network_that_goes_amid_an_upload_ends_it_soon")
         + _at("deploy/interrupted_upload", "the_next_run_sends_only_what_was_not_complete"),
-        "after a network that stays away, the host knows of the end 60 s later; until then a run sends all",
+        "where the host cannot notice the end for 60 s, a run in between sends all",
     ),
     Row(
         "R05",
