@@ -116,8 +116,13 @@ ROWS = (
     Row(
         "R19",
         "a file was edited on the host",
-        _at("e2e/change", "a_file_edited_by_hand_is_named_and_repaired"),
-        "named in the plan, then overwritten",
+        _at("e2e/change", "a_file_edited_by_hand_is_named_and_repaired")
+        + _at(
+            "deploy/edited_files",
+            "an_edit_holds_all_hosts_back",
+            "a_replaced_edit_is_kept_on_the_host",
+            "an_edit_that_the_spec_has_by_now_is_no_conflict",
+        ),
     ),
     Row(
         "R20",

@@ -16,6 +16,7 @@ from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
 from swarmctl.plan.busy_robots import BUSY, not_busy
+from swarmctl.plan.host_edits import not_edited
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Plan
 from swarmctl.plan.reconcile import reconcile
@@ -38,6 +39,7 @@ class Rules:
     """``most_failed``: hosts that may fail before the others are held back, None for any number;
     ``optional``: hosts that do not count; ``terms``: what a change must show before it stays;
     ``stop_robots``: robots that move or are under command are stopped, where a change would touch them;
+    ``overwrite_edits``: what people have edited on a host may be replaced;
     ``wait``: s that the survey waits for robots that must not be touched now."""
 
     most_failed: int | None = 0
@@ -45,6 +47,7 @@ class Rules:
     terms: Terms = field(default_factory=Terms)
     stop_robots: bool = False
     wait: float = 0.0
+    overwrite_edits: bool = False
 
     def holds(self, errors: Mapping[str, HostError]) -> bool:
         """Returns True if so many hosts have failed that the others are held back."""
@@ -291,6 +294,8 @@ class Deployment:
             if self._launch_files is not None:
                 self._launch_files.read(host, bundle)
         plan = reconcile(bundle, observed)
+        if not plan.problem and not self._rules.overwrite_edits:
+            plan = not_edited(plan, bundle, observed)
         return Surveyed(plan if plan.problem else not_busy(plan, bundle, observed), observed, settled)
 
     def _transaction(self, run: str, target: Target, say: Say) -> HostTransaction:
@@ -344,6 +349,7 @@ def _why(failed: Mapping[str, HostError]) -> str:
     for host, error in failed.items():
         words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
         words[ErrorKind.BUSY] = "has a robot that must not be touched now"
+        words[ErrorKind.EDITED] = "has files that were edited there"
         text = words.get(error.kind, "failed")
         if error.kind is ErrorKind.REFUSED:
             text = f"is {error}" if str(error).startswith("locked by ") else f"refused it: {error}"

@@ -47,7 +47,8 @@ class Observed:
     ``drift``, ``links`` and ``blocks`` have by path how the host differs from that manifest. ``secrets``
     has by name how the stored value compares with the operator's; without one ``kept`` or ``missing``.
     ``facts`` is None for a host that was not contacted. ``busy``: why robots must not be touched;
-    ``uploaded``: digests of the files that an upload which ended early has left.
+    ``uploaded``: digests of the files that an upload which ended early has left; ``edits``: of what people
+    have edited on the host, by path.
     """
 
     digest: str | None = None
@@ -62,6 +63,7 @@ class Observed:
     facts: Facts | None = None
     busy: Mapping[str, str] = field(default_factory=dict)
     uploaded: frozenset[str] = frozenset()
+    edits: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def unfinished(self) -> str:
@@ -117,6 +119,7 @@ def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
         facts=answer["facts"],
         busy=answer.get("busy", {}),
         uploaded=frozenset(answer.get("uploaded", ())),
+        edits=answer.get("edits", {}),
     )
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from swarm_agent.paths import READERS
 
 from swarmctl.health import unit_conditions
-from swarmctl.plan import preflight
+from swarmctl.plan import host_edits, preflight
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.render.bundle import Bundle, File, package, required
@@ -213,7 +213,9 @@ def _notes(bundle: Bundle, observed: Observed) -> tuple[str, ...]:
         for name, state in observed.units.items()
         if state.skipped and state.unmet and name not in optional
     ]
+    edited = host_edits.lost(bundle, observed)
     return (
+        *([f"{edited}; {host_edits.hint(bundle.swarm)}"] if edited else []),
         *(f"{name} is skipped: {why}; {repair}" for name, (why, repair) in skipped),
         *(
             f"program `{unit.program}` is skipped: the host lacks {_list(absent)}; "

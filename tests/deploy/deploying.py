@@ -26,10 +26,16 @@ def deploy(
     serial: tuple[str, ...] = ("100%",),
     consistency: Consistency = "independent",
     parts: tuple[Impact, ...] = (),
+    overwrite_edits: bool = False,
     **more: Any,
 ) -> Iterator[Event[Outcome]]:
     """Deploys to all hosts at a time, whatever becomes of some."""
-    rules = Rules(most_failed, optional, terms or Terms(healthy_for=0.1, healthy_within=5))
+    rules = Rules(
+        most_failed,
+        optional,
+        terms or Terms(healthy_for=0.1, healthy_within=5),
+        overwrite_edits=overwrite_edits,
+    )
     with Deployment(bundles, targets, transport, rules=rules, **more) as deployment:
         for _ in deployment.survey():
             pass

@@ -212,5 +212,7 @@ def test_only_what_changed_travels(hosts: dict[str, FakeHost], monkeypatch: pyte
     assert hosts["k3"].read("opt/swarm/new/current/params/robot.yaml") == b"speed: 2\n"
 
     (hosts["k3"].prefix / "opt/swarm/new/current/units/new.robot.service").write_text("edited")
-    assert changed(rollout(hosts, bundles(k3="speed: 2\n")))["k3"] is True
+    again = bundles(k3="speed: 2\n")
+    way = FolderTransport(hosts, {})
+    assert changed(deployed(deploy(again, TARGETS, way, overwrite_edits=True)))["k3"] is True
     assert sent[1:] == [["units/new.robot.service"]]

@@ -137,8 +137,13 @@ def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
     assert ("update", "params/k3.yaml", "was changed on the host") in steps["k3-pi"]
     assert ("restart", K3_UNIT, "params/k3.yaml was changed on the host") in steps["k3-pi"]
     assert set(steps) == {"k3-pi"}
-    assert swarm.deploy().status == 0
+    refused = swarm.deploy()
+    assert refused.status != 0
+    assert "params/k3.yaml was edited on the host" in refused.out
+    edited = swarm.shell("k3-pi", f"cat {path}")
+    assert swarm.deploy(None, "--overwrite-edits").status == 0
     assert swarm.shell("k3-pi", f"cat {path}") == whole
+    assert swarm.shell("k3-pi", f"sudo sh -c 'cat {HOME}/state/edits/*/k3.yaml'") == edited
     assert changed(before, swarm.pids()) == {"k3-pi:k3"}
     assert swarm.plan().status == 0
 
@@ -150,7 +155,8 @@ def test_etc_hosts_is_repaired_inside_our_block_only(swarm: LabSwarm) -> None:
         "echo 10.0.0.7 printer | sudo tee -a /etc/hosts; sudo sed -i 's/77.11 k3-pi/77.99 k3-pi/' /etc/hosts",
     )
     assert swarm.steps() == {"epuck-pi": [("write-block", "/etc/hosts", "its block was changed on the host")]}
-    assert swarm.deploy().status == 0
+    assert swarm.deploy().status != 0
+    assert swarm.deploy(None, "--overwrite-edits").status == 0
     lines = swarm.shell("epuck-pi", "cat /etc/hosts").splitlines()
     assert "10.0.0.7 printer" in lines
     assert "192.168.77.11 k3-pi" in lines

@@ -87,6 +87,12 @@ def deploy(
         ),
     ] = 60.0,
     stop_robots: options.StopRobots = False,
+    overwrite_edits: Annotated[
+        bool,
+        typer.Option(
+            "--overwrite-edits", help="Replace files that were edited on the hosts, which keep a copy."
+        ),
+    ] = False,
     wait: Annotated[
         float,
         typer.Option(
@@ -136,6 +142,7 @@ def deploy(
         Terms(healthy_for, max(30.0, 4 * healthy_for), confirm_within),
         stop_robots,
         wait,
+        overwrite_edits,
     )
     stop = Stop()
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)

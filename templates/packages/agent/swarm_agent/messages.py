@@ -139,8 +139,9 @@ class ObserveAnswerAlways(TypedDict):
 class ObserveAnswer(ObserveAnswerAlways, total=False):
     """``release``: digest of the current one; ``files`` and ``blocks``: texts, with ``contents`` only;
     ``busy``: why robots must not be touched now, by robot, with ``motion`` only; ``uploaded``: the SHA-256 of
-    files that an upload which ended early has left."""
+    files that an upload which ended early has left; ``edits``: of what people have edited, by path."""
 
+    edits: dict[str, str]
     secrets: dict[str, SecretState]
     busy: dict[str, str]
     uploaded: list[str]

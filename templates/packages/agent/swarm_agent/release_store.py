@@ -42,6 +42,11 @@ class Home(NamedTuple):
         return self.state + "/upload"
 
     @property
+    def edits(self) -> str:
+        """Copies of what people had edited, before a deploy replaced it."""
+        return self.state + "/edits"
+
+    @property
     def state(self) -> str:
         """The folder of the agent's own state."""
         return self.path + "/state"

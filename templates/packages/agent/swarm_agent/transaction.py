@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, Sequence
 from . import (
     audit,
     boot,
+    edits,
     files,
     motion_gate,
     record,
@@ -67,6 +68,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
             ),
             "someone deployed in between; run the same command again",
         )
+    _keep_edits(home, current, report)
     manifest = _bring(home, change, payload, report)
     _check_units(change, manifest)
     swapped = [*change.stop, *change.restart]
@@ -159,6 +161,19 @@ def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manife
     staging.publish(home, folder, change.next, manifest)
     upload.clear(home)
     return manifest
+
+
+def _keep_edits(home: Home, current: str | None, report: Report) -> None:
+    """Copies what people have edited: this change replaces it. Raises ``RefusedError``."""
+    manifest = home.known_manifest(current)
+    if current is None or manifest is None:
+        return
+    try:
+        copies = edits.keep(home, current, manifest)
+    except OSError as error:
+        raise unwritable(home, error) from error
+    for copy in copies:
+        report.note(f"kept an edit as {copy}")
 
 
 def _prove_writable(home: Home) -> None:

@@ -11,6 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any, Iterable
 
 from swarm_agent import (
+    edits,
     files,
     lock,
     motion_gate,
@@ -61,6 +62,8 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
         answer["secrets"] = secrets.states(home, names, secrets.offered(payload))
     if digest is None or manifest is None:
         return answer
+    if edited := edits.found(home, digest, manifest, answer["drift"]):
+        answer["edits"] = edited
     if systemd.present(home):
         answer["units"] = systemd.states(manifest.units)
     if request.get("motion"):
@@ -83,11 +86,7 @@ def _drift(home: Home, digest: str | None, manifest: Manifest | None) -> Drift:
             "links": system_links.link_deviations(home, {}),
             "blocks": system_links.block_deviations(home, None, EMPTY),
         }
-    return {
-        "files": home.deviations(digest, manifest),
-        "links": system_links.link_deviations(home, manifest.links),
-        "blocks": system_links.block_deviations(home, digest, manifest),
-    }
+    return edits.drift(home, digest, manifest)
 
 
 def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -> Facts:

@@ -1,0 +1,87 @@
+"""What people have edited in the current release and in our blocks, and a copy before it is replaced."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Iterator
+
+from . import blocks, files, system_links
+from .errors import RefusedError
+from .manifest import NAME, Manifest
+from .release_store import Home
+
+if TYPE_CHECKING:
+    from .messages import Drift
+
+LONGEST = 16 << 20  # bytes of a file that is kept
+MOST = 100  # kept files
+_CACHE = "__pycache__"
+
+
+def drift(home: Home, digest: str, manifest: Manifest) -> Drift:
+    """Returns how the host differs from the release."""
+    return {
+        "files": home.deviations(digest, manifest),
+        "links": system_links.link_deviations(home, manifest.links),
+        "blocks": system_links.block_deviations(home, digest, manifest),
+    }
+
+
+def found(home: Home, digest: str, manifest: Manifest, known: Drift) -> dict[str, str]:
+    """Returns the SHA-256 of each edited or added file of the release, and of each edited block, by path."""
+    return {path: files.digest_of(content) for path, content in _edited(home, digest, manifest, known)}
+
+
+def keep(home: Home, digest: str, manifest: Manifest) -> list[str]:
+    """Copies edited files and blocks to ``state/edits``, for root alone. Returns the new copies.
+
+    Equal edits are kept once; the oldest beyond ``MOST`` are removed. Raises ``RefusedError`` for a file
+    that is too large, and ``OSError``.
+    """
+    copies = []
+    for path, content in _edited(home, digest, manifest, drift(home, digest, manifest)):
+        if len(content) > LONGEST:
+            raise RefusedError(
+                f"{path} was edited, and at {len(content) >> 20} MiB it is too large to keep a copy",
+                f"move {home.release(digest)}/{path} away",
+            )
+        folder = os.path.join(home.edits, files.digest_of(content)[:12])
+        copy = os.path.join(folder, os.path.basename(path))
+        if not os.path.exists(copy):
+            os.makedirs(home.edits, 0o700, exist_ok=True)
+            os.makedirs(folder, 0o700, exist_ok=True)
+            files.replace(copy, content, mode=0o600)
+            copies.append(copy)
+    if copies:
+        _forget_oldest(home)
+    return copies
+
+
+def _edited(home: Home, digest: str, manifest: Manifest, known: Drift) -> Iterator[tuple[str, bytes]]:
+    for path, state in known["files"].items():
+        if state not in ("changed", "extra") or path == NAME or _CACHE in path.split("/"):
+            continue
+        content = _content(os.path.join(home.release(digest), path))
+        entry = manifest.files.get(path)
+        if content is not None and (entry is None or files.digest_of(content) != entry.sha256):
+            yield path, content
+    for path, change in known["blocks"].items():
+        if change == "changed":
+            text = blocks.text_in(files.read(home.outside(path)) or b"", home.swarm)
+            if text is not None:
+                yield path, text
+
+
+def _content(place: str) -> bytes | None:
+    if os.path.islink(place):
+        return f"a link to {os.readlink(place)}\n".encode("utf-8", "surrogateescape")
+    return files.read(place)
+
+
+def _forget_oldest(home: Home) -> None:
+    copies = [os.path.join(home.edits, path) for path in files.walk(home.edits)]
+    for copy in sorted(copies, key=os.path.getmtime)[:-MOST]:
+        files.remove(copy)
+        folder = os.path.dirname(copy)
+        if not os.listdir(folder):
+            os.rmdir(folder)
