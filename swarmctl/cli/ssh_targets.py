@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from swarmctl.remote.transport import Target
 
 SUDO_PASSWORD_FILE = "SWARMCTL_SUDO_PASSWORD_FILE"
+_PATIENCE, _URGENT = 300.0, 1.0  # s that a pipe has to give the password
 
 
 class HostLogin(Protocol):
@@ -61,26 +62,29 @@ class NamedHosts(Protocol):
         """Its hosts by name."""
 
 
-def transport() -> SshTransport:
+def transport(*, urgent: bool = False) -> SshTransport:
     """Connections from this process, with the password of ``sudo`` if the environment names a file with it.
 
-    Ends the program if that file is wrong.
+    Ends the program if that file is wrong; if ``urgent``, goes on without the password, with a warning.
     """
     from swarmctl.remote.ssh import SshTransport
 
     name = os.environ.get(SUDO_PASSWORD_FILE)
-    return SshTransport(sudo=_sudo_password(name) if name else None)
+    return SshTransport(sudo=_sudo_password(name, urgent) if name else None)
 
 
 @cache  # a pipe can be read once
-def _sudo_password(name: str) -> SudoPassword:
+def _sudo_password(name: str, urgent: bool) -> SudoPassword | None:
     from swarmctl.remote.sudo_password import from_file
 
     try:
-        return from_file(Path(name))
+        return from_file(Path(name), _URGENT if urgent else _PATIENCE)
     except (OSError, ValueError) as error:  # of a ValueError the text may quote the file
         reason = error.strerror if isinstance(error, OSError) else "its first line is no password"
         place = f"{SUDO_PASSWORD_FILE}={name}"
+        if urgent:
+            console.err().print(f"warning: {place}: {reason}; going on without a password")
+            return None
         console.fail(f"{place}: {reason}", "it names a file whose first line is the password")
 
 

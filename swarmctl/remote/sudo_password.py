@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import select
+import time
 from pathlib import Path
 
 _MOST = 1024  # bytes
@@ -32,8 +36,27 @@ class SudoPassword:
         self._rejected.add(host)
 
 
-def from_file(path: Path) -> SudoPassword:
-    """The first line of a file, a pipe or ``/dev/fd/N``. Raises ``OSError`` or ``ValueError``."""
-    with path.open("rb") as file:
-        first, _, _ = file.read(_MOST + 2).decode("utf-8").partition("\n")
-    return SudoPassword(first.removesuffix("\r"))
+def from_file(path: Path, patience: float) -> SudoPassword:
+    """The first line of a file, a pipe or ``/dev/fd/N``; ``patience``: s that a pipe has to give it.
+
+    Raises ``OSError`` or ``ValueError``.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        first = _first_line(descriptor, time.monotonic() + patience)
+    finally:
+        os.close(descriptor)
+    return SudoPassword(first.decode("utf-8").removesuffix("\r"))
+
+
+def _first_line(descriptor: int, deadline: float) -> bytes:
+    read = b""
+    while b"\n" not in read and len(read) <= _MOST + 1:
+        ready, _, _ = select.select([descriptor], [], [], max(0.0, deadline - time.monotonic()))
+        if not ready:
+            raise TimeoutError(errno.ETIMEDOUT, "nobody writes to this pipe")
+        more = os.read(descriptor, _MOST + 2)
+        if not more:
+            break
+        read += more
+    return read.partition(b"\n")[0]

@@ -112,7 +112,23 @@ def test_the_password_is_in_no_command_and_no_log(host: Sshd, monkeypatch: pytes
 def test_a_file_without_a_password_is_refused(tmp_path: Path, content: str) -> None:
     (tmp_path / "secret").write_text(content)
     with pytest.raises(ValueError, match="one line"):
-        from_file(tmp_path / "secret")
+        from_file(tmp_path / "secret", 1.0)
+
+
+def test_a_pipe_to_which_nobody_writes_is_given_up_on(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(TimeoutError, match="nobody writes to this pipe"):
+        from_file(tmp_path / "pipe", 0.2)
+
+
+@pytest.mark.parametrize("wrong", ["absent", "pipe"])
+def test_a_stop_goes_on_without_the_password(
+    tmp_path: Path, wrong: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    monkeypatch.setenv(ssh_targets.SUDO_PASSWORD_FILE, str(tmp_path / wrong))
+    assert ssh_targets.transport(urgent=True) is not None
+    assert "going on without a password" in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_wrong_password_file_ends_the_command_with_its_name(

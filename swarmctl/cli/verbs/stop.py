@@ -54,7 +54,7 @@ def stop(
         for one in without
     ]
     events = robot_stop.stop(
-        reach.name, chosen, targets, transport(), since_start, others=not robots, parallel=parallel
+        reach.name, chosen, targets, transport(urgent=True), since_start, others=not robots, parallel=parallel
     )
     for event in events:
         if isinstance(event, Finished | Skipped):
