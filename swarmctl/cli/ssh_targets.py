@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import getpass
 import os
-from collections.abc import Mapping
+import sys
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 from swarmctl.cli import console
 
 if TYPE_CHECKING:
+    from swarmctl.remote.identities import Keyring
     from swarmctl.remote.known_hosts import KnownHosts
     from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.ssh_config import Login
@@ -70,7 +72,41 @@ def transport(*, urgent: bool = False) -> SshTransport:
     from swarmctl.remote.ssh import SshTransport
 
     name = os.environ.get(SUDO_PASSWORD_FILE)
-    return SshTransport(sudo=_sudo_password(name, urgent) if name else None)
+    return SshTransport(_keyring(Path.home()), sudo=_sudo_password(name, urgent) if name else None)
+
+
+@cache  # a passphrase is asked for once
+def _keyring(home: Path) -> Keyring:
+    from swarmctl.remote.identities import Keyring
+
+    return Keyring(home / ".ssh")
+
+
+def ask_passphrases(targets: Iterable[Target]) -> None:
+    """Asks for the passphrases of the keys to log in with, on a terminal; an empty answer leaves one out."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return
+    hosts = [one for target in targets for one in _way(target)]
+    locked = [
+        path for paths in {one.identities for one in hosts} for path in _keyring(Path.home()).locked(paths)
+    ]
+    for path in locked:
+        _ask_passphrase(path)
+
+
+@cache
+def _ask_passphrase(path: Path) -> None:
+    while passphrase := getpass.getpass(f"Passphrase of {path}: "):
+        if _keyring(Path.home()).unlock(path, passphrase):
+            return
+        console.err().print(f"this is not the passphrase of {path}; Enter goes on without this key")
+
+
+def _way(target: Target) -> Iterator[Target]:
+    """The host and the hosts that it is reached through."""
+    yield target
+    if target.jump is not None:
+        yield from _way(target.jump)
 
 
 @cache  # a pipe can be read once
@@ -128,6 +164,7 @@ def targets(swarm: NamedHosts, known: KnownHosts) -> tuple[Mapping[str, Target],
         console.fail(
             str(error), "swarmctl reads `~/.ssh/config` as ssh does; `ssh -G HOST` reports the same line"
         )
+    ask_passphrases(found.values())
     return found, tuple(config.warnings)
 
 

@@ -25,6 +25,11 @@ class Identity:
     key: paramiko.PKey
 
 
+@dataclass(unsafe_hash=True)
+class _LockedError(HostError):
+    """A private key has a passphrase."""
+
+
 class Keyring:
     """Loads private keys on first use. Safe to share between threads.
 
@@ -40,11 +45,40 @@ class Keyring:
     def identities(self, paths: Sequence[Path]) -> tuple[Identity, ...]:
         """Returns the keys to offer: the files at ``paths``, else those of ssh-agent, else the defaults."""
         with self._lock:
-            if paths:
-                return tuple(self._file(path.expanduser()) for path in paths)
-            if found := tuple(self._agent()):
+            if not paths and (found := tuple(self._agent())):
                 return found
-            return tuple(self._file(path) for name in DEFAULT_FILES if (path := self._home / name).is_file())
+            return tuple(self._file(path) for path in self._files(paths))
+
+    def locked(self, paths: Sequence[Path]) -> tuple[Path, ...]:
+        """Returns those of the files that have a passphrase, and whose keys ssh-agent does not hold."""
+        with self._lock:
+            if not paths and any(self._agent()):
+                return ()
+            return tuple(
+                path for path in self._files(paths) if path not in self._loaded and self._is_locked(path)
+            )
+
+    def unlock(self, path: Path, passphrase: str) -> bool:
+        """Returns True if this is the passphrase of the key; the key is loaded then."""
+        with self._lock:
+            try:
+                key = paramiko.PKey.from_path(path, passphrase.encode())  # type: ignore[arg-type]  # takes bytes only
+            except (OSError, ValueError, TypeError, paramiko.SSHException, UnsupportedAlgorithm):
+                return False
+            self._loaded[path] = Identity(str(path), key)
+            return True
+
+    def _files(self, paths: Sequence[Path]) -> Iterator[Path]:
+        if paths:
+            return (path.expanduser() for path in paths)
+        return (path for name in DEFAULT_FILES if (path := self._home / name).is_file())
+
+    def _is_locked(self, path: Path) -> bool:
+        try:
+            self._file(path)
+        except HostError as error:
+            return isinstance(error, _LockedError)
+        return False
 
     def _agent(self) -> Iterator[Identity]:
         if not self._use_agent:
@@ -64,7 +98,7 @@ class Keyring:
             # OpenSSH does the same: an encrypted key is fine when ssh-agent holds it opened.
             if held := self._held_by_agent(path):
                 return held
-            raise HostError(
+            raise _LockedError(
                 Kind.AUTH,
                 f"the private key {path} has a passphrase",
                 f"add it to ssh-agent with `ssh-add {path}`",

@@ -163,6 +163,9 @@ class Maintenance(Model):
     )
 
 
+NO_TERMS = Maintenance()  # one for all robots without: a spec can have many thousand
+
+
 class StartPose(Model):
     """Where a robot stands when its driver starts, in the frame `map`."""
 
@@ -214,7 +217,7 @@ class Robot(Model):
         default_factory=lambda: NO_SETTINGS, description="What differs from its type."
     )
     maintenance: Maintenance = Field(
-        default_factory=Maintenance,
+        default_factory=lambda: NO_TERMS,
         description="When swarmctl may stop or restart its units; wins over `maintenance` of the swarm.",
     )
     urdf: FilePath | None = Field(
@@ -360,7 +363,7 @@ class Spec(Model):
         examples=[{"west": {"mode": "central", "hosts": ["k3-pi"], "hub": "k3-pi"}}],
     )
     maintenance: Maintenance = Field(
-        default_factory=Maintenance,
+        default_factory=lambda: NO_TERMS,
         description="When `deploy`, `rollback`, `remove`, `restart` and `firmware flash` may stop or restart "
         "the units of any robot.",
     )

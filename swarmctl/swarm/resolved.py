@@ -202,7 +202,7 @@ class Robot:
     topics: tuple[DriverTopic, ...]  # what its driver publishes
     command: CommandTopic | None  # where it takes commands; None if it takes none
     start: model.StartPose | None = None
-    maintenance: model.Maintenance = field(default_factory=model.Maintenance)
+    maintenance: model.Maintenance = model.NO_TERMS
     urdf: Urdf | None = None  # of its own, or of its type, in place of the one that is made from a type
 
     @property

@@ -54,7 +54,7 @@ def test_it_goes_on_once_the_terms_hold(k3: FakeHost) -> None:
 
 
 def test_it_waits_no_longer_than_it_may_and_says_what_for(k3: FakeHost) -> None:
-    with surveyed(k3, idle=86400.0, wait=0.1) as (deployment, notes):
+    with surveyed(k3, idle=86400.0, wait=3.0) as (deployment, notes):
         error = deployment.errors["k3"]
         assert error.kind is Kind.BUSY
         assert str(error).startswith("k3 has been idle for ")

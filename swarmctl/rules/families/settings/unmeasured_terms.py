@@ -23,6 +23,8 @@ def unmeasured_terms(context: RuleContext) -> Iterator[Diagnostic]:
     found: dict[tuple[Loc, str], list[str]] = {}
     for name, robot in context.spec.robots.items():
         wanted = maintenance_of(context.spec, name)
+        if not wanted.model_fields_set:
+            continue
         measured = {"idle": _has_gate(context, name), "battery": _reads_battery(context, name)}
         for term in wanted.model_fields_set:
             if not measured[term]:
