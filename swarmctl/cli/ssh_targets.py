@@ -75,7 +75,7 @@ def transport(*, urgent: bool = False) -> SshTransport:
     return SshTransport(_keyring(Path.home()), sudo=_sudo_password(name, urgent) if name else None)
 
 
-@cache  # a passphrase is asked for once
+@cache  # one prompt for each key
 def _keyring(home: Path) -> Keyring:
     from swarmctl.remote.identities import Keyring
 

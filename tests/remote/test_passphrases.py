@@ -1,4 +1,4 @@
-"""A key with a passphrase: asked for once, on a terminal only, before any connection."""
+"""A key with a passphrase: one prompt for it, on a terminal only, before any connection."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def typed(monkeypatch: pytest.MonkeyPatch, *answers: str, terminal: bool = True)
     return prompts
 
 
-def test_it_is_asked_for_once_and_logs_in(
+def test_one_prompt_suffices_to_log_in(
     home: Path, spare: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     prompts = typed(monkeypatch, "wrong", SPOKEN)
@@ -55,7 +55,7 @@ def test_it_is_asked_for_once_and_logs_in(
     assert f"this is not the passphrase of {locked}" in "".join(capsys.readouterr().err.splitlines())
 
 
-def test_keys_of_jump_hosts_and_default_keys_are_asked_for(
+def test_keys_of_jump_hosts_and_default_keys_have_prompts(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     servers.make_key(home / "gate", passphrase=SPOKEN)
