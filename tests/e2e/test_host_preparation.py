@@ -129,7 +129,8 @@ def test_a_hand_edit_of_our_lines_is_planned_and_repaired(deployed: LabSwarm) ->
     deployed.shell("pi", f"sudo sed -i 's/prefer trust/prefer/' {CHRONY}")
     steps = [(kind, target) for kind, target, _ in deployed.steps()["pi"]]
     assert steps == [("write-block", CHRONY), ("reload", "chrony")]
-    assert deployed.deploy().status == 0
+    assert "/etc/chrony/chrony.conf was edited on the host" in deployed.deploy().out
+    assert deployed.deploy(None, "--overwrite-edits").status == 0
     assert "prefer trust" in deployed.shell("pi", f"cat {CHRONY}")
     assert deployed.steps() == {}
 
