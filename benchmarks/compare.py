@@ -80,24 +80,33 @@ def commands(folder: Path, hosts: Sequence[SmallHost]) -> dict[str, list[str]]:
     }
 
 
-def measured(folder: Path, hosts: Sequence[SmallHost], rounds: int) -> dict[str, dict[str, float]]:
+def measured(
+    folder: Path, hosts: Sequence[SmallHost], rounds: int, without: Sequence[str]
+) -> dict[str, dict[str, float]]:
     """Returns the median of s by tool and job. Before each round of a tool its files are as they were."""
     found: dict[str, dict[str, list[float]]] = {}
-    tools = commands(folder, hosts)
+    tools = {name: one for name, one in commands(folder, hosts).items() if name not in without}
     for name in [one for one, command in tools.items() if not Path(command[0]).exists()]:
         print(f"{name} is not installed: `make bench-tools`", file=sys.stderr)
         del tools[name]
     version = 0
-    for number in range(rounds + 1):  # the first warms up
+    for number in range(rounds + 1):
         for tool, command in tools.items():
             version += 1
             write(folder / "files", dict.fromkeys(range(FILES), version))
+            if not number:  # warms up: interpreters, and what a tool keeps on the hosts
+                run(folder, command, JOBS[0])
+                continue
             for job in JOBS:
                 if job is JOBS[2]:
                     write(folder / "files", {0: -version})
                 seconds = run(folder, command, job)
-                if number:
-                    found.setdefault(tool, {}).setdefault(job, []).append(seconds)
+                print(
+                    f"  {len(hosts)} hosts, {number}: {tool}, {job}: {seconds:.2f} s",
+                    file=sys.stderr,
+                    flush=True,
+                )
+                found.setdefault(tool, {}).setdefault(job, []).append(seconds)
     return {
         tool: {job: statistics.median(all_) for job, all_ in jobs.items()} for tool, jobs in found.items()
     }
@@ -141,6 +150,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--hosts", type=int, nargs="+", default=[10], help="numbers of hosts: 10 30 60")
     parser.add_argument("--rounds", type=int, default=2, help="runs of each job; the median counts")
+    parser.add_argument("--without", nargs="+", default=[], metavar="TOOL", help="leave these tools out")
     given = parser.parse_args()
     if os.geteuid():
         raise SystemExit("this needs root: sshd logs in root")
@@ -150,7 +160,7 @@ def main() -> int:
             tempfile.TemporaryDirectory(prefix="swarm-bench-") as place,
             running(Path(place), number) as hosts,
         ):
-            shown(number, measured(Path(place), hosts, given.rounds))
+            shown(number, measured(Path(place), hosts, given.rounds, given.without))
     return 0
 
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import paramiko
-from deploy_cost.profile import before_connecting, on_a_host, table
+from deploy_cost import profile
 
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome
@@ -30,7 +30,7 @@ from swarmctl.lab.hosts import network
 from swarmctl.lab.lab_plan import plan_of
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
-from swarmctl.remote.transport import Target
+from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File
 from swarmctl.rules.runner import load_swarm
@@ -39,7 +39,19 @@ from tests.deploy.deploying import deploy
 FILES = 20
 AT_ONCE = Terms(healthy_for=0.0, healthy_within=30.0)  # how long a unit is watched is chosen, and no cost
 BARE = "bare paramiko: connect, true"
+# What a look at the states of the units costs at least, and one by a program in Python as root.
+STATES = "systemctl show -p Id,ActiveState -- {units}"
+LOOK = "sudo -n sh -c 'python3 -I -S -c pass; systemctl show -p Id,ActiveState -- {units}'"
+WRITE = """sudo -n sh -c 'systemctl show -p Id,ActiveState -- {units}; cd /opt; python3 -I -S -c "
+import os
+os.mkdir(str(os.getpid()))
+for number in range({files}):
+    with open(str(os.getpid()) + chr(47) + str(number), chr(119)) as file:
+        file.write(str(number) * 2000)
+print(os.getpid())
+" | (read made; sync -f $made; rm -r $made)'"""
 Bundles = Mapping[str, Bundle]
+_LOOK, _RESTS, _REST_WITHIN = 0.5, 0.2, 30.0  # s; share of the processors that work at rest; s
 
 
 @dataclass(frozen=True)
@@ -85,7 +97,23 @@ def booted(spec: Path) -> Iterator[tuple[Path, list[Target], Bundles]]:
         lab.down(name)
 
 
-def log_in(target: Target) -> None:
+@contextmanager
+def deployed(spec: Path) -> Iterator[tuple[list[Target], Bundles]]:
+    """A lab whose hosts have their releases; this process is in its network. Raises SystemExit."""
+    with booted(spec) as (namespace, targets, wanted):
+        network.enter(namespace)
+        reach = {target.host: target for target in targets}
+        carry_out(wanted, reach, SshTransport(), changes=True)
+        yield targets, wanted
+
+
+def log_in_everywhere(targets: list[Target], command: str = "true") -> None:
+    """Logs in to all hosts at once, and runs ``command``."""
+    with ThreadPoolExecutor(len(targets)) as pool:
+        list(pool.map(lambda target: log_in(target, command), targets))
+
+
+def log_in(target: Target, command: str = "true") -> None:
     """What nobody can do without: TCP, keys, login, one command."""
     kind, key = target.keys[0].split()
     with paramiko.SSHClient() as client:
@@ -96,9 +124,9 @@ def log_in(target: Target) -> None:
             target.address, target.port, target.user, key_filename=str(target.identities[0]),
             allow_agent=False, look_for_keys=False,
         )  # fmt: skip
-        _, output, _ = client.exec_command("true")
+        _, output, _ = client.exec_command(command)
         if output.channel.recv_exit_status() != 0:
-            raise SystemExit(f"`true` failed on {target.host}")
+            raise SystemExit(f"`{command}` failed on {target.host}")
 
 
 def with_files(wanted: Bundles, version: int) -> dict[str, Bundle]:
@@ -122,20 +150,22 @@ def retuned(wanted: Bundles, version: int) -> dict[str, Bundle]:
     return {host: replace(bundle, files=tuple(map(touched, bundle.files))) for host, bundle in wanted.items()}
 
 
+def carry_out(chosen: Bundles, reach: Mapping[str, Target], transport: Transport, *, changes: bool) -> None:
+    """Deploys. Raises SystemExit if a host fails, or is changed where it should not be."""
+    for event in deploy(chosen, reach, transport, parallel=len(reach), terms=AT_ONCE):
+        if isinstance(event, Finished):
+            result = result_of(event)
+            if not isinstance(result, Outcome) or result.changed is not changes:
+                raise SystemExit(f"{event.host}: {result}")
+
+
 def tasks(targets: list[Target], wanted: Bundles) -> list[Task]:
     reach = {target.host: target for target in targets}
     versions = iter(range(1, 1 << 20))
+    words = {"units": " ".join(unit.name for unit in wanted[targets[0].host].units), "files": FILES}
 
-    def carry_out(chosen: Bundles, *, changes: bool) -> None:
-        for event in deploy(chosen, reach, SshTransport(), parallel=len(targets), terms=AT_ONCE):
-            if isinstance(event, Finished):
-                result = result_of(event)
-                if not isinstance(result, Outcome) or result.changed is not changes:
-                    raise SystemExit(f"{event.host}: {result}")
-
-    def bare() -> None:
-        with ThreadPoolExecutor(len(targets)) as pool:
-            list(pool.map(log_in, targets))
+    def changed(chosen: Bundles, *, changes: bool) -> None:
+        carry_out(chosen, reach, SshTransport(), changes=changes)
 
     def plan() -> None:
         made = observe(wanted, reach, SshTransport(), parallel=len(targets))
@@ -143,19 +173,55 @@ def tasks(targets: list[Target], wanted: Bundles) -> list[Task]:
             raise SystemExit("the plan is not empty")
 
     return [
-        Task(BARE, bare),
+        Task(BARE, lambda: log_in_everywhere(targets)),
+        Task("floor: systemctl show", lambda: log_in_everywhere(targets, STATES.format(**words))),
+        Task("floor: Python as root, systemctl", lambda: log_in_everywhere(targets, LOOK.format(**words))),
         Task("plan, nothing to do", plan),
-        Task("deploy, nothing to do", lambda: carry_out(wanted, changes=False), 1.3),
+        Task("deploy, nothing to do", lambda: changed(wanted, changes=False), 1.3),
+        Task(f"floor: {FILES} files, synced", lambda: log_in_everywhere(targets, WRITE.format(**words))),
         Task(
             f"deploy, {FILES} files changed",
-            lambda: carry_out(with_files(wanted, next(versions)), changes=True),
+            lambda: changed(with_files(wanted, next(versions)), changes=True),
             1.6,
         ),
-        Task(
-            "deploy, every driver restarts", lambda: carry_out(retuned(wanted, next(versions)), changes=True)
-        ),
-        Task("", lambda: carry_out(wanted, changes=True)),  # back to where the round began, not shown
+        Task("deploy, every driver restarts", lambda: changed(retuned(wanted, next(versions)), changes=True)),
+        Task("", lambda: changed(wanted, changes=True)),  # back to where the round began, not shown
     ]
+
+
+def profiles(target: Target, wanted: Bundle, rounds: int) -> dict[str, profile.Costs]:
+    """The steps with one host, by what is done."""
+    versions = iter(range(1 << 20, 1 << 21))
+
+    def changed(change: Callable[[Bundles, int], Bundles]) -> Callable[[Transport], None]:
+        def once(transport: Transport) -> None:
+            chosen = change({target.host: wanted}, next(versions))
+            carry_out(chosen, {target.host: target}, transport, changes=True)
+
+        return once
+
+    return {
+        "one host, nothing to do": profile.on_a_host(target, wanted, rounds),
+        f"one host, {FILES} files changed": profile.of_a_deploy(changed(with_files), rounds),
+        "one host, one driver restarts": profile.of_a_deploy(changed(retuned), rounds),
+        profile.FLOOR: profile.floor(target, lambda: log_in(target), rounds),
+    }
+
+
+def await_rest() -> None:
+    """Returns once this machine has little to do: drivers that start slow down what is measured next."""
+    end = time.monotonic() + _REST_WITHIN
+    while time.monotonic() < end:
+        before, began = _busy(), time.monotonic()
+        time.sleep(_LOOK)
+        if _busy() - before < _RESTS * (time.monotonic() - began) * (os.cpu_count() or 1):
+            return
+
+
+def _busy() -> float:
+    """The s that all processors together have worked since the boot (proc_stat(5))."""
+    user, nice, system = Path("/proc/stat").read_text().split()[1:4]
+    return (int(user) + int(nice) + int(system)) / os.sysconf("SC_CLK_TCK")
 
 
 def measured(chosen: list[Task], rounds: int) -> list[dict[str, float]]:
@@ -164,6 +230,7 @@ def measured(chosen: list[Task], rounds: int) -> list[dict[str, float]]:
     for _ in range(rounds + 1):
         seconds = {}
         for task in chosen:
+            await_rest()
             began = time.perf_counter()
             task.run()
             seconds[task.name] = time.perf_counter() - began
@@ -204,9 +271,13 @@ def main() -> int:
             network.within(namespace, chosen[-1].run)  # the first deploy
             if given.profile:
                 target = targets[-1]
-                host = network.within(namespace, lambda: on_a_host(target, wanted[target.host], given.rounds))
-                print(*table("before the first connection", before_connecting(spec, given.rounds)), sep="\n")
-                print(*table("one host, nothing to do", host), sep="\n")
+                before = profile.before_connecting(spec, given.rounds)
+                print(*profile.table("before the first connection", before), sep="\n")
+                tables = network.within(
+                    namespace, lambda: profiles(target, wanted[target.host], given.rounds)
+                )
+                for title, costs in tables.items():
+                    print(*profile.table(title, costs), sep="\n")
                 return 0
             rounds = network.within(namespace, lambda: measured(chosen, given.rounds))
         return int(not shown(chosen, rounds) and given.check)

@@ -9,30 +9,25 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import statistics
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from deploy import AT_ONCE, booted, log_in, spec_of
+from deploy import deployed, log_in_everywhere, spec_of
 
-from swarmctl.deploy.outcome import Outcome
 from swarmctl.lab import lab, paths
-from swarmctl.lab.hosts import network
-from swarmctl.remote.parallel_hosts import Finished, result_of
-from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
-from tests.deploy.deploying import deploy
 
 BAR = 0.5  # s beyond one SSH connection
 _LOOK_EVERY = 0.01
 SWARMCTL = Path(sys.executable).with_name("swarmctl")
 SOURCE = ". /opt/swarm/bench/current/setup.bash"
-DRIVE = f"{SOURCE}; exec rostopic pub -r 10 /{{}}/cmd_vel geometry_msgs/Twist '[0.05, 0, 0]' '[0, 0, 0]'"
+DRIVE = "rostopic pub -r 10 /{}/cmd_vel geometry_msgs/Twist '[0.05, 0, 0]' '[0, 0, 0]'"
 
 
 def moving(name: str) -> list[str]:
@@ -90,33 +85,24 @@ def main() -> int:
 
 def measured(spec: Path, hosts: int, rounds: int, *, check: bool) -> int:
     name = f"bench-{os.getpid()}"
-    with booted(spec) as (namespace, targets, wanted):
-        network.enter(namespace)
-        reach = {target.host: target for target in targets}
-        for event in deploy(wanted, reach, SshTransport(), parallel=hosts, terms=AT_ONCE):
-            if isinstance(event, Finished) and not isinstance(result_of(event), Outcome):
-                raise SystemExit(str(result_of(event)))
+    with deployed(spec) as (targets, _):
         operator = home_of(spec.parent, targets)
-        drivers = [
-            subprocess.Popen(
-                lab.ssh_argv(name, targets[0].host, [f"bash -c '{drive}'"]),
-                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            )
-            for drive in (DRIVE.format(f"r_{target.host}").replace("'", "'\\''") for target in targets)
-        ]  # fmt: skip
+        drive = " & ".join([*(DRIVE.format(f"r_{target.host}") for target in targets), "wait"])
+        commanders = subprocess.Popen(  # one login: sshd drops some of ten at once
+            lab.ssh_argv(name, targets[0].host, ["bash", "-c", shlex.quote(f"{SOURCE}; {drive}")]),
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
         try:
             bare, stood, ended = [], [], []
             for _ in range(rounds):
                 began = time.monotonic()
-                with ThreadPoolExecutor(hosts) as pool:
-                    list(pool.map(log_in, targets))
+                log_in_everywhere(targets)
                 bare.append(time.monotonic() - began)
                 wheel, end = round_of(name, spec, hosts, operator)
                 stood.append(wheel)
                 ended.append(end)
         finally:
-            for one in drivers:
-                one.kill()
+            commanders.kill()
     medians = [statistics.median(one) for one in (bare, stood, ended)]
     print(f"{hosts} hosts, {rounds} rounds, median (worst)")
     titles = ("bare paramiko: connect, true", "stop: key to the last wheel", "stop: key to its end")

@@ -7,8 +7,6 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from rapidfuzz.distance import OSA
-
 _MANY = 500
 MOST_NEAR = 3  # more equally near words are no suggestion
 _FARTHEST = 4
@@ -116,6 +114,8 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 def typing_errors(word: str, other: str) -> int:
     """Returns how many letters are wrong, missing, additional or swapped, without case and separators."""
+    from rapidfuzz.distance import OSA  # noqa: PLC0415  (40 modules, and most specs have no wrong word)
+
     return OSA.distance(_bare(word), _bare(other))
 
 

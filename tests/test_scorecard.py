@@ -23,6 +23,7 @@ def test_a_row_is_green_only_if_its_tests_passed() -> None:
     row = Row("R1", "a fault", ("a", "b"))
     assert _state(row, {"a": ("passed", 1.0), "b": ("passed", 2.0)}) == ("green", 3.0)
     assert _state(row, {"a": ("passed", 1.0), "b": ("failure", 2.0)}) == ("red", 3.0)
-    assert _state(row, {"a": ("skipped", 0.0)}) == ("skipped", 0.0)
+    assert _state(row, {"a": ("passed", 1.0), "b": ("skipped", 0.0)}) == ("skipped", 1.0)
+    assert _state(row, {"a": ("passed", 1.0)}) == ("skipped", 1.0)
     assert _state(row, {}) == ("skipped", 0)
     assert _state(Row("R2", "a fault"), {}) == ("open", 0.0)

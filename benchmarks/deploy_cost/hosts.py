@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.packages.agent.fakehost import FakeHost
+from tests.ports import free_port
 from tests.remote import sshd
 
 _WAIT = 20.0  # s until an sshd listens
@@ -48,7 +49,7 @@ def running(folder: Path, number: int) -> Iterator[Sequence[SmallHost]]:
             (host.prefix / "app").mkdir()
             (host.prefix / "home").mkdir()
             key = sshd.make_key(host.prefix / "key")
-            port = sshd.free_port()
+            port = free_port()
             (host.prefix / "sshd").write_text(_CONFIG.format(prefix=host.prefix, folder=folder, port=port))
             servers.append(subprocess.Popen([sshd.SSHD, "-D", "-f", str(host.prefix / "sshd")]))
             app = str(host.prefix / "app")

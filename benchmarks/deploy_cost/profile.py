@@ -1,4 +1,4 @@
-"""Where the time goes if nothing is to do: on the operator's machine, and with one host."""
+"""Where the time goes: on the operator's machine, and with one host, alone."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
+from deploy_cost.steps import Steps
 from swarmctl.deploy.look import look
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Conversation, HostError, Session, Target
 from swarmctl.render.bundle import Bundle
 
+FLOOR = "floor: two connections, one fsync"
+_SYNCED = "dd if=/dev/zero of=.swarm-bench bs=4096 count=1 conv=fsync status=none && rm .swarm-bench"
 Costs = dict[str, tuple[float, float]]  # by step: s of wall time, s of the operator's CPU time
 
 #: What a process of swarmctl does before it connects. It prints its steps as JSON.
@@ -93,9 +96,41 @@ def _round(target: Target, bundle: Bundle) -> Iterator[tuple[str, tuple[float, f
         python = _cost(lambda: _run(session, "python3 -I -S -c pass"))
         yield "start Python", _less(python, true)
         with agent_client.talk(session) as host:
-            yield "start the agent", _less(_cost(lambda: _refused(host)), python)
+            yield "start the agent", _less(_cost(lambda: start_agent(host)), python)
             yield "first `observe`", _cost(lambda: look(host, bundle))
             yield "second `observe`", _cost(lambda: look(host, bundle))
+
+
+def of_a_deploy(deploy: Callable[[Steps], None], rounds: int) -> Costs:
+    """The steps of ``deploy`` with one host, over its argument; a first round is not counted."""
+    found = []
+    for _ in range(rounds + 1):
+        steps = Steps()
+        wall, cpu = time.perf_counter(), time.process_time()
+        deploy(steps)
+        whole = time.perf_counter() - wall, time.process_time() - cpu
+        costs: Costs = {}
+        for name, *cost in steps.taken:
+            number = sum(name == known.partition(" (")[0] for known in costs)
+            costs[f"{name} ({number + 1})" if number else name] = (cost[0], cost[1])
+        inside = (sum(one[part] for one in costs.values()) for part in (0, 1))
+        costs["swarmctl between these steps"] = _less(whole, (next(inside), next(inside)))
+        found.append(costs)
+    return _medians(found[1:])
+
+
+def floor(target: Target, log_in: Callable[[], None], rounds: int) -> Costs:
+    """What nobody can do without who confirms over a new connection what has reached the disk."""
+    found = []
+    for _ in range(rounds + 1):
+        first, again = _cost(log_in), _cost(log_in)
+        with SshTransport().connect(target) as session:
+            true = _cost(lambda: _run(session, "true"))
+            fsync = _less(_cost(lambda: _run(session, _SYNCED)), true)
+        found.append(
+            {"connect, login, `true`": first, "the same over a new connection": again, "fsync": fsync}
+        )
+    return _medians(found[1:])
 
 
 def _run(session: Session, command: str) -> None:
@@ -103,8 +138,8 @@ def _run(session: Session, command: str) -> None:
         channel.exchange([], lambda _: False, timeout=30)
 
 
-def _refused(host: Conversation) -> None:
-    """The shortest request: one that the agent refuses."""
+def start_agent(host: Conversation) -> None:
+    """Starts the agent with the shortest request: one that it refuses."""
     with suppress(HostError):
         host.ask({"verb": "no verb"})
 

@@ -49,6 +49,11 @@ class Verbs(LazyVerbs):
             HOSTS_FAILED,
             HOSTS_UNREACHABLE,
         ),
+        Verb(
+            "adopt",
+            "Bring what was edited on hosts into the files of the spec.",
+            HOSTS_UNREACHABLE,
+        ),
         Verb("deploy", "Deploy the spec to its hosts, wave by wave.", HOSTS_FAILED, HOSTS_UNREACHABLE),
         Verb(
             "history",

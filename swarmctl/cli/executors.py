@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -35,9 +36,12 @@ def transport(executor: str, *, in_lab: bool, secrets: bool = False) -> Iterator
             code=exit_codes.USAGE,
         )
     from swarmctl.remote import dask_cluster
+    from swarmctl.remote.either_ssh import EitherSsh
 
+    login = partial(EitherSsh, ssh_targets.choice())
     try:
-        with dask_cluster.workers(dask_cluster.address_of(executor), secrets=secrets) as found:
+        address = dask_cluster.address_of(executor)
+        with dask_cluster.workers(address, login=login, secrets=secrets) as found:
             yield found
     except dask_cluster.ClusterError as error:
         console.fail(f"--executor: {error}", error.fix)

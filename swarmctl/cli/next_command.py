@@ -22,8 +22,8 @@ def fitting(verb: str, where: Sequence[str]) -> list[str]:
     return [*where[:at], *where[at + 2 :]]
 
 
-_SPREAD = ("deploy", "plan", "remove", "rollback", "status")  # verbs that have `--executor`
-_HINTED = re.compile(r"\bswarmctl (deploy|plan|prepare|remove|start|status|trust)\b(?: SPEC\b)?")
+_SPREAD = ("adopt", "deploy", "plan", "remove", "rollback", "status")  # verbs that have `--executor`
+_HINTED = re.compile(r"\bswarmctl (adopt|deploy|plan|prepare|remove|start|status|trust)\b(?: SPEC\b)?")
 
 
 def completing(spec: SpecFiles, where: Sequence[str]) -> Callable[[str], str]:

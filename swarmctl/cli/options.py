@@ -47,6 +47,13 @@ Workspaces = Annotated[
         help="Read the ROS packages in this folder too, beside those in the folder of SPEC (repeatable).",
     ),
 ]  # fmt: skip
+Into = Annotated[
+    Path | None,
+    typer.Option(
+        "--into", metavar="FILE",
+        help="Write edits of hosts into this overlay (-f) instead of where their values stand.",
+    ),
+]  # fmt: skip
 Lab = Annotated[
     bool, typer.Option("--lab", help="Use the hosts of the running lab instead of the real hosts.")
 ]

@@ -14,16 +14,27 @@ if TYPE_CHECKING:
 
 def read(spec: SpecFiles) -> Reach:
     """Returns the hosts of a spec; exits with its errors if it does not even name a swarm."""
-    from swarmctl.diagnostics import has_errors
     from swarmctl.spec.reach import reach_of
 
     found, wrong = reach_of(spec.files)
     if found is None:
         console.print_diagnostics(wrong)
         console.fail(f"{spec.first} names no swarm", "`swarmctl validate` shows what is wrong with it")
-    if has_errors(wrong):
-        console.err().print(f"warning: {spec.first} has errors; what could be read of it is used")
     return found
+
+
+def warn_of_errors(spec: SpecFiles) -> None:
+    """Prints how many errors the spec has. It reads all of it, which takes long, so robots stop first."""
+    from swarmctl.diagnostics import Severity
+    from swarmctl.rules.runner import check_files
+
+    _, found = check_files(*spec.files, workspaces=spec.workspaces)
+    if number := sum(one.severity is Severity.ERROR for one in found.diagnostics):
+        errors, them = ("1 error", "it") if number == 1 else (f"{number} errors", "them")
+        console.err().print(
+            f"warning: {spec.first} has {errors}, and what could be read of it was used; "
+            f"`{spec.command('validate')}` shows {them}"
+        )
 
 
 def by_host(reach: Reach, chosen: Sequence[str] | None) -> tuple[dict[str, list[str]], list[str]]:

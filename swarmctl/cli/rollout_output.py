@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from swarmctl.cli import console, exit_codes
 
 if TYPE_CHECKING:
+    from swarmctl.cli.left_hosts import LeftHost
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.outcome import Outcome, Removed, Result
     from swarmctl.deploy.prepare import Prepared
@@ -73,12 +74,21 @@ def journal_warnings() -> Iterator[None]:
                             "`plan --offline` will not include this run")  # fmt: skip
 
 
-def warn_of_removed_hosts(hosts: Sequence[str], spec: SpecFiles) -> None:
-    """Warn about hosts that are no longer in the spec but still run its release."""
-    for name in hosts:
+def warn_of_left_hosts(
+    found: tuple[Mapping[str, LeftHost], Sequence[str]], spec: SpecFiles, where: Sequence[str]
+) -> None:
+    """Warn about hosts that are no longer in the spec but may still run its release.
+
+    ``found``: those whose address is known, and the names of the others; ``where``: options of a lab.
+    """
+    left, unknown = found
+    command = spec.command("remove", "--orphans", *where)
+    for name in [*left, *unknown]:
+        one = left.get(name)
+        named = f" ({one.place}, in the list of {one.named_by})" if one and one.named_by else ""
         console.err().print(
-            f"warning: host {name} is no longer in the spec but still runs the release deployed to it; "
-            f"add it again and run `{spec.command('remove', '--limit', name)}`, then delete it"
+            f"warning: host {name}{named} is no longer in the spec but may still run the release deployed to "
+            f"it; `{command}` removes it from there"
         )
 
 

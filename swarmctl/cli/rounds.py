@@ -36,6 +36,17 @@ def sizes(serial: str) -> list[str]:
     return found
 
 
+def asks() -> bool:
+    """Returns True on a terminal: scripts see no question."""
+    return sys.stdin.isatty() and console.err().is_terminal
+
+
+def agree(question: str) -> None:
+    """Asks; exits if the answer is not yes."""
+    if str(typer.prompt(f"{question} (yes)", default="no", err=True)) != "yes":
+        console.fail("nothing was changed", "answer `yes`, or use --yes in scripts")
+
+
 @dataclass(frozen=True)
 class View:
     """How the plan of a deploy is shown. ``where``: the options that choose hosts."""
@@ -87,11 +98,9 @@ class View:
 
     def _ask(self, plan: Plan, order: Order) -> None:
         """On a terminal, shows the plan and asks; exits if the answer is not yes. Scripts see no question."""
-        if not (sys.stdin.isatty() and console.err().is_terminal):
-            return
-        self._show(plan, order, console.err().print)
-        if str(typer.prompt(f"{self.verb.capitalize()} now? (yes)", default="no", err=True)) != "yes":
-            console.fail("nothing was changed", "answer `yes`, or use --yes in scripts")
+        if asks():
+            self._show(plan, order, console.err().print)
+            agree(f"{self.verb.capitalize()} now?")
 
     def _show(self, plan: Plan, order: Order, show: Callable[[Text], None]) -> None:
         from swarmctl.views.equal_hosts import names_of

@@ -10,12 +10,12 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from swarmctl.cli import console
+from swarmctl.cli import console, exit_codes
 
 if TYPE_CHECKING:
+    from swarmctl.remote.either_ssh import Choice, EitherSsh
     from swarmctl.remote.identities import Keyring
     from swarmctl.remote.known_hosts import KnownHosts
-    from swarmctl.remote.ssh import SshTransport
     from swarmctl.remote.ssh_config import Login
     from swarmctl.remote.sudo_password import SudoPassword
     from swarmctl.remote.transport import Target
@@ -64,15 +64,36 @@ class NamedHosts(Protocol):
         """Its hosts by name."""
 
 
-def transport(*, urgent: bool = False) -> SshTransport:
-    """Connections from this process, with the password of ``sudo`` if the environment names a file with it.
+def transport(*, urgent: bool = False, become: bool = True) -> EitherSsh:
+    """Connections from this process; to ``become`` root, with the password of ``sudo`` if there is one.
 
-    Ends the program if that file is wrong; if ``urgent``, goes on without the password, with a warning.
+    Ends the program if its file is wrong; if ``urgent``, goes on without the password, with a warning.
     """
-    from swarmctl.remote.ssh import SshTransport
+    from swarmctl.remote.either_ssh import EitherSsh
 
     name = os.environ.get(SUDO_PASSWORD_FILE)
-    return SshTransport(_keyring(Path.home()), sudo=_sudo_password(name, urgent) if name else None)
+    sudo = _sudo_password(name, urgent) if name and become else None
+    return EitherSsh(choice(), _keyring(Path.home()), sudo=sudo, note=_note)
+
+
+def choice() -> Choice:
+    """Which SSH the environment chooses; ends the program if it names none."""
+    from swarmctl.remote import either_ssh
+
+    try:
+        return either_ssh.chosen()
+    except ValueError:
+        values = ", ".join(one.value for one in either_ssh.Choice)
+        console.fail(
+            f"{either_ssh.VARIABLE}={os.environ[either_ssh.VARIABLE]}: it is one of {values}",
+            code=exit_codes.USAGE,
+        )
+
+
+def _note(text: str) -> None:
+    from swarmctl.views.escape import printable
+
+    console.err().print(f"note: {printable(text)}")
 
 
 @cache  # one prompt for each key
@@ -84,9 +105,11 @@ def _keyring(home: Path) -> Keyring:
 
 def ask_passphrases(targets: Iterable[Target]) -> None:
     """Asks for the passphrases of the keys to log in with, on a terminal; an empty answer leaves one out."""
-    if not (sys.stdin.isatty() and sys.stderr.isatty()):
-        return
-    hosts = [one for target in targets for one in _way(target)]
+    from swarmctl.remote.either_ssh import Choice, needs_program
+
+    if choice() is Choice.OPENSSH or not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return  # ssh takes keys with a passphrase from ssh-agent alone
+    hosts = [one for target in targets if not needs_program(target) for one in target.way()]
     locked = [
         path for paths in {one.identities for one in hosts} for path in _keyring(Path.home()).locked(paths)
     ]
@@ -100,13 +123,6 @@ def _ask_passphrase(path: Path) -> None:
         if _keyring(Path.home()).unlock(path, passphrase):
             return
         console.err().print(f"this is not the passphrase of {path}; Enter goes on without this key")
-
-
-def _way(target: Target) -> Iterator[Target]:
-    """The host and the hosts that it is reached through."""
-    yield target
-    if target.jump is not None:
-        yield from _way(target.jump)
 
 
 @cache  # a pipe can be read once
@@ -165,7 +181,17 @@ def targets(swarm: NamedHosts, known: KnownHosts) -> tuple[Mapping[str, Target],
             str(error), "swarmctl reads `~/.ssh/config` as ssh does; `ssh -G HOST` reports the same line"
         )
     ask_passphrases(found.values())
-    return found, tuple(config.warnings)
+    return found, (*config.warnings, *_unused(found.values()))
+
+
+def _unused(targets: Iterable[Target]) -> Iterator[str]:
+    """What in ``~/.ssh/config`` paramiko alone cannot use."""
+    from swarmctl.remote.either_ssh import Choice
+
+    if choice() is Choice.PARAMIKO:
+        for target in targets:
+            if target.proxy_command:
+                yield f"{target.host}: ProxyCommand in ~/.ssh/config is ignored with SWARMCTL_SSH=paramiko"
 
 
 def login(swarm: NamedHosts, name: str, behind: tuple[str, ...] = ()) -> Login:

@@ -5,57 +5,39 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from itertools import chain
 
-from swarm_agent.messages import KeepSecretsRequest, UnitState
+from swarm_agent.messages import UnitState
 
-from swarmctl.deploy.host_transaction import HostTransaction, Terms
+from swarmctl.deploy.deploy_rules import Rules
+from swarmctl.deploy.held_hosts import held, why
+from swarmctl.deploy.host_list_updates import write_all
+from swarmctl.deploy.host_lists import HostLists
+from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
-from swarmctl.deploy.look import NO_SECRETS, look, offer
+from swarmctl.deploy.look import NO_SECRETS, look
+from swarmctl.deploy.motion_guard import Guard, Seen, host_error
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
 from swarmctl.plan.busy_robots import BUSY, not_busy
+from swarmctl.plan.dependent_robots import Dependents, stops_of
 from swarmctl.plan.host_edits import not_edited
 from swarmctl.plan.observed_host import Observed
-from swarmctl.plan.plan import HostPlan, Kind, Plan
+from swarmctl.plan.plan import HostPlan, Plan
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.plan.waves import Order
-from swarmctl.remote import operators, parallel_hosts
+from swarmctl.remote import parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, Stop, result_of
 from swarmctl.remote.transport import Conversation, HostError, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
-from swarmctl.yamltext import hostlist
 
 Say = Callable[[str], None]
 _LOOK_AGAIN = 1.0  # s between two looks at a host
-
-
-@dataclass(frozen=True)
-class Rules:
-    """``most_failed``: hosts that may fail before the others are held back, None for any number;
-    ``optional``: hosts that do not count; ``terms``: what a change must show before it stays;
-    ``stop_robots``: robots that move or are under command are stopped, where a change would touch them;
-    ``overwrite_edits``: what people have edited on a host may be replaced;
-    ``wait``: s that the survey waits for robots that must not be touched now."""
-
-    most_failed: int | None = 0
-    optional: Collection[str] = ()
-    terms: Terms = field(default_factory=Terms)
-    stop_robots: bool = False
-    wait: float = 0.0
-    overwrite_edits: bool = False
-
-    def holds(self, errors: Mapping[str, HostError]) -> bool:
-        """Returns True if so many hosts have failed that the others are held back."""
-        return self.most_failed is not None and len(self.counted(errors)) > self.most_failed
-
-    def counted(self, errors: Mapping[str, HostError]) -> dict[str, HostError]:
-        """Returns the errors of the hosts that count."""
-        return {host: error for host, error in errors.items() if host not in self.optional}
 
 
 @dataclass(frozen=True)
@@ -79,7 +61,9 @@ class _Pending:
 class Deployment:
     """A deploy of ``bundles``. First ``survey`` it, then ``change`` the hosts. Use it as a context manager.
 
+    ``dependents``: what robots need beside their own drivers, all of whose hosts are in ``targets``;
     ``launch_files``: those to be read on hosts; a host is unfit if the rules find an error in them;
+    ``host_lists``: takes the lists of hosts in the survey; after a change the hosts get the present one;
     ``settles``: the survey finishes what an interrupted deploy has left on a host.
     """
 
@@ -96,6 +80,8 @@ class Deployment:
         stop: Stop | None = None,
         secrets: Mapping[str, str] = NO_SECRETS,
         launch_files: LaunchFiles | None = None,
+        host_lists: HostLists | None = None,
+        dependents: Dependents | None = None,
         settles: bool = True,
     ) -> None:
         self._bundles = bundles
@@ -105,8 +91,17 @@ class Deployment:
         self._stop = stop or Stop()
         self._secrets = secrets
         self._launch_files = launch_files
+        self._host_lists = host_lists
         self._settles = settles
         self._connections = Connections(transport, self._stop, self.verbs)
+        self._guard = (
+            Guard(
+                dependents, targets, self._connections, parallel, self._stop,
+                lenient=rules.most_failed is None, stop_robots=rules.stop_robots,
+            )
+            if dependents
+            else None
+        )  # fmt: skip
         self._surveyed: dict[str, Surveyed] = {}
         self._seconds: dict[str, float] = {}  # that the survey took, by host
         self.errors: dict[str, HostError] = {}
@@ -129,15 +124,35 @@ class Deployment:
                 else:
                     self._surveyed[event.host] = found
             yield event
+        self._decide()
+        yield from self._look_at_dependents(until)
+        for host, one in self._surveyed.items():
+            if problem := one.plan.problem:
+                self.errors[host] = host_error(problem)
+
+    def _decide(self) -> None:
+        """Completes the plans, once all hosts are observed."""
         if self._launch_files is not None:
             for host, one in self._surveyed.items():
                 self._surveyed[host] = replace(one, plan=self._launch_files.checked(one.plan))
-        self._note_problems()
 
-    def _note_problems(self) -> None:
-        for host, one in self._surveyed.items():
-            if problem := one.plan.problem:
-                self.errors[host] = HostError(ErrorKind(problem.kind), problem.message, problem.hint)
+    def _look_at_dependents(self, until: float) -> Iterator[Note]:
+        """Gives plans a problem if robots in use on any host depend on what they stop."""
+        if self._guard is None:
+            return
+        stops = {host: stops_of(one.plan) for host, one in self._surveyed.items() if not one.plan.problem}
+        away = self._bundles.keys() - self._surveyed.keys()
+        seen, noted = self._guard.look(stops, away), False
+        while seen.problems and time.monotonic() < until and not self._stop.requested:
+            if not noted:
+                yield from (Note(host, f"waiting: {one.message}") for host, one in seen.problems.items())
+                noted = True
+            time.sleep(_LOOK_AGAIN)
+            seen = self._guard.look(stops, away)
+        yield from seen.notes
+        for host, problem in seen.problems.items():
+            one = self._surveyed[host]
+            self._surveyed[host] = replace(one, plan=replace(one.plan, problem=problem))
 
     @property
     def hosts(self) -> list[str]:
@@ -165,6 +180,21 @@ class Deployment:
 
     def change(self, order: Order) -> Iterator[Event[Outcome]]:
         """Executes the plans in this order. Every host ends in exactly one ``Finished`` or ``Skipped``."""
+        deployed = []
+        for event in self._changes(order):
+            if isinstance(event, Finished) and not isinstance(result_of(event), HostError):
+                deployed.append(event.host)
+            yield event
+        self._store_host_list(deployed)
+
+    def _store_host_list(self, deployed: Collection[str]) -> None:
+        """Stores on these hosts which hosts the swarm has. One that does not take it gets it next time."""
+        if self._host_lists is not None and not self._stop.requested:
+            wanted = self._host_lists.wanted(deployed, self._bundles)
+            targets = [self._targets[name] for name in self._host_lists.outdated(deployed, wanted)]
+            write_all(self._host_lists, wanted, targets, self._connections, parallel=self._parallel)
+
+    def _changes(self, order: Order) -> Iterator[Event[Outcome]]:
         for name in self._bundles:
             if name in self.errors:
                 yield Finished(name, self.errors[name], self._seconds[name])
@@ -178,7 +208,7 @@ class Deployment:
             yield from (Skipped(host) for wave in waves for host in wave)
             return
         if self._rules.holds(failed):
-            yield from _held(waves, f"nothing was changed, since {_why(failed)}")
+            yield from held(waves, f"nothing was changed, since {why(failed)}")
             return
         with SwarmLease(self._swarm, self._connections, parallel=self._parallel, stop=self._stop) as lease:
             yield from self._with_lease(lease, waves, failed, together=order.together)
@@ -196,18 +226,34 @@ class Deployment:
         waves = [[host for host in wave if host not in refusals] for wave in waves]
         failed |= self._rules.counted(refusals)
         if locked := {host: one for host, one in refusals.items() if one.kind is ErrorKind.REFUSED}:
-            yield from _held(waves, f"nothing was changed, since {_why(locked)}")
+            yield from held(waves, f"nothing was changed, since {why(locked)}")
             return
         changed = "nothing was changed"
-        for wave in waves:
+        while waves and not self._rules.holds(failed):
+            seen = self._clear(waves)
+            yield from seen.notes
+            busy = {host: host_error(problem) for host, problem in seen.problems.items()}
+            yield from (Finished(host, error, 0.0) for host, error in busy.items())
+            failed |= self._rules.counted(busy)
+            waves = [[host for host in wave if host not in busy] for wave in waves]
             if self._rules.holds(failed):
-                yield from _held([wave], f"{changed}, since {_why(failed)}")
-                continue
+                break
+            wave, *waves = waves
             for event in self._wave(lease, wave, failed, together=together):
                 if isinstance(event, Finished | Skipped) and isinstance(error := result_of(event), HostError):
                     failed |= self._rules.counted({event.host: error})
                 yield event
             changed = "the rollout has stopped before it"
+        if waves:
+            yield from held(waves, f"{changed}, since {why(failed)}")
+
+    def _clear(self, waves: Sequence[Sequence[str]]) -> Seen:
+        """Looks once more at the robots that depend on the first of these waves, or stops those of all."""
+        if self._guard is None or self._stop.requested:
+            return Seen({})
+        hosts = chain.from_iterable(waves if self._rules.stop_robots else waves[:1])
+        stops = {host: stops_of(self._surveyed[host].plan) for host in hosts}
+        return self._guard.clear(stops, self._bundles.keys() - self._surveyed.keys())
 
     def _wave(
         self, lease: SwarmLease, wave: list[str], failed: Mapping[str, HostError], *, together: bool
@@ -215,7 +261,6 @@ class Deployment:
         def commit(target: Target, say: Say) -> Outcome:
             one = self._surveyed[target.host]
             with self._connections.talk(target) as host:
-                self._keep_secrets(lease, host, one.plan)
                 units = self._transaction(lease.run, target, say).commit(host, one.plan, one.observed.kept)
             return Outcome(one.plan, units, one.settled)
 
@@ -233,7 +278,6 @@ class Deployment:
         def change(target: Target, say: Say) -> _Pending:
             one = self._surveyed[target.host]
             with self._connections.talk(target) as host:
-                self._keep_secrets(lease, host, one.plan)
                 found = self._transaction(lease.run, target, say).change(host, one.plan, one.observed.kept)
             lease.waits(target.host, found[0], self._rules.terms.confirm_within)
             return _Pending(*found)
@@ -249,7 +293,7 @@ class Deployment:
             back = (
                 f"it was changed and is back at release {base}" if base else "it was changed and is as before"
             )
-            raise HostError(ErrorKind.HELD, f"{back}, since {_why(failures)}")
+            raise HostError(ErrorKind.HELD, f"{back}, since {why(failures)}")
 
         failures = dict(failed)
         for event in _unstarted(self._each(wave, change)):
@@ -293,7 +337,12 @@ class Deployment:
                 observed = self._observed(host, bundle)
             if self._launch_files is not None:
                 self._launch_files.read(host, bundle)
+            if self._host_lists is not None:
+                self._host_lists.read(host, target.host, observed)
         plan = reconcile(bundle, observed)
+        if stops_of(plan) and not plan.problem:
+            observed = self._observed_in_use(target, bundle)
+            plan = reconcile(bundle, observed)
         if not plan.problem and not self._rules.overwrite_edits:
             plan = not_edited(plan, bundle, observed)
         return Surveyed(plan if plan.problem else not_busy(plan, bundle, observed), observed, settled)
@@ -302,23 +351,27 @@ class Deployment:
         def connect(anew: bool) -> AbstractContextManager[Conversation]:
             return self._connections.talk(target, anew=anew)
 
+        def log_in() -> None:
+            self._connections.log_in(target)
+
         return HostTransaction(
-            self._bundles[target.host], run, connect, self._stop, self._rules.terms, say,
-            stop_robots=self._rules.stop_robots,
+            self._bundles[target.host], run, connect, log_in, self._stop, self._rules.terms, say,
+            stop_robots=self._rules.stop_robots, secrets=self._secrets,
         )  # fmt: skip
 
-    def _keep_secrets(self, lease: SwarmLease, host: Conversation, plan: HostPlan) -> None:
-        if due := plan.targets(Kind.SECRET):
-            request: KeepSecretsRequest = {
-                "verb": "keep_secrets",
-                "swarm": self._swarm,
-                "who": operators.this_one(),
-                "run": lease.run,
-            }
-            host.ask(request, offer(due, self._secrets))
+    def _observed_in_use(self, target: Target, bundle: Bundle) -> Observed:
+        """Observes a host, and asks its drivers, which answer slowly; anew if its agent has just ended."""
+        try:
+            with self._connections.talk(target) as host:
+                return self._observed(host, bundle, motion=True)
+        except HostError as error:
+            if error.kind not in (ErrorKind.LOST, ErrorKind.PROTOCOL):
+                raise
+        with self._connections.talk(target, anew=True) as host:
+            return self._observed(host, bundle, motion=True)
 
-    def _observed(self, host: Conversation, bundle: Bundle) -> Observed:
-        return look(host, bundle, secrets=self._secrets, motion=True, stop_robots=self._rules.stop_robots)
+    def _observed(self, host: Conversation, bundle: Bundle, *, motion: bool = False) -> Observed:
+        return look(host, bundle, secrets=self._secrets, motion=motion, stop_robots=self._rules.stop_robots)
 
     @property
     def _swarm(self) -> str:
@@ -336,22 +389,3 @@ def _unstarted(
 ) -> Iterator[Note | Finished[parallel_hosts.R] | Skipped]:
     """The events without ``Started``: the survey has shown the start."""
     return (event for event in events if not isinstance(event, parallel_hosts.Started))
-
-
-def _held(waves: Sequence[Sequence[str]], because: str) -> Iterator[Finished[Outcome]]:
-    error = HostError(ErrorKind.HELD, because)
-    return (Finished(host, error, 0.0) for wave in waves for host in wave)
-
-
-def _why(failed: Mapping[str, HostError]) -> str:
-    """Why hosts are held back: the failed ones, those of the same kind together."""
-    kinds: dict[str, list[str]] = {}
-    for host, error in failed.items():
-        words = {ErrorKind.UNFIT: "cannot run its part", ErrorKind.UNREACHABLE: "does not answer"}
-        words[ErrorKind.BUSY] = "has a robot that must not be touched now"
-        words[ErrorKind.EDITED] = "has files that were edited there"
-        text = words.get(error.kind, "failed")
-        if error.kind is ErrorKind.REFUSED:
-            text = f"is {error}" if str(error).startswith("locked by ") else f"refused it: {error}"
-        kinds.setdefault(text, []).append(host)
-    return "; ".join(f"{hostlist.written(hosts)} {text}" for text, hosts in kinds.items())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarm_agent.history_messages import ChangeEntry, HistoryAnswer, HistoryRequest
+from swarm_agent.kept_state import State
 
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.parallel_hosts import Event
@@ -13,9 +14,11 @@ from swarmctl.remote.transport import Conversation, Session, Target, Transport
 _VERBS = ("history",)
 
 
-def history(host: Conversation, swarm: str) -> HistoryAnswer:
-    """Returns the last changes of a host."""
+def history(host: Conversation, swarm: str, to: State | None = None) -> HistoryAnswer:
+    """Returns the last changes of a host, with ``to`` also the units that stop and start on the way there."""
     request: HistoryRequest = {"verb": "history", "swarm": swarm}
+    if to is not None:
+        request["to"] = (to.release, to.secrets)
     answer: HistoryAnswer = host.ask(request)
     return answer
 

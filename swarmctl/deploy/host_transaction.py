@@ -1,4 +1,4 @@
-"""The change of one host, from the operator's side: applied on one connection, confirmed over a new one.
+"""The change of one host, from the operator's side: applied, and confirmed after a new login.
 
 A host whose change is not confirmed goes back by itself: a release that locks its operator out does not stay.
 """
@@ -8,11 +8,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeVar
 
-from swarm_agent.messages import ApplyRequest, ConfirmRequest, HoldRequest, UnitState
+from swarm_agent.messages import ApplyAnswer, ApplyRequest, ConfirmRequest, HoldAnswer, HoldRequest, UnitState
 
+from swarmctl.deploy.look import offer
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote import agent_client, operators
@@ -22,11 +23,11 @@ from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
 R = TypeVar("R")
-APPLY_TIMEOUT = 300.0  # s; the agent's own steps are bounded, and this is above their sum
 _LOCK_WAIT = 60.0  # s; what the agent waits at most for an agent whose connection was lost
 _OTHERS_WAIT = 1.0  # s; for a lock that another operator holds
 _AGAIN = 1.0  # s between attempts to connect
 _GRACE = 15.0  # s after the deadline in which a host that went back should answer again
+_LATE = 2.0  # s; a new login that took longer is named in the error of a change that did not stay
 _RETRIED = (ErrorKind.UNREACHABLE, ErrorKind.LOST, ErrorKind.AUTH, ErrorKind.HOST_KEY, ErrorKind.PRIVILEGE)
 
 
@@ -47,16 +48,20 @@ class Terms:
 class HostTransaction:
     """The change of one host to ``bundle`` by the ``run`` that has its lease.
 
-    ``connect`` opens a connection, a new one if its argument is true, unless ``stop`` is cut.
+    ``connect`` opens a connection, a new one if its argument is true, unless ``stop`` is cut; ``log_in``
+    opens one beside that in use, runs a command over it and closes it. ``secrets``: the values that the
+    operator has.
     """
 
     bundle: Bundle
     run: str
     connect: Callable[[bool], AbstractContextManager[Conversation]]
+    log_in: Callable[[], None]
     stop: Stop
     terms: Terms
     note: Callable[[str], None]
     stop_robots: bool = False
+    secrets: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     @property
     def release(self) -> str:
@@ -74,6 +79,7 @@ class HostTransaction:
         if last["left"] and last["next"] == self.release:
             self.note("confirming what an earlier run has applied")
             self._hold(host, last["txid"])
+            self.log_in()
             self._confirm(host, last["txid"])
             return True
         if last["left"] and not _ours(last["who"]):
@@ -91,16 +97,21 @@ class HostTransaction:
     def commit(self, host: Conversation, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
         """Has the host execute the plan, and confirms it. Returns the states of its units.
 
-        Files whose digest is ``kept`` are not sent. Raises ``HostError`` if the change does not stay.
+        A change of files alone stays without a confirmation, and no units are looked at. Files whose digest
+        is ``kept`` are not sent. Raises ``HostError`` if the change does not stay.
         """
+        if plan.files_only:
+            self._switch(host, plan, kept)
+            return {}
         txid, units = self.change(host, plan, kept)
-        self.confirm(txid)
+        self.confirm(txid, host)
         return units
 
     def change(
         self, host: Conversation, plan: HostPlan, kept: Collection[str]
     ) -> tuple[str, Mapping[str, UnitState]]:
-        """As ``commit``, but the change waits for its confirmation. Returns its name, and the units."""
+        """As ``commit``, but any change waits for its confirmation. Returns its name, and the units."""
+        plan = replace(plan, files_only=False)
         txid = agent_client.new_txid()
         lost = None
         try:
@@ -109,20 +120,55 @@ class HostTransaction:
             if error.kind not in (ErrorKind.LOST, ErrorKind.PROTOCOL):
                 raise
             lost = error  # the agent may have begun, and goes on
+
+        def hold(host: Conversation) -> Mapping[str, UnitState]:
+            return self._hold(host, txid)
+
         try:
-            return txid, self._reached(lambda new: self._hold(new, txid))
+            return txid, self._reached(hold, first=None if lost else lambda: hold(host))
         except HostError as error:
             raise (lost if lost and error.kind is ErrorKind.REFUSED else error) from error
 
-    def confirm(self, txid: str) -> None:
-        """Confirms a change whose units keep running. Raises ``HostError`` if it does not stay."""
-        self._reached(lambda host: self._confirm(host, txid), anew=False)
+    def confirm(self, txid: str, host: Conversation | None = None) -> None:
+        """Confirms a change whose units keep running, once a new login has shown that the host lets us in.
+
+        ``host``: the conversation in which it was made, if that is still in use. Raises ``HostError`` if the
+        change does not stay.
+        """
+        begun = time.monotonic()
+
+        def confirm(host: Conversation) -> None:
+            self.log_in()  # after the units have kept running: what locks us out may take some s to begin
+            waited = time.monotonic() - begun
+            try:
+                self._confirm(host, txid)
+            except HostError as error:
+                if error.kind is not ErrorKind.FAILED or waited < _LATE:
+                    raise
+                raise _explained(error, waited) from error
+
+        self._reached(confirm, first=(lambda: confirm(host)) if host else None, anew=False)
 
     def undo(self, txid: str) -> None:
         """Undoes a change that waits for its confirmation. Raises ``HostError``."""
         self._reached(lambda host: self._undo(host, txid), anew=False)
 
-    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: Collection[str]) -> None:
+    def _switch(self, host: Conversation, plan: HostPlan, kept: Collection[str]) -> None:
+        """Has the host execute a change of files alone; a new connection shows the result of a lost one."""
+        txid = agent_client.new_txid()
+        try:
+            self._check(self._apply(host, txid, plan, kept)["release"])
+        except HostError as lost:
+            if lost.kind not in (ErrorKind.LOST, ErrorKind.PROTOCOL):
+                raise
+            try:
+                self._reached(lambda host: self._confirm(host, txid))
+            except HostError as error:
+                raise (lost if error.kind is ErrorKind.REFUSED else error) from error
+
+    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: Collection[str]) -> ApplyAnswer:
+        due = plan.targets(Kind.SECRET)
+        values = offer(due, self.secrets) if due else b""
         request: ApplyRequest = {
             "verb": "apply",
             "swarm": self.bundle.swarm,
@@ -135,24 +181,38 @@ class HostTransaction:
             "start": list(plan.targets(Kind.START)),
             "restart": list(plan.targets(Kind.RESTART)),
             "reload": list(plan.targets(Kind.RELOAD)),
-            "confirm_within": self.terms.confirm_within,
+            "files_only": plan.files_only,
+            "confirm_within": 0.0 if plan.files_only else self.terms.confirm_within,
+            "secrets": len(values),
             "stop_robots": self.stop_robots,
         }
-        payload = agent_client.pack(
+        archive = agent_client.pack(
             self.bundle.manifest_bytes,
             {file.path: (file.content, file.mode) for file in self.bundle.files if file.digest not in kept},
         )
-        self._ask(host, request, payload)
+        return self._ask(host, request, values + archive)
 
-    def _ask(self, host: Conversation, request: Mapping[str, Any], payload: bytes = b"") -> None:
-        host.ask(request, payload, on_note=self.note, timeout=APPLY_TIMEOUT)
+    def _ask(self, host: Conversation, request: Mapping[str, Any], payload: bytes = b"") -> ApplyAnswer:
+        answer: ApplyAnswer = host.ask(
+            request, payload, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT
+        )
+        return answer
 
-    def _reached(self, work: Callable[[Conversation], R], *, anew: bool = True) -> R:
+    def _reached(
+        self, work: Callable[[Conversation], R], *, first: Callable[[], R] | None = None, anew: bool = True
+    ) -> R:
         """Does the work over a new connection, which is tried until the host has gone back by itself.
 
-        Without ``anew`` a kept connection does for the first attempt.
+        ``first`` is the same work over the connection in use, and is tried before. Without ``anew`` a kept
+        connection does for the first attempt.
         """
-        begun = time.monotonic()
+        begun, noted = time.monotonic(), 0.0
+        if first is not None:
+            try:
+                return first()
+            except HostError as error:
+                if error.kind not in (*_RETRIED, ErrorKind.PROTOCOL) or self.stop.cut:
+                    raise
         while True:
             try:
                 with self.connect(anew) as host:
@@ -163,8 +223,9 @@ class HostTransaction:
                     raise
                 if waited > self.terms.confirm_within + _GRACE:
                     raise self._cut_off(error) from error
-                if anew:
+                if anew and waited >= noted:
                     self.note(f"no new connection since the change, for {waited:.0f} s: {error}")
+                    noted = 2 * waited
             anew = True
             time.sleep(_AGAIN)
 
@@ -186,11 +247,14 @@ class HostTransaction:
             "seconds": self.terms.healthy_for,
             "within": self.terms.healthy_within,
         }
-        units: Mapping[str, UnitState] = host.ask(request, on_note=self.note, timeout=APPLY_TIMEOUT)["units"]
-        return units
+        answer: HoldAnswer = host.ask(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
+        return answer["units"]
 
     def _confirm(self, host: Conversation, txid: str) -> None:
-        stays = host.ask(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"]
+        self._check(host.ask(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"])
+
+    def _check(self, stays: str | None) -> None:
+        """Raises ``HostError`` if the release that stays is another one."""
         if stays != self.release:
             raise HostError(
                 ErrorKind.PROTOCOL,
@@ -200,7 +264,7 @@ class HostTransaction:
 
     def _undo(self, host: Conversation, txid: str, *, pending: bool = True, wait: float = _LOCK_WAIT) -> None:
         request: ConfirmRequest = {**self._decision("undo", txid), "pending": pending, "wait": wait}
-        host.ask(request, on_note=self.note, timeout=APPLY_TIMEOUT)
+        host.ask(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
 
     def _decision(self, verb: Literal["confirm", "undo"], txid: str) -> ConfirmRequest:
         return {
@@ -210,6 +274,11 @@ class HostTransaction:
             "who": operators.this_one(),
             "wait": _LOCK_WAIT,
         }
+
+
+def _explained(error: HostError, waited: float) -> HostError:
+    """The error of a change that did not stay, with the s that passed without a new login."""
+    return HostError(error.kind, f"{error.message}; it took no new connection for {waited:.0f} s", error.hint)
 
 
 def _ours(who: str) -> bool:

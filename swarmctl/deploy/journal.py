@@ -8,7 +8,8 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from swarm_agent.manifest import ManifestData
+from swarm_agent.host_list_messages import HostLogin
+from swarm_agent.manifest_json import ManifestData
 
 from swarmctl.plan.observed_host import NOTHING, Observed
 from swarmctl.remote.answer_check import mismatch
@@ -20,11 +21,13 @@ def folder(swarm: str, environment: Mapping[str, str] = os.environ) -> Path:
     return Path(state) / "swarmctl" / swarm
 
 
-def remember(place: Path, host: str, digest: str, manifest: Mapping[str, Any]) -> None:
-    """Store that ``host`` runs release ``digest``, atomically. Raises ``OSError``."""
+def remember(
+    place: Path, host: str, digest: str, manifest: Mapping[str, Any], login: HostLogin | None = None
+) -> None:
+    """Store that ``host`` runs release ``digest``, and how it is reached, atomically. Raises ``OSError``."""
     place.mkdir(parents=True, exist_ok=True)
     draft = place / f".{host}.json.new"
-    draft.write_text(json.dumps({"digest": digest, "manifest": manifest}), "utf-8")
+    draft.write_text(json.dumps({"digest": digest, "manifest": manifest, "login": login}), "utf-8")
     draft.replace(place / f"{host}.json")
 
 
@@ -57,6 +60,15 @@ def _failed(place: Path, *, lab: bool) -> Path:
 def left(place: Path, hosts: Collection[str]) -> list[str]:
     """Returns the hosts with a stored release that are not in ``hosts``."""
     return sorted(file.stem for file in place.glob("[!.]*.json") if file.stem not in hosts)
+
+
+def login_of(place: Path, host: str) -> HostLogin | None:
+    """Returns how ``host`` was reached in the last deploy from this machine; None if that is not known."""
+    try:
+        login: HostLogin = json.loads((place / f"{host}.json").read_text("utf-8"))["login"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    return None if mismatch(login, HostLogin) else login
 
 
 def recall(place: Path, host: str) -> Observed:

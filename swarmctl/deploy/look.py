@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
@@ -43,7 +44,7 @@ def look(
     if bundle.secrets:
         request["secrets"] = list(bundle.secrets)
         offered = offer(bundle.secrets, secrets)
-    return from_answer(host.ask(request, offered), bundle)
+    return from_answer(host.ask(request, offered), bundle, received=time.time())
 
 
 def offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:

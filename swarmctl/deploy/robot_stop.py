@@ -17,7 +17,6 @@ from swarm_agent.motion_messages import (
     StopRequest,
 )
 
-from swarmctl.deploy.host_transaction import APPLY_TIMEOUT
 from swarmctl.remote import agent_archive, agent_client, operators, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
@@ -142,7 +141,7 @@ def restart(
             "stop_robots": stop_robots,
         }
         with agent_client.talk(session) as host:
-            answer: RestartAnswer = host.ask(request, on_note=note, timeout=APPLY_TIMEOUT)
+            answer: RestartAnswer = host.ask(request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT)
             return answer
 
     return _on_all(robots, targets, work, transport, parallel)

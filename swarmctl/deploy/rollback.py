@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from swarm_agent.history_messages import HistoryAnswer
-from swarm_agent.messages import RollbackRequest
+from swarm_agent.history_messages import HistoryAnswer, UnitsBack
+from swarm_agent.kept_state import State
+from swarm_agent.messages import ApplyAnswer, RollbackRequest
 
 from swarmctl.deploy.deployment import Deployment, Say, Surveyed
 from swarmctl.deploy.histories import history
 from swarmctl.deploy.host_transaction import HostTransaction
-from swarmctl.deploy.look import look
-from swarmctl.plan.history import NoWayBackError, after, before_last, runs
-from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
+from swarmctl.plan.busy_robots import not_busy
+from swarmctl.plan.history import NoWayBackError, after, back_steps, before_last, of_release, runs, state_of
+from swarmctl.plan.plan import HostPlan, Problem
 from swarmctl.plan.preflight import UNFIT
 from swarmctl.remote import operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS
-from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import Conversation, Target, Transport
+from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
+from swarmctl.remote.transport import Conversation, HostError, Target, Transport
 from swarmctl.render.bundle import Bundle
+
+_NOTHING = State("", "")
 
 
 class Rollback(Deployment):
@@ -39,66 +42,96 @@ class Rollback(Deployment):
         super().__init__(bundles, targets, transport, **more)
         self._to = to
         self._histories: dict[str, HistoryAnswer] = {}
+        self._chosen: dict[str, State] = {}
         self.problem = ""
 
-    def survey(self) -> Iterator[Event[object]]:
-        """Reads the history of every host, and chooses the release of each. Yields the events."""
-        yield from super().survey()
+    def _decide(self) -> None:
+        """Chooses what each host goes back to, from the histories of all."""
         try:
-            releases = self._releases()
+            states = self._states()
         except NoWayBackError as error:
             self.problem = str(error)
             return
         for host, one in self._surveyed.items():
-            current = self._histories[host]["release"]
-            wanted = releases.get(host, current)
+            current = state_of(self._histories[host])
+            wanted = states.get(host, current)
             if wanted is None or wanted == current:
                 continue
-            step = Step(Kind.ACTIVATE, wanted, f"replaces {current}")
-            kept = wanted in self._histories[host]["releases"]
-            missing = f"release {wanted} is not on the host any more"
-            problem = None if kept else Problem(UNFIT, missing, "deploy the spec that makes it")
-            plan = HostPlan(host, current, wanted, (step,), problem=problem)
-            self._surveyed[host] = replace(one, plan=plan)
-        self._note_problems()
+            self._chosen[host] = wanted
+            now = current.release if current else None
+            problem = _missing(self._histories[host], wanted)
+            self._surveyed[host] = replace(one, plan=HostPlan(host, now, wanted.release, problem=problem))
+        possible = [host for host in self._chosen if not self._surveyed[host].plan.problem]
+        for event in self._each(possible, self._units_back):
+            if isinstance(event, Finished | Skipped):
+                self._complete(event.host, result_of(event))
 
-    def _releases(self) -> Mapping[str, str]:
+    def _units_back(self, target: Target, say: Say) -> UnitsBack:
+        with self._connections.talk(target) as host:
+            return history(host, self._swarm, self._chosen[target.host])["units"]
+
+    def _complete(self, host: str, units: UnitsBack | HostError) -> None:
+        one = self._surveyed[host]
+        if isinstance(units, HostError):
+            problem = Problem(units.kind.value, units.message, units.hint)
+            plan = replace(one.plan, problem=problem)
+        else:
+            steps = back_steps(one.plan.base, one.plan.next, units)
+            plan = not_busy(replace(one.plan, steps=steps), self._bundles[host], one.observed)
+        self._surveyed[host] = replace(one, plan=plan)
+
+    def _states(self) -> Mapping[str, State]:
         found = runs({host: answer["entries"] for host, answer in self._histories.items()})
-        current = {host: answer["release"] for host, answer in self._histories.items()}
+        current = {host: state_of(answer) for host, answer in self._histories.items()}
         if not self._to:
             return before_last(found, current)
-        having = [host for host, one in self._histories.items() if self._to in one["releases"]]
-        return dict.fromkeys(having, self._to) if having else after(found, self._to)
+        having = {
+            host: of_release(one["entries"], self._to, current[host])
+            for host, one in self._histories.items()
+            if self._to in one["releases"]
+        }
+        return having or after(found, self._to)
 
     def _look(self, target: Target, say: Say) -> Surveyed:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
-            observed = look(host, bundle)
+            observed = self._observed(host, bundle, motion=True)
             settled = self._settles and self._transaction("", target, say).settle(host, observed)
             if settled:
-                observed = look(host, bundle)
+                observed = self._observed(host, bundle, motion=True)
             self._histories[target.host] = history(host, bundle.swarm)
         plan = HostPlan(target.host, observed.digest, observed.digest or bundle.digest)
         return Surveyed(plan, observed, settled)
 
     def _transaction(self, run: str, target: Target, say: Say) -> HostTransaction:
         usual = super()._transaction(run, target, say)
-        if target.host not in self._surveyed:
+        if target.host not in self._chosen:
             return usual
-        return _HostRollback(**vars(usual), to=self._surveyed[target.host].plan.next)
+        return _HostRollback(**vars(usual), to=self._chosen[target.host])
+
+
+def _missing(history: HistoryAnswer, wanted: State) -> Problem | None:
+    """Why the host cannot go back to ``wanted``."""
+    if wanted.release not in history["releases"]:
+        what = f"release {wanted.release} is"
+    elif wanted.secrets and wanted.secrets not in history["secret_sets"]:
+        what = f"the secrets that release {wanted.release} had are"
+    else:
+        return None
+    return Problem(UNFIT, f"{what} not on the host any more", "deploy the spec that makes it")
 
 
 @dataclass(frozen=True)
 class _HostRollback(HostTransaction):
-    """The change of a host to the release ``to``, which it has kept."""
+    """The change of a host to the state ``to``, which it has kept."""
 
-    to: str = ""
+    to: State = _NOTHING
 
     @property
     def release(self) -> str:
-        return self.to
+        return self.to.release
 
-    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: object) -> None:
+    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: object) -> ApplyAnswer:
         request: RollbackRequest = {
             "verb": "rollback",
             "swarm": self.bundle.swarm,
@@ -107,7 +140,8 @@ class _HostRollback(HostTransaction):
             "run": self.run,
             "base": plan.base,
             "next": plan.next,
+            "secrets": self.to.secrets,
             "confirm_within": self.terms.confirm_within,
             "stop_robots": self.stop_robots,
         }
-        self._ask(host, request)
+        return self._ask(host, request)

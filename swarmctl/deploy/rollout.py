@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
 
-from swarm_agent.messages import RemoveRequest
+from swarm_agent.messages import RemoveAnswer, RemoveRequest
 
-from swarmctl.deploy.host_transaction import APPLY_TIMEOUT
+from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
 from swarmctl.deploy.look import NO_SECRETS, look
+from swarmctl.deploy.motion_guard import Guard, host_error
 from swarmctl.deploy.outcome import Removed
+from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.plan import HostPlan, Plan, Problem
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.remote import agent_client, operators, parallel_hosts
+from swarmctl.remote.agent_archive import DEPLOY_VERBS
+from swarmctl.remote.connections import Connections
+from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Session, Target, Transport
 from swarmctl.render.bundle import Bundle
 
@@ -26,10 +32,11 @@ def observe(
     parallel: int = parallel_hosts.PARALLEL,
     secrets: Mapping[str, str] = NO_SECRETS,
     launch_files: LaunchFiles | None = None,
+    host_lists: HostLists | None = None,
 ) -> Plan:
     """Observe every host and plan it; the plan of an unreachable host contains the reason.
 
-    ``launch_files``: those to be read on hosts and checked.
+    ``launch_files``: those to be read on hosts and checked; ``host_lists``: takes their lists of hosts.
     """
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
@@ -38,6 +45,8 @@ def observe(
             observed = look(host, bundle, contents=diff, secrets=secrets)
             if launch_files is not None:
                 launch_files.read(host, bundle)
+            if host_lists is not None:
+                host_lists.read(host, target.host, observed)
             return reconcile(bundle, observed, diff=diff)
 
     chosen = [targets[name] for name in bundles]
@@ -60,24 +69,36 @@ def planned(bundle: Bundle, result: HostPlan | HostError) -> HostPlan:
 
 
 def remove(
-    swarm: str,
-    targets: Iterable[Target],
+    hosts: Sequence[str],
+    targets: Mapping[str, Target],
     transport: Transport,
     *,
+    dependents: Dependents,
     parallel: int = parallel_hosts.PARALLEL,
     stop: parallel_hosts.Stop | None = None,
     stop_robots: bool = False,
 ) -> Iterator[parallel_hosts.Event[Removed]]:
-    """Remove the swarm from every target: stop the robots; remove units, links and folder."""
+    """Remove the swarm from ``hosts``: stop the robots; remove units, links and folder.
 
-    def work(session: Session, target: Target, note: Callable[[str], None]) -> Removed:
-        request: RemoveRequest = {
-            "verb": "remove",
-            "swarm": swarm,
-            "who": operators.this_one(),
-            "stop_robots": stop_robots,
-        }
-        with agent_client.talk(session) as host:
-            return Removed(host.ask(request, on_note=note, timeout=APPLY_TIMEOUT)["removed"])
+    A host stays as it is if robots in use depend on its units, on whichever host of ``targets`` they are.
+    """
+    stop = stop or parallel_hosts.Stop()
+    with closing(Connections(transport, stop, DEPLOY_VERBS)) as connections:
 
-    return parallel_hosts.run(targets, work, transport=transport, parallel=parallel, stop=stop)
+        def work(target: Target, note: Callable[[str], None]) -> Removed:
+            request: RemoveRequest = {
+                "verb": "remove",
+                "swarm": dependents.swarm.name,
+                "who": operators.this_one(),
+                "stop_robots": stop_robots,
+            }
+            with connections.talk(target) as host:
+                answer: RemoveAnswer = host.ask(request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT)
+                return Removed(answer["removed"])
+
+        guard = Guard(dependents, targets, connections, parallel, stop, lenient=True, stop_robots=stop_robots)
+        seen = guard.clear({host: dependents.units_on(host) for host in hosts})
+        yield from seen.notes
+        yield from (Finished(host, host_error(one), 0.0) for host, one in seen.problems.items())
+        free = [targets[host] for host in hosts if host not in seen.problems]
+        yield from parallel_hosts.each(free, work, parallel=parallel, stop=stop)

@@ -26,6 +26,7 @@ LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement it
 _LONGEST_START = 10.0  # s
 _NO_MAIN_PROCESS = ("dead", "failed", "auto-restart", "start-pre")  # sub states of a service
 _PERIODS_TO_JUDGE = 2.0
+_BUSY = 0.9  # of the time of all processors
 _MOST_NAMED = 3
 
 
@@ -237,14 +238,26 @@ def driver(
     return ok(f"{robot.node} runs")
 
 
+def environment(host: str, unit: str, differences: Sequence[str]) -> Verdict:
+    """Checks the ROS variables of the process of a unit. ``differences`` from the release, in words."""
+    if not differences:
+        return ok("is that of the release")
+    hint = f"on {host}, for what overrides it: systemctl cat {unit}; then: sudo systemctl restart {unit}"
+    return bad(f"{listed(differences)}: a drop-in sets it, or the unit runs from before", hint)
+
+
 def report(seen: Report) -> Verdict:
     """Returns the state that the driver reports in /diagnostics."""
     state = {0: State.OK, 1: State.WARNING}.get(seen.level, State.BAD)
     return Verdict(state, seen.message or "reports no details")
 
 
-def topic(wanted: DriverTopic, node: NodeSeen) -> Verdict:
-    """Checks that a topic is published, its type and its rate."""
+def topic(wanted: DriverTopic, node: NodeSeen, busy: float | None = None) -> Verdict:
+    """Checks that a topic is published, its type and its rate.
+
+    ``busy``: the share of the time in which the processors of its host worked. A host with much to do slows
+    down its nodes, and what status looks with: then a low rate is a warning, and silence is none.
+    """
     published_as = node.publishes.get(wanted.name)
     seen = node.topics.get(wanted.name)
     if published_as is None:
@@ -257,10 +270,10 @@ def topic(wanted: DriverTopic, node: NodeSeen) -> Verdict:
         return unknown("was not measured")
     if seen.error:
         return bad(f"cannot be received: {seen.error}")
-    return _rate(wanted, seen)
+    return _rate(wanted, seen, busy)
 
 
-def _rate(wanted: DriverTopic, seen: TopicSeen) -> Verdict:
+def _rate(wanted: DriverTopic, seen: TopicSeen, busy: float | None) -> Verdict:
     if wanted.rate * seen.seconds < _PERIODS_TO_JUDGE and seen.rate is None:
         return Verdict(State.SKIPPED, f"is too slow to be measured in {seen.seconds:g} s")
     if seen.count == 0:
@@ -270,8 +283,12 @@ def _rate(wanted: DriverTopic, seen: TopicSeen) -> Verdict:
     text = f"measured {seen.rate:.1f} Hz of {wanted.rate:g}"
     if seen.rate >= LOWEST_SHARE * wanted.rate:
         return ok(text)
-    stalled = seen.age is not None and seen.age * wanted.rate > _PERIODS_TO_JUDGE
-    return bad(f"{text}, the last message {seen.age:.1f} s ago" if stalled else text)
+    if seen.age is not None and seen.age * wanted.rate > _PERIODS_TO_JUDGE:
+        return bad(f"{text}, the last message {seen.age:.1f} s ago")
+    if busy is not None and busy >= _BUSY:
+        text = f"{text}, while the processors of its host were busy ({busy:.0%})"
+        return warning(text, "`top` on the host shows what keeps them busy")
+    return bad(text)
 
 
 def listed(texts: Sequence[str]) -> str:

@@ -12,9 +12,12 @@ from swarmctl.health import (
     checks,
     command_sources,
     gate_checks,
+    host_checks,
     launched_checks,
     node_names,
+    peer_checks,
     program_checks,
+    publisher_checks,
     time_checks,
 )
 from swarmctl.health.checks import State, Verdict
@@ -65,9 +68,13 @@ def diagnose(
         for robot in host.robots:
             if host.name in answers:
                 _command_sources(found, robot, answers.get(host.hub), answers[host.name])
+                publisher_checks.compare(found, host, robot, answers.get(host.hub))
                 _stop(found, robot, answers[host.name])
                 _robot(found, host, robot, answers[host.name], names)
                 _gate(found, host, robot, answers[host.name], hub=answers.get(host.hub), names=names)
+                runs = f"{'gate' if robot.gate is not None else 'driver'} {robot.name}"
+                after = [f"master {host.name}", f"unit {_unit_subject(host.name, robot.unit)}", runs]
+                peer_checks.compare(found, host, robot, answers.get(host.hub), after)
             else:
                 not_probed = checks.unknown("its host could not be probed")
                 found.add("robot", robot.name, not_probed, robot=robot, after=[gates[host.name]])
@@ -97,6 +104,7 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
         found.add("probe", f"{host.name} {part}", checks.unknown(why), host=host)
     if answer.release is not None or "release" not in answer.troubles:
         found.add("release", host.name, checks.release(host, answer.release), host=host)
+    host_checks.compare(found, host, answer)
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
         found.add("clock", host.name, checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
     of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit, robot.pairing_unit)}
@@ -194,12 +202,18 @@ def _robot(
     starting = [master, device] if process is not None and process.active == "activating" else []
     rivals = names.of(host.name, robot.unit)
     unit = _unit(found, host, robot.unit, answer, robot=robot, after=[*rivals, *starting])
+    differences = answer.environments.get(robot.unit, ())
+    environment = found.add(
+        "environment", robot.name, checks.environment(host.name, robot.unit, differences), robot=robot
+    )
     if not robot.node:
-        _launched(found, host, robot, answer, [*rivals, master, probe_ros, device, unit, release])
+        _launched(
+            found, host, robot, answer, [*rivals, master, environment, probe_ros, device, unit, release]
+        )
         return
     driver = found.add(
         "driver", robot.name, checks.driver(robot, host, process, node),
-        robot=robot, after=[*rivals, master, probe_ros, unit, release],
+        robot=robot, after=[*rivals, master, environment, probe_ros, unit, release],
     )  # fmt: skip
     if node is None or not node.alive:
         return
@@ -214,7 +228,8 @@ def _robot(
         )
     for topic in robot.topics:
         found.add(
-            "topic", f"{topic.name} of {robot.name}", _of_robot(checks.topic(topic, node), robot),
+            "topic", f"{topic.name} of {robot.name}",
+            _of_robot(checks.topic(topic, node, answer.busy), robot),
             robot=robot, after=[device, unit, report, driver, probe_ros, release, time],
         )  # fmt: skip
 
@@ -265,7 +280,8 @@ def _launched(
         return
     for topic in robot.topics:
         found.add(
-            "topic", f"{topic.name} of {robot.name}", _of_robot(launched_checks.topic(topic, seen), robot),
+            "topic", f"{topic.name} of {robot.name}",
+            _of_robot(launched_checks.topic(topic, seen, answer.busy), robot),
             robot=robot, after=[*after, driver, f"{time_checks.TIME} {host.hub}"],
         )  # fmt: skip
 

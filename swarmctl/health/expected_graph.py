@@ -95,6 +95,7 @@ class ExpectedHost:
     hub: str
     master_uri: str
     master_unit: str | None
+    master_cleanup: str  # takes nodes out of it that have ended, a shell command; empty without a master
     robots: tuple[ExpectedRobot, ...]
     multimaster: ExpectedMultimaster | None = None
     programs: tuple[ExpectedProgram, ...] = ()
@@ -110,7 +111,7 @@ class ExpectedGraph:
     """A healthy swarm, with its hosts in the order of the spec.
 
     ``addresses`` maps each island to what may stand for a host in the URIs of its nodes. ``simulated_time``:
-    nodes take their time from /clock.
+    nodes take their time from /clock. ``program_topics``: what programs of any host declare to publish.
     """
 
     swarm: str
@@ -119,6 +120,7 @@ class ExpectedGraph:
     bridges: tuple[ExpectedBridge, ...] = ()
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     simulated_time: bool = False
+    program_topics: frozenset[str] = frozenset()
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
@@ -137,8 +139,10 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
     hosts = (_host(swarm, middleware, swarm.hosts[name], release) for name, release in releases.items())
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
     places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
+    programs = (one for host in swarm.hosts.values() for one in programs_of(swarm, host))
+    topics = frozenset(name for one in programs for name, _ in one.publishes)
     return ExpectedGraph(
-        swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places, swarm.use_sim_time
+        swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places, swarm.use_sim_time, topics
     )
 
 
@@ -155,6 +159,7 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
         hub=island.hub,
         master_uri=master.uri if master else "",
         master_unit=master.unit if master and host.name == island.hub else None,
+        master_cleanup=master.cleanup if master else "",
         robots=tuple(
             _robot(swarm, middleware.driver(swarm, robot), robot, host)
             for robot in swarm.robots_on(host.name)

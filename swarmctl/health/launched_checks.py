@@ -49,10 +49,10 @@ def driver(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None) 
     return found or checks.ok(f"{', '.join(seen.started) if seen is not None else 'it'} runs")
 
 
-def topic(wanted: DriverTopic, seen: LaunchedSeen) -> Verdict:
-    """Checks a topic that one of the nodes of a launch file should publish."""
+def topic(wanted: DriverTopic, seen: LaunchedSeen, busy: float | None = None) -> Verdict:
+    """Checks a topic that one of the nodes of a launch file should publish; see ``checks.topic``."""
     node = publisher(wanted.name, seen)
-    return checks.topic(wanted, node) if node is not None else checks.bad("is not published")
+    return checks.topic(wanted, node, busy) if node is not None else checks.bad("is not published")
 
 
 def problem(program: Launched, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict | None:

@@ -172,10 +172,11 @@ class GraphSeen:
 
 @dataclass(frozen=True)
 class SenderSeen:
-    """A publisher of a command topic: the host in its URI, and what it publishes (name to type)."""
+    """A publisher: the host in its URI, what it publishes (name to type), why it does not answer."""
 
     host: str
     publishes: Mapping[str, str]
+    error: str = ""
 
 
 @dataclass(frozen=True)
@@ -200,6 +201,50 @@ class LatchSeen:
 
 
 @dataclass(frozen=True)
+class ChangeSeen:
+    """The last change of a host. ``state`` as in its record, empty without one; ``left``: s until it is
+    undone without a confirmation; ``holder``: who changes the host now, or None.
+    """
+
+    state: str
+    who: str
+    left: float
+    error: str
+    holder: str | None
+
+
+@dataclass(frozen=True)
+class DriftSeen:
+    """How a host deviates from its current release: by path, what is the matter."""
+
+    files: Mapping[str, str]
+    links: Mapping[str, str]
+    blocks: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class DiskSeen:
+    """A file system to which the swarm writes. ``free`` and ``size`` in bytes; ``inodes`` that are free, None
+    where they have no number; ``used_by``: one of the swarm's folders on it.
+    """
+
+    place: str
+    used_by: str
+    free: int
+    size: int
+    inodes: int | None
+    read_only: bool
+
+
+@dataclass(frozen=True)
+class MemorySeen:
+    """The memory of a host, in bytes."""
+
+    size: int
+    available: int
+
+
+@dataclass(frozen=True)
 class Answer:
     """The answer of one host. A missing part could not be determined; ``troubles`` may have the reason."""
 
@@ -211,12 +256,21 @@ class Answer:
     conflicts: Mapping[str, Mapping[str, ConflictSeen]] = field(default_factory=dict)  # by unit and node
     commanders: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     receivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    others: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by topic
+    peers: Mapping[str, str] = field(default_factory=dict)  # by node, why it cannot be connected to
     senders: Mapping[str, SenderSeen] = field(default_factory=dict)
     graph: GraphSeen | None = None
     simulated_time: SimulatedTimeSeen | None = None
     devices: Mapping[str, DeviceSeen] = field(default_factory=dict)
+    environments: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # differences, by unit
     latches: Mapping[str, LatchSeen] = field(default_factory=dict)  # by robot
     clock_ahead: float | None = None  # s, against the operator's clock
     boot_id: str = ""
+    change: ChangeSeen | None = None
+    drift: DriftSeen | None = None
+    disks: tuple[DiskSeen, ...] = ()
+    memory: MemorySeen | None = None
+    busy: float | None = None  # share of the time in which the processors worked while the host was probed
+    temperature: float | None = None  # of the processor, degrees Celsius
     images: Mapping[str, ImageSeen] = field(default_factory=dict)  # by unit
     troubles: Mapping[str, str] = field(default_factory=dict)

@@ -7,8 +7,11 @@ from typing import Any, TypeVar
 
 from swarmctl.health.observations import (
     Answer,
+    ChangeSeen,
     ConflictSeen,
     DeviceSeen,
+    DiskSeen,
+    DriftSeen,
     EndedSeen,
     ForeignNode,
     GraphSeen,
@@ -16,6 +19,7 @@ from swarmctl.health.observations import (
     LatchSeen,
     LaunchedSeen,
     MasterSeen,
+    MemorySeen,
     NodeSeen,
     Report,
     SenderSeen,
@@ -45,6 +49,8 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
         conflicts={_text(unit): _each(found, _conflict) for unit, found in _items(data.get("conflicts"))},
         commanders={_text(name): _texts(found) for name, found in _items(data.get("commanders"))},
         receivers={_text(name): _texts(found) for name, found in _items(data.get("receivers"))},
+        others={_text(name): _texts(found) for name, found in _items(data.get("others"))},
+        peers={_text(name): _text(why) for name, why in _items(data.get("peers"))},
         graph=_graph(data["graph"]) if isinstance(data.get("graph"), Mapping) else None,
         simulated_time=_simulated_time(data.get("simulated_time")),
         senders=_each(data.get("senders"), _sender),
@@ -52,6 +58,13 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
         latches=_each(data.get("latches"), _latch),
         clock_ahead=None if time is None or received is None else time - received,
         boot_id=_text(data.get("boot_id")),
+        change=_change(data["change"]) if isinstance(data.get("change"), Mapping) else None,
+        drift=_drift(data["drift"]) if isinstance(data.get("drift"), Mapping) else None,
+        disks=_disks(data.get("disks")),
+        memory=_memory(data.get("memory")),
+        busy=_float_or_none(data.get("busy")),
+        temperature=_float_or_none(data.get("temperature")),
+        environments={_text(unit): _texts(found) for unit, found in _items(data.get("environments"))},
         images=_each(data.get("images"), _image),
         troubles={_text(name): _text(why) for name, why in _items(data.get("troubles"))},
     )
@@ -186,9 +199,48 @@ def _latch(data: Mapping[str, Any]) -> LatchSeen:
     return LatchSeen(_text(data.get("who")), _float_or_none(data.get("since")) or 0.0)
 
 
+def _change(data: Mapping[str, Any]) -> ChangeSeen:
+    return ChangeSeen(
+        state=_text(data.get("state")),
+        who=_text(data.get("who")),
+        left=_float_or_none(data.get("left")) or 0.0,
+        error=_text(data.get("error")),
+        holder=_text(data.get("holder")) or None,
+    )
+
+
+def _drift(data: Mapping[str, Any]) -> DriftSeen:
+    files, links, blocks = (
+        {_text(path): _text(what) for path, what in _items(data.get(part))}
+        for part in ("files", "links", "blocks")
+    )
+    return DriftSeen(files, links, blocks)
+
+
+def _disks(data: Any) -> tuple[DiskSeen, ...]:
+    known = data[:_MOST] if isinstance(data, list) else ()
+    return tuple(
+        DiskSeen(
+            place=_text(one.get("place")),
+            used_by=_text(one.get("used_by")),
+            free=_count(one.get("free")),
+            size=_count(one.get("size")),
+            inodes=None if one.get("inodes") is None else _count(one.get("inodes")),
+            read_only=one.get("read_only") is True,
+        )
+        for one in known
+        if isinstance(one, Mapping)
+    )
+
+
+def _memory(data: Any) -> MemorySeen | None:
+    size = _count(data.get("size")) if isinstance(data, Mapping) else 0
+    return MemorySeen(size, _count(data.get("available"))) if size else None
+
+
 def _sender(data: Mapping[str, Any]) -> SenderSeen:
     publishes = {_text(name): _text(kind) for name, kind in _items(data.get("publishes"))}
-    return SenderSeen(host=_text(data.get("host")).lower(), publishes=publishes)
+    return SenderSeen(_text(data.get("host")).lower(), publishes, _text(data.get("error")))
 
 
 def _graph(data: Mapping[str, Any]) -> GraphSeen:

@@ -9,6 +9,8 @@ from swarm_agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
 from swarmctl.health.checks import RESTART_WINDOW
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.peer_checks import peers_of
+from swarmctl.health.publisher_checks import publishers_of
 from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm.topics import DIAGNOSTICS, DriverTopic
 
@@ -48,6 +50,8 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "graph": _graph_request(graph, host),
         "commands": [topic for one in island for robot in one.robots for topic in _command_topics(robot)],
         "command_types": list(VELOCITIES) if gated else [],
+        "publishers": publishers_of(graph, host) if island else {},
+        "peers": list(peers_of(island, host)),
         "devices": [robot.device for robot in host.robots if robot.device],
         "launched": {
             **{one.unit: _topics_of(one, window) for one in host.robots if not one.node},

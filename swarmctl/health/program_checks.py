@@ -45,7 +45,8 @@ def compare(
             node = publisher(program, answer, topic.name)
             if node is not None:
                 subject = f"{topic.name} of {program.name}"
-                found.add("topic", subject, checks.topic(topic, node), program=program, after=[*after, key])
+                rate = checks.topic(topic, node, answer.busy)
+                found.add("topic", subject, rate, program=program, after=[*after, key])
 
 
 def publisher(program: ExpectedProgram, answer: Answer, topic: str) -> NodeSeen | None:

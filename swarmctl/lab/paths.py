@@ -8,7 +8,7 @@ import os
 import re
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -177,16 +177,21 @@ def locked(directory: Path, timeout: float = 30.0) -> Iterator[None]:
 def _lock(directory: Path, deadline: float) -> int:
     while True:
         directory.mkdir(mode=0o700, parents=True, exist_ok=True)
-        descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if directory.exists() and os.path.samestat(os.fstat(descriptor), directory.stat()):
-                return descriptor
-        except BlockingIOError:
-            if time.monotonic() > deadline:
+        with suppress(FileNotFoundError):  # removed at this moment; then it is created again
+            descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                if _locked(descriptor) and os.path.samestat(os.fstat(descriptor), directory.stat()):
+                    return os.dup(descriptor)
+            finally:
                 os.close(descriptor)
-                raise LabError(
-                    f"another swarmctl is using {directory}", "wait until it ends, or interrupt it"
-                ) from None
-        os.close(descriptor)
+        if time.monotonic() > deadline:
+            raise LabError(f"another swarmctl is using {directory}", "wait until it ends, or interrupt it")
         time.sleep(0.05)
+
+
+def _locked(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

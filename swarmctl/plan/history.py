@@ -1,24 +1,31 @@
 """The changes of a swarm, put together from the logs of its hosts, and what it takes to go back. Pure.
 
-Hosts log the run of swarmctl with each change. Runs are in the order of the hosts' clocks.
+Hosts log the run of swarmctl with each change. The log of a host has its runs in their order, whatever its
+clock; clocks decide only between runs that no log has both of.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from itertools import pairwise
 from typing import Any
 
-from swarm_agent.history_messages import ChangeEntry
+from swarm_agent.history_messages import ChangeEntry, HistoryAnswer, UnitsBack
+from swarm_agent.kept_state import State
 
+from swarmctl.plan.plan import Kind, Step
 from swarmctl.yamltext import hostlist
 
 APPLIED = "applied"
+FORGOTTEN = "forgotten"
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run that changed hosts. ``time``: s since 1970, of the first host that it changed."""
+    """One run that changed hosts. ``time``: s since 1970, the median of the clocks of its hosts."""
 
     name: str
     who: str
@@ -39,16 +46,63 @@ def runs(logs: Mapping[str, Sequence[ChangeEntry]]) -> list[Run]:
     found: dict[str, dict[str, ChangeEntry]] = {}
     for host, entries in logs.items():
         for entry in entries:
-            found.setdefault(entry["run"] or entry["txid"], {})[host] = entry
-    made = [
-        Run(name, next(iter(changes.values()))["who"], min(one["time"] for one in changes.values()), changes)
+            found.setdefault(_run_of(entry), {})[host] = entry
+    made = {
+        name: Run(name, next(iter(changes.values()))["who"], _time_of(changes), changes)
         for name, changes in found.items()
-    ]
-    return sorted(made, key=lambda run: run.time)
+    }
+    return _in_order(made, logs)
 
 
-def before_last(found: Sequence[Run], current: Mapping[str, str | None]) -> Mapping[str, str]:
-    """Returns the releases that hosts had before the last run whose change is in place, for its hosts.
+def _run_of(entry: ChangeEntry) -> str:
+    return entry["run"] or entry["txid"]
+
+
+def _time_of(changes: Mapping[str, ChangeEntry]) -> float:
+    times = sorted(one["time"] for one in changes.values())
+    return times[(len(times) - 1) // 2]
+
+
+def _in_order(made: Mapping[str, Run], logs: Mapping[str, Sequence[ChangeEntry]]) -> list[Run]:
+    """The runs, each after those that stand before it in any log, and else by time."""
+    later: dict[str, set[str]] = {name: set() for name in made}
+    for entries in logs.values():
+        for one, following in pairwise(dict.fromkeys(map(_run_of, entries))):
+            later[one].add(following)
+    waits_for = Counter(name for following in later.values() for name in following)
+    ready = [(run.time, name) for name, run in made.items() if not waits_for[name]]
+    heapify(ready)
+    ordered: list[str] = []
+    while ready:
+        _, name = heappop(ready)
+        ordered.append(name)
+        for following in later[name]:
+            waits_for[following] -= 1
+            if not waits_for[following]:
+                heappush(ready, (made[following].time, following))
+    contradicting = sorted(made.keys() - set(ordered), key=lambda name: made[name].time)
+    return [made[name] for name in (*ordered, *contradicting)]
+
+
+def state_of(answer: HistoryAnswer) -> State | None:
+    """Returns what a host has now; None without a release."""
+    return _state(answer["release"], answer["secrets"])
+
+
+def _state(release: str | None, secrets: str) -> State | None:
+    return None if release is None else State(release, secrets)
+
+
+def _prev(entry: ChangeEntry) -> State | None:
+    return _state(entry["prev"], entry["prev_secrets"])
+
+
+def _next(entry: ChangeEntry) -> State | None:
+    return _state(entry["next"], entry["next_secrets"])
+
+
+def before_last(found: Sequence[Run], current: Mapping[str, State | None]) -> Mapping[str, State]:
+    """Returns what hosts had before the last run whose change is in place, for its hosts.
 
     Raises ``NoWayBackError``.
     """
@@ -56,33 +110,58 @@ def before_last(found: Sequence[Run], current: Mapping[str, str | None]) -> Mapp
         changed = {
             host: one
             for host, one in run.changes.items()
-            if one["state"] == APPLIED and one["next"] is not None and current.get(host) == one["next"]
+            if one["state"] == APPLIED and one["next"] is not None and current.get(host) == _next(one)
         }
         if changed:
-            first = [host for host, one in changed.items() if one["prev"] is None]
-            if first:
-                raise NoWayBackError(f"it was the first deploy of {hostlist.written(sorted(first))}")
-            return {host: str(one["prev"]) for host, one in changed.items() if one["prev"] != one["next"]}
+            before = {host: _prev(one) for host, one in changed.items()}
+            return _complete(before, "it was the first deploy of")
     raise NoWayBackError("no host has a change that could be taken back")
 
 
-def after(found: Sequence[Run], name: str) -> Mapping[str, str]:
-    """Returns the releases that hosts had after the run whose name begins with ``name``.
+def of_release(entries: Sequence[ChangeEntry], release: str, current: State | None) -> State:
+    """Returns the release with the secrets that it had last; with the ``current`` ones if no entry has it."""
+    for entry in reversed(entries):
+        for one in (_next(entry) if entry["state"] == APPLIED else None, _prev(entry)):
+            if one and one.release == release:
+                return one
+    return State(release, current.secrets if current else "")
+
+
+def after(found: Sequence[Run], name: str) -> Mapping[str, State]:
+    """Returns what hosts had after the run whose name begins with ``name``.
 
     Raises ``NoWayBackError`` if there is none, or several.
     """
     numbers = [number for number, run in enumerate(found) if run.name.startswith(name)]
     if len(numbers) != 1:
         raise NoWayBackError(f"`{name}` is {'no' if not numbers else 'more than one'} run of the history")
-    releases: dict[str, str | None] = {}
+    states: dict[str, State | None] = {}
     for number, run in enumerate(found):
         for host, one in run.changes.items():
             if one["state"] != APPLIED:
                 continue
             if number <= numbers[0]:
-                releases[host] = one["next"]
+                states[host] = _next(one)
             else:
-                releases.setdefault(host, one["prev"])
-    if first := [host for host, release in releases.items() if release is None]:
-        raise NoWayBackError(f"no release after that run: {hostlist.written(sorted(first))}")
-    return {host: str(release) for host, release in releases.items()}
+                states.setdefault(host, _prev(one))
+    return _complete(states, "no release after that run:")
+
+
+def _complete(states: Mapping[str, State | None], without: str) -> Mapping[str, State]:
+    """Returns the states. Raises ``NoWayBackError`` for hosts that have none."""
+    if first := sorted(host for host, state in states.items() if state is None):
+        raise NoWayBackError(f"{without} {hostlist.written(first)}")
+    return {host: state for host, state in states.items() if state is not None}
+
+
+def back_steps(current: str | None, wanted: str, units: UnitsBack) -> tuple[Step, ...]:
+    """Returns the steps from the current release to another that the host has kept."""
+    same = wanted == current
+    cause = "with the secrets that it had before" if same else f"replaces {current}"
+    why = "secrets that it reads change" if same else "its files or secrets differ"
+    return (
+        *(Step(Kind.STOP, unit, f"not part of {wanted}") for unit in units["stop"]),
+        Step(Kind.ACTIVATE, wanted, cause),
+        *(Step(Kind.RESTART, unit, why) for unit in units["restart"]),
+        *(Step(Kind.START, unit, f"part of {wanted}") for unit in units["start"]),
+    )

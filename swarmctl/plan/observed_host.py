@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from swarm_agent.manifest import FileData, ManifestData
+from swarm_agent.host_list_messages import HostListState
+from swarm_agent.manifest_json import FileData, ManifestData
 from swarm_agent.messages import (
     BlockDrift,
     Facts,
@@ -48,7 +49,9 @@ class Observed:
     has by name how the stored value compares with the operator's; without one ``kept`` or ``missing``.
     ``facts`` is None for a host that was not contacted. ``busy``: why robots must not be touched;
     ``uploaded``: digests of the files that an upload which ended early has left; ``edits``: of what people
-    have edited on the host, by path.
+    have edited on the host, by path; ``edit_texts``: those texts, as far as the host sent them;
+    ``clock_ahead``: s by which its clock is ahead of this machine's; ``foreign_units``: named as units of the
+    swarm, and of no release; ``host_list``: its list of the swarm's hosts.
     """
 
     digest: str | None = None
@@ -64,6 +67,10 @@ class Observed:
     busy: Mapping[str, str] = field(default_factory=dict)
     uploaded: frozenset[str] = frozenset()
     edits: Mapping[str, str] = field(default_factory=dict)
+    edit_texts: Mapping[str, str] = field(default_factory=dict)
+    clock_ahead: float = 0.0
+    foreign_units: tuple[str, ...] = ()
+    host_list: HostListState | None = None
 
     @property
     def unfinished(self) -> str:
@@ -99,8 +106,8 @@ class Observed:
 NOTHING = Observed()
 
 
-def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
-    """Returns the agent's answer to ``observe``.
+def from_answer(answer: ObserveAnswer, bundle: Bundle, *, received: float) -> Observed:
+    """Returns the agent's answer to ``observe``, which came when this machine's clock was ``received``.
 
     It leaves the manifest out when the host runs ``bundle`` already.
     """
@@ -120,6 +127,10 @@ def from_answer(answer: ObserveAnswer, bundle: Bundle) -> Observed:
         busy=answer.get("busy", {}),
         uploaded=frozenset(answer.get("uploaded", ())),
         edits=answer.get("edits", {}),
+        edit_texts=answer.get("edit_texts", {}),
+        clock_ahead=answer["facts"]["time"] - received,
+        foreign_units=tuple(answer.get("foreign_units", ())),
+        host_list=answer.get("host_list"),
     )
 
 

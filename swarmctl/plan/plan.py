@@ -50,7 +50,8 @@ class Problem:
 class HostPlan:
     """The steps of one host from one release to the next; no steps if it is up to date.
 
-    ``last``: the host's last transaction when it was observed.
+    ``last``: the host's last transaction when it was observed; ``files_only``: nothing that runs on the host
+    uses what changes.
     """
 
     host: str
@@ -61,6 +62,7 @@ class HostPlan:
     notes: tuple[str, ...] = ()
     problem: Problem | None = None
     last: str = ""
+    files_only: bool = False
 
     def targets(self, *kinds: Kind) -> tuple[str, ...]:
         """Returns the targets of the steps of these kinds."""

@@ -13,6 +13,7 @@ from swarmctl.plan.plan import Problem
 from swarmctl.render.bundle import Bundle
 
 _OLDEST_PYTHON = (3, 8)
+_CLOCKS_APART = 60.0  # s between the clocks of host and operator that are worth a note
 #: The kind of the problem of a host that cannot run its part.
 UNFIT = "unfit"
 #: How the hint of a problem begins that `swarmctl prepare` solves.
@@ -50,6 +51,16 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
     last = observed.transaction
     if last is not None and last["state"] == "undone":
         yield f"the deploy of release {last['next']} by {last['who']} did not stay: {last['error']}"
+    for unit in observed.foreign_units:
+        yield (
+            f"{unit} is named as a unit of the swarm, and swarmctl did not write it; to remove it: "
+            f"sudo systemctl disable --now {unit}, then sudo rm /etc/systemd/system/{unit}"
+        )
+    if (apart := abs(observed.clock_ahead)) > _CLOCKS_APART:
+        yield (
+            f"its clock and this machine's differ by {_span(apart)}: logs and the stamps of messages do not "
+            "fit; on both: timedatectl shows which is wrong"
+        )
     saving = facts.get("power_save", {})
     for name in bundle.wants:
         # A host that a cable connects to the access point has no radio.
@@ -75,3 +86,11 @@ def _version(text: str) -> tuple[int, int]:
     """Major and minor; 0.0 for a text that is no version."""
     found = re.match(r"(\d{1,4})\.(\d{1,4})", text, re.ASCII)
     return (int(found[1]), int(found[2])) if found else (0, 0)
+
+
+def _span(seconds: float) -> str:
+    """The time in the largest unit of which it has two."""
+    for unit, length in (("years", 365.25 * 86400), ("days", 86400), ("hours", 3600), ("min", 60)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds:.0f} s"

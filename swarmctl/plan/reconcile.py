@@ -12,6 +12,7 @@ from swarm_agent.paths import READERS
 
 from swarmctl.health import unit_conditions
 from swarmctl.plan import host_edits, preflight
+from swarmctl.plan.files_only import files_only
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Problem, Step
 from swarmctl.render.bundle import Bundle, File, package, required
@@ -57,6 +58,7 @@ def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> Host
         notes=_notes(bundle, observed),
         problem=_unfit(bundle, observed),
         last=observed.transaction["txid"] if observed.transaction else "",
+        files_only=files_only(steps, bundle, observed),
     )
 
 

@@ -18,7 +18,7 @@ DEPLOY_VERBS = (
     "observe",
     "launch_files",
     "lease",
-    "keep_secrets",
+    "host_list",
     "apply",
     "hold",
     "confirm",
@@ -27,9 +27,10 @@ DEPLOY_VERBS = (
     "stop",
     "start",
     "restart",
+    "motion",
 )
 _PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
-ROLLBACK_VERBS = ("observe", "history", "lease", "rollback", "hold", "confirm", "undo")
+ROLLBACK_VERBS = ("observe", "history", "motion", "lease", "rollback", "hold", "confirm", "undo")
 #: What the host runs later, out of the archive of a verb.
 _PROGRAMS = dict.fromkeys(("apply", "remove", "rollback"), "swarm_agent.recovery")
 
@@ -113,9 +114,13 @@ def _imports(module: str, path: Path) -> Iterator[str]:
             yield from (f"{origin}.{alias.name}" for alias in node.names)
 
 
-def _running(node: ast.AST) -> Iterator[ast.AST]:
-    if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-        return
-    yield node
-    for child in ast.iter_child_nodes(node):
-        yield from _running(child)
+def _running(tree: ast.Module) -> Iterator[ast.AST]:
+    """The statements that run, in functions too; an import is one, so no expression is looked at."""
+    due: list[ast.AST] = [*tree.body]
+    while due:
+        node = due.pop()
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+            continue
+        yield node
+        for part in ("body", "orelse", "finalbody", "handlers"):
+            due += getattr(node, part, ())

@@ -17,12 +17,13 @@ from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from typing import Any
 
+from swarm_agent.answers import ANSWERS
 from swarm_agent.manifest import NAME as MANIFEST
-from swarm_agent.messages import ANSWERS
 
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
 from swarmctl.remote.answer_check import bounded, mismatch
 from swarmctl.remote.transport import (
+    CHANNEL_TIMEOUT,
     Channel,
     ChannelSession,
     Conversation,
@@ -35,7 +36,9 @@ from swarmctl.remote.transport import (
 )
 from swarmctl.resources import HostModule, templates
 
+CHANGE_TIMEOUT = 300.0  # s for a change of the host; above the sum of the agent's own steps
 _PACKED = b"z:"
+_SIGNALLED = 128  # what a shell adds to the number of the signal that ended a command
 _LONGEST_ANSWER = 8 << 20  # unpacked; an answer with the contents of a release is the longest
 
 # -I and -S start Python faster, and without anything a user may have put in its way.
@@ -49,6 +52,9 @@ _BECOME_WITH_PASSWORD = (
     'printf "%s\\n" "$p" | sudo -k -S -p "" true || { echo "@$1 wrong-password"; exit; }; '
     f'unset p; exec sudo -k -S -p "" {_RUN}; fi; {_BECOME}'
 )
+# A rule for sudo may allow no more than what starts the agent.
+_TRUE = '[ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null || exec sudo -n python3 -I -S -c ""'
+_TRUE_WITH_PASSWORD = '[ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null || exec sudo -S -p "" true'
 _NEEDS = 'command -v python3 >/dev/null 2>&1 || { echo; echo "@$1 no-python"; exit; }; '
 
 
@@ -99,6 +105,24 @@ def conversation(session: Session, chosen: Agent, *, become: bool) -> Iterator[C
         return
     with ExitStack() as channels:
         yield DirectConversation(session, chosen, become=become, channels=channels)
+
+
+def become_root(session: Session) -> None:
+    """Runs a command as root over the connection, as the agent runs. Raises ``HostError`` if that fails."""
+    if isinstance(session, WorkerSession):
+        session.become_root()
+        return
+    password = session.sudo_password() if isinstance(session, SudoSession) else None
+    script = _TRUE if password is None else _TRUE_WITH_PASSWORD
+    with session.channel(f"exec /bin/sh -c '{script}'") as channel:
+        done = channel.exchange([password] if password else [], lambda _: False, timeout=CHANNEL_TIMEOUT)
+    if done.status != 0:
+        complaint = printable(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else b"")
+        raise HostError(
+            Kind.PRIVILEGE,
+            f"the host runs no command of this account as root (status {done.status}) {complaint}".rstrip(),
+            "look at the login shell of the account, and at its rule for sudo",
+        )
 
 
 class DirectConversation:
@@ -280,7 +304,10 @@ def _no_answer(word: str, done: Output) -> HostError:
             "or give its password with SWARMCTL_SUDO_PASSWORD_FILE (docs/hosts.md)",
         )
     detail = f": {complaint}" if complaint else ""
-    return HostError(Kind.PROTOCOL, f"the agent ended without an answer (status {done.status}){detail}")
+    # Killed, for want of memory for example, it may answer the same request the next time.
+    killed = done.status is not None and (done.status < 0 or done.status > _SIGNALLED)
+    kind = Kind.LOST if killed else Kind.PROTOCOL
+    return HostError(kind, f"the agent ended without an answer (status {done.status}){detail}")
 
 
 def printable(text: bytes) -> str:

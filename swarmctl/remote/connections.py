@@ -54,6 +54,14 @@ class Connections:
             if not usable or not self._keep(target.host, stack, conversation):
                 stack.close()
 
+    def log_in(self, target: Target) -> None:
+        """Opens a connection to a host, whatever is kept, runs a command as root and closes it.
+
+        Raises ``HostError``.
+        """
+        with self._transport.connect(target) as session, self._stop.guarding(session):
+            agent_client.become_root(session)
+
     @contextmanager
     def idle(self, target: Target) -> Iterator[Conversation | None]:
         """The kept conversation with a host if nobody uses it now, else None."""

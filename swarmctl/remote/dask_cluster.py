@@ -18,8 +18,8 @@ from urllib.parse import urlsplit
 
 from swarmctl import __version__
 from swarmctl.remote import worker
+from swarmctl.remote.either_ssh import EitherSsh
 from swarmctl.remote.lines import Line
-from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Transport
 from swarmctl.remote.workers import Place, Workers
 
@@ -73,7 +73,7 @@ def address_of(text: str) -> Address:
 
 @contextmanager
 def workers(
-    address: Address, *, login: Callable[[], Transport] = SshTransport, secrets: bool = False
+    address: Address, *, login: Callable[[], Transport] = EitherSsh, secrets: bool = False
 ) -> Iterator[Workers]:
     """A transport whose sessions the workers of a cluster have. Raises ``ClusterError`` before any begins.
 
@@ -114,7 +114,7 @@ def _end_profiling(its_worker: distributed.Worker) -> None:
     """Ends the worker's statistical profiler, beside which threads that begin or end can lock up the process:
     ``sys._current_frames`` holds a lock of the interpreter while the garbage collector runs Dask's callbacks
     (python/cpython#106883)."""
-    if profiler := its_worker.periodic_callbacks.get("profile"):
+    if profiler := its_worker.periodic_callbacks.pop("profile", None):  # a starting worker begins those left
         its_worker.loop.add_callback(profiler.stop)
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
-import paramiko
 from cryptography.exceptions import UnsupportedAlgorithm
-from paramiko.pkey import PublicBlob
 
-from swarmctl.remote.transport import HostError, Kind
+from swarmctl.remote.lean_paramiko import PublicBlob, paramiko
+from swarmctl.remote.ssh_errors import LockedKeyError, locked_key, missing_key, unusable_key
+from swarmctl.remote.transport import HostError
 
 DEFAULT_FILES = ("id_ed25519", "id_ecdsa", "id_rsa")
+SECURITY_KEY_FILES = ("id_ed25519_sk", "id_ecdsa_sk")
 
 
 @dataclass(frozen=True)
@@ -25,11 +26,6 @@ class Identity:
     key: paramiko.PKey
 
 
-@dataclass(unsafe_hash=True)
-class _LockedError(HostError):
-    """A private key has a passphrase."""
-
-
 class Keyring:
     """Loads private keys on first use. Safe to share between threads.
 
@@ -37,8 +33,8 @@ class Keyring:
     """
 
     def __init__(self, home: Path | None = None, *, use_agent: bool = True) -> None:
-        self._home = home if home is not None else Path.home() / ".ssh"
-        self._use_agent = use_agent
+        self.home = home if home is not None else Path.home() / ".ssh"
+        self.use_agent = use_agent
         self._loaded: dict[Path, Identity] = {}
         self._lock = Lock()
 
@@ -68,20 +64,33 @@ class Keyring:
             self._loaded[path] = Identity(str(path), key)
             return True
 
+    def beyond_paramiko(self, paths: Sequence[Path]) -> str:
+        """Which of the keys only ``ssh`` can use, a certificate or a security key; empty if none."""
+        defaults = (self.home / name for name in (*SECURITY_KEY_FILES, *DEFAULT_FILES))
+        for path in map(Path.expanduser, paths or defaults):
+            if _is_file(certificate := path.with_name(f"{path.name}-cert.pub")):
+                return f"{certificate} is a certificate"
+            if _on_security_key(path):
+                return f"the key {path} is on a security key"
+        with self._lock:
+            names = [] if paths else [one.key.get_name() for one in self._agent()]
+        beyond = next((name for name in names if name.startswith("sk-") or "-cert-" in name), "")
+        return f"ssh-agent has a key of type {beyond}" if beyond else ""
+
     def _files(self, paths: Sequence[Path]) -> Iterator[Path]:
         if paths:
             return (path.expanduser() for path in paths)
-        return (path for name in DEFAULT_FILES if (path := self._home / name).is_file())
+        return (path for name in DEFAULT_FILES if (path := self.home / name).is_file())
 
     def _is_locked(self, path: Path) -> bool:
         try:
             self._file(path)
         except HostError as error:
-            return isinstance(error, _LockedError)
+            return isinstance(error, LockedKeyError)
         return False
 
     def _agent(self) -> Iterator[Identity]:
-        if not self._use_agent:
+        if not self.use_agent:
             return
         for key in paramiko.Agent().get_keys():
             yield Identity(f"{key.comment or key.get_name()} (ssh-agent)", key)
@@ -98,24 +107,26 @@ class Keyring:
             # OpenSSH does the same: an encrypted key is fine when ssh-agent holds it opened.
             if held := self._held_by_agent(path):
                 return held
-            raise _LockedError(
-                Kind.AUTH,
-                f"the private key {path} has a passphrase",
-                f"add it to ssh-agent with `ssh-add {path}`",
-            ) from error
+            raise locked_key(path) from error
         except FileNotFoundError as error:
-            raise HostError(
-                Kind.AUTH, f"the private key {path} does not exist", "create one with `ssh-keygen -t ed25519`"
-            ) from error
+            raise missing_key(path) from error
         except (OSError, ValueError, paramiko.SSHException, UnsupportedAlgorithm) as error:
-            raise HostError(
-                Kind.AUTH,
-                f"the private key {path} cannot be used: {error}",
-                f"try `ssh-keygen -y -f {path}`, which must print its public half",
-            ) from error
+            raise unusable_key(path, error) from error
 
     def _held_by_agent(self, path: Path) -> Identity | None:
         with suppress(OSError, ValueError):  # not a public key, or no UTF-8
             wanted = PublicBlob.from_file(str(path.with_name(f"{path.name}.pub"))).key_blob
             return next((one for one in self._agent() if one.key.asbytes() == wanted), None)
         return None
+
+
+def _is_file(path: Path) -> bool:
+    with suppress(OSError):
+        return path.is_file()
+    return False
+
+
+def _on_security_key(path: Path) -> bool:
+    with suppress(OSError, ValueError):
+        return path.with_name(f"{path.name}.pub").read_text().startswith("sk-")
+    return False

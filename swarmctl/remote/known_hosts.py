@@ -14,9 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from paramiko import HostKeys
-from paramiko.pkey import PublicBlob
-
+from swarmctl.remote.lean_paramiko import PublicBlob, paramiko
 from swarmctl.remote.openssh_files import OpenSshFileError, matches, read_text
 
 _HEADER = "# SSH host keys of this swarm, pinned by `swarmctl trust`. Keep this file beside the spec, in git."
@@ -150,6 +148,6 @@ def _hashes(written: str, names: Sequence[str]) -> bool:
     """True if ``written`` (``|1|salt|HMAC-SHA1``, as HashKnownHosts writes it) is one of the names."""
     with suppress(ValueError, AssertionError):  # no base64; a salt of another length
         return written.startswith("|1|") and any(
-            HostKeys.hash_host(name, written) == written for name in names
+            paramiko.HostKeys.hash_host(name, written) == written for name in names
         )
     return False

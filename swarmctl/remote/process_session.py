@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import tempfile
-import threading
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 
-from swarmctl.remote.transport import HostError, Kind, Output
+from swarmctl.remote.stream_exchange import Streams, exchange
+from swarmctl.remote.transport import HostError, Output
 
-_CHUNK = 1 << 16
+_LAST_WORDS = 10.0  # s that a process has to end by itself
 
 
 class ProcessSession:
@@ -47,7 +44,6 @@ class _ProcessChannel:
         self._env = env
         self._limit = limit
         self._process: subprocess.Popen[bytes] | None = None
-        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115  (closed with the channel)
 
     def exchange(
         self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 60.0
@@ -57,20 +53,16 @@ class _ProcessChannel:
         Raises ``HostError`` after ``timeout`` seconds, and for more output than the limit.
         """
         process = self._process = self._process or self._started()
-        end = time.monotonic() + timeout
-        alarm = threading.Timer(timeout, process.kill)
-        alarm.daemon = True
-        alarm.start()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        ends = (process.stdin.fileno(), process.stdout.fileno(), process.stderr.fileno())
+        streams = Streams("the container", *ends, status=process.poll)
         try:
-            found = _answer(process, stdin, enough, self._limit)
-        finally:
-            alarm.cancel()
-        if found.status is not None and time.monotonic() >= end:
-            raise HostError(
-                Kind.LOST, f"it did not finish within {timeout:g} s", "run the same command again"
-            )
-        self._stderr.seek(0)
-        return Output(found.status, found.stdout, self._stderr.read(self._limit))
+            return exchange(streams, stdin, enough, limit=self._limit, timeout=timeout)
+        except HostError:
+            process.kill()
+            raise
 
     def kill(self) -> None:
         """Kills the process."""
@@ -80,37 +72,16 @@ class _ProcessChannel:
     def close(self) -> None:
         """Ends the standard input of the process and waits for its end, which comes at once."""
         if self._process is not None:
-            with suppress(OSError):
-                self._process.communicate(timeout=10)
+            for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+                assert stream is not None
+                stream.close()
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_LAST_WORDS)
             self._process.kill()
             self._process.wait()
-        self._stderr.close()
 
     def _started(self) -> subprocess.Popen[bytes]:
         return subprocess.Popen(
-            self._argv, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._stderr, env=self._env,
+            self._argv, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=self._env,
             bufsize=0,
         )  # fmt: skip
-
-
-def _answer(
-    process: subprocess.Popen[bytes], stdin: Sequence[bytes], enough: Callable[[bytes], bool], limit: int
-) -> Output:
-    assert process.stdin is not None
-    assert process.stdout is not None
-    with suppress(BrokenPipeError):  # its output gives the reason
-        for chunk in stdin:
-            view = memoryview(chunk)
-            while view:
-                view = view[process.stdin.write(view) :]
-    received = bytearray()
-    while piece := os.read(process.stdout.fileno(), _CHUNK):
-        received += piece
-        if len(received) > limit:
-            process.kill()
-            raise HostError(
-                Kind.PROTOCOL, f"it sent more than {limit} bytes where a short answer was expected"
-            )
-        if enough(piece):
-            return Output(None, bytes(received), b"")
-    return Output(process.wait(), bytes(received), b"")

@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from threading import Timer
 
-import paramiko
-
+from swarmctl.remote.lean_paramiko import paramiko
+from swarmctl.remote.ssh_errors import flooded, lost, unfinished
+from swarmctl.remote.ssh_limits import SESSION_PAUSES
 from swarmctl.remote.sudo_password import SudoPassword
-from swarmctl.remote.transport import HostError, Kind, Output
+from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Output
 
-CHANNEL_TIMEOUT = 10.0
-_PAUSES = (0.05, 0.2, 0.5)  # s before a session is requested again
 _CHUNK = 1 << 16
 _IDLE = 0.25  # s between looks at what no descriptor reports: exit status, window
 _LINGER = 1.0  # s a finished command's streams may stay open, held by a child it left behind
@@ -88,7 +87,7 @@ class SshChannel:
 
     def _session(self, timeout: float) -> paramiko.Channel:
         """A new session. sshd may count one that has just been closed for a moment (MaxSessions)."""
-        for pause in _PAUSES:
+        for pause in SESSION_PAUSES:
             with suppress(paramiko.ChannelException):
                 return self._client.open_session(timeout=timeout)
             time.sleep(pause)
@@ -110,14 +109,10 @@ class SshChannel:
         try:
             yield
         except (HostError, paramiko.SSHException, EOFError, OSError) as error:
-            lost = error if isinstance(error, HostError) else _lost(self._host, str(error))
-            if lost.kind is Kind.LOST and time.monotonic() >= end:
-                lost = HostError(
-                    Kind.LOST,
-                    f"{self._host} did not finish within {timeout:g} s",
-                    "the host may be overloaded or hung; run the same command again",
-                )
-            raise lost from error
+            gone = error if isinstance(error, HostError) else lost(self._host, str(error))
+            if gone.kind is Kind.LOST and time.monotonic() >= end:
+                gone = unfinished(self._host, timeout)
+            raise gone from error
         finally:
             alarm.cancel()
 
@@ -170,7 +165,7 @@ class _Exchange:
         channel.status_event.wait()  # bounded by the deadline, which closes the connection
         status = channel.exit_status
         if status < 0 and not channel.get_transport().is_active():
-            raise _lost(self._host)
+            raise lost(self._host)
         return Output(status, bytes(self._stdout), bytes(self._stderr))
 
     def _feed(self) -> bool:
@@ -191,14 +186,5 @@ class _Exchange:
 
     def _keep(self, stream: bytearray, piece: bytes) -> None:
         if len(stream) + len(piece) > self._limit:
-            raise HostError(
-                Kind.PROTOCOL,
-                f"{self._host} sent more than {self._limit} bytes where a short answer was expected",
-                "check what the login shell of this account prints, then try again",
-            )
+            raise flooded(self._host, self._limit)
         stream += piece
-
-
-def _lost(host: str, reason: str = "") -> HostError:
-    known = f" ({reason})" if reason else ""
-    return HostError(Kind.LOST, f"{host}: the connection was lost{known}", "run the same command again")

@@ -1,4 +1,4 @@
-"""HostName, User, Port, IdentityFile and ProxyJump of a host from ``~/.ssh/config``. Runs no command of it.
+"""HostName, User, Port, IdentityFile and the proxy of a host from ``~/.ssh/config``. Runs no command of it.
 
 A block applies when its patterns match the host's name in the spec or its address. User, port and jump host
 of the spec win over the file, as options on the command line of ``ssh`` do. paramiko.SSHConfig does not fit:
@@ -20,6 +20,15 @@ from swarmctl.remote.transport import Target
 _MAX_JUMPS = 8
 _MAX_INCLUDES = 16  # in one another, as in OpenSSH
 _SINGLE = ("hostname", "user", "port", "identityfile")  # options of one argument
+# How to log in, in ways that only the program ssh knows; with the values that say nothing.
+_SSH_ONLY = {
+    "CertificateFile": ("none",),
+    "PKCS11Provider": ("none",),
+    "SecurityKeyProvider": ("none", "internal"),
+    "IdentityAgent": ("none", "ssh_auth_sock"),
+    "GSSAPIAuthentication": ("no",),
+}
+_READ = ("host", "match", "include", "proxyjump", *_SINGLE, *map(str.lower, _SSH_ONLY))
 
 Options = dict[str, list[str]]  # values by lower-case option, in the order in which they apply
 
@@ -86,7 +95,7 @@ class SshConfig:
         option, value = text[:end].lower(), text[end:].lstrip().removeprefix("=")
         if option == "proxycommand":  # shell syntax of its own
             return option, [value.strip()]
-        if option not in ("host", "match", "include", "proxyjump", *_SINGLE):
+        if option not in _READ:
             return None
         try:
             words = shlex.split(value)
@@ -129,8 +138,7 @@ class Resolver:
         address = options.get("hostname", [login.address])[0].replace("%h", login.address)
         user = login.user or options.get("user", [login.default_user or self.local_user])[0]
         port = login.port or int(options.get("port", ["22"])[0])
-        if options.get("proxycommand", ["none"])[0].lower() != "none":
-            self._warn(f"{login.host}: ProxyCommand in ~/.ssh/config is ignored; use ProxyJump")
+        jump = before or self._jump(login, _proxy(options, "proxyjump"), depth)
         return Target(
             host=login.host,
             address=address,
@@ -139,7 +147,13 @@ class Resolver:
             keys=self.known.keys(login.host, address, port),
             revoked=self.known.revoked(login.host, address, port),
             identities=self._identities(options.get("identityfile", []), login.host, address, user),
-            jump=before or self._jump(login, options.get("proxyjump", ["none"])[0], depth),
+            jump=jump,
+            proxy_command="" if jump else _proxy(options, "proxycommand"),
+            ssh_only=tuple(
+                name
+                for name, nothing in _SSH_ONLY.items()
+                if any(value.lower() not in nothing for value in options.get(name.lower(), ()))
+            ),
         )
 
     def _identities(self, texts: Sequence[str], host: str, address: str, user: str) -> tuple[Path, ...]:
@@ -150,7 +164,7 @@ class Resolver:
         return tuple(self.home / text[2:] if text.startswith("~/") else Path(text) for text in texts)
 
     def _jump(self, login: Login, jumps: str, depth: int) -> Target | None:
-        if login.via is None and jumps.lower() == "none":
+        if login.via is None and not jumps:
             return None
         if depth >= _MAX_JUMPS:
             self._warn(f"{login.host}: its jump hosts form a circle; the last one is ignored")
@@ -164,6 +178,21 @@ class Resolver:
 
     def _warn(self, text: str) -> None:
         self.config.warnings[text] = None
+
+
+def _proxy(options: Options, wanted: str) -> str:
+    """The value of this kind of proxy; empty if it is none, or if the other kind counts.
+
+    The first kind counts, and `ProxyJump none` leaves the choice to ProxyCommand.
+    """
+    jump = options.get("proxyjump", ["none"])[0]
+    kinds = [name for name in options if name == "proxycommand" or (name == "proxyjump" and not _none(jump))]
+    value = options[wanted][0] if kinds[:1] == [wanted] else "none"
+    return "" if _none(value) else value
+
+
+def _none(value: str) -> bool:
+    return value.lower() == "none"
 
 
 def _hop(text: str) -> Login:

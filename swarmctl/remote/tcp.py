@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import socket
 
-from swarmctl.remote.transport import HostError, Kind
+from swarmctl.remote.ssh_errors import no_answer, no_way, nothing_listens, unknown_name
+from swarmctl.remote.transport import Target
 
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
 
@@ -23,39 +24,21 @@ class PromptSocket(socket.socket):
         return super().recv(bufsize, flags)
 
 
-def dial(host: str, address: str, port: int, timeout: float, *, acknowledgement: float) -> PromptSocket:
-    """Returns a connection to ``address``, which ends ``acknowledgement`` seconds after the peer's last.
+def dial(target: Target, timeout: float, *, acknowledgement: float) -> PromptSocket:
+    """Returns a connection to ``target``, which ends ``acknowledgement`` seconds after the peer's last.
 
-    Raises ``HostError`` with the reason why ``host`` is unreachable.
+    Raises ``HostError`` with the reason why it is unreachable.
     """
-    where = f"{host} ({address}, port {port})"
     try:
-        plain = socket.create_connection((address, port), timeout)
+        plain = socket.create_connection((target.address, target.port), timeout)
     except socket.gaierror as error:
-        raise HostError(
-            Kind.UNREACHABLE,
-            f"{host}: no address is known for the name {address}",
-            "check `address` of this host in the spec, or name resolution on this machine",
-        ) from error
+        raise unknown_name(target) from error
     except TimeoutError as error:
-        raise HostError(
-            Kind.UNREACHABLE,
-            f"{where} did not answer within {timeout:g} s",
-            "is the host switched on and in the same network?",
-        ) from error
+        raise no_answer(target, timeout) from error
     except ConnectionRefusedError as error:
-        raise HostError(
-            Kind.UNREACHABLE,
-            f"{where} is up, but nothing listens for SSH there",
-            "is sshd installed and running on the host, and is this its port?",
-        ) from error
+        raise nothing_listens(target) from error
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise HostError(
-            Kind.UNREACHABLE,
-            f"{where} cannot be reached: {reason[:1].lower()}{reason[1:]}",
-            "is the host switched on and in the same network?",
-        ) from error
+        raise no_way(target, error.strerror or str(error)) from error
     connection = PromptSocket(plain.family, plain.type, plain.proto, fileno=plain.detach())
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)

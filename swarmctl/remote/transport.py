@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import Enum
@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from swarmctl.remote.agent_archive import Agent
+
+
+CHANNEL_TIMEOUT = 10.0  # s in which a host opens a channel
 
 
 class Kind(str, Enum):
@@ -59,6 +62,8 @@ class Target:
     """How to reach one host.
 
     ``keys`` are the pinned public host keys, ``"ssh-ed25519 AAAA..."`` each. Keys in ``revoked`` are refused.
+    ``proxy_command`` leads to the host instead of a TCP connection, and ``ssh_only`` has the options of
+    ``~/.ssh/config`` that concern the login and that only the program ``ssh`` knows.
     """
 
     host: str
@@ -69,6 +74,14 @@ class Target:
     identities: tuple[Path, ...] = ()
     jump: Target | None = None
     revoked: tuple[str, ...] = ()
+    proxy_command: str = ""
+    ssh_only: tuple[str, ...] = ()
+
+    def way(self) -> Iterator[Target]:
+        """The host and the hosts that it is reached through."""
+        yield self
+        if self.jump is not None:
+            yield from self.jump.way()
 
 
 @dataclass(frozen=True)
@@ -150,6 +163,10 @@ class WorkerSession(Protocol):
         """The only conversation of the session, with the agent ``chosen``."""
         ...
 
+    def become_root(self) -> None:
+        """Have the host run the shortest command as root. Raises ``HostError``."""
+        ...
+
     def close(self) -> None:
         """End the connection at once, from any thread; an ``ask`` under way raises ``HostError``."""
         ...
@@ -159,7 +176,7 @@ Session = ChannelSession | WorkerSession
 
 
 class Transport(Protocol):
-    """Opens sessions. ``ssh.SshTransport`` is the real one, ``workers.Workers`` has others open them."""
+    """Opens sessions. ``either_ssh.EitherSsh`` is the real one, ``workers.Workers`` has others open them."""
 
     def connect(self, target: Target) -> AbstractContextManager[Session]:
         """Connect and log in, or raise ``HostError``."""

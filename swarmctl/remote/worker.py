@@ -54,6 +54,13 @@ class Ask:
 
 
 @dataclass(frozen=True)
+class BecomeRoot:
+    """Have the host of session ``number`` run the shortest command."""
+
+    number: int
+
+
+@dataclass(frozen=True)
 class Close:
     """End session ``number`` at once."""
 
@@ -81,7 +88,7 @@ class Answered:
     answer: Any
 
 
-Order = KeepAgent | Connect | Ask | Close | End
+Order = KeepAgent | Connect | Ask | BecomeRoot | Close | End
 Report = Noted | Answered
 
 
@@ -145,7 +152,7 @@ class _Desk:
             self._agents[order.agent.digest] = order.agent
         elif isinstance(order, Connect):
             self._sessions[order.number] = _Served(order, self._transport, self._agents, self._report)
-        elif isinstance(order, Ask):
+        elif isinstance(order, Ask | BecomeRoot):
             self._sessions[order.number].requests.put(order)
         elif isinstance(order, Close) and (found := self._sessions.pop(order.number, None)):
             found.close()
@@ -166,7 +173,7 @@ class _Served:
         agents: Mapping[str, Agent],
         report: Callable[[Report], None],
     ) -> None:
-        self.requests: SimpleQueue[Ask | None] = SimpleQueue()
+        self.requests: SimpleQueue[Ask | BecomeRoot | None] = SimpleQueue()
         self._order = order
         self._transport = transport
         self._agents = agents
@@ -196,15 +203,19 @@ class _Served:
         with ExitStack() as talks:
             host: Conversation | None = None
             while (ask := self.requests.get()) is not None:
-                if host is None:
-                    chosen = self._agents[ask.agent]
-                    talk = agent_client.conversation(session, chosen, become=ask.become)
-                    host = talks.enter_context(talk)
+                answer: Any = None
                 try:
-                    answer = host.ask(
-                        ask.request, ask.payload, timeout=ask.timeout,
-                        on_note=lambda text: self._report(Noted(number, text)),
-                    )  # fmt: skip
+                    if isinstance(ask, BecomeRoot):
+                        agent_client.become_root(session)
+                    else:
+                        if host is None:
+                            chosen = self._agents[ask.agent]
+                            talk = agent_client.conversation(session, chosen, become=ask.become)
+                            host = talks.enter_context(talk)
+                        answer = host.ask(
+                            ask.request, ask.payload, timeout=ask.timeout,
+                            on_note=lambda text: self._report(Noted(number, text)),
+                        )  # fmt: skip
                 except HostError as error:
                     answer = portable(error)
                 self._report(Answered(number, answer))

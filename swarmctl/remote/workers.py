@@ -20,10 +20,10 @@ from typing import Any
 
 from swarmctl.remote import worker
 from swarmctl.remote.agent_archive import Agent
+from swarmctl.remote.either_ssh import EitherSsh
 from swarmctl.remote.lines import Line
-from swarmctl.remote.ssh import SshTransport
-from swarmctl.remote.transport import HostError, Kind, Target, Transport
-from swarmctl.remote.worker import Answered, Ask, Close, Connect, End, KeepAgent
+from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Target, Transport
+from swarmctl.remote.worker import Answered, Ask, BecomeRoot, Close, Connect, End, KeepAgent
 
 LOGIN = 300.0  # s, more than the sum of the limits of a login through jump hosts
 _MARGIN = 60.0  # s beyond the limit of a request in which its worker should report the end
@@ -54,7 +54,7 @@ class Workers:
         places: Sequence[Place],
         line: Callable[[], Line],
         *,
-        login: Callable[[], Transport] = SshTransport,
+        login: Callable[[], Transport] = EitherSsh,
         serve: Serve = worker.serve,
     ) -> None:
         self._lock = threading.Lock()
@@ -217,6 +217,11 @@ class _Session:
         """See ``WorkerSession``."""
         self.worker.send_agent(chosen)
         return _Conversation(self, chosen.digest, become)
+
+    def become_root(self) -> None:
+        """See ``WorkerSession``."""
+        self.worker.send(BecomeRoot(self.number))
+        self.await_answer(CHANNEL_TIMEOUT)
 
     def close(self) -> None:
         """See ``WorkerSession``."""

@@ -8,7 +8,8 @@ from functools import cached_property
 from typing import Literal
 
 from swarm_agent import paths
-from swarm_agent.manifest import FORMAT, ManifestData
+from swarm_agent.manifest import FORMAT
+from swarm_agent.manifest_json import ManifestData
 
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.manifest import digest_of, file_data, manifest_bytes, release_digest, unit_data
@@ -126,7 +127,9 @@ class Bundle:
                 file.path: file_data(file.content, file.digest, file.mode)
                 for file in sorted(self.files, key=lambda file: file.path)
             },
-            "units": [unit_data(unit.name, unit.needs, unit.robot, digests) for unit in self.units],
+            "units": [
+                unit_data(unit.name, unit.needs, unit.robot, unit.secrets, digests) for unit in self.units
+            ],
             "links": dict(sorted(self.links.items())),
             "blocks": dict(sorted(self.blocks.items())),
             "secrets": sorted(self.secrets),

@@ -15,7 +15,7 @@ from swarmctl.swarm.resolved import Commander, Robot, SwarmctlDriver
 
 def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> bytes:
     """Returns what swarmctl's driver of ``robot`` reads, as YAML. ``stop_file``: its latch on the host."""
-    common, text = _common(_tuned(robot, driver))
+    common, text = _common(tuned(robot, driver))
     if (made := sketch.sketch_of(robot)) is not None:
         text = entries({**common, "protocol": {**common["protocol"], "digest": made.digest}})
     rest: dict[str, Any] = {"urdf": f"../{urdf_path(robot)}"}
@@ -24,40 +24,36 @@ def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> byt
     if stop_file:
         rest["stop_file"] = stop_file
     rest["commanders"] = [commander_params(one) for one in robot.commanders]
-    return file_of(entries(_own(robot, driver)), text, entries(rest))
-
-
-def type_params(robot: Robot, driver: SwarmctlDriver) -> Mapping[str, Any]:
-    """Returns what follows from the type and the settings of ``robot``."""
-    common, _ = _common(_tuned(robot, driver))
-    return {**_own(robot, driver), **common}
-
-
-def _own(robot: Robot, driver: SwarmctlDriver) -> dict[str, Any]:
-    return own_params(driver.type, robot=robot.name, namespace=robot.namespace, port=driver.line.path)
+    own = own_params(driver.type, robot=robot.name, namespace=robot.namespace, port=driver.line.path)
+    return file_of(entries(own), text, entries(rest))
 
 
 @dataclass(frozen=True)
-class _Tuned:
-    """A robot type, settings and a baud rate, with the ``robot`` and ``driver`` of one that has them."""
+class Tuned:
+    """What robots of one type with equal settings share, with the ``robot`` and ``driver`` of one of them."""
 
-    settings: str
-    type_id: int  # of ``driver.type``, which lives as long as this
+    settings_id: int  # of ``robot.settings`` and
+    type_id: int  # of ``driver.type``, which live as long as this
     baud: int
     module: str
     robot: Robot = field(compare=False)
     driver: SwarmctlDriver = field(compare=False)
 
+    @property
+    def params(self) -> Mapping[str, Any]:
+        """The parameters that the robots share."""
+        return _common(self)[0]
 
-def _tuned(robot: Robot, driver: SwarmctlDriver) -> _Tuned:
-    settings = robot.settings.model_dump_json()
-    return _Tuned(settings, id(driver.type), driver.baud, f"../{codec_path(robot)}", robot, driver)
+
+def tuned(robot: Robot, driver: SwarmctlDriver) -> Tuned:
+    """Returns what ``robot`` shares; equal for robots with the same type, settings and baud rate."""
+    return Tuned(id(robot.settings), id(driver.type), driver.baud, f"../{codec_path(robot)}", robot, driver)
 
 
 @lru_cache(maxsize=1024)
-def _common(tuned: _Tuned) -> tuple[Mapping[str, Any], str]:
+def _common(shared: Tuned) -> tuple[Mapping[str, Any], str]:
     """The parameters that all robots with this type and these settings share, as data and as text."""
-    common = common_params(tuned.driver.type, tuned.robot.settings, tuned.baud, tuned.module)
+    common = common_params(shared.driver.type, shared.robot.settings, shared.baud, shared.module)
     return common, entries(common)
 
 

@@ -14,7 +14,11 @@ from swarmctl.swarm.resolved import Host, Swarm
 def part(swarm: Swarm, host: Host) -> Part:
     """Returns the file with the terms; no file where none is set. No unit reads it, so none restarts."""
     terms = {
-        one.name: {"idle": one.maintenance.idle or 0.0, "battery": one.maintenance.battery or 0.0}
+        one.name: {
+            "idle": one.maintenance.idle or 0.0,
+            "battery": one.maintenance.battery or 0.0,
+            **({"docked": True} if one.maintenance.docked else {}),
+        }
         for one in swarm.robots_on(host.name)
         if one.maintenance.model_fields_set
     }

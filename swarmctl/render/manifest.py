@@ -1,4 +1,4 @@
-"""The manifest of a release, in the types that the agent reads (swarm_agent.manifest)."""
+"""The manifest of a release, in the types that the agent reads (swarm_agent.manifest_json)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from json.encoder import encode_basestring_ascii as _quoted
 
-from swarm_agent.manifest import FileData, ManifestData, UnitData
+from swarm_agent.manifest_json import FileData, ManifestData, UnitData
 
 
 def digest_of(content: bytes) -> str:
@@ -20,10 +20,13 @@ def file_data(content: bytes, digest: str, mode: int) -> FileData:
     return {"sha256": digest, "mode": mode, "size": len(content)}
 
 
-def unit_data(name: str, needs: Sequence[str], robot: str, digests: Mapping[str, str]) -> UnitData:
+def unit_data(
+    name: str, needs: Sequence[str], robot: str, secrets: Sequence[str], digests: Mapping[str, str]
+) -> UnitData:
     """Returns the entry of one unit. Its digest changes when one of the files that it ``needs`` does."""
     combined = digest_of("".join(digests[path] for path in needs).encode())
-    return {"name": name, "needs": list(needs), "robot": robot, "digest": combined}
+    unit: UnitData = {"name": name, "needs": list(needs), "robot": robot, "digest": combined}
+    return {**unit, "secrets": list(secrets)} if secrets else unit
 
 
 def manifest_bytes(manifest: ManifestData) -> bytes:
@@ -36,17 +39,17 @@ def _indented(value: object, line: str) -> str:
 
     ``line`` is a line end with the indentation of ``value``.
     """
-    if isinstance(value, str):
-        return _quoted(value)
-    if type(value) is int:
-        return str(value)
     below = f"{line} "
     if isinstance(value, dict) and value:
-        items = [f"{_quoted(key)}: {_indented(value[key], below)}" for key in sorted(value)]
+        items = [
+            f"{_quoted(key)}: {_quoted(one) if type(one) is str else _indented(one, below)}"
+            for key, one in sorted(value.items())
+        ]
         return f"{{{below}{f',{below}'.join(items)}{line}}}"
     if isinstance(value, list) and value:
-        return f"[{below}{f',{below}'.join([_indented(one, below) for one in value])}{line}]"
-    return json.dumps(value)
+        items = [_quoted(one) if type(one) is str else _indented(one, below) for one in value]
+        return f"[{below}{f',{below}'.join(items)}{line}]"
+    return str(value) if type(value) is int else json.dumps(value)
 
 
 def release_digest(content: bytes) -> str:

@@ -22,10 +22,14 @@ from swarmctl.swarm.topics import DriverTopic
 
 @dataclass(frozen=True)
 class Master:
-    """The process at which all nodes of an island register: its URI and its systemd unit."""
+    """The process at which all nodes of an island register: its URI and its systemd unit.
+
+    ``cleanup``: a shell command that takes nodes out of it which have ended without leaving.
+    """
 
     uri: str
     unit: str
+    cleanup: str
 
 
 @dataclass(frozen=True)

@@ -9,21 +9,23 @@ import json
 import math
 import re
 from collections.abc import Callable
-from functools import cache
-from typing import Any
-from xml.sax.saxutils import quoteattr
-
-import jinja2
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any
 
 from swarmctl import resources
+from swarmctl.ros_packages.substitution import FIND
+
+if TYPE_CHECKING:
+    import jinja2
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
-#: What roslaunch replaces by the folder of a package.
-FIND = re.compile(r"\$\(find [A-Za-z0-9_-]+\)", re.ASCII)
 _WORD = re.compile(r"[A-Za-z0-9:._/@%+=,-]+", re.ASCII)
 _YAML_WORD = re.compile(
     r"(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z][a-z0-9-]*|[0-9]+(?:\.[0-9]+){3}",
     re.ASCII | re.IGNORECASE,
+)
+_REFERENCES = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
 )
 _BARE_UNIT = re.compile(r"[A-Za-z0-9:._/@+=,~-]+", re.ASCII)
 
@@ -99,7 +101,10 @@ def xml(value: Any) -> str:
     text = _plain(value, spaces="\n\t")
     if "$(" in FIND.sub("", text):
         raise UnsafeValueError(f"{text!r} would be substituted by roslaunch")
-    return quoteattr(text)
+    written = text.translate(_REFERENCES)
+    if '"' in written and "'" not in written:
+        return f"'{written}'"
+    return '"' + written.replace('"', "&quot;") + '"'
 
 
 def word(value: Any) -> str:
@@ -181,18 +186,23 @@ LITERALS: dict[str, Callable[[Any], str]] = {
 
 def render(template: str, **values: Any) -> bytes:
     """The text of ``templates/{host,project,}/<template>.j2`` with ``values`` as literals of its format."""
-    ending = template[template.rindex(".") :]
-    text: str = _environment(ending).get_template(f"{template}.j2").render(**values)
-    return text.encode()
+    return _template(template).render(values).encode()
+
+
+@cache
+def _template(name: str) -> jinja2.Template:
+    return _environment(name[name.rindex(".") :]).get_template(f"{name}.j2")
 
 
 @cache
 def _environment(ending: str) -> jinja2.Environment:
+    import jinja2  # noqa: PLC0415  (`validate` renders nothing)
+
     root = resources.templates()
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([root / "host", root / "project", root]),
         undefined=jinja2.StrictUndefined,
-        finalize=_finalize(LITERALS[ending]),
+        finalize=_finalize(LITERALS[ending], jinja2.Undefined),
         keep_trailing_newline=True,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -212,9 +222,13 @@ class _Literal(str):
     __slots__ = ()
 
 
-def _finalize(literal: Callable[[Any], str]) -> Callable[[Any], Any]:
+def _finalize(literal: Callable[[Any], str], undefined: type) -> Callable[[Any], Any]:
+    of_text = lru_cache(maxsize=1 << 14)(literal)  # most values stand in many files
+
     def finalize(value: Any) -> Any:
-        if isinstance(value, (jinja2.Undefined, _Literal)):
+        if type(value) is str:
+            return of_text(value)
+        if isinstance(value, (undefined, _Literal)):
             return value
         return literal(value)
 

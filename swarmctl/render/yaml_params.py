@@ -45,8 +45,12 @@ class _Entry:
 
 @lru_cache(maxsize=4096)
 def _entry(entry: _Entry) -> str:
-    """The lines of one entry."""
-    data = {entry.key: entry.value}
+    return lines(entry.key, entry.value)
+
+
+def lines(key: str, value: Any) -> str:
+    """Returns the lines of one entry; `entries` are for what several files have."""
+    data = {key: value}
     try:
         return plain_yaml.written(data)
     except plain_yaml.NotPlainError:
@@ -71,6 +75,9 @@ class _Block(dict[str, Any]):
 
 class _Dumper(yaml.SafeDumper):
     """YAML as people write it: what holds control characters, or is a number to roslaunch, in quotes."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
 
 
 def _text(dumper: yaml.SafeDumper, text: str) -> yaml.ScalarNode:

@@ -6,6 +6,8 @@ import re
 from collections.abc import Mapping
 
 _ARGUMENT = re.compile(r"\$\(([^()$]{0,200})\)")
+#: What roslaunch replaces by the folder of a package.
+FIND = re.compile(r"\$\(find [A-Za-z0-9_-]+\)", re.ASCII)
 _LATER = {"env", "optenv", "anon"}  # known on the host only
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 _WORDS = {"true": True, "1": True, "false": False, "0": False}

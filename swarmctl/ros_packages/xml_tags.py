@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
-from xml.sax import SAXException
-from xml.sax.handler import ContentHandler
-
-import defusedxml.sax
-from defusedxml.common import DefusedXmlException
-
-if TYPE_CHECKING:
-    from xml.sax.xmlreader import AttributesImpl, Locator
+from typing import NoReturn
+from xml.parsers import expat
 
 MAX_TAGS = 20_000
 MAX_DEPTH = 32
 MAX_NAME = 100  # characters
+_NOT_XML = "it is not well-formed XML"
 
 
 class XmlError(ValueError):
@@ -56,55 +50,54 @@ def root_of(content: bytes) -> Tag:
     """Returns the outermost element of a file. Raises `XmlError`."""
     tree = _Tree()
     try:
-        defusedxml.sax.parseString(content, tree, forbid_dtd=True)
-    except DefusedXmlException:
-        raise XmlError("it declares entities or a document type", tree.line, tree.column) from None
+        tree.parser.Parse(content, True)
     except XmlError:
         raise
-    except (SAXException, ValueError, LookupError) as error:
-        line = getattr(error, "getLineNumber", lambda: None)() or 0
-        column = getattr(error, "getColumnNumber", lambda: None)() or 0
-        raise XmlError("it is not well-formed XML", line, column + 1) from None
+    except expat.ExpatError as error:
+        raise XmlError(_NOT_XML, error.lineno, error.offset + 1) from None
+    except (ValueError, LookupError):  # an encoding that is unknown, or none of single bytes
+        raise XmlError(_NOT_XML, 0) from None
     if tree.root is None:
         raise XmlError("it is empty", 1)
     return tree.root
 
 
-class _Tree(ContentHandler):
+class _Tree:
+    """The elements that ``parser`` has read."""
+
     def __init__(self) -> None:
-        super().__init__()
         self.root: Tag | None = None
+        self.parser = expat.ParserCreate()
+        self.parser.StartDoctypeDeclHandler = self._refuse
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._characters
         self._open: list[tuple[Tag, list[str]]] = []  # each with the pieces of its text
         self._count = 0
-        self._locator: Locator | None = None
 
-    @property
-    def line(self) -> int:
-        return (self._locator.getLineNumber() or 0) if self._locator else 0
+    def _refuse(self, *_: object) -> NoReturn:
+        line, column = self._place()
+        raise XmlError("it declares entities or a document type", line, column)
 
-    @property
-    def column(self) -> int:
-        return (self._locator.getColumnNumber() or 0) + 1 if self._locator else 1
+    def _place(self) -> tuple[int, int]:
+        return self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
 
-    def setDocumentLocator(self, locator: Locator) -> None:  # noqa: N802
-        self._locator = locator
-
-    def startElement(self, name: str, attrs: AttributesImpl) -> None:  # noqa: N802
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
         self._count += 1
         if self._count > MAX_TAGS or len(self._open) >= MAX_DEPTH or len(name) > MAX_NAME:
             what = "it has too many elements, too deep ones or too long names"
-            raise TooLargeError(what, self.line, self.column)
-        tag = Tag(name, dict(attrs.items()), self.line, self.column)
+            raise TooLargeError(what, *self._place())
+        tag = Tag(name, attributes, *self._place())
         if self._open:
             self._open[-1][0].children.append(tag)
         else:
             self.root = tag
         self._open.append((tag, []))
 
-    def endElement(self, name: str) -> None:  # noqa: N802
+    def _end(self, _: str) -> None:
         tag, pieces = self._open.pop()
         tag.text = "".join(pieces)
 
-    def characters(self, content: str) -> None:
+    def _characters(self, content: str) -> None:
         if self._open:
             self._open[-1][1].append(content)

@@ -179,10 +179,12 @@ def load_checked(
     return document, found.diagnostics
 
 
-def check_files(*layers: Path, workspaces: Sequence[Path] = ()) -> tuple[Document | None, Findings]:
+def check_files(
+    *layers: Path, workspaces: Sequence[Path] = (), read: Read = content, search: Search = packages_in
+) -> tuple[Document | None, Findings]:
     """Like `load_checked`; the findings are with the first stage that has errors."""
     with collector_paused():
-        document, found = _check(draft_of(layers, workspaces=workspaces))
+        document, found = _check(draft_of(layers, read, workspaces, search))
         return None if has_errors(found.diagnostics) else document, found
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from swarmctl import resources
 from swarmctl.diagnostics import Diagnostic, has_errors, without_echoes
@@ -23,6 +24,31 @@ from swarmctl.yamltext.limits import MAX_FINDINGS, LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles, link_error
 from swarmctl.yamltext.source import Source, parse
 
+V = TypeVar("V")
+
+
+class OnUse(Mapping[str, V], Generic[V]):
+    """Values by name, each of which is read when it is used: a spec uses few of the catalog's."""
+
+    def __init__(self, readers: Mapping[str, Callable[[], V]]) -> None:
+        self._readers = readers
+
+    def __getitem__(self, name: str) -> V:
+        return self._readers[name]()
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._readers
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._readers)
+
+    def __len__(self) -> int:
+        return len(self._readers)
+
+    def under(self, nearer: Mapping[str, V]) -> OnUse[V]:
+        """Returns these values with those of ``nearer``, which come before those of the same name."""
+        return OnUse({**self._readers, **{name: partial(nearer.__getitem__, name) for name in nearer}})
+
 
 @dataclass(frozen=True)
 class Catalog:
@@ -33,7 +59,7 @@ class Catalog:
     whose files have errors, with what could be read.
     """
 
-    types: Mapping[str, AnyRobotType] = field(default_factory=dict)
+    types: OnUse[AnyRobotType] = field(default_factory=lambda: OnUse({}))
     computers: Mapping[str, Computer] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
     sources: Mapping[str, Source] = field(default_factory=dict)
@@ -57,30 +83,42 @@ def load_catalog(
     own = _types_beside(beside, files, {os.path.realpath(file) for file in others})
     return replace(
         own,
-        types={**shipped.types, **own.types},
+        types=shipped.types.under(own.types),
         computers=shipped.computers,
         drivers=shipped.drivers,
-        diagnostics=(*shipped.diagnostics, *own.diagnostics),
     )
 
 
 @cache
 def _shipped() -> Catalog:
-    types: dict[str, AnyRobotType] = {}
-    diagnostics: list[Diagnostic] = []
-    for file in sorted((resources.templates() / "robots").glob("*.yaml")):
-        robot_type, _, problems = _parsed_type(file.read_text("utf-8"), file, LoadBudget())
-        diagnostics += problems
-        types |= {file.stem: robot_type} if robot_type else {}
-    drivers: dict[str, RosDriver] = {}
-    for name, file in DRIVERS.files.items():
-        driver, _, problems = _parsed(file.read_text("utf-8"), file, RosDriver, LoadBudget())
-        diagnostics += problems
-        drivers |= {name: driver} if driver else {}
-    file = resources.templates() / "data/computers.yaml"
-    computers, _, problems = _parsed(file.read_text("utf-8"), file, Computers, LoadBudget())
-    known = computers.root if computers else {}
-    return Catalog(types, known, (*diagnostics, *problems), drivers=drivers)
+    files = sorted((resources.templates() / "robots").glob("*.yaml"))
+    types = OnUse[AnyRobotType]({file.stem: partial(_shipped_type, file) for file in files})
+    drivers = OnUse({name: partial(_shipped_file, file, RosDriver) for name, file in DRIVERS.files.items()})
+    computers = _shipped_file(resources.templates() / "data/computers.yaml", Computers)
+    return Catalog(types, computers.root, drivers=drivers)
+
+
+@cache
+def _shipped_type(file: Path) -> AnyRobotType:
+    robot_type, _, problems = _parsed_type(file.read_text("utf-8"), file, LoadBudget())
+    if robot_type is None or problems:
+        raise _FaultyFileError(file, problems)
+    return robot_type
+
+
+@cache
+def _shipped_file(file: Path, model: type[M]) -> M:
+    value, _, problems = _parsed(file.read_text("utf-8"), file, model, LoadBudget())
+    if value is None or problems:
+        raise _FaultyFileError(file, problems)
+    return value
+
+
+class _FaultyFileError(Exception):
+    """A file of the shipped catalog with a fault, which is a bug."""
+
+    def __init__(self, file: Path, problems: Sequence[Diagnostic]) -> None:
+        super().__init__(f"{file}: {'; '.join(one.message for one in problems)}")
 
 
 def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalog:
@@ -114,7 +152,8 @@ def _types_beside(folder: Path, files: ProjectFiles, others: set[str]) -> Catalo
         diagnostics += wrong
         if codec:
             codecs[file.stem] = codec
-    return Catalog(types, {}, (*diagnostics, *warnings(folder, unread)), sources, codecs, unread, broken)
+    found = (*diagnostics, *warnings(folder, unread))
+    return Catalog(OnUse[AnyRobotType]({}).under(types), {}, found, sources, codecs, unread, broken)
 
 
 def _parsed_type(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import yaml
@@ -52,10 +52,10 @@ class Document:
         """Returns the position of a value, or with ``key`` of its key."""
         return self.source.span(loc, key=key)
 
-    @property
+    @cached_property
     def types(self) -> Mapping[str, AnyRobotType]:
         """Robot types by name: the spec's own before the catalog's."""
-        return {**self.catalog.types, **self.spec.types}
+        return self.catalog.types.under(self.spec.types)
 
     @property
     def own_types(self) -> Mapping[str, AnyRobotType]:
@@ -219,9 +219,11 @@ def _may_use_packages(spec: Spec, catalog: Catalog) -> bool:
         return True
     if any(isinstance(one, RobotType) and one.sketch is not None for one in spec.types.values()):
         return True
-    types = {**catalog.types, **spec.types}
-    foreign = {name for name, one in types.items() if isinstance(one, RosRobotType)}
-    return any(one.type in foreign or isinstance(one.driver, RosDriver) for one in spec.robots.values())
+    types = catalog.types.under(spec.types)
+    return any(
+        isinstance(types.get(one.type), RosRobotType) or isinstance(one.driver, RosDriver)
+        for one in spec.robots.values()
+    )
 
 
 def draft_from(document: Document, reported: Sequence[Diagnostic]) -> Draft:

@@ -161,6 +161,13 @@ class Maintenance(Model):
         description="How full its battery must be, 0 to 1 as `percentage` of sensor_msgs/BatteryState; 0 "
         "asks for nothing.",
     )
+    docked: bool | None = Field(
+        None,
+        examples=[True],
+        description="Whether it must be docked: by a topic `docked` of type std_msgs/Bool in `publishes` of "
+        "its driver, else by one of type sensor_msgs/BatteryState, with `power_supply_status` charging or "
+        "full.",
+    )
 
 
 NO_TERMS = Maintenance()  # one for all robots without: a spec can have many thousand

@@ -254,7 +254,7 @@ def repaired_catalog(catalog: Catalog, number: int) -> tuple[Catalog, list[Diagn
 
     A type that cannot be repaired, or comes after many, is a shipped one; which one depends on ``number``.
     """
-    types, found = dict(catalog.types), list[Diagnostic]()
+    types, found = dict[str, AnyRobotType](), list[Diagnostic]()
     for place, (name, source) in enumerate(catalog.broken.items()):
         model = RosRobotType if source is not None and form_of(source.data) == ROS else RobotType
         if place < _MOST_TYPES and source is not None:
@@ -264,7 +264,7 @@ def repaired_catalog(catalog: Catalog, number: int) -> tuple[Catalog, list[Diagn
             robot_type = None
         shipped = [one for one in load_catalog().types.values() if isinstance(one, model)]
         types[name] = robot_type or shipped[(number + place) % len(shipped)]
-    return replace(catalog, types=types), found
+    return replace(catalog, types=catalog.types.under(types)), found
 
 
 def _repaired_type(

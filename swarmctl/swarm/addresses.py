@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Iterable
 from enum import Enum
+from functools import lru_cache
 
 Ip = ipaddress.IPv4Address | ipaddress.IPv6Address
 Subnet = ipaddress.IPv4Network | ipaddress.IPv6Network
@@ -30,6 +31,7 @@ class Scheme(str, Enum):
     NAME = "a name"
 
 
+@lru_cache(maxsize=1 << 14)  # rules ask again for the hosts of a spec
 def ip_of(address: str) -> Ip | None:
     """Returns the IP address, or None for a name."""
     try:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from types import TracebackType
+from typing import TYPE_CHECKING
 
-import jinja2
-from jinja2.sandbox import ImmutableSandboxedEnvironment
+if TYPE_CHECKING:
+    import jinja2
 
 _NAME = "template"
 _MAX_CHARACTERS = 4 << 20
@@ -28,15 +30,17 @@ def rendered(content: bytes, values: Mapping[str, object]) -> bytes:
 
     Raises TemplateError.
     """
+    from jinja2 import TemplateSyntaxError  # noqa: PLC0415  (most specs have no templates)
+
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise TemplateError(f"the byte 0x{content[error.start]:02X} is not valid UTF-8", line, 1) from None
     try:
-        template = _ENVIRONMENT.from_string(text)
+        template = _environment().from_string(text)
         return _limited(template, values).encode()
-    except jinja2.TemplateSyntaxError as error:
+    except TemplateSyntaxError as error:
         message = error.message or "it is no template"
         raise TemplateError(message, error.lineno, _column(text, error.lineno, message)) from None
     except TemplateError:
@@ -77,6 +81,11 @@ def _column(text: str, line: int, message: str) -> int:
     return len(written) - len(written.lstrip()) + 1
 
 
-_ENVIRONMENT = ImmutableSandboxedEnvironment(
-    undefined=jinja2.StrictUndefined, keep_trailing_newline=True, trim_blocks=True, lstrip_blocks=True
-)
+@cache
+def _environment() -> jinja2.Environment:
+    from jinja2 import StrictUndefined  # noqa: PLC0415  (most specs have no templates)
+    from jinja2.sandbox import ImmutableSandboxedEnvironment  # noqa: PLC0415
+
+    return ImmutableSandboxedEnvironment(
+        undefined=StrictUndefined, keep_trailing_newline=True, trim_blocks=True, lstrip_blocks=True
+    )

@@ -15,7 +15,7 @@ from swarmctl.robot_types.effective_settings import command_timeout_of
 from swarmctl.robot_types.motion import Motion, motion_of
 from swarmctl.robot_types.robot_type import Link, RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
-from swarmctl.robot_types.ros_robot_type import RosLink, RosRobotType
+from swarmctl.robot_types.ros_robot_type import RosLink
 from swarmctl.robot_types.settings import RobotSettings, merged
 from swarmctl.spec.link_model import Bluetooth, IpLink, NetworkLink, Radio, RobotLink, Serial
 from swarmctl.spec.load import Document
@@ -49,6 +49,8 @@ class SwarmIndex:
         self.spec: Spec = document.spec
         self.types: Mapping[str, AnyRobotType] = document.types
         self.computers: Mapping[str, Computer] = document.computers
+        self._settings: dict[tuple[str, str], RobotSettings] = {}
+        self._topics: dict[tuple[str, str], tuple[DriverTopic, ...]] = {}
 
     # Robot types and drivers
 
@@ -60,8 +62,8 @@ class SwarmIndex:
     @cached_property
     def native_robots(self) -> Mapping[str, RobotType]:
         """The types of the robots whose type has a protocol, by robot, whichever their driver."""
-        known = self.native_types
-        return {name: known[robot.type] for name, robot in self.spec.robots.items() if robot.type in known}
+        found = ((name, self.types.get(robot.type)) for name, robot in self.spec.robots.items())
+        return {name: one for name, one in found if isinstance(one, RobotType)}
 
     @cached_property
     def ros_drivers(self) -> Mapping[str, RosDriver]:
@@ -71,11 +73,14 @@ class SwarmIndex:
 
     @cached_property
     def motions(self) -> Mapping[str, Motion]:
-        """How the robots of each type move."""
-        return {
-            name: one.kinematics if isinstance(one, RosRobotType) else motion_of(one.kinematics)
-            for name, one in self.types.items()
+        """How the robots of each type move, of the types that robots have and of the spec's own."""
+        used = {robot.type: None for robot in self.spec.robots.values()}
+        kinematics = {
+            name: self.types[name].kinematics
+            for name in (used | dict.fromkeys(self.document.own_types))
+            if name in self.types
         }
+        return {name: one if isinstance(one, Motion) else motion_of(one) for name, one in kinematics.items()}
 
     @cached_property
     def gated(self) -> frozenset[str]:
@@ -336,7 +341,10 @@ class SwarmIndex:
         """Returns what the driver of ``robot`` publishes with its settings."""
         if (driver := self.ros_drivers.get(robot)) is not None:
             return declared_topics(driver, names.driver_node(self.namespaces[robot]))
-        return driver_topics(self.driven_robots[robot], self.settings_of(robot))
+        key = self._equipment(robot)
+        if key not in self._topics:
+            self._topics[key] = driver_topics(self.driven_robots[robot], self.settings_of(robot))
+        return self._topics[key]
 
     def sensors_of(self, robot: str) -> Mapping[str, str]:
         """The message types of what its driver may publish, on or off, by name in its namespace."""
@@ -366,8 +374,20 @@ class SwarmIndex:
     # Settings
 
     def settings_of(self, robot: str) -> RobotSettings:
-        """Returns the settings of a robot with those of its type and of `defaults` merged in."""
-        return merged(*self.document.settings_layers(robot))
+        """Returns the settings of a robot with those of its type and of `defaults` merged in.
+
+        Robots of a type with equal settings share them.
+        """
+        key = self._equipment(robot)
+        if key not in self._settings:
+            self._settings[key] = merged(*self.document.settings_layers(robot))
+        return self._settings[key]
+
+    def _equipment(self, robot: str) -> tuple[str, str]:
+        """Returns the type of a robot, and its own settings as text: robots with the same are alike."""
+        given = self.spec.robots[robot]
+        own = given.settings
+        return given.type, own.model_dump_json(exclude_unset=True) if own.model_fields_set else ""
 
     @cached_property
     def command_timeouts(self) -> Mapping[str, float]:

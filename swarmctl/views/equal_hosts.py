@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from string import ascii_letters, digits
 from typing import TypeVar
 
 from swarmctl.swarm.resolved import Swarm
@@ -18,8 +19,10 @@ _Item = TypeVar("_Item")
 # Marks in the place of names and numbers; no text for a terminal has private characters of Unicode.
 _HOST, _ADDRESS, _NUMBER, _RELEASE, _ROBOTS = "\ue000", "\ue001", "\ue002", "\ue003", 0xE010
 _MARK = re.compile("[\ue000-\uf8ff]")
-_MEASURED = re.compile(r"(?<![\w.])\d+\.\d+(?!\.?\d)|(?<![\w.-])\d+(?= (?:s|times|ms)\b)")
-_DIGEST = re.compile(r"\b[0-9a-f]{16}\b")
+# Both begin with a character that they take, and look behind it then: so a search skips all other places.
+_MEASURED = re.compile(r"\d(?:(?<![\w.]\d)\d*\.\d+(?!\.?\d)|(?<![\w.-]\d)\d*(?= (?:s|times|ms)\b))")
+_DIGEST = re.compile(r"[0-9a-f](?<!\w.)[0-9a-f]{15}\b")
+_LETTERS = frozenset(ascii_letters + digits)
 _WORDS = {_HOST: "HOST", _ADDRESS: "ADDRESS", _RELEASE: "RELEASE"}
 _EACH = re.compile(r"^HOST\b(?: \(ADDRESS(?:, ([^()]*))?\))?")
 
@@ -43,10 +46,30 @@ class Names:
         namespaces = dict(zip(self.namespaces, robots.values(), strict=False))
         return {**namespaces, **robots, self.address: _ADDRESS, self.host: _HOST}
 
-    @cached_property
-    def _pattern(self) -> re.Pattern[str]:
-        names = sorted(filter(None, self._marks), key=len, reverse=True)
-        return re.compile(rf"(?<![A-Za-z0-9])(?:{'|'.join(map(re.escape, names))})(?![A-Za-z0-9])")
+    def _in(self, text: str) -> Iterator[tuple[int, str]]:
+        """Yields where a name stands in ``text``, and the name; no letter or digit is beside it.
+
+        A regular expression of the names would find the same; to compile one for each host takes much longer.
+        """
+        found, end = list[tuple[int, int, str]](), 0
+        for name in filter(None, self._marks):
+            start = text.find(name)
+            while start >= 0:
+                stop = start + len(name)
+                if text[start - 1 : start] not in _LETTERS and text[stop : stop + 1] not in _LETTERS:
+                    found.append((start, -stop, name))
+                start = text.find(name, start + 1)
+        for start, stop, name in sorted(found):  # of several at one place the longest
+            if start >= end:
+                yield start, name
+                end = -stop
+
+    def _marked(self, text: str) -> str:
+        parts, end = list[str](), 0
+        for start, name in self._in(text):
+            parts += text[end:start], self._marks[name]
+            end = start + len(name)
+        return "".join((*parts, text[end:]))
 
     def about(self, text: str) -> Names:
         """Returns these names with that robot only which ``text`` names, if it names one."""
@@ -59,17 +82,22 @@ class Names:
 
     def pattern_of(self, text: str) -> str:
         """Returns ``text`` with marks for names and numbers; equal for texts that differ only in these."""
-        named = self._pattern.sub(lambda found: self._marks[found[0]], text)
-        return _MEASURED.sub(_NUMBER, _DIGEST.sub(_RELEASE, named))
+        return _without_numbers(_DIGEST.sub(_RELEASE, self._marked(text)))
 
     def values_in(self, text: str) -> list[str]:
         """Returns the names and numbers in ``text`` that marks replace."""
-        named = self._pattern.sub(lambda found: self._marks[found[0]], text)
-        names = iter(self._pattern.findall(text))
+        named = self._marked(text)
+        names = (name for _, name in self._in(text))
         released = _DIGEST.sub(_RELEASE, named)
         others = {_NUMBER: iter(_MEASURED.findall(released)), _RELEASE: iter(_DIGEST.findall(named))}
         marked = _MEASURED.sub(_NUMBER, released)
         return [next(others.get(mark, names)) for mark in _MARK.findall(marked)]
+
+
+@lru_cache(maxsize=64)
+def _without_numbers(text: str) -> str:
+    """Returns ``text`` with marks for measured numbers; most hosts have the same text by now."""
+    return _MEASURED.sub(_NUMBER, text)
 
 
 def names_of(swarm: Swarm) -> Mapping[str, Names]:

@@ -7,7 +7,7 @@ from datetime import datetime, timezone
 
 from rich.text import Text
 
-from swarmctl.plan.history import APPLIED, Run
+from swarmctl.plan.history import APPLIED, FORGOTTEN, Run
 from swarmctl.remote.transport import HostError
 from swarmctl.views.escape import printable
 from swarmctl.views.width import wrapped
@@ -37,7 +37,11 @@ def history_text(runs: Sequence[Run], errors: Mapping[str, HostError], width: in
 def _results(run: Run) -> Mapping[str, list[str]]:
     found: dict[str, list[str]] = {}
     for host, one in run.changes.items():
+        if one["state"] == FORGOTTEN:
+            found.setdefault(f"forgot {printable(one['error'])}", []).append(host)
+            continue
         way = f"{one['prev'] or 'nothing'} -> {one['next'] or 'nothing'}"
+        way += ", other secrets" if one["prev_secrets"] != one["next_secrets"] and one["prev"] else ""
         undone = "" if one["state"] == APPLIED else f", undone: {printable(one['error'])}"
         found.setdefault(way + undone, []).append(host)
     return found

@@ -7,6 +7,7 @@ Rules use them to build the ``fix`` of a diagnostic with ``make_fix``:
     replace_value(source, ("hosts", "k3-pi", "port"), 22)     another value
     exchange(source, ("links", 1, "mac"), ("links", 2, "mac"), ...)   two values, each in the other's place
     rename_key(source, ("hosts", "k3-pi", "adress"), "address")
+    put(source, ("robots", "k3", "settings", "limits", "linear"), 0.1)   the same, with the mappings above it
     remove(source, ("links", 3))                              a key with its value, or an item
     as_text(source, ("links", 1, "usb", "serial"))            the same word in quotes
 
@@ -119,6 +120,21 @@ def set_key(source: Source, loc: Loc, key: str, value: Any, *, after: str = "") 
     place = names.index(after) if after in names else -1
     written = f"{text_of(key, quote)}: {literal(value, quote if found.part.flow else '')}"  # JSON stays JSON
     return found.edits(cst_edits.inserted(found.layout, found.part, written, place))
+
+
+def put(source: Source, loc: Loc, value: Any) -> Edits:
+    """Returns the edit that sets the value at ``loc``, with the mappings above it that are missing."""
+    node, depth = source.root, 0
+    while depth < len(loc) and (found := source.child(node, loc[depth])) is not None:
+        node, depth = found[1], depth + 1
+    if depth == len(loc):
+        return replace_value(source, loc, value)
+    missing = loc[depth:]
+    if not all(isinstance(one, str) for one in missing):
+        return ()
+    for key in reversed(missing[1:]):
+        value = {key: value}
+    return set_key(source, loc[:depth], str(missing[0]), value)
 
 
 def append_item(source: Source, loc: Loc, value: Any) -> Edits:

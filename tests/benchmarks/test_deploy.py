@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import compare
@@ -32,6 +33,16 @@ def test_the_jobs_and_the_steps(tmp_path: Path) -> None:
         assert Path(host.prefix, "units/bench.service").exists()
         target = Target("h0", "127.0.0.1", "root", host.port, (host.key,), (Path(host.identity),))
         steps = profile.on_a_host(target, Bundle("new", "h0", (File("a", b"a"),)), 1)
+        made = profile.of_a_deploy(
+            lambda transport: benchmark.carry_out(
+                {"h0": Bundle("new", "h0", (File("a", b"%d" % time.time_ns()),))},
+                {"h0": target}, transport, changes=True,
+            ), 1,
+        )  # fmt: skip
+        lowest = profile.floor(target, lambda: None, 1)
     assert {"login", "start the agent", "first `observe`"} <= steps.keys()
+    assert {"`apply`", "`lease`, given back"} <= made.keys()
+    assert not {"a connection, login (2)", "`hold`", "`confirm`"} & made.keys()  # these files run nothing
+    assert lowest["fsync"][0] >= 0
     assert set(tools) == {compare.BARE, "swarmctl", "fabric", "ansible-core", "pyinfra"}
     assert benchmark.spec_of(2).count("khepera3") == 2

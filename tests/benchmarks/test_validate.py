@@ -13,7 +13,7 @@ BENCHMARK = ROOT / "benchmarks/validate.py"
 
 def test_small_swarms_keep_the_bars() -> None:
     ran = subprocess.run(
-        [sys.executable, str(BENCHMARK), "--quick", "--runs", "3"],
+        [sys.executable, str(BENCHMARK), "--quick", "--runs", "2"],
         capture_output=True,
         text=True,
         check=False,

@@ -13,6 +13,7 @@ import typer
 from swarmctl.cli import exit_codes, next_command
 from swarmctl.cli.app import app, run
 from swarmctl.cli.spec_args import SpecFiles
+from swarmctl.lab import paths
 from tests.cli.terminal import shown_by
 
 PROGRAM = Path(sys.executable).with_name("swarmctl")
@@ -23,6 +24,7 @@ def folder(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -
     shutil.copy(leader_spec, tmp_path / "swarm.yaml")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv(paths.STATE_VARIABLE, str(tmp_path))  # the labs that run on this machine are not meant
     return tmp_path
 
 

@@ -9,7 +9,7 @@ import re
 import shlex
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -162,9 +162,9 @@ def test_the_next_command_keeps_what_was_typed(screen: Screen, typed: str, print
 def test_after_a_rollout(
     screen: Screen, monkeypatch: pytest.MonkeyPatch, results: dict[str, Any], verb: str, printed: list[str]
 ) -> None:
-    def remove(_: str, targets: Any, *__: Any, **___: Any) -> Iterator[Finished[Any]]:
-        for target in targets:
-            yield Finished(target.host, results.get(target.host, Removed(True)), 0.1)
+    def remove(names: Sequence[str], *_: Any, **__: Any) -> Iterator[Finished[Any]]:
+        for name in names:
+            yield Finished(name, results.get(name, Removed(True)), 0.1)
 
     monkeypatch.setattr(Deployment, "_look", looking(results))
     monkeypatch.setattr(rollout, "remove", remove)

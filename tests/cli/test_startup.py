@@ -12,6 +12,7 @@ from swarmctl.cli.app import Verbs
 from swarmctl.cli.lazy_verbs import Verb
 
 SCRIPT = str(Path(sys.executable).with_name("swarmctl"))
+SPEC = Path(__file__).parents[2] / "examples/paper-leader/swarm.yaml"
 STARTS = {"the script": [SCRIPT], "the module": ["-m", "swarmctl"]}
 LARGE = {"pydantic", "yaml", "networkx", "paramiko", "serial", "rich", "jinja2", "asyncio"}
 BASIS = {"swarmctl", "swarmctl.resources", "swarmctl.streams", "swarmctl.cli", "swarmctl.cli.app"}
@@ -46,6 +47,35 @@ def test_the_help_imports_little(start: list[str]) -> None:
     assert ours - {"swarmctl.__main__"} == BASIS | FOR_HELP
     assert not found & LARGE
     assert len(found) <= MOST, sorted(found)
+
+
+@pytest.mark.parametrize("verb", [["validate"], ["plan", "--offline"]], ids=" ".join)
+def test_a_verb_imports_only_what_a_valid_spec_needs(verb: list[str]) -> None:
+    for_faults = {"rapidfuzz", "urllib.request"}
+    for_hosts = {"paramiko", "cryptography", "asyncio", "networkx", "serial"}
+    found = imported("-m", "swarmctl", *verb, str(SPEC))
+    assert not found & (for_faults | for_hosts)
+    assert ("jinja2" in found) is (verb != ["validate"])  # which renders nothing
+
+
+def test_stop_imports_neither_models_nor_plans(tmp_path: Path) -> None:
+    spec = tmp_path / "swarm.yaml"
+    nobody = "hosts: {pi: {address: 127.0.0.1, port: 9}}"  # the discard service, which no host has today
+    spec.write_text(f"version: 1\nname: s\n{nobody}\nrobots: {{k3: {{type: khepera3, host: pi}}}}\n")
+    after = "from swarmctl.cli import reached; reached.warn_of_errors = lambda spec: None"
+    calls = f"{after}; run(['stop', {str(spec)!r}]); print(*sys.modules)"
+    script = f"import sys; from swarmctl.cli.app import run; {calls}"
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    found = set(ran.stdout.splitlines()[-1].split())
+    assert "paramiko" in found, ran.stdout
+    unwanted = ("plan", "analysis", "render", "rules", "swarm", "robot_types", "spec.model", "spec.document")
+    assert not {one for one in found if one.startswith(tuple(f"swarmctl.{name}" for name in unwanted))}
+
+
+def test_ssh_comes_without_what_it_does_not_need() -> None:
+    found = imported("-c", "import swarmctl.remote.ssh")
+    assert "paramiko" in found
+    assert not found & {"asyncio", "unittest", "argparse"}
 
 
 def test_the_version_imports_no_command_line() -> None:

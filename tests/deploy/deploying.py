@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+import pytest
+
 from swarmctl.analysis.impact import Impact
-from swarmctl.deploy.deployment import Deployment, Rules
-from swarmctl.deploy.host_transaction import Terms
+from swarmctl.deploy.deploy_rules import Rules
+from swarmctl.deploy.deployment import Deployment
+from swarmctl.deploy.host_transaction import HostTransaction, Terms
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.plan.waves import Consistency, order
 from swarmctl.remote.parallel_hosts import Event
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.bundle import Bundle
+from tests.packages.agent.fakehost import FakeHost
 
 
 def deploy(
@@ -40,3 +44,20 @@ def deploy(
         for _ in deployment.survey():
             pass
         yield from deployment.change(order(deployment.due, parts, serial, consistency))
+
+
+def after_the_change(patch: pytest.MonkeyPatch, happen: Callable[[], None]) -> None:
+    """Has something happen on a host between its change and the look at its units."""
+    hold = HostTransaction._hold
+
+    def first(self: HostTransaction, *arguments: Any) -> Any:
+        happen()
+        return hold(self, *arguments)
+
+    patch.setattr(HostTransaction, "_hold", first)
+
+
+def fails(host: FakeHost, unit: str) -> None:
+    """Has a running unit of a host end with an error."""
+    (host.prefix / "units" / unit).unlink()
+    (host.prefix / f"failed-{unit}").touch()

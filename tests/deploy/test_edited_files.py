@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.remote.transport import Kind
+from swarmctl.adoption.changes import EditedFile
+from swarmctl.deploy.edits_on_hosts import edits_on_hosts
+from swarmctl.remote.transport import HostError, Kind
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
 from tests.packages.agent.fakehost import FakeHost
@@ -63,6 +65,46 @@ def test_an_edit_that_the_spec_has_by_now_is_no_conflict(edited: dict[str, FakeH
     results = deployed(deploy(bundles(k3=EDIT), TARGETS, FolderTransport(edited, {}), most_failed=0))
     assert changed(results) == {"leader": False, "k3": True, "epuck": False}
     assert edited["k3"].observe()["drift"] == {"files": {}, "links": {}, "blocks": {}}
+
+
+def test_layout_and_comments_of_an_edit_are_no_conflict(edited: dict[str, FakeHost]) -> None:
+    way = FolderTransport(edited, {})
+    results = deployed(deploy(bundles(k3="{speed: 7.0}\n"), TARGETS, way, most_failed=0))
+    assert changed(results)["k3"] is True
+    assert params(edited["k3"]).read_text() == "{speed: 7.0}\n"
+    assert copies(edited["k3"]) == [EDIT]
+
+
+def test_edits_are_read_with_their_texts(edited: dict[str, FakeHost]) -> None:
+    params(edited["k3"]).with_name("notes.yaml").write_text("ask Ann\n")
+    away = {"epuck": HostError(Kind.UNREACHABLE, "no route")}
+    found = edits_on_hosts(bundles(), TARGETS, FolderTransport(edited, away))
+    path = "params/robot.yaml"
+    deployed_one = bundles()["k3"].manifest["files"][path]["sha256"]
+    assert found == {
+        "leader": [],
+        "k3": [
+            EditedFile("k3", path, path, EDIT, deployed_one),
+            EditedFile("k3", "params/notes.yaml", "params/notes.yaml", None, ""),
+        ],
+        "epuck": away["epuck"],
+    }
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"\xff\xfe", b"x" * ((64 << 10) + 1), b"-----BEGIN RSA PRIVATE KEY-----\n", "link"],
+    ids=["binary", "long", "private key", "link"],
+)
+def test_the_text_of_an_edit_stays_on_the_host(edited: dict[str, FakeHost], content: bytes | str) -> None:
+    place = params(edited["k3"])
+    if isinstance(content, str):
+        place.unlink()
+        place.symlink_to("/etc/shadow")
+    else:
+        place.write_bytes(content)
+    found = edits_on_hosts(bundles(), TARGETS, FolderTransport(edited, {}))["k3"]
+    assert [(one.path, one.text) for one in found] == [("params/robot.yaml", None)]  # type: ignore[union-attr]
 
 
 def test_a_file_that_people_added_is_kept_too(edited: dict[str, FakeHost]) -> None:

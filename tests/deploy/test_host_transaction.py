@@ -8,18 +8,19 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from swarmctl.deploy import host_transaction
-from swarmctl.deploy.host_transaction import Terms
+from swarmctl.deploy.host_transaction import HostTransaction, Terms
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.remote import operators
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle
-from tests.deploy.deploying import deploy
+from tests.deploy.deploying import after_the_change, deploy, fails
 from tests.deploy.test_rollout import TARGETS, bundles, deployed
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
@@ -85,6 +86,42 @@ def test_a_change_is_confirmed_over_a_new_connection(host: FakeHost) -> None:
     assert last(host)["state"] == "applied"
 
 
+def test_a_login_that_runs_nothing_does_not_confirm(host: FakeHost) -> None:
+    """Its login shell is gone, or the host can start no process any more."""
+
+    class Refusing(Way):
+        @contextmanager
+        def connect(self, target: Target) -> Iterator[Session]:
+            with super().connect(target) as session:
+                yield session if self.connections == 1 else LocalSession(host.environment(), ["/bin/false"])
+
+    result = deployed(deploy({"k3": NEW}, TARGETS, Refusing(host, lambda _: False), terms=SHORT))["k3"]
+
+    assert isinstance(result, HostError)
+    assert last(host)["state"] == "pending"  # until its deadline
+
+
+@pytest.mark.parametrize("applied_before", [False, True], ids=["own change", "an earlier run's"])
+def test_the_login_that_confirms_begins_once_units_have_kept_running(
+    host: FakeHost, monkeypatch: pytest.MonkeyPatch, applied_before: bool
+) -> None:
+    """What locks the operator out a few s after the change must not be confirmed by an older login."""
+    way, logins = Way(host, lambda _: False), []
+    hold = HostTransaction._hold
+    if applied_before:
+        pending(host, "anna@desk (7)")
+
+    def recorded(self: HostTransaction, *arguments: Any) -> Any:
+        found = hold(self, *arguments)
+        logins.append(way.connections)
+        return found
+
+    monkeypatch.setattr(HostTransaction, "_hold", recorded)
+    assert isinstance(deployed(deploy({"k3": NEW}, TARGETS, way))["k3"], Outcome)
+    assert (logins, way.connections) == ([1], 2)
+    assert last(host)["state"] == "applied"
+
+
 def test_nothing_to_do_takes_one_connection(host: FakeHost) -> None:
     way = Way(host, lambda _: False)
     result = deployed(deploy({"k3": OLD}, TARGETS, way))["k3"]
@@ -124,15 +161,11 @@ def test_a_host_that_answers_again_after_it_went_back_says_so(host: FakeHost) ->
     assert f"not confirmed in time; undone, release {OLD.digest} runs again" in result.message
 
 
-def test_units_that_do_not_keep_running_take_the_change_back(host: FakeHost) -> None:
-    (host.prefix / "failed-new.robot.service").touch()
-
-    def cut(number: int) -> bool:
-        if number == 2:
-            (host.prefix / "units/new.robot.service").unlink()
-        return False
-
-    result = run(host, NEW, cut=cut, terms=SHORT)
+def test_units_that_do_not_keep_running_take_the_change_back(
+    host: FakeHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    after_the_change(monkeypatch, lambda: fails(host, "new.robot.service"))
+    result = run(host, NEW, terms=replace(SHORT, confirm_within=PATIENCE))
 
     assert isinstance(result, HostError)
     assert "new.robot.service does not keep running" in result.message

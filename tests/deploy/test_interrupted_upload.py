@@ -57,9 +57,9 @@ class CutChannel(LocalChannel):
     def exchange(
         self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 60.0
     ) -> Output:
-        *line, payload = stdin
-        if json.loads(line[-1])["verb"] != "apply":
+        if len(stdin) < 2 or json.loads(stdin[-2])["verb"] != "apply":
             return super().exchange(stdin, enough, timeout=timeout)
+        *line, payload = stdin
         sent = self.upload.part(payload)
         if sent == payload:
             return super().exchange(stdin, enough, timeout=timeout)

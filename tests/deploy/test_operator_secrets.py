@@ -7,21 +7,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from swarmctl.deploy.deploy_rules import Rules
+from swarmctl.deploy.histories import histories
+from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome
+from swarmctl.deploy.rollback import Rollback
 from swarmctl.deploy.rollout import observe
 from swarmctl.deploy.secrets import SecretError, found, variable
+from swarmctl.plan.history import runs
 from swarmctl.plan.plan import Kind
+from swarmctl.plan.waves import order
 from swarmctl.remote import parallel_hosts
-from swarmctl.remote.transport import Session, Target
+from swarmctl.remote.transport import HostError, Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit
-from tests.deploy.deploying import deploy
+from swarmctl.views.history import history_text
+from tests.deploy.deploying import after_the_change, deploy, fails
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
 
 PIN = "4971"
+TERMS = Terms(healthy_for=0.1, healthy_within=5)
 
 
 def write(folder: Path, text: str, mode: int = 0o600) -> Path:
@@ -85,6 +94,8 @@ def host(tmp_path: Path) -> FakeHost:
 
 
 class Way:
+    """The way to the host."""
+
     def __init__(self, host: FakeHost) -> None:
         self.host = host
 
@@ -126,6 +137,53 @@ def test_a_changed_secret_is_sent_again_and_its_reader_restarts(host: FakeHost) 
     ]
     assert kept.read_text() == "0042"
     assert not rolled(host).changed
+
+
+def test_a_token_with_which_its_unit_ends_is_taken_back(
+    host: FakeHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rolled(host, epuck_pin=PIN)
+    first = host.readers()
+    after_the_change(monkeypatch, lambda: fails(host, "new.epuck.pair.service"))
+    events = deploy(wanted(), TARGETS, Way(host), secrets={"epuck-pin": "0042"})
+    error = parallel_hosts.result_of(list(events)[-1])
+
+    assert isinstance(error, HostError)
+    assert "new.epuck.pair.service does not keep running" in error.message
+    assert (host.prefix / "etc/swarm/new/secrets/epuck-pin").read_text() == PIN
+    assert host.readers() == first
+
+
+def test_rollback_brings_the_value_before_and_again_the_one_after(host: FakeHost) -> None:
+    rolled(host, epuck_pin=PIN)
+    rolled(host, epuck_pin="0042")
+    kept = host.prefix / "etc/swarm/new/secrets/epuck-pin"
+    texts = []
+    for value in (PIN, "0042"):
+        with Rollback(wanted(), TARGETS, Way(host), rules=Rules(0, (), TERMS)) as going:
+            for _ in going.survey():
+                pass
+            assert [step.cause for step in going.due[0].steps] == [
+                "with the secrets that it had before",
+                "secrets that it reads change",
+            ]
+            for _ in going.change(order(going.due, (), ("100%",), "all")):
+                pass
+        assert kept.read_text() == value
+        assert set(host.readers()) == {"new.epuck.pair.service"}
+        found: Any = list(histories("new", list(TARGETS.values()), Way(host), parallel=1))[-1]
+        texts.append(history_text(runs({"pi": found.outcome}), {}, None).plain)
+    assert texts[1].count(", other secrets") == 3
+
+
+def test_values_that_the_host_has_no_more_are_no_way_back(host: FakeHost) -> None:
+    for value in (PIN, "0042", "0043"):
+        rolled(host, epuck_pin=value)
+    (first, *_) = host.ask({"verb": "history", "swarm": "new"}).answer["entries"]
+    with Rollback(wanted(), TARGETS, Way(host), to=first["run"], rules=Rules(0, (), TERMS)) as going:
+        for _ in going.survey():
+            pass
+    assert "the secrets that release" in str(going.errors["pi"])
 
 
 def test_a_plan_says_where_it_is_missing(host: FakeHost) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.deploy.deployment import Rules
+from swarmctl.deploy.deploy_rules import Rules
 from swarmctl.deploy.histories import histories
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome

@@ -5,7 +5,7 @@ The hosts are folders, and the real agent works on them; only the way there is s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -42,7 +42,12 @@ class FolderTransport:
 
 @pytest.fixture
 def hosts(tmp_path: Path) -> dict[str, FakeHost]:
-    made = {name: FakeHost(tmp_path / name) for name in HOSTS}
+    return hosts_in(tmp_path, HOSTS)
+
+
+def hosts_in(folder: Path, names: Iterable[str]) -> dict[str, FakeHost]:
+    """New hosts, whose agents may use sudo."""
+    made = {name: FakeHost(folder / name) for name in names}
     for host in made.values():
         sudo = host.prefix / "bin/sudo"
         sudo.write_text('#!/bin/sh\nshift\nexec "$@"\n')

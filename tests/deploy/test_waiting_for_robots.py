@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.deploy.deployment import Deployment, Rules
+from swarmctl.deploy.deploy_rules import Rules
+from swarmctl.deploy.deployment import Deployment
 from swarmctl.remote.parallel_hosts import Note
 from swarmctl.remote.transport import Kind
 from swarmctl.render.bundle import Bundle, File

@@ -25,19 +25,23 @@ HERE = Path(__file__).parent
 LONGEST = (
     "test_recovery.py",
     "test_recovery_of_islands.py",
+    "test_rover.py",
     "test_paper.py",
+    "test_program_health.py",
+    "test_lab_page.py",
+    "test_faults.py",
     "test_programs.py",
     "test_dead_man.py",
-    "test_rover.py",
     "test_gate.py",
+    "test_change.py",
+    "test_lab.py",
     "test_mode_change.py",
-    "test_hosts.py",
-    "test_program_health.py",
+    "test_units_come_back.py",
     "test_containers.py",
     "test_late_hosts.py",
-    "test_lab_page.py",
+    "test_own_robot_page.py",
+    "test_hosts.py",
     "test_lab_fleet.py",
-    "test_lab.py",
 )
 NOT_LAB = ("test_dead_man_page.py",)
 

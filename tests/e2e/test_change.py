@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from tests.e2e.lab_swarm import (
 K3 = "k3: {type: khepera3, host: k3-pi}"
 FASTER_K3 = "k3: {type: khepera3, host: k3-pi, settings: {rates: {odom: 20}}}"
 K3_UNIT = "swarm-newswarm.k3.service"
+MASTER_UNIT = "swarm-newswarm.master.service"
 UNITS = "/etc/systemd/system"
 EPUCK_LINK = (
     "  - {kind: bluetooth, host: epuck-pi, robot: epuck, "
@@ -84,6 +86,32 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
     assert "rate: 20.0" in swarm.shell("k3-pi", f"cat {HOME}/current/params/k3.yaml")
 
 
+def test_a_master_does_not_stop_under_a_robot_of_another_host(swarm: LabSwarm, note: Note) -> None:
+    address = "koala-laptop: {address: 192.168.77.10, "
+    other_port = swarm.variant("other-port", (address, f"{address}master_port: 11411, "))
+    before = swarm.pids()
+    stopped = f"systemctl show -P InactiveEnterTimestampMonotonic {MASTER_UNIT}"
+    with swarm.driving(LEADER, "epuck", 0.05):
+        refused = swarm.deploy(other_port, "--limit", LEADER)
+        assert refused.status == 3, refused.out + refused.err
+        busy = rf"busy: epuck on epuck-pi is commanded by {LEADER} \(.+\), and depends on {MASTER_UNIT}"
+        assert re.search(busy, refused.out), refused.out
+        assert changed(before, swarm.pids()) == set()
+        assert moves(swarm.robot("epuck"))
+        with swarm.begin("deploy", "--stop-robots", "--limit", LEADER, spec=other_port) as deploy:
+            within(30, lambda: not moves(swarm.robot("epuck")), "the e-puck drives on")
+            stood = time.monotonic()  # hosts of the lab have the same clock
+            assert deploy.wait(60) == 0, deploy.communicate()
+            ahead = int(swarm.shell(LEADER, stopped)) / 1e6 - stood
+            assert ahead > 0, f"the wheels turned for {-ahead:.2f} s without a master"
+            note("the last wheel of another host stands before its master stops", f"{ahead:.2f} s", "> 0 s")
+            assert not moves(swarm.robot("epuck"))  # though its commands go on
+    assert "epuck-pi:epuck" not in changed(before, swarm.pids())
+    assert swarm.swarmctl("start").status == 0
+    assert swarm.deploy().status == 0
+    assert swarm.swarmctl("restart", "k3", "epuck").status == 0  # before they notice another master
+
+
 def test_a_robot_that_was_not_idle_long_enough_keeps_its_driver(swarm: LabSwarm) -> None:
     terms = "maintenance: {idle: 86400, battery: 0.5}}"
     patient = swarm.variant("patient", (K3, f"{K3[:-1]}, {terms}"))
@@ -128,6 +156,28 @@ def test_a_saved_plan_is_executed_as_it_was_or_refused(
     assert swarm.deploy().status == 0
 
 
+def test_an_edit_by_hand_comes_home_into_the_spec(swarm: LabSwarm) -> None:
+    before = swarm.pids()
+    spec = swarm.variant("midnight", (K3, K3))
+    assert swarm.deploy(spec).status == 0
+    path = f"{HOME}/current/params/k3.yaml"
+    swarm.shell("k3-pi", f"sudo sed -i 's/^command_timeout: .*/command_timeout: 0.4  # carpet/' {path}")
+    refused = swarm.deploy(spec)
+    assert refused.status != 0
+    assert f"swarmctl adopt {spec}" in refused.out + refused.err
+    shown = swarm.swarmctl("adopt", spec=spec)
+    assert shown.status == 0, shown.out + shown.err
+    wanted = f"{K3[:-1]}, settings: {{command_timeout: 0.4}}}}"
+    assert f"+  {wanted}" in shown.out
+    assert K3 in spec.read_text()
+    done = swarm.deploy(spec, "--adopt", "--yes")
+    assert done.status == 0, done.out + done.err
+    assert wanted in spec.read_text()
+    assert swarm.plan(spec).status == 0
+    assert "command_timeout: 0.4" in swarm.shell("k3-pi", f"cat {path}")
+    assert changed(before, swarm.pids()) == {"k3-pi:k3"}
+
+
 def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
     before = swarm.pids()
     path = f"{HOME}/current/params/k3.yaml"
@@ -143,7 +193,7 @@ def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
     edited = swarm.shell("k3-pi", f"cat {path}")
     assert swarm.deploy(None, "--overwrite-edits").status == 0
     assert swarm.shell("k3-pi", f"cat {path}") == whole
-    assert swarm.shell("k3-pi", f"sudo sh -c 'cat {HOME}/state/edits/*/k3.yaml'") == edited
+    assert swarm.shell("k3-pi", f"sudo sh -c 'cat $(ls -t {HOME}/state/edits/*/k3.yaml | head -1)'") == edited
     assert changed(before, swarm.pids()) == {"k3-pi:k3"}
     assert swarm.plan().status == 0
 

@@ -42,6 +42,26 @@ UNSETTABLE = (
     "echo 'DAEMON_OPTS=\"-F 0 -x\"' | sudo tee /etc/default/chrony && "
     "sudo systemctl daemon-reload && sudo systemctl start chrony"
 )
+SITE_RULES = """\
+table inet site {
+  set trusted {
+    type ipv4_addr; flags interval
+    elements = { 192.168.77.0/24 }
+  }
+  chain input {
+    type filter hook input priority 0; policy drop
+    iif "lo" accept
+    ct state established,related accept
+    ip saddr @trusted accept
+  }
+}
+table ip site_nat {
+  chain out {
+    type nat hook postrouting priority 100
+    ip daddr 10.0.0.0/8 masquerade
+  }
+}
+"""
 PIN = "49713"
 PAIR = "swarm-newswarm.epuck.pair.service"
 VAULT = "/etc/swarm/newswarm/secrets"
@@ -69,6 +89,19 @@ done
 """
 
 
+# /var/lib/chrony is chronyd's own, /var/lib/systemd has the time of the clock.
+EVERYTHING = r"""
+sudo find / \( -path /proc -o -path /sys -o -path /dev -o -path /run -o -path /tmp -o -path /var/tmp \
+  -o -path /var/log -o -path /var/lib/chrony -o -path /var/lib/systemd \) -prune \
+  -o -path '/etc/*' -type f -printf '%p %m %u:%g\n' -o -type f -printf '%p %m %u:%g %s %T@\n' \
+  -o -type l -printf '%p -> %l\n' -o -printf '%p %y %m %u:%g\n'
+sudo find /etc -type f -exec md5sum {} +
+getent passwd; getent group
+systemctl list-unit-files --no-legend --no-pager
+systemctl list-units --all --no-legend --no-pager --plain 'swarm*'
+"""
+
+
 @pytest.fixture(scope="module")
 def pair(workplace: Path) -> Iterator[LabSwarm]:
     """A lab of two hosts on which chronyd runs as the distribution brings it."""
@@ -83,21 +116,31 @@ def pair(workplace: Path) -> Iterator[LabSwarm]:
 
 @pytest.fixture(scope="module")
 def before(pair: LabSwarm) -> dict[str, str]:
-    return etc(pair)
+    return everything(pair)
 
 
 @pytest.fixture(scope="module")
-def deployed(pair: LabSwarm, before: dict[str, str]) -> LabSwarm:
+def firewall(pair: LabSwarm) -> dict[str, str]:
+    """What nft lists on every host, with tables of the site."""
+    pair.everywhere(f"sudo nft {quoted(SITE_RULES)}")
+    return rulesets(pair)
+
+
+@pytest.fixture(scope="module")
+def deployed(pair: LabSwarm, before: dict[str, str], firewall: dict[str, str]) -> LabSwarm:
     run = pair.deploy()
     assert run.status == 0, run.out + run.err
     return pair
 
 
-def etc(swarm: LabSwarm) -> dict[str, str]:
-    """Every file and link below /etc of every host, with what it holds."""
-    return swarm.everywhere(
-        "cd /etc && sudo find . \\( -type f -exec md5sum {} + \\) -o -type l -printf '%p -> %l\\n' | sort"
-    )
+def everything(swarm: LabSwarm) -> dict[str, str]:
+    """What every host has: files with mode and owner, below /etc with a digest and elsewhere with size and
+    time of the last change; folders, links, accounts, groups, units."""
+    return swarm.everywhere(EVERYTHING)
+
+
+def rulesets(swarm: LabSwarm) -> dict[str, str]:
+    return swarm.everywhere("sudo nft -j list ruleset")
 
 
 def test_a_host_follows_the_hubs_clock_without_internet(deployed: LabSwarm, note: Note) -> None:
@@ -184,10 +227,60 @@ def test_a_pin_reaches_the_unit_that_pairs_and_nobody_else(deployed: LabSwarm, n
     deployed.shell("pi", f"sudo rm -r {DROP_IN} /usr/local/bin/busctl /usr/local/bin/bluetoothctl")
 
 
-def test_removed_nothing_is_left(deployed: LabSwarm, before: dict[str, str]) -> None:
+# An older daemon, which does not know what the next release writes into its file.
+OLD_CHRONYD = """#!/bin/sh
+if grep -q "^server" /etc/chrony/chrony.conf; then
+  echo "Fatal error : Could not parse server directive at line 9 in file /etc/chrony/chrony.conf" >&2
+  exit 1
+fi
+exec /usr/sbin/away "$@"
+"""
+
+
+def test_a_file_that_its_daemon_refuses_takes_the_change_back(deployed: LabSwarm) -> None:
+    before = deployed.shell("laptop", f"cat {CHRONY}"), deployed.release("laptop")
+    more = deployed.variant("servers", ("mode: central", "mode: central\ntime: {servers: [192.168.77.99]}"))
+    daemon = "/usr/sbin/chronyd"
+    deployed.shell(
+        "laptop",
+        f"sudo mv {daemon} /usr/sbin/away; printf %s {quoted(OLD_CHRONYD)} | sudo tee {daemon};"
+        f"sudo chmod +x {daemon}",
+    )
+    try:
+        run = deployed.deploy(more, "--limit", "laptop")
+    finally:
+        deployed.shell("laptop", f"sudo mv /usr/sbin/away {daemon}")
+    assert run.status == 3, run.out + run.err
+    assert "Could not parse server directive" in run.out
+    assert f"undone, release {before[1]} runs again" in run.out
+    assert (deployed.shell("laptop", f"cat {CHRONY}"), deployed.release("laptop")) == before
+    assert deployed.shell("laptop", "systemctl is-active chrony").strip() == "active"
+    assert deployed.plan().status == 0
+
+
+def test_a_sites_own_firewall_is_untouched_by_all_that_swarmctl_does(
+    deployed: LabSwarm, firewall: dict[str, str]
+) -> None:
+    assert all("site" in rules for rules in firewall.values())
+    assert rulesets(deployed) == firewall  # after the first deploy
+    slower = "k3: {type: khepera3, host: pi}", "k3: {type: khepera3, host: pi, settings: {rates: {odom: 4}}}"
+    for run in (
+        deployed.deploy(),
+        deployed.deploy(deployed.variant("slower", slower)),
+        deployed.swarmctl("rollback", "--yes"),
+    ):
+        assert run.status == 0, run.out + run.err
+        assert rulesets(deployed) == firewall
+
+
+def test_removed_nothing_is_left(
+    deployed: LabSwarm, before: dict[str, str], firewall: dict[str, str]
+) -> None:
     run = deployed.swarmctl("remove", "--yes")
     assert run.status == 0, run.out + run.err
-    assert etc(deployed) == before
+    for host, after in everything(deployed).items():
+        assert sorted({*after.splitlines()} ^ {*before[host].splitlines()}) == []
+    assert rulesets(deployed) == firewall
     assert "swarm" not in deployed.shell("pi", "ls /run")
     sources = deployed.shell("pi", "chronyc -n sources")
     assert "192.168.77.10" not in sources

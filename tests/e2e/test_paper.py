@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import re
 import subprocess
 import tarfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -84,6 +86,32 @@ class TestSingleMinded(Conducted):
         joined = f"export ROS_MASTER_URI={uri} ROS_IP={hosts['desktop'].address}"
         with experiment.lab.publishing("desktop", "k3", 0.1, source=joined):
             experiment.refuses("k3", LEADER)
+
+    def test_all_robots_stand_before_a_deploy_stops_any_unit(
+        self, experiment: Experiment, note: Note
+    ) -> None:
+        swarm = experiment.lab
+        address = "koala-laptop: {address: 192.168.77.10, "
+        other_port = swarm.variant("other-port", (address, f"{address}master_port: 11411, "))
+        with experiment.gamepad() as pad:
+            experiment.drives(pad, *self.FOLLOWERS)
+            refused = swarm.deploy(other_port)
+            assert refused.status == exit_codes.HOSTS_FAILED, refused.out + refused.err
+            named = (re.search(rf"{one} (is commanded|moves)", refused.out) for one in self.FOLLOWERS)
+            assert all(named), refused.out
+            with swarm.begin("deploy", "--stop-robots", spec=other_port) as deploy:
+                within(60, lambda: not any(map(moves, swarm.robots().values())), "robots drive on")
+                stood = time.monotonic()  # hosts of the lab have the same clock
+                assert deploy.wait(120) == exit_codes.OK, deploy.communicate()
+            pad.let_go()
+        units = " ".join(f"swarm-newswarm.{one}" for one in (*self.FOLLOWERS, "joystick", "master"))
+        ended = swarm.shell(LEADER, f"systemctl show -P InactiveEnterTimestampMonotonic {units}").split()
+        ahead = min(map(int, ended)) / 1e6 - stood
+        note(f"{self.EXAMPLE}: the last wheel stands before the first unit stops", f"{ahead:.2f} s", "> 0 s")
+        assert ahead > 0
+        assert not experiment.moving()
+        assert swarm.deploy().status == exit_codes.OK
+        assert swarm.swarmctl("start").status == exit_codes.OK
 
 
 class TestLeader(Conducted):

@@ -6,11 +6,20 @@ import pytest
 
 from swarmctl.health.observations import Report
 from tests.health.faults import UNIT_K3, Fault, check
-from tests.health.swarm_values import K3_PI, UNIT, both, with_node, with_unit
+from tests.health.swarm_values import K3_PI, UNIT, both, changed, with_node, with_unit
 
 DEAD = {"active": "inactive", "sub": "dead", "pid": 0}
 
 FAULTS = {
+    "environment that a drop-in overrides": Fault(
+        K3_PI,
+        both(
+            changed(environments={UNIT["k3"]: ("ROS_MASTER_URI is http://10.9.9.9:11311 instead of X",)}),
+            with_node("k3", registered=False, alive=False),
+        ),
+        {"environment k3": ("bad", ["driver k3"])},
+        message="ROS_MASTER_URI is http://10.9.9.9:11311 instead of X",
+    ),
     "driver that warns": Fault(
         K3_PI, with_node("k3", report=Report(1, "slow")), {"report k3": ("warning", [])}, healthy=True
     ),

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.observations import ChangeSeen, DiskSeen, DriftSeen, MemorySeen
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
     EPUCK_PI,
     K3_PI,
+    TARGET,
     all_well,
     both,
     changed,
@@ -23,6 +27,10 @@ from tests.health.swarm_values import (
 
 LOST = HostError(Kind.LOST, "the connection died")
 WRONG_KEY = HostError(Kind.HOST_KEY, "the key is not the pinned one")
+
+AT_BOOT = "/etc/systemd/system/multi-user.target.wants"
+CHANGE = ChangeSeen("applying", "anna", 0.0, "", None)
+DISK = DiskSeen("/", "/opt/swarm", 4 << 30, 16 << 30, 100_000, read_only=False)
 
 FAULTS = {
     "nothing deployed": Fault(
@@ -69,6 +77,120 @@ FAULTS = {
             UNIT_K3: ("unknown", []),
         },
     ),
+    "edited file": Fault(
+        K3_PI,
+        changed(drift=DriftSeen({"params/k3.yaml": "changed", "bin/__pycache__/x.pyc": "extra"}, {}, {})),
+        {f"files {K3_PI}": ("bad", [])},
+        message="params/k3.yaml was changed on the host",
+    ),
+    "edited block": Fault(
+        K3_PI,
+        changed(drift=DriftSeen({}, {}, {"/etc/hosts": "changed"})),
+        {f"files {K3_PI}": ("bad", [])},
+        message="/etc/hosts: the swarm's block was changed on the host",
+    ),
+    "link of the boot that is missing": Fault(
+        K3_PI,
+        changed(drift=DriftSeen({}, {f"{AT_BOOT}/{TARGET}": "missing"}, {})),
+        {f"files {K3_PI}": ("bad", [])},
+        message=f"{TARGET} does not start at boot: its link is missing",
+    ),
+    "files that somebody added": Fault(
+        K3_PI,
+        changed(drift=DriftSeen({"params/notes.txt": "extra"}, {}, {})),
+        {f"files {K3_PI}": ("warning", [])},
+        healthy=True,
+        message="params/notes.txt is not part of the release",
+    ),
+    "change that was interrupted": Fault(
+        K3_PI,
+        changed(change=CHANGE, drift=DriftSeen({"params/k3.yaml": "missing"}, {}, {})),
+        {f"change {K3_PI}": ("bad", [f"files {K3_PI}"])},
+        message="of anna was interrupted, and is neither finished nor undone",
+    ),
+    "change under way": Fault(
+        K3_PI,
+        changed(change=replace(CHANGE, holder="anna (process 7)"), drift=DriftSeen({"a": "missing"}, {}, {})),
+        {f"change {K3_PI}": ("warning", [])},
+        healthy=True,
+        message="is under way: anna (process 7)",
+    ),
+    "change that waits for its confirmation": Fault(
+        K3_PI,
+        changed(change=replace(CHANGE, state="pending", left=41.2)),
+        {f"change {K3_PI}": ("warning", [])},
+        healthy=True,
+        message="waits for its confirmation, and is undone in 41 s without it",
+    ),
+    "change whose confirmation is overdue": Fault(
+        K3_PI,
+        changed(change=replace(CHANGE, state="pending")),
+        {f"change {K3_PI}": ("bad", [])},
+    ),
+    "full disk": Fault(
+        K3_PI,
+        changed(disks=(replace(DISK, free=12 << 10),)),
+        {f"disk {K3_PI} /": ("bad", [])},
+        message="is full: 12 KiB free; /opt/swarm is on it",
+    ),
+    "no inodes": Fault(
+        K3_PI,
+        changed(disks=(replace(DISK, inodes=3),)),
+        {f"disk {K3_PI} /": ("bad", [])},
+        message="has 3 inodes left",
+    ),
+    "disk that is almost full": Fault(
+        K3_PI,
+        changed(disks=(replace(DISK, free=100 << 20),)),
+        {f"disk {K3_PI} /": ("warning", [])},
+        healthy=True,
+        message="100 MiB free of 16384 MiB",
+    ),
+    "read-only disk": Fault(
+        K3_PI,
+        changed(disks=(replace(DISK, read_only=True),)),
+        {f"disk {K3_PI} /": ("bad", [])},
+        message="is read-only",
+    ),
+    "little memory": Fault(
+        K3_PI,
+        changed(memory=MemorySeen(512 << 20, 20 << 20)),
+        {f"memory {K3_PI}": ("warning", [])},
+        healthy=True,
+        message="20 MiB available of 512 MiB",
+    ),
+    "slow topic on a busy host": Fault(
+        K3_PI,
+        both(changed(busy=0.97), with_topic("k3", "/k3/odom", rate=4.0)),
+        {"topic /k3/odom of k3": ("warning", [])},
+        healthy=True,
+        message="measured 4.0 Hz of 10, while the processors of its host were busy (97%)",
+    ),
+    "slow topic on a host that rests": Fault(
+        K3_PI,
+        both(changed(busy=0.5), with_topic("k3", "/k3/odom", rate=4.0)),
+        {"topic /k3/odom of k3": ("bad", [])},
+        message="measured 4.0 Hz of 10",
+    ),
+    "topic that stops on a busy host": Fault(
+        K3_PI,
+        both(changed(busy=0.97), with_topic("k3", "/k3/odom", rate=4.0, age=1.5)),
+        {"topic /k3/odom of k3": ("bad", [])},
+        message="the last message 1.5 s ago",
+    ),
+    "silent topic on a busy host": Fault(
+        K3_PI,
+        both(changed(busy=0.97), with_topic("k3", "/k3/odom", count=0, rate=None)),
+        {"topic /k3/odom of k3": ("bad", [])},
+        message="no message in 2 s",
+    ),
+    "hot processor": Fault(
+        K3_PI,
+        changed(temperature=84.0),
+        {f"temperature {K3_PI}": ("warning", [])},
+        healthy=True,
+        message="84 °C",
+    ),
     "clock astray": Fault(
         K3_PI,
         changed(clock_ahead=-61.0),
@@ -77,6 +199,19 @@ FAULTS = {
         message="61.1 s behind",
     ),
 }
+
+
+@pytest.mark.parametrize(
+    ("drift", "hint"),
+    [
+        (DriftSeen({"a": "missing", "b/__pycache__/c.pyc": "extra"}, {"/l": "missing"}, {}), "run swarmctl"),
+        (DriftSeen({"a": "changed"}, {}, {}), "`swarmctl adopt`"),
+        (DriftSeen({}, {}, {"/etc/hosts": "changed"}), "`swarmctl adopt`"),
+    ],
+)
+def test_only_edits_have_something_to_lose(drift: DriftSeen, hint: str) -> None:
+    found = diagnose(graph(), spoilt(K3_PI, changed(drift=drift)))
+    assert next(one.hint for one in found.findings if one.key == f"files {K3_PI}").startswith(hint)
 
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())

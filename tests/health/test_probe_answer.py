@@ -93,6 +93,8 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "graph": None,
         "commands": [],
         "command_types": [],
+        "publishers": {},
+        "peers": [],
         "devices": ["/dev/swarm/k3"],
         "launched": {},
         "advertised": "192.168.77.11",

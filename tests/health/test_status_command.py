@@ -31,17 +31,18 @@ class Hosts:
     def __init__(self) -> None:
         self.rounds: list[dict[str, Any]] = []
         self.probed: list[tuple[str, ...]] = []
+        self.releases: dict[str, str] = {}  # others than that of the spec
 
     def ask(self, shown: ExpectedGraph, *_: Any, **__: Any) -> dict[str, Any]:
         self.probed.append(tuple(host.name for host in shown.hosts))
         if not self.rounds:
             raise KeyboardInterrupt
         answers = self.rounds.pop(0)
-        return {host.name: _deployed(answers[host.name], host) for host in shown.hosts}
+        return {host.name: self._deployed(answers[host.name], host) for host in shown.hosts}
 
-
-def _deployed(answer: Answer | HostError, host: ExpectedHost) -> Answer | HostError:
-    return answer if isinstance(answer, HostError) else replace(answer, release=host.release.digest)
+    def _deployed(self, answer: Answer | HostError, host: ExpectedHost) -> Answer | HostError:
+        release = self.releases.get(host.name, host.release.digest)
+        return answer if isinstance(answer, HostError) else replace(answer, release=release)
 
 
 @pytest.fixture
@@ -66,6 +67,42 @@ CASES = {
 def test_the_exit_code_says_how_it_is(hosts: Hosts, leader_spec: Path, answers: Any, code: int) -> None:
     hosts.rounds = [answers()]
     assert run(["status", str(leader_spec)]) == code
+
+
+def test_wait_repeats_until_the_swarm_is_healthy(
+    hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("swarmctl.cli.verbs.status._AGAIN", 0.01)
+    hosts.rounds = [{**all_well(), K3_PI: AWAY}, spoilt(), spoilt(), all_well(), spoilt()]
+    assert run(["status", str(leader_spec), "--wait"]) == exit_codes.OK
+    printed = capsys.readouterr()
+    assert [line.partition(",")[0] for line in printed.err.splitlines() if line.startswith("waiting")] == [
+        "waiting: host k3-pi: connect timed out",
+        "waiting: device k3: /dev/swarm/k3 does not exist",
+    ]
+    assert "newswarm is healthy" in printed.out
+    assert len(hosts.rounds) == 1
+
+
+def test_wait_ends_with_the_last_state_when_the_time_is_up(
+    hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hosts.rounds = [spoilt()] * 9
+    assert run(["status", str(leader_spec), "--wait", "--timeout", "1"]) == exit_codes.UNHEALTHY
+    printed = capsys.readouterr()
+    assert "not healthy within 1 s" in printed.err
+    assert "/dev/swarm/k3 does not exist" in printed.out
+
+
+def test_wait_for_hosts_leaves_their_health_aside(hosts: Hosts, leader_spec: Path) -> None:
+    hosts.rounds = [{**spoilt(), "epuck-pi": AWAY}, spoilt()]
+    assert run(["status", str(leader_spec), "--wait", "--for", "reachable"]) == exit_codes.OK
+    assert not hosts.rounds
+
+
+def test_watch_and_wait_exclude_each_other(hosts: Hosts, leader_spec: Path) -> None:
+    assert run(["status", str(leader_spec), "--wait", "--watch"]) == exit_codes.USAGE
+    assert not hosts.probed
 
 
 def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -119,3 +156,16 @@ def test_a_host_without_a_release_names_the_deploy_to_run(
         None,
         f"release {K3_PI}",
     }
+
+
+def test_hosts_that_have_not_the_release_of_the_spec_are_named(
+    hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As after an operator was killed between two confirmations."""
+    hosts.rounds, hosts.releases = [all_well()], {K3_PI: "b" * 16}
+    run(["status", str(leader_spec), "--json"])
+    findings = json.loads(capsys.readouterr().out)["findings"]
+    found = {one["host"]: one for one in findings if one["check"] == "release"}
+    assert {host for host, one in found.items() if one["state"] != "ok"} == {K3_PI}
+    assert found[K3_PI]["message"].startswith(f"runs {'b' * 16}, the spec renders ")
+    assert found[K3_PI]["hint"] == "run swarmctl deploy"

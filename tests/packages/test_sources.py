@@ -21,6 +21,7 @@ STANDARD_LIBRARY = sys.stdlib_module_names - {
     "zoneinfo",
     "graphlib",
 }  # Python 3.8 lacks these three
+STANDARD_LIBRARY |= {"_sha256", "_sha2"}  # the latter replaces the former in Python 3.12
 ROS = {
     *("rospy", "rosgraph", "roslib"),
     *("diagnostic_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "tf2_msgs"),

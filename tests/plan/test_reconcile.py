@@ -251,6 +251,27 @@ def transaction(state: str, error: str = "") -> Transaction:
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("ahead", "shown"),
+    [
+        (-50 * 365.25 * 86400, "differ by 50 years"),
+        (10 * 365.25 * 86400, "differ by 10 years"),
+        (61.0, "differ by 61 s"),
+        (30.0, ""),
+    ],
+)
+def test_a_clock_that_is_far_off_is_a_note(ahead: float, shown: str) -> None:
+    plan = reconcile(bundle(a="a2"), running(bundle(), clock_ahead=ahead, facts=FIT))
+    assert plan.problem is None
+    assert any(shown in note for note in plan.notes) if shown else plan.notes == ()
+
+
+def test_a_unit_that_somebody_wrote_in_the_swarms_name_is_a_note() -> None:
+    plan = reconcile(bundle(), running(bundle(), foreign_units=("swarm-s.old.service",), facts=FIT))
+    assert plan.steps == ()
+    assert "sudo systemctl disable --now swarm-s.old.service, then sudo rm /etc/systemd/" in plan.notes[0]
+
+
 def test_diffs_show_what_changes_and_only_that() -> None:
     seen = running(bundle(), contents={file.path: file.content.decode() for file in bundle().files})
     plan = reconcile(bundle(a="a2"), seen, diff=True)

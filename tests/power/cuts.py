@@ -16,8 +16,8 @@ from typing import NamedTuple
 from tests.packages.agent.fakehost import FakeHost
 from tests.power import isolated, tracer
 from tests.power.disk import Disk, Snapshot, identity
-from tests.power.host_states import BUNDLES, LAST, Finding, boot, look
-from tests.power.scenes import FIRST, SCENES, Scene, follow, keep_secrets
+from tests.power.host_states import LAST, STATES, Finding, boot, look
+from tests.power.scenes import SCENES, Scene, follow
 from tests.timing import PATIENCE
 
 END = "after the answer"
@@ -157,7 +157,7 @@ class Bench:
         self.disk.attach()
         try:
             complaint = boot(self.host, 2)
-            finding = look(self.host, self.known, scene.secrets(ended))
+            finding = look(self.host, self.known)
             problem = complaint or "; ".join(finding.faults)
             if not problem and finding.state not in ({scene.ends} if ended else scene.may):
                 problem = f"the host is {finding.state}"
@@ -170,11 +170,10 @@ class Bench:
 
     def _next_deploy(self, state: str) -> str:
         """Deploys to a host that was cut. Returns what is wrong with the result."""
-        reply = self.host.ask(*keep_secrets(FIRST))
-        reply = reply if reply.error else self.host.ask(*follow(BUNDLES.get(state), LAST))
+        reply = self.host.ask(*follow(STATES[state].bundle if state in STATES else None, LAST))
         if reply.error or reply.status:
             return f"the next deploy fails: {reply}"
-        finding = look(self.host, self.known, {name: {value} for name, value in FIRST.items()})
+        finding = look(self.host, self.known)
         if finding.state != "last" or finding.leftovers:
             return f"after the next deploy: {finding}"
         return ""

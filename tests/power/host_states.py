@@ -1,4 +1,4 @@
-"""The whole states of a host: of one release, or without the swarm. All between is a mixture."""
+"""The whole states of a host: a release with its secrets, or no swarm. All between is a mixture."""
 
 from __future__ import annotations
 
@@ -11,25 +11,44 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from swarmctl.render.bundle import Bundle
+from swarmctl.render.bundle import Bundle, File
 from tests.packages.agent.fakehost import FakeHost, bundle
 from tests.timing import PATIENCE
 
 SECRETS = ("mqtt", "wifi")
 OLD = replace(bundle("1", boots=True), secrets=SECRETS)
 NEW = replace(bundle("2", units=("master", "khepera"), hosts="10.0.0.2 pi\n", boots=True), secrets=SECRETS)
+MORE_FILES = replace(OLD, files=(*OLD.files, File("data/map.yaml", b"resolution: 0.05\n")))
 LAST = replace(bundle("9", units=("koala",), hosts="10.0.0.9 pi\n", boots=True), secrets=SECRETS)
 BETWEEN = tuple(replace(bundle(f"1.{number}", boots=True), secrets=SECRETS) for number in range(3))
-BUNDLES = {"old": OLD, "new": NEW, "last": LAST} | {f"between {n}": one for n, one in enumerate(BETWEEN)}
+FIRST, SECOND = dict.fromkeys(SECRETS, "first"), dict.fromkeys(SECRETS, "second")
+
+
+class State(NamedTuple):
+    """A release, and the values of its secrets."""
+
+    bundle: Bundle
+    secrets: Mapping[str, str]
+
+
+STATES = {
+    "old": State(OLD, FIRST),
+    "old, new secrets": State(OLD, SECOND),
+    "new": State(NEW, SECOND),
+    "old, more files": State(MORE_FILES, FIRST),
+    "last": State(LAST, FIRST),
+    **{f"between {number}": State(one, FIRST) for number, one in enumerate(BETWEEN)},
+}
 
 _RECOVERY = "systemd/system/swarm-recovery@new.service"
 _RECOVERY_LINK = "systemd/system/sysinit.target.wants/swarm-recovery@new.service"
 _DRAFT = ".swarm-new"
-_SECRETS = "swarm/new/secrets/"
+_SECRETS = "swarm/new/secrets"
+_SETS = "swarm/new/secret-sets/"
 
 
 class Finding(NamedTuple):
-    """The state of a host: a key of ``BUNDLES``, ``none``, or ``mixed``; what is wrong, and what is left over
+    """The state of a host: a key of ``STATES``, ``none``, or ``mixed``; what is wrong, and what is left over
     but in nobody's way."""
 
     state: str
@@ -55,46 +74,70 @@ def outside(host: FakeHost) -> dict[str, str]:
 def expected() -> dict[str, dict[str, str]]:
     """What each state has below /etc, from deploys that nothing disturbs; without secrets."""
     found = {}
-    for name, release in {"none": None, **BUNDLES}.items():
+    for name, state in {"none": None, **STATES}.items():
         with tempfile.TemporaryDirectory() as folder:
             host = FakeHost(Path(folder))
-            if release is not None:
-                reply = host.apply(release)
+            if state is not None:
+                reply = host.apply(state.bundle)
                 assert not reply.error, reply.error
             found[name] = outside(host)
     return found
 
 
-def look(host: FakeHost, known: Mapping[str, dict[str, str]], secrets: Mapping[str, set[str]]) -> Finding:
-    """Compares a host after its boot with each whole state; ``secrets``: the values that each may have."""
+def look(host: FakeHost, known: Mapping[str, dict[str, str]]) -> Finding:
+    """Compares a host after its boot with each whole state."""
     seen = outside(host)
     leftovers = [f"/etc/{name}" for name in seen if name.endswith(_DRAFT)]
-    kept = {name[len(_SECRETS) :]: text for name, text in seen.items() if name.startswith(_SECRETS)}
-    etc = {
-        name: text
-        for name, text in seen.items()
-        if not name.endswith(_DRAFT) and not name.startswith(_SECRETS)
-    }
+    seen = {name: text for name, text in seen.items() if not name.endswith(_DRAFT)}
+    etc = {name: text for name, text in seen.items() if not name.startswith((_SECRETS, _SETS))}
     home = host.prefix / "opt/swarm/new"
     current = home / "current"
     digest = current.readlink().name if current.is_symlink() else None
-    state = next((name for name, one in BUNDLES.items() if one.digest == digest), "none")
+    chosen = seen.get(_SECRETS, "").rpartition("/")[2]
+    state = _state(digest, _values(seen, chosen))
     faults = [f"current is {state}", *_differences(etc, known[state])] if etc != known[state] else []
     if state != "none":
-        faults += _damages(home / "releases" / str(digest), BUNDLES[state])
+        faults += _differences(_values(seen, chosen), _written(STATES[state]), "secret ")
+        faults += _damages(home / "releases" / str(digest), STATES[state].bundle)
         if (home / "state/open").exists():
             faults.append("the record is open")
-    elif (host.prefix / f"etc/{_RECOVERY}").exists():
-        leftovers.append("the recovery unit")
-    kept = {name: text for name, text in kept.items() if not name.endswith(_DRAFT)}
-    allowed = {name: {f"600 {value.encode()!r}" for value in values} for name, values in secrets.items()}
-    faults += [f"secret {name} is {text}" for name, text in kept.items() if text not in allowed.get(name, ())]
-    if state == "none":
-        leftovers += [f"secret {name}" for name in kept]
     else:
-        faults += [f"secret {name} is missing" for name in SECRETS if name not in kept]
+        faults += ["a link to secrets"] if chosen else []
+        leftovers += ["the recovery unit"] if (host.prefix / f"etc/{_RECOVERY}").exists() else []
+    kept = _kept(host)
+    for release, name in kept:
+        values = _values(seen, name)
+        if all(one.bundle.digest != release or values != _written(one) for one in STATES.values()):
+            faults.append(f"the secrets to go back to {release} are {values}")
+    stored = {name[len(_SETS) :].partition("/")[0] for name in seen if name.startswith(_SETS)}
+    leftovers += ["a set of secrets" for _ in stored - {name for _, name in kept} - {chosen}]
     leftovers += _leftovers(host)
     return Finding("mixed" if faults else state, tuple(faults), tuple(leftovers))
+
+
+def _state(digest: str | None, values: Mapping[str, str]) -> str:
+    """Returns the state of this release whose secrets these are; one of its release if there is none."""
+    of_release = [name for name, one in STATES.items() if one.bundle.digest == digest]
+    return next((name for name in of_release if _written(STATES[name]) == values), [*of_release, "none"][0])
+
+
+def _written(state: State) -> dict[str, str]:
+    """Mode and content of the secrets of a state, by name."""
+    return {name: f"600 {value.encode()!r}" for name, value in state.secrets.items()}
+
+
+def _values(seen: Mapping[str, str], name: str) -> dict[str, str]:
+    """Mode and content of the secrets in a set, by name."""
+    folder = f"{_SETS}{name}/"
+    return {path[len(folder) :]: text for path, text in seen.items() if name and path.startswith(folder)}
+
+
+def _kept(host: FakeHost) -> list[tuple[str, str]]:
+    """The releases to which the host may go back, each with its set of secrets."""
+    record = host.prefix / "opt/swarm/new/state/transaction.json"
+    return (
+        [(one, name) for one, name in json.loads(record.read_bytes())["history"]] if record.exists() else []
+    )
 
 
 def boot(host: FakeHost, number: int) -> str:
@@ -138,10 +181,10 @@ def _leftovers(host: FakeHost) -> list[str]:
     return found
 
 
-def _differences(seen: Mapping[str, str], wanted: Mapping[str, str]) -> list[str]:
+def _differences(seen: Mapping[str, str], wanted: Mapping[str, str], folder: str = "/etc/") -> list[str]:
     names = sorted(set(seen) | set(wanted))
     return [
-        f"/etc/{name} is {seen.get(name, 'missing')!s:.60}"
+        f"{folder}{name} is {seen.get(name, 'missing')!s:.60}"
         for name in names
         if seen.get(name) != wanted.get(name)
     ]

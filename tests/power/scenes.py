@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.render.bundle import Bundle
-from tests.packages.agent.fakehost import BOOT, FakeHost, payload_of, request_for
-from tests.power.host_states import BETWEEN, NEW, OLD, SECRETS, recovery
+from tests.packages.agent.fakehost import BOOT, NO_SECRETS, FakeHost, message_for
+from tests.power.host_states import BETWEEN, FIRST, MORE_FILES, NEW, OLD, SECOND, recovery
 
-TXID = "0123456789abcdef"
-FIRST = dict.fromkeys(SECRETS, "first")
-SECOND = dict.fromkeys(SECRETS, "second")
+TXID, EARLIER = "0123456789abcdef", "e" * 16
 _ALL = ("master.service", "koala.service", "khepera.service")
 _CHANGE = {"stop": ["koala.service"], "restart": ["master.service"], "start": ["khepera.service"]}
 
@@ -31,12 +29,6 @@ class Scene:
     message: Message | None
     may: frozenset[str]
     ends: str
-    changes_secrets: bool = False
-
-    def secrets(self, ended: bool) -> Mapping[str, set[str]]:
-        """Returns the values that each secret may have."""
-        values = ({"second"} if ended else {"first", "second"}) if self.changes_secrets else {"first"}
-        return dict.fromkeys(SECRETS, values)
 
     def process(self, host: FakeHost) -> tuple[list[str], dict[str, str], bytes]:
         """Returns the command that is cut, its environment and its input."""
@@ -49,15 +41,16 @@ class Scene:
         return [sys.executable, "-I", "-S", "-c", BOOT], host.environment(), head + payload
 
 
-def change(base: Bundle | None, following: Bundle, **more: Any) -> Message:
-    """Returns the request that brings a host from ``base`` to ``following``."""
-    request = request_for(following, base=base and base.digest, txid=TXID, **more)
-    return request, payload_of(following)
+def change(
+    base: Bundle | None, following: Bundle, secrets: Mapping[str, str] = NO_SECRETS, **more: Any
+) -> Message:
+    """Returns the request that brings a host from ``base`` to ``following``, with new ``secrets``."""
+    return message_for(following, secrets, **{"base": base and base.digest, "txid": TXID, **more})
 
 
 def follow(current: Bundle | None, following: Bundle) -> Message:
     """Returns the request of a deploy that starts all units anew."""
-    return change(current, following, stop=list(_ALL))
+    return change(current, following, FIRST, txid="f" * 16, stop=list(_ALL))
 
 
 def sent(host: FakeHost, message: Message) -> None:
@@ -66,18 +59,17 @@ def sent(host: FakeHost, message: Message) -> None:
     assert not reply.error, reply
 
 
-def keep_secrets(values: Mapping[str, str]) -> Message:
-    """Returns the request that stores secrets."""
-    return {"verb": "keep_secrets", "swarm": "new"}, json.dumps(values).encode()
-
-
 def _fresh(host: FakeHost) -> None:
-    sent(host, keep_secrets(FIRST))
+    """The host has never seen the swarm."""
 
 
 def _old(host: FakeHost) -> None:
-    _fresh(host)
-    sent(host, change(None, OLD))
+    sent(host, change(None, OLD, FIRST, txid=EARLIER))
+
+
+def _new(host: FakeHost) -> None:
+    _old(host)
+    sent(host, change(OLD, NEW, SECOND, **_CHANGE, txid="d" * 16))
 
 
 def _failing(host: FakeHost) -> None:
@@ -86,20 +78,19 @@ def _failing(host: FakeHost) -> None:
 
 
 def _failing_first(host: FakeHost) -> None:
-    _fresh(host)
     (host.prefix / f"broken-koala.service-{OLD.digest}").touch()
 
 
 def _pending(host: FakeHost) -> None:
     _old(host)
-    sent(host, change(OLD, NEW, **_CHANGE, confirm_within=3600))
+    sent(host, change(OLD, NEW, SECOND, **_CHANGE, confirm_within=3600))
 
 
 def _full(host: FakeHost) -> None:
     _old(host)
     before = OLD
-    for following in BETWEEN:
-        sent(host, change(before, following, start=[]))
+    for number, following in enumerate(BETWEEN):
+        sent(host, change(before, following, start=[], txid=f"{number:016x}"))
         before = following
 
 
@@ -126,16 +117,29 @@ def _next_boot(host: FakeHost) -> None:
 
 
 _REMOVE: Message = ({"verb": "remove", "swarm": "new", "who": "someone@laptop"}, b"")
-_NEW = change(OLD, NEW, **_CHANGE)
+_NEW = change(OLD, NEW, SECOND, **_CHANGE)
+_ROTATE = change(OLD, OLD, SECOND, start=[], restart=["koala.service"])
+_BACK: Message = (
+    {
+        "verb": "rollback",
+        "swarm": "new",
+        "txid": TXID,
+        "base": NEW.digest,
+        "next": OLD.digest,
+        "secrets": EARLIER,
+    },
+    b"",
+)
+_MORE = change(OLD, MORE_FILES, start=[], files_only=True)
 _EITHER = frozenset({"old", "new"})
 
 SCENES = (
-    Scene("first deploy", _fresh, change(None, OLD), frozenset({"none", "old"}), "old"),
+    Scene("first deploy", _fresh, change(None, OLD, FIRST), frozenset({"none", "old"}), "old"),
     Scene("deploy", _old, _NEW, _EITHER, "new"),
     Scene(
         "deploy, unconfirmed",
         _old,
-        change(OLD, NEW, **_CHANGE, confirm_within=3600),
+        change(OLD, NEW, SECOND, **_CHANGE, confirm_within=3600),
         frozenset({"old"}),
         "old",
     ),
@@ -147,24 +151,20 @@ SCENES = (
         "new",
     ),
     Scene("undo", _failing, _NEW, frozenset({"old"}), "old"),
-    Scene("undo of a first deploy", _failing_first, change(None, OLD), frozenset({"none"}), "none"),
+    Scene("undo of a first deploy", _failing_first, change(None, OLD, FIRST), frozenset({"none"}), "none"),
     Scene("undo at boot", _died(_NEW, "after:blocks"), None, frozenset({"old"}), "old"),
     Scene("undo at boot, unconfirmed", _died_pending, None, frozenset({"old"}), "old"),
     Scene(
         "garbage collection",
         _full,
-        change(BETWEEN[-1], NEW, **_CHANGE),
+        change(BETWEEN[-1], NEW, SECOND, **_CHANGE),
         frozenset({"between 2", "new"}),
         "new",
     ),
-    Scene(
-        "keep_secrets",
-        _old,
-        keep_secrets(SECOND),
-        frozenset({"old"}),
-        "old",
-        changes_secrets=True,
-    ),
+    Scene("files alone", _old, _MORE, frozenset({"old", "old, more files"}), "old, more files"),
+    Scene("secrets", _old, _ROTATE, frozenset({"old", "old, new secrets"}), "old, new secrets"),
+    Scene("undo of secrets at boot", _died(_ROTATE, "after:switch"), None, frozenset({"old"}), "old"),
+    Scene("rollback", _new, _BACK, _EITHER, "old"),
     Scene("remove", _old, _REMOVE, frozenset({"old", "none"}), "none"),
     Scene("remove, at boot", _died(_REMOVE, "after:withdraw"), None, frozenset({"none"}), "none"),
 )

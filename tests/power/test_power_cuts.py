@@ -15,15 +15,15 @@ from typing import Any
 import pytest
 
 from tests import ROOT
-from tests.power import isolated
+from tests.power import disk, isolated
 
 LACKS = isolated.missing()
 pytestmark = pytest.mark.skipif(bool(LACKS), reason=f"power cuts need {LACKS}")
 
 
-def cut(*options: str, root: Path = ROOT) -> list[dict[str, Any]]:
-    """Returns the rows of a run on ext4."""
-    command = [sys.executable, "-m", "tests.power", "--json", "--system=ext4", "--jobs=1", *options]
+def cut(*options: str, system: str = "ext4", root: Path = ROOT) -> list[dict[str, Any]]:
+    """Returns the rows of a run on a file system."""
+    command = [sys.executable, "-m", "tests.power", "--json", f"--system={system}", "--jobs=1", *options]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
     assert done.stdout, done.stderr
     rows: list[dict[str, Any]] = json.loads(done.stdout)
@@ -44,15 +44,32 @@ def test_a_host_is_whole_wherever_its_power_goes() -> None:
     assert {row["scene"]: set(row["states"]) for row in rows if row["scene"] in scenes} == scenes
 
 
+def test_a_cut_while_old_releases_are_removed_leaves_a_whole_host() -> None:
+    (row,) = cut("--log=lost", "--random=0", "--sparse=20", "--scene=garbage collection")
+
+    assert row["wrong"] == []
+    assert set(row["states"]) == {"between 2", "new"}
+
+
+@pytest.mark.parametrize("system", ["xfs", "btrfs"])
+def test_a_host_is_whole_on_other_file_systems(system: str) -> None:
+    if lacks := disk.missing(system):
+        pytest.skip(f"{system} needs {lacks} (`make power-tools`)")
+    (row,) = cut("--log=lost", "--random=0", "--sparse=16", "--scene=deploy", system=system)
+
+    assert row["wrong"] == []
+    assert set(row["states"]) == {"old", "new"}
+
+
 def test_cuts_show_a_release_that_was_not_synced(tmp_path: Path) -> None:
     for folder in ("swarmctl", "templates", "schemas", "tests/power", "tests/packages/agent"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("__init__.py", "timing.py", "packages/__init__.py"):
         shutil.copy(ROOT / "tests" / name, tmp_path / "tests" / name)
-    staging = tmp_path / "templates/packages/agent/swarm_agent/staging.py"
-    text = staging.read_text()
-    assert text.count("    _sync_disk(folder)\n") == 1
-    staging.write_text(text.replace("    _sync_disk(folder)\n", ""))
+    files = tmp_path / "templates/packages/agent/swarm_agent/files.py"
+    text = files.read_text()
+    assert text.count("library.syncfs(descriptor) != 0") == 1
+    files.write_text(text.replace("library.syncfs(descriptor) != 0", "False"))
 
     rows = cut("--log=flushed", "--random=0", "--sparse=1000", "--scene=deploy", root=tmp_path)
 

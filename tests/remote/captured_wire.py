@@ -1,4 +1,4 @@
-"""A TCP proxy that counts the bytes of a conversation, and can make the way longer or fall silent."""
+"""A TCP proxy that counts the bytes of a conversation, and can make the way longer, fall silent or end."""
 
 from __future__ import annotations
 
@@ -21,14 +21,16 @@ class Traffic:
 
 
 @contextmanager
-def proxy(port: int, delay: float = 0.0, *, silent_after: int | None = None) -> Iterator[Traffic]:
+def proxy(
+    port: int, delay: float = 0.0, *, silent_after: int | None = None, ends: bool = False
+) -> Iterator[Traffic]:
     """Pass connections on to ``port`` on loopback, each byte ``delay`` seconds later in either direction.
 
-    ``silent_after``: that many bytes come from there, nothing more; the connection stays open.
+    ``silent_after``: that many bytes come from there, nothing more; the connection stays open, or ``ends``.
     """
     with socket.create_server(("127.0.0.1", 0)) as listener:
         traffic = Traffic(listener.getsockname()[1])
-        ends: list[socket.socket] = []
+        open_ones: list[socket.socket] = []
 
         def read(
             source: socket.socket, way: str, line: queue.SimpleQueue[tuple[float, bytes | None]]
@@ -43,6 +45,9 @@ def proxy(port: int, delay: float = 0.0, *, silent_after: int | None = None) -> 
                 passed += len(piece)
                 if rest < len(piece):
                     line.put((time.monotonic(), piece[:rest] or None))
+                    if ends:
+                        line.put((time.monotonic(), b""))
+                        return
                     continue
                 line.put((time.monotonic() + delay, piece))
 
@@ -65,7 +70,7 @@ def proxy(port: int, delay: float = 0.0, *, silent_after: int | None = None) -> 
                     far = socket.create_connection(("127.0.0.1", port))
                     for end in (near, far):
                         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                    ends.extend((near, far))
+                    open_ones.extend((near, far))
                     for source, sink, way in ((near, far, "up"), (far, near, "down")):
                         line: queue.SimpleQueue[tuple[float, bytes | None]] = queue.SimpleQueue()
                         threading.Thread(target=read, args=(source, way, line), daemon=True).start()
@@ -76,7 +81,7 @@ def proxy(port: int, delay: float = 0.0, *, silent_after: int | None = None) -> 
             yield traffic
         finally:
             listener.shutdown(socket.SHUT_RDWR)
-            for end in ends:
+            for end in open_ones:
                 with suppress(OSError):
                     end.shutdown(socket.SHUT_RDWR)
                 end.close()

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from swarmctl.remote.identities import Keyring
-from swarmctl.remote.ssh import SshTransport, Timeouts
+from swarmctl.remote.openssh import OpenSshTransport
+from swarmctl.remote.ssh import SshTransport
+from swarmctl.remote.ssh_limits import Timeouts
 from tests.remote import sshd as servers
 from tests.timing import PATIENCE
+
+NOWHERE = Path("/nowhere")
+AnySsh = SshTransport | OpenSshTransport
+MakeTransport = Callable[..., AnySsh]
 
 
 @pytest.fixture(scope="session")
@@ -30,18 +38,29 @@ def spare(tmp_path: Path) -> Path:
     return tmp_path / "sshd"
 
 
-@pytest.fixture
-def transport(tmp_path: Path) -> SshTransport:
-    """A transport that trusts only the keys it is given."""
-    return transport_of(tmp_path, PATIENCE)
+def with_paramiko(home: Path = NOWHERE, **options: Any) -> SshTransport:
+    return SshTransport(Keyring(home, use_agent=False), **options)
+
+
+def with_openssh(home: Path = NOWHERE, **options: Any) -> OpenSshTransport:
+    return OpenSshTransport(home, use_agent=False, **options)
+
+
+@pytest.fixture(params=[with_paramiko, with_openssh], ids=["paramiko", "openssh"])
+def make(request: pytest.FixtureRequest) -> MakeTransport:
+    """Makes a transport that trusts only the keys it is given: each in turn keeps the same promises."""
+    if request.param is with_openssh and not shutil.which("ssh"):
+        pytest.skip("needs ssh (apt install openssh-client)")
+    return request.param  # type: ignore[no-any-return]
 
 
 @pytest.fixture
-def impatient(tmp_path: Path) -> SshTransport:
+def transport(make: MakeTransport) -> AnySsh:
+    """A transport that is patient on a busy machine."""
+    return make(timeouts=Timeouts(*[PATIENCE] * 4))
+
+
+@pytest.fixture
+def impatient(make: MakeTransport) -> AnySsh:
     """The same, for servers that do not answer in any time."""
-    return transport_of(tmp_path, 2)
-
-
-def transport_of(folder: Path, seconds: float) -> SshTransport:
-    timeouts = Timeouts(seconds, seconds, seconds, seconds)
-    return SshTransport(Keyring(folder / "no-keys", use_agent=False), timeouts=timeouts)
+    return make(timeouts=Timeouts(*[2.0] * 4))

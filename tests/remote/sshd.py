@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Iterator, Sequence
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.remote.transport import Output, Session, Target
+from tests.ports import free_port
 from tests.timing import PATIENCE
 
 SSHD = "/usr/sbin/sshd"
@@ -25,12 +25,6 @@ def missing() -> str:
         return "root (sshd must be able to log users in)"
     absent = [tool for tool in (SSHD, "ssh-keygen") if shutil.which(tool) is None]
     return f"{', '.join(absent)} (apt install openssh-server)" if absent else ""
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def make_key(path: Path, kind: str = "ed25519", passphrase: str = "") -> str:
@@ -73,6 +67,12 @@ class Sshd:
             "identities": (self.identity,),
         }
         return Target(**{**values, **changes})  # type: ignore[arg-type]
+
+    def end_connections(self) -> None:
+        """Kill the processes of its connections; it takes new ones."""
+        for child in self.children():
+            with suppress(ProcessLookupError):
+                os.kill(child, signal.SIGKILL)
 
     @property
     def log(self) -> str:

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from swarmctl.remote import agent_client
-from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import HostError, Kind
 from tests.packages.agent.fakehost import FakeHost, bundle, payload_of, request_for
 from tests.remote import sshd as servers
+from tests.remote.conftest import AnySsh
 from tests.timing import PATIENCE, wait_for
 
 OBSERVE = {"verb": "observe", "swarm": "new"}
@@ -48,7 +48,7 @@ def agents(host: FakeHost) -> list[int]:
 
 
 def test_two_requests_are_answered_by_one_process_on_one_channel(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
@@ -56,6 +56,7 @@ def test_two_requests_are_answered_by_one_process_on_one_channel(
     ):
         with agent_client.talk(session) as first:  # after this the host keeps the agent
             first.ask(OBSERVE)
+        wait_for(lambda: not agents(host), complaint="the first agent stayed")
         before = server.log.count("Starting session: command")
         with agent_client.talk(session) as talk:
             assert talk.ask(OBSERVE)["release"] is None
@@ -70,7 +71,7 @@ def test_two_requests_are_answered_by_one_process_on_one_channel(
 
 
 def test_a_host_without_agent_gets_it_with_the_first_request(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
@@ -83,7 +84,7 @@ def test_a_host_without_agent_gets_it_with_the_first_request(
 
 
 def test_an_answer_that_is_an_error_leaves_the_conversation_as_it_was(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     stale = request_for(RELEASE, base="0" * 16)
     with (
@@ -99,7 +100,7 @@ def test_an_answer_that_is_an_error_leaves_the_conversation_as_it_was(
 
 @pytest.mark.parametrize("noise", ["printf 'half a line'", "seq 2000"])
 def test_noise_between_two_answers_does_not_matter(
-    spare: Path, host: FakeHost, transport: SshTransport, noise: str
+    spare: Path, host: FakeHost, transport: AnySsh, noise: str
 ) -> None:
     # What the login shell leaves behind goes on printing while the agent answers.
     (host.prefix / "home/.bashrc").write_text(f"(for i in 1 2 3 4 5 6; do {noise}; sleep 0.1; done) &\n")
@@ -114,7 +115,7 @@ def test_noise_between_two_answers_does_not_matter(
 
 
 def test_a_host_that_dies_between_two_requests_is_lost_for_the_rest(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
@@ -132,7 +133,7 @@ def test_a_host_that_dies_between_two_requests_is_lost_for_the_rest(
 
 
 def test_an_agent_that_dies_between_two_requests_is_an_error(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
@@ -145,11 +146,11 @@ def test_an_agent_that_dies_between_two_requests_is_an_error(
         for _ in range(2):
             with pytest.raises(HostError, match="the agent ended without an answer") as caught:
                 talk.ask(OBSERVE, timeout=PATIENCE)
-            assert caught.value.kind is Kind.PROTOCOL
+            assert caught.value.kind is Kind.LOST
 
 
 def test_an_operator_that_dies_leaves_no_agent_running(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     with (
         servers.running(spare, extra=environment(host)) as server,
@@ -163,7 +164,7 @@ def test_an_operator_that_dies_leaves_no_agent_running(
 
 
 def test_a_request_without_answer_in_time_ends_the_session(
-    spare: Path, host: FakeHost, transport: SshTransport
+    spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     host.apply(RELEASE)
     (host.prefix / "slow").touch()
@@ -182,7 +183,7 @@ def test_a_request_without_answer_in_time_ends_the_session(
 
 
 def test_a_flood_ends_the_session_and_is_not_an_answer(
-    spare: Path, host: FakeHost, transport: SshTransport, monkeypatch: pytest.MonkeyPatch
+    spare: Path, host: FakeHost, transport: AnySsh, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(agent_client, "_LONGEST_ANSWER", 5000)
     (host.prefix / "home/.bashrc").write_text("seq 2000\n")

@@ -186,7 +186,7 @@ def test_verbs_announce_that_they_send_secrets(
     monkeypatch.setenv("HOME", str(tmp_path))
     seen = []
 
-    def refuse(address: Address, *, secrets: bool) -> Any:
+    def refuse(address: Address, *, login: object, secrets: bool) -> Any:
         seen.append(secrets)
         raise ClusterError("no", "yes")
 

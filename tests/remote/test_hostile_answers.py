@@ -10,19 +10,22 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from swarm_agent.messages import ANSWERS
+from swarm_agent.answers import ANSWERS
 
 from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.deploy.outcome import Outcome, Removed
 from swarmctl.firmware import avrdude
 from swarmctl.health import collect
 from swarmctl.health.observations import Answer
+from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.host_needs import HostNeeds, Need
 from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.answer_check import DEEPEST, bounded, mismatch
 from swarmctl.remote.transport import HostError, Kind, Output, Target
+from swarmctl.spec.model import Mode
+from swarmctl.swarm.resolved import Swarm
 from tests.deploy.deploying import deploy
 from tests.health.swarm_values import graph
 from tests.packages.agent.fakehost import bundle
@@ -47,7 +50,7 @@ OBSERVED = {
 }  # fmt: skip
 ENTRY = {
     "time": 1.0, "txid": "t", "run": "r", "who": "anna@desk (7)", "prev": None, "next": None,
-    "state": "undone", "error": "",
+    "prev_secrets": "", "next_secrets": "", "state": "undone", "error": "",
 }  # fmt: skip
 MOTION = {
     "latched": True, "runs": True, "proof": "wheels", "seconds": 0.5, "commander": "", "trouble": "",
@@ -55,16 +58,19 @@ MOTION = {
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
     "lease": {"granted": True, "epoch": 1, "run": "r", "who": "anna@desk (7)", "left": 60.0, "last": ""},
-    "apply": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
-    "rollback": {"release": RELEASE.digest, "previous": None, "units": {"koala.service": UNIT}},
-    "history": {"entries": [ENTRY], "release": None, "releases": [], "last": ""},
+    "apply": {"release": RELEASE.digest, "previous": None},
+    "rollback": {"release": RELEASE.digest, "previous": None},
+    "host_list": {"epoch": 1, "hosts": {}, "gone": {}},
+    "history": {
+        "entries": [ENTRY], "release": None, "secrets": "", "releases": [], "secret_sets": [], "last": "",
+    },
     "stop": {"deployed": True, "elapsed": 0.1, "robots": {"k3": MOTION}},
     "start": {"deployed": True, "released": ["k3"]},
     "restart": {"deployed": True, "restarted": ["k3.service"]},
+    "motion": {"in_use": {"k3": {"why": "is not shown to stand by its wheels", "commander": ""}}},
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},
-    "keep_secrets": {"kept": []},
     "remove": {"removed": True},
     "flash": {"runs": True, "logged": True},
     "probe": {"units": {"koala.service": UNIT}, "troubles": {}},
@@ -97,12 +103,15 @@ class Session:
 
     @contextmanager
     def channel(self, command: str, *, limit: int = 0) -> Iterator[Session]:
-        self._nonce = command.split("' sh ", 1)[1].split(" ", 1)[0]
+        _, starts_agent, rest = command.partition("' sh ")
+        self._nonce = rest.split(" ", 1)[0] if starts_agent else ""
         yield self
 
     def exchange(
         self, stdin: Sequence[bytes], enough: Callable[[bytes], bool], *, timeout: float = 0.0
     ) -> Output:
+        if not stdin:
+            return Output(0, b"", b"")
         verb = json.loads(stdin[0])["verb"]
         printed = f"\n@{self._nonce} {self._answer(verb)}\n".encode()
         return Output(None if enough(printed) else 1, printed, b"")
@@ -119,6 +128,7 @@ class Transport:
         yield Session(self._answer)
 
 
+LONE = Dependents(Swarm("new", Mode.CENTRAL, "noetic", None, {}, {}, (), ()))
 JOB = flash.Job("new", "k3", "pi", "k3.service", "/dev/k3", "0" * 16, avrdude.Writing({}, ("avrdude",)))
 
 
@@ -126,7 +136,7 @@ def outcomes(transport: Transport) -> dict[str, Any]:
     """What each command makes of the answers: by verb the value or the error of the host."""
     plan = rollout.observe({"pi": RELEASE}, PI, transport, diff=True).hosts[0]
     (deployed,) = results(deploy({"pi": RELEASE}, PI, transport))
-    (removed,) = results(rollout.remove("new", PI.values(), transport))
+    (removed,) = results(rollout.remove(["pi"], PI, transport, dependents=LONE))
     (flashed,) = results(flash.flash([JOB], PI, transport))
     shown = graph()
     targets = {host.name: Target(host.name, "10.0.0.1", "root") for host in shown.hosts}

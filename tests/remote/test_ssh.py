@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import socket
 import threading
@@ -12,16 +13,17 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.remote.identities import Keyring
 from swarmctl.remote.known_hosts import fingerprint
-from swarmctl.remote.ssh import SshTransport, Timeouts
+from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Target
+from tests.ports import free_port
 from tests.remote import sshd as servers
+from tests.remote.conftest import AnySsh, MakeTransport
 from tests.remote.sshd import Sshd
-from tests.timing import PATIENCE, at_most
+from tests.timing import PATIENCE, at_most, wait_for
 
 
-def refused(transport: SshTransport, target: Target) -> HostError:
+def refused(transport: AnySsh, target: Target) -> HostError:
     with pytest.raises(HostError) as caught, transport.connect(target):
         pass
     return caught.value
@@ -33,23 +35,28 @@ def lines_about_auth(log: str) -> list[str]:
     ]
 
 
-def test_a_pinned_host_lets_us_in(sshd: Sshd, transport: SshTransport) -> None:
+def test_a_pinned_host_lets_us_in(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
         done = servers.run(session, "echo hello; echo oh >&2; head -c 6; exit 3", [b"to ", b"you"])
     assert (done.status, done.stdout, done.stderr) == (3, b"hello\nto you", b"oh\n")
 
 
+@pytest.mark.parametrize(("end", "status"), [("exit 255", 255), ("kill -9 $$", -1)])
+def test_an_ended_command_is_no_lost_connection(sshd: Sshd, transport: AnySsh, end: str, status: int) -> None:
+    with transport.connect(sshd.target()) as session:
+        assert servers.run(session, end).status == status
+        assert servers.run(session, "echo still here").stdout == b"still here\n"
+
+
 @pytest.mark.parametrize("index", [0, 1, 2], ids=["rsa", "ecdsa", "ed25519"])
 def test_any_one_pinned_key_is_enough_whatever_others_the_host_has(
-    sshd: Sshd, transport: SshTransport, index: int
+    sshd: Sshd, transport: AnySsh, index: int
 ) -> None:
     with transport.connect(sshd.target(keys=(sshd.keys[index],))):
         pass
 
 
-def test_a_host_without_a_pinned_key_is_named_with_its_fingerprint(
-    sshd: Sshd, transport: SshTransport
-) -> None:
+def test_a_host_without_a_pinned_key_is_named_with_its_fingerprint(sshd: Sshd, transport: AnySsh) -> None:
     error = refused(transport, sshd.target(keys=()))
 
     assert error.kind is Kind.HOST_KEY
@@ -59,7 +66,7 @@ def test_a_host_without_a_pinned_key_is_named_with_its_fingerprint(
 
 @pytest.mark.parametrize("kind", ["ed25519", "ecdsa", "rsa"])
 def test_a_changed_key_is_refused_before_authentication(
-    spare: Path, tmp_path: Path, transport: SshTransport, kind: str
+    spare: Path, tmp_path: Path, transport: AnySsh, kind: str
 ) -> None:
     other = servers.make_key(tmp_path / "other", kind)
     with servers.running(spare) as server:
@@ -75,20 +82,18 @@ def test_a_changed_key_is_refused_before_authentication(
     assert "trust SPEC --host pi --replace" in error.hint
 
 
-def test_the_key_of_another_host_is_not_good_for_this_one(
-    spare: Path, sshd: Sshd, transport: SshTransport
-) -> None:
+def test_the_key_of_another_host_is_not_good_for_this_one(spare: Path, sshd: Sshd, transport: AnySsh) -> None:
     with servers.running(spare) as server:
         assert refused(transport, server.target(keys=sshd.keys)).kind is Kind.HOST_KEY
 
 
-def test_a_scan_sees_the_strongest_key_without_logging_in(spare: Path, transport: SshTransport) -> None:
+def test_a_scan_sees_the_strongest_key_without_logging_in(spare: Path, transport: AnySsh) -> None:
     with servers.running(spare, kinds=("rsa", "ed25519")) as server:
         assert transport.scan(server.target(keys=())) == server.keys[1]
         assert lines_about_auth(server.log) == []
 
 
-def test_a_failed_login_names_the_user_and_the_keys_tried(spare: Path, transport: SshTransport) -> None:
+def test_a_failed_login_names_the_user_and_the_keys_tried(spare: Path, transport: AnySsh) -> None:
     with servers.running(spare, authorize=False) as server:
         error = refused(transport, server.target())
         assert "password" not in "".join(lines_about_auth(server.log))
@@ -98,33 +103,34 @@ def test_a_failed_login_names_the_user_and_the_keys_tried(spare: Path, transport
     assert "ssh-copy-id" in error.hint
 
 
-def test_a_revoked_host_key_is_refused_although_it_is_pinned(sshd: Sshd, transport: SshTransport) -> None:
+def test_a_revoked_host_key_is_refused_although_it_is_pinned(sshd: Sshd, transport: AnySsh) -> None:
     error = refused(transport, sshd.target(revoked=sshd.keys))
 
     assert error.kind is Kind.HOST_KEY
     assert "shows a revoked host key" in error.message
 
 
-def test_without_any_key_nothing_is_tried(sshd: Sshd, transport: SshTransport) -> None:
+def test_without_any_key_nothing_is_tried(sshd: Sshd, transport: AnySsh) -> None:
     error = refused(transport, sshd.target(identities=()))
 
     assert error.kind is Kind.AUTH
     assert "no private key" in error.message
 
 
-def test_the_default_key_is_used_when_none_is_named(sshd: Sshd, tmp_path: Path) -> None:
-    (tmp_path / "id_ed25519").write_bytes(sshd.identity.read_bytes())
-    with SshTransport(Keyring(tmp_path, use_agent=False)).connect(sshd.target(identities=())):
+def test_the_default_key_is_used_when_none_is_named(sshd: Sshd, tmp_path: Path, make: MakeTransport) -> None:
+    shutil.copy(sshd.identity, tmp_path / "id_ed25519")
+    with make(tmp_path).connect(sshd.target(identities=())):
         pass
 
 
 def test_a_key_with_a_passphrase_and_one_that_is_missing_are_named(
-    sshd: Sshd, tmp_path: Path, transport: SshTransport
+    spare: Path, tmp_path: Path, transport: AnySsh
 ) -> None:
-    servers.make_key(tmp_path / "locked", passphrase="open sesame")
-
-    locked = refused(transport, sshd.target(identities=(tmp_path / "locked",)))
-    missing = refused(transport, sshd.target(identities=(tmp_path / "nowhere",)))
+    public = servers.make_key(tmp_path / "locked", passphrase="open sesame")
+    with servers.running(spare) as server:
+        (spare / "authorized").write_text(public + "\n")
+        locked = refused(transport, server.target(identities=(tmp_path / "locked",)))
+        missing = refused(transport, server.target(identities=(tmp_path / "nowhere",)))
 
     assert (locked.kind, missing.kind) == (Kind.AUTH, Kind.AUTH)
     assert "has a passphrase" in locked.message
@@ -132,8 +138,8 @@ def test_a_key_with_a_passphrase_and_one_that_is_missing_are_named(
     assert "does not exist" in missing.message
 
 
-def test_kinds_of_unreachable_hosts_are_distinguished(sshd: Sshd, transport: SshTransport) -> None:
-    closed = refused(transport, sshd.target(port=servers.free_port()))
+def test_kinds_of_unreachable_hosts_are_distinguished(sshd: Sshd, transport: AnySsh) -> None:
+    closed = refused(transport, sshd.target(port=free_port()))
     nameless = refused(transport, sshd.target(address="no-such-host.invalid"))
 
     assert (closed.kind, nameless.kind) == (Kind.UNREACHABLE, Kind.UNREACHABLE)
@@ -143,7 +149,7 @@ def test_kinds_of_unreachable_hosts_are_distinguished(sshd: Sshd, transport: Ssh
     assert not closed.reached
 
 
-def test_a_port_that_sends_nothing_times_out(impatient: SshTransport, tmp_path: Path) -> None:
+def test_a_port_that_sends_nothing_times_out(impatient: AnySsh, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         begun = time.monotonic()
         error = refused(impatient, Target("pi", "127.0.0.1", "root", listener.getsockname()[1]))
@@ -152,7 +158,7 @@ def test_a_port_that_sends_nothing_times_out(impatient: SshTransport, tmp_path: 
     assert time.monotonic() - begun < at_most(4)
 
 
-def test_a_flooding_command_is_cut_off(sshd: Sshd, transport: SshTransport) -> None:
+def test_a_flooding_command_is_cut_off(sshd: Sshd, transport: AnySsh) -> None:
     for flood in ("yes", "yes >&2"):
         with transport.connect(sshd.target()) as session, pytest.raises(HostError) as caught:
             servers.run(session, flood, limit=1 << 16, timeout=PATIENCE)
@@ -160,7 +166,7 @@ def test_a_flooding_command_is_cut_off(sshd: Sshd, transport: SshTransport) -> N
         assert "more than 65536 bytes" in caught.value.message
 
 
-def test_much_on_both_streams_at_once_does_not_stall(sshd: Sshd, transport: SshTransport) -> None:
+def test_much_on_both_streams_at_once_does_not_stall(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
         done = servers.run(
             session,
@@ -173,12 +179,12 @@ def test_much_on_both_streams_at_once_does_not_stall(sshd: Sshd, transport: SshT
     assert done.stdout.strip() == b"5000000"
 
 
-def test_a_command_that_reads_nothing_ends_all_the_same(sshd: Sshd, transport: SshTransport) -> None:
+def test_a_command_that_reads_nothing_ends_all_the_same(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
         assert servers.run(session, "exit 7", [b"x" * 5_000_000], timeout=PATIENCE).status == 7
 
 
-def test_a_hanging_command_ends_at_its_deadline(sshd: Sshd, transport: SshTransport) -> None:
+def test_a_hanging_command_ends_at_its_deadline(sshd: Sshd, transport: AnySsh) -> None:
     begun = time.monotonic()
     with transport.connect(sshd.target()) as session, pytest.raises(HostError) as caught:
         servers.run(session, "echo $$; exec sleep 60", timeout=0.7)
@@ -187,7 +193,7 @@ def test_a_hanging_command_ends_at_its_deadline(sshd: Sshd, transport: SshTransp
     assert caught.value.kind is Kind.LOST
 
 
-def test_a_child_that_holds_the_streams_does_not_hold_us(sshd: Sshd, transport: SshTransport) -> None:
+def test_a_child_that_holds_the_streams_does_not_hold_us(sshd: Sshd, transport: AnySsh) -> None:
     begun = time.monotonic()
     with transport.connect(sshd.target()) as session:
         done = servers.run(session, "sleep 5 & echo $!", timeout=PATIENCE)
@@ -195,7 +201,7 @@ def test_a_child_that_holds_the_streams_does_not_hold_us(sshd: Sshd, transport: 
     assert time.monotonic() - begun < at_most(4)
 
 
-def test_a_frozen_server_is_given_up_on(spare: Path, transport: SshTransport) -> None:
+def test_a_frozen_server_is_given_up_on(spare: Path, transport: AnySsh) -> None:
     with servers.running(spare) as server, transport.connect(server.target()) as session:
         servers.run(session, "true")
         for child in server.children():
@@ -207,7 +213,7 @@ def test_a_frozen_server_is_given_up_on(spare: Path, transport: SshTransport) ->
     assert caught.value.kind is Kind.LOST
 
 
-def test_a_broken_connection_is_reported_as_lost(spare: Path, transport: SshTransport) -> None:
+def test_a_broken_connection_is_reported_as_lost(spare: Path, transport: AnySsh) -> None:
     with servers.running(spare) as server, transport.connect(server.target()) as session:
 
         def kill() -> None:
@@ -225,7 +231,7 @@ def test_a_broken_connection_is_reported_as_lost(spare: Path, transport: SshTran
     assert "connection was lost" in caught.value.message
 
 
-def test_closing_from_another_thread_ends_a_command(sshd: Sshd, transport: SshTransport) -> None:
+def test_closing_from_another_thread_ends_a_command(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
         timer = threading.Timer(0.3, session.close)
         timer.start()
@@ -236,7 +242,7 @@ def test_closing_from_another_thread_ends_a_command(sshd: Sshd, transport: SshTr
 
 
 def test_through_a_jump_host_each_hop_is_checked(
-    spare: Path, tmp_path: Path, sshd: Sshd, transport: SshTransport
+    spare: Path, tmp_path: Path, sshd: Sshd, transport: AnySsh
 ) -> None:
     other = servers.make_key(tmp_path / "other")
     with servers.running(spare) as gate:
@@ -257,7 +263,7 @@ def test_through_a_jump_host_each_hop_is_checked(
 
 
 def test_all_hosts_behind_a_jump_host_share_one_login_to_it(
-    spare: Path, sshd: Sshd, transport: SshTransport
+    spare: Path, sshd: Sshd, transport: AnySsh
 ) -> None:
     with servers.running(spare, extra="MaxStartups 5:100:5") as gate:
         behind = [sshd.target(host=f"pi{n}", jump=gate.target(host="gate")) for n in range(12)]
@@ -281,7 +287,7 @@ def test_all_hosts_behind_a_jump_host_share_one_login_to_it(
             pass
 
 
-def test_a_dead_jump_host_is_tried_once_for_all_behind_it(sshd: Sshd, impatient: SshTransport) -> None:
+def test_a_dead_jump_host_is_tried_once_for_all_behind_it(sshd: Sshd, impatient: AnySsh) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         gate = Target("gate", "127.0.0.1", "root", silent.getsockname()[1])
         errors: list[HostError] = []
@@ -301,9 +307,26 @@ def test_a_dead_jump_host_is_tried_once_for_all_behind_it(sshd: Sshd, impatient:
     }
 
 
-def test_a_server_that_drops_newcomers_is_tried_again(spare: Path, tmp_path: Path) -> None:
-    keyring = Keyring(tmp_path, use_agent=False)
-    patient = SshTransport(keyring, timeouts=Timeouts(2, PATIENCE, PATIENCE, PATIENCE), attempts=8)
+def test_a_jump_host_that_was_restarted_is_logged_in_to_again(
+    spare: Path, sshd: Sshd, impatient: AnySsh
+) -> None:
+    with servers.running(spare) as gate:
+        behind = sshd.target(jump=gate.target(host="gate"))
+        with impatient.connect(behind):
+            gate.end_connections()
+
+            def reached() -> bool:
+                try:
+                    with impatient.connect(behind) as session:
+                        return servers.run(session, "echo far").stdout == b"far\n"
+                except HostError:
+                    return False
+
+            wait_for(reached)
+
+
+def test_a_server_that_drops_newcomers_is_tried_again(spare: Path, make: MakeTransport) -> None:
+    patient = make(timeouts=Timeouts(2, PATIENCE, PATIENCE, PATIENCE), attempts=8)
     with servers.running(spare, extra="MaxStartups 1:50:2") as server:
         errors: list[HostError] = []
 
@@ -323,13 +346,13 @@ def test_a_server_that_drops_newcomers_is_tried_again(spare: Path, tmp_path: Pat
     assert errors == []
 
 
-def test_weak_algorithms_are_not_spoken(spare: Path, transport: SshTransport) -> None:
+def test_weak_algorithms_are_not_spoken(spare: Path, transport: AnySsh) -> None:
     with servers.running(spare, extra="Ciphers aes256-cbc\nMACs hmac-sha1") as server:
         error = refused(transport, server.target())
     assert error.kind is Kind.UNREACHABLE
     assert "aes256-cbc: no longer safe" in error.message
 
 
-def test_nothing_is_forwarded_to_the_host(sshd: Sshd, transport: SshTransport) -> None:
+def test_nothing_is_forwarded_to_the_host(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
         assert servers.run(session, "echo [$SSH_AUTH_SOCK$DISPLAY]").stdout == b"[]\n"

@@ -195,21 +195,40 @@ def test_a_circle_of_jumps_ends_with_a_warning(read: Read) -> None:
     assert "form a circle" in warnings[0]
 
 
-def test_commands_are_never_run_and_each_gives_a_warning(tmp_path: Path, read: Read) -> None:
+def test_commands_are_not_run_and_a_match_gives_a_warning(tmp_path: Path, read: Read) -> None:
     trap = tmp_path / "trap"
     text = f'Match exec "touch {trap}"\n Port 99\nHost pi\n ProxyCommand sh -c \'touch {trap}\n'
     got, warnings = read(text)
     assert got.port == 22
     ignored = f"`Match exec touch {trap}` is ignored; only `all` and `originalhost` are supported"
-    assert warnings == [
-        f"{tmp_path}/config:1: {ignored}",
-        "pi: ProxyCommand in ~/.ssh/config is ignored; use ProxyJump",
-    ]
+    assert warnings == [f"{tmp_path}/config:1: {ignored}"]
+    assert got.proxy_command == f"sh -c 'touch {trap}"
     assert not trap.exists()
 
 
-def test_a_proxycommand_for_another_host_gives_no_warning(read: Read) -> None:
-    assert read("Host other\n ProxyCommand nc %h %p\nHost pi\n ProxyCommand none\n")[1] == []
+def test_of_two_proxies_the_first_counts(read: Read) -> None:
+    command, jump = "ProxyCommand nc %h %p", "ProxyJump gate"
+    for text, expected in (
+        (f"Host other\n {command}\n", ("", None)),
+        (f"Host pi\n ProxyCommand none\nHost *\n {command}\n", ("", None)),
+        (f"Host pi\n {command}\nHost *\n {jump}\n", ("nc %h %p", None)),
+        (f"Host pi\n {jump}\nHost *\n {command}\n", ("", "gate")),
+        (f"Host pi\n ProxyJump none\nHost *\n {command}\n", ("nc %h %p", None)),
+    ):
+        got = read(text)[0]
+        hop = got.jump
+        while hop is not None and hop.jump is not None:
+            hop = hop.jump
+        assert (got.proxy_command, hop and hop.host) == expected, text
+
+
+def test_what_only_the_program_ssh_knows_is_named(read: Read) -> None:
+    text = (
+        "Host pi\n CertificateFile ~/.ssh/lab-cert.pub\n GSSAPIAuthentication no\n IdentityAgent none\n"
+        "Host other\n PKCS11Provider /usr/lib/token.so\n"
+    )
+    assert read(text)[0].ssh_only == ("CertificateFile",)
+    assert read(text, Login("other", "10.0.0.1"))[0].ssh_only == ("PKCS11Provider",)
 
 
 def test_match_originalhost_and_match_all_are_supported(read: Read) -> None:
@@ -272,7 +291,7 @@ def test_no_text_is_a_crash(tmp_path_factory: pytest.TempPathFactory, text: str)
 
 HOSTS = ["Host pi", "Host *", "Host !pi *", "Host 10.*", "Match all", "Match originalhost pi", "  # note"]
 OPTIONS = ["Port 7", "Port=8", "User eve", "HostName 10.9.9.9"]
-JUMPS = ["ProxyJump gate", "ProxyJump none", "ProxyJump eve@gate:9"]
+JUMPS = ["ProxyJump gate", "ProxyJump none", "ProxyJump eve@gate:9", "ProxyCommand nc", "ProxyCommand none"]
 LINES = st.lists(st.sampled_from(HOSTS + OPTIONS + JUMPS), max_size=8)
 
 
@@ -291,3 +310,4 @@ def test_values_are_those_that_ssh_uses(tmp_path_factory: pytest.TempPathFactory
     assert got.user == wanted["user"]
     jump = wanted.get("proxyjump", "none")
     assert (got.jump is None) == (jump == "none")
+    assert got.proxy_command == wanted.get("proxycommand", "none").replace("none", "")

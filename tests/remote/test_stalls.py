@@ -15,21 +15,23 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.remote.identities import Keyring
-from swarmctl.remote.ssh import SshTransport, Timeouts
+from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.remote import sshd as servers
 from tests.remote.captured_wire import proxy
+from tests.remote.conftest import AnySsh, MakeTransport
 from tests.remote.sshd import Sshd
 from tests.timing import PATIENCE, at_most
 
 
-def test_wherever_a_host_stalls_the_error_says_so_in_time(sshd: Sshd, transport: SshTransport) -> None:
+def test_wherever_a_host_stalls_the_error_says_so_in_time(
+    sshd: Sshd, transport: AnySsh, make: MakeTransport
+) -> None:
     with proxy(sshd.port) as way, transport.connect(sshd.target(port=way.port)):
         whole = way.down  # bytes that a login takes
     steps = [*range(0, whole, whole // 7), whole - 40, whole]
     limit = 1.5
-    short = SshTransport(Keyring(Path("/nowhere"), use_agent=False), timeouts=Timeouts(*[limit] * 4))
+    short = make(timeouts=Timeouts(*[limit] * 4))
 
     def stall(after: int) -> tuple[HostError, float]:
         with proxy(sshd.port, silent_after=after) as way:
@@ -52,9 +54,28 @@ def test_wherever_a_host_stalls_the_error_says_so_in_time(sshd: Sshd, transport:
     assert len({re.sub("[0-9]+", "", error.message) for error, _seconds in found}) >= 3
 
 
+def test_a_connection_that_ends_before_the_login_is_named(
+    sshd: Sshd, transport: AnySsh, make: MakeTransport
+) -> None:
+    with proxy(sshd.port) as way, transport.connect(sshd.target(port=way.port)):
+        whole = way.down
+    once = make(attempts=1)
+    begun = sshd.log.count("session opened")
+
+    def end(after: int) -> HostError:
+        with proxy(sshd.port, silent_after=after, ends=True) as way:
+            with pytest.raises(HostError) as caught, once.connect(sshd.target(port=way.port)):
+                raise AssertionError("it logged in")
+            return caught.value
+
+    for error in map(end, (0, 20, whole // 2, whole - 60)):
+        assert re.search("^pi .*closed the connection", str(error)), str(error)
+    assert sshd.log.count("session opened") == begun
+
+
 @pytest.mark.parametrize("flood", [b"x" * 5000 + b"\r\n", b"x" * 65536], ids=["lines", "one line"])
-def test_an_endless_banner_is_cut_off(flood: bytes) -> None:
-    impatient = SshTransport(Keyring(Path("/nowhere"), use_agent=False), timeouts=Timeouts(*[0.5] * 4))
+def test_an_endless_banner_is_cut_off(flood: bytes, make: MakeTransport) -> None:
+    impatient = make(timeouts=Timeouts(*[0.5] * 4))
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
 
@@ -80,71 +101,86 @@ def test_an_endless_banner_is_cut_off(flood: bytes) -> None:
     assert len(error.message) < 300
 
 
-CUT_OFF = """
+# In a network of its own, which ends with it; each transport sends at the same time.
+SETUP = """
 import subprocess, sys, threading, time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from swarmctl.remote.identities import Keyring
-from swarmctl.remote.ssh import SshTransport, Timeouts
+from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError
 from tests.remote import sshd as servers
+from tests.remote.conftest import with_openssh, with_paramiko
 
-subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-keyring = Keyring(Path("/nowhere"), use_agent=False)
-transport = SshTransport(keyring, timeouts=Timeouts(acknowledgement=1.5))
-with servers.running(Path(sys.argv[1])) as server, transport.connect(server.target()) as session:
-    servers.run(session, "true")
-    cut = threading.Timer(0.3, subprocess.run, [["ip", "link", "set", "lo", "down"]])
-    cut.start()
-    begun = time.monotonic()
-    try:
-        servers.run(session, "cat >/dev/null", [b"x" * 50_000_000], timeout=600)
-    except HostError as error:
-        print(error.kind.value, round(time.monotonic() - begun), error.message)
+MAKERS = (with_paramiko, with_openssh)
+ready = threading.Barrier(len(MAKERS) + 1)
+
+def link(state):
+    subprocess.run(["ip", "link", "set", "lo", state], check=True)
+
+def run(use, change):
+    link("up")
+    with servers.running(Path(sys.argv[1])) as server, ThreadPoolExecutor() as threads:
+        tasks = [threads.submit(use, make, server) for make in MAKERS]
+        ready.wait()
+        time.sleep(0.3)
+        change()
+        for task in tasks:
+            print(task.result())
 """
+CUT_OFF = f"""{SETUP}
+def use(make, server):
+    with make(timeouts=Timeouts(acknowledgement=1.5)).connect(server.target()) as session:
+        servers.run(session, "true")
+        ready.wait()
+        begun = time.monotonic()
+        try:
+            servers.run(session, "cat >/dev/null", [b"x" * 100_000_000], timeout=600)
+        except HostError as error:
+            return f"{{error.kind.value}} {{time.monotonic() - begun:.0f}} {{error.message}}"
 
-
-OUTAGE = """
-import subprocess, sys, threading, time
-from pathlib import Path
-from swarmctl.remote.identities import Keyring
-from swarmctl.remote.ssh import SshTransport
-from tests.remote import sshd as servers
+run(use, lambda: link("down"))
+"""
+OUTAGE = f"""{SETUP}
+def use(make, server):
+    with make().connect(server.target()) as session:
+        servers.run(session, "true")
+        ready.wait()
+        begun = time.monotonic()
+        done = servers.run(session, "head -c 100000000 | wc -c", [b"x" * 100_000_000], timeout=60)
+        return f"{{done.stdout.decode().strip()}} {{time.monotonic() - begun:.1f}}"
 
 def outage():
-    for state in ("down", "up"):
-        subprocess.run(["ip", "link", "set", "lo", state], check=True)
-        time.sleep(3)
+    link("down")
+    time.sleep(3)
+    link("up")
 
-subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-transport = SshTransport(Keyring(Path("/nowhere"), use_agent=False))
-with servers.running(Path(sys.argv[1])) as server, transport.connect(server.target()) as session:
-    servers.run(session, "true")
-    threading.Timer(0.3, outage).start()
-    begun = time.monotonic()
-    done = servers.run(session, "head -c 50000000 | wc -c", [b"x" * 50_000_000], timeout=60)
-    print(done.stdout.decode().strip(), int(time.monotonic() - begun))
+run(use, outage)
 """
+
+
+def in_a_network_of_its_own(script: str, folder: Path) -> list[str]:
+    done = subprocess.run(
+        ["unshare", "--net", sys.executable, "-c", script, str(folder)],
+        cwd=Path(__file__).parents[2], text=True, capture_output=True, timeout=PATIENCE, check=True,
+    )  # fmt: skip
+    return done.stdout.splitlines()
 
 
 @pytest.mark.skipif(not shutil.which("unshare"), reason="needs unshare (util-linux)")
 def test_an_upload_completes_though_the_network_is_away_for_3_s(spare: Path) -> None:
-    # In a network of its own, which ends with it.
-    done = subprocess.run(
-        ["unshare", "--net", sys.executable, "-c", OUTAGE, str(spare)],
-        cwd=Path(__file__).parents[2], text=True, capture_output=True, timeout=PATIENCE, check=True,
-    )  # fmt: skip
-    received, seconds = done.stdout.split()
-    assert received == "50000000"
-    assert int(seconds) >= 3, "the network went after the upload"
+    lines = in_a_network_of_its_own(OUTAGE, spare)
+    assert len(lines) == 2
+    for line in lines:
+        received, seconds = line.split()
+        assert received == "100000000"
+        assert float(seconds) >= 3, "the network went after the upload"
 
 
 @pytest.mark.skipif(not shutil.which("unshare"), reason="needs unshare (util-linux)")
 def test_a_network_that_goes_amid_an_upload_ends_it_soon(spare: Path) -> None:
-    # In a network of its own, which ends with it. The upload itself may take 10 minutes.
-    done = subprocess.run(
-        ["unshare", "--net", sys.executable, "-c", CUT_OFF, str(spare)],
-        cwd=Path(__file__).parents[2], text=True, capture_output=True, timeout=PATIENCE, check=True,
-    )  # fmt: skip
-    kind, seconds, message = done.stdout.split(maxsplit=2)
-    assert (kind, message.startswith("pi: the connection was lost")) == ("lost", True)
-    assert int(seconds) < at_most(6)
+    lines = in_a_network_of_its_own(CUT_OFF, spare)  # the upload itself may take 10 minutes
+    assert len(lines) == 2
+    for line in lines:
+        kind, seconds, message = line.split(maxsplit=2)
+        assert (kind, message.startswith("pi: the connection was lost")) == ("lost", True)
+        assert int(seconds) < at_most(6)

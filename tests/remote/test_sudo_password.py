@@ -14,11 +14,10 @@ import typer
 
 from swarmctl.cli import ssh_targets
 from swarmctl.remote import agent_client
-from swarmctl.remote.identities import Keyring
-from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.sudo_password import SudoPassword, from_file
 from swarmctl.remote.transport import HostError, Kind
 from tests.remote import sshd as servers
+from tests.remote.conftest import MakeTransport, with_paramiko
 from tests.remote.sshd import Sshd
 
 OBSERVE = {"verb": "observe", "swarm": "new"}
@@ -62,16 +61,18 @@ def host() -> Iterator[Sshd]:
             yield server
 
 
-def observed(host: Sshd, sudo: SudoPassword | None, user: str = "robot") -> dict[str, object]:
-    transport = SshTransport(Keyring(Path("/nowhere"), use_agent=False), sudo=sudo)
+def observed(
+    host: Sshd, sudo: SudoPassword | None, user: str = "robot", make: MakeTransport = with_paramiko
+) -> dict[str, object]:
+    transport = make(sudo=sudo)
     with transport.connect(host.target(user=user)) as session, agent_client.talk(session) as agent:
         first = agent.ask(OBSERVE)
         assert agent.ask(OBSERVE).keys() == first.keys()
         return first  # type: ignore[no-any-return]
 
 
-def test_with_its_password_an_account_becomes_root(host: Sshd) -> None:
-    assert observed(host, SudoPassword(PASSWORD))
+def test_with_its_password_an_account_becomes_root(host: Sshd, make: MakeTransport) -> None:
+    assert observed(host, SudoPassword(PASSWORD), make=make)
     kept = [path for path in (host.folder.parent / "host/opt").rglob("*") if path.is_file()]
     assert kept
     assert {path.stat().st_uid for path in kept} == {0}
@@ -158,3 +159,30 @@ def test_a_pipe_is_read_once_for_all_connections_of_a_command(
                 assert agent.ask(OBSERVE)
     finally:
         os.close(read)
+
+
+def test_the_login_that_confirms_a_change_becomes_root(host: Sshd, make: MakeTransport) -> None:
+    def became(user: str, sudo: SudoPassword | None) -> HostError | None:
+        try:
+            with make(sudo=sudo).connect(host.target(user=user)) as session:
+                agent_client.become_root(session)
+        except HostError as error:
+            return error
+        return None
+
+    assert became("root", None) is None
+    assert became("robot", SudoPassword(PASSWORD)) is None
+    without = became("robot", None)
+    assert without is not None
+    assert without.kind is Kind.PRIVILEGE
+
+    sudoers = host.folder.parent / "sudoers"
+    rules = sudoers.read_text()
+    sudoers.write_text(rules.replace("robot ALL", "# robot ALL"))
+    try:
+        locked_out = became("robot", SudoPassword(PASSWORD))
+    finally:
+        sudoers.write_text(rules)
+    assert locked_out is not None
+    assert locked_out.kind is Kind.PRIVILEGE
+    assert "as root" in locked_out.message

@@ -20,6 +20,7 @@ import pytest
 
 from swarmctl.remote.known_hosts import KnownHosts, fingerprint, read
 from tests import in_process
+from tests.ports import free_port
 from tests.remote import sshd as servers
 from tests.remote.sshd import Sshd
 from tests.timing import PATIENCE
@@ -114,7 +115,7 @@ def test_an_unknown_host_and_an_absent_one(spec: Path, home: Path) -> None:
     assert "no host or robot called `nobody`" in unknown.stderr
 
     (home / ".ssh/config").write_text(
-        f"Host laptop\n HostName 127.0.0.1\n ProxyJump 127.0.0.1:{servers.free_port()}\n"
+        f"Host laptop\n HostName 127.0.0.1\n ProxyJump 127.0.0.1:{free_port()}\n"
     )
     absent = trust(spec, home, "--yes")
     assert absent.returncode == 4
@@ -129,7 +130,7 @@ def fleet(tmp_path: Path, home: Path, sshd: Sshd) -> Path:
     path.write_text(
         "version: 1\nname: fleet\nmode: central\nhub: tb-1\nhosts:\n"
         f"  tb-[1-5]: {{address: '10.9.0.[1-5]', user: root, port: {sshd.port}}}\n"
-        f"  off-[01-40]: {{address: '10.9.0.[11-50]', user: root, port: {servers.free_port()}}}\n"
+        f"  off-[01-40]: {{address: '10.9.0.[11-50]', user: root, port: {free_port()}}}\n"
         "robots:\n  koala: {type: koala, host: tb-1}\n"
         "links:\n  - {kind: serial, host: tb-1, robot: koala, usb: {serial: A6}}\n"
         "  - {kind: wlan, name: lab, hosts: ['host:*'], multicast: false}\n"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.render.ros1.robot_model import urdf
+from swarmctl.render.ros1.robot_model import model_of, urdf
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.spec.catalog import load_catalog
@@ -24,7 +24,8 @@ def test_check_urdf_takes_the_model_of_every_shipped_type(tmp_path: Path) -> Non
     assert types
     for name, one in types.items():
         file = tmp_path / f"{name}.urdf"
-        file.write_bytes(urdf(params_of(one, robot="r1", namespace="/r1", port="/dev/robot")))
+        params = params_of(one, robot="r1", namespace="/r1", port="/dev/robot")
+        file.write_bytes(urdf("r1", model_of(params)))
         done = subprocess.run(["check_urdf", str(file)], capture_output=True, text=True, check=False)
         printed = done.stdout + done.stderr
         assert done.returncode == 0, printed

@@ -68,6 +68,28 @@ def test_the_gate_reads_its_robots_commanders_and_limits(host: Bundle) -> None:
     assert (motion.linear_max, motion.angular_max, motion.wheel_separation) == (0.1, 2.84, 0.16)
 
 
+@pytest.mark.parametrize(
+    ("published", "battery", "docked"),
+    [
+        ("", "", ""),
+        ("{topic: battery_state, type: sensor_msgs/BatteryState}", "/tb3_01/battery_state", ""),
+        ("{topic: base/docked, type: std_msgs/Bool}", "", "/tb3_01/base/docked"),
+        ("{topic: dock, type: std_msgs/Bool}, {topic: docked, type: std_msgs/Int8}", "", ""),
+    ],
+)
+def test_the_gate_reads_the_battery_and_dock_of_the_driver(
+    published: str, battery: str, docked: str, tmp_path: Path
+) -> None:
+    text = SPEC.replace("requires: [turtlebot3_msgs]", f"publishes: [{published}]")
+    if battery or docked:
+        text += f"maintenance: {{docked: true{', battery: 0.4' if battery else ''}}}\n"
+        text = text.replace("uav: {type", "uav: {maintenance: {docked: false, battery: 0}, type")
+    made = bundle_of(tmp_path, text, "laptop")
+    config = parse(yaml.safe_load(text_of(made, "params/tb3-01.gate.yaml")))
+    assert (config.battery, config.docked) == (battery, docked)
+    assert any(one.path == "maintenance.json" for one in made.files) is bool(battery or docked)
+
+
 def test_the_gate_places_the_drivers_odometry_frame_on_the_map(tmp_path: Path) -> None:
     def config(driver: str = "") -> Config:
         (tmp_path / "swarm.yaml").write_text(

@@ -44,6 +44,7 @@ def read_back(made: Bundle, prefix: Path, monkeypatch: pytest.MonkeyPatch) -> di
         ),
         ({"maintenance": {"idle": "1 min"}, "koala": {"battery": 0.2}}, {"koala": Terms(60.0, 0.2)}),
         ({"maintenance": {"idle": 30.0}, "koala": {"idle": 0.0}}, {}),
+        ({"maintenance": {"idle": 30.0}, "koala": {"docked": False}}, {"koala": Terms(30.0)}),
     ],
 )
 def test_the_terms_of_a_robot_win_over_those_of_the_swarm(

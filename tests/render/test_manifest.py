@@ -12,7 +12,10 @@ from swarmctl.render.manifest import manifest_bytes
 
 DATA = st.recursive(
     st.one_of(st.none(), st.booleans(), st.integers(), st.text()),
-    lambda inside: st.one_of(st.lists(inside), st.dictionaries(st.text(), inside)),
+    lambda inside: st.one_of(
+        st.lists(inside, max_size=4), st.dictionaries(st.text(max_size=5), inside, max_size=4)
+    ),
+    max_leaves=10,
 )
 
 

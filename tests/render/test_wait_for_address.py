@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl import resources
+from tests.ports import free_port
 from tests.timing import PATIENCE, wait_for
 
 PROGRAM = resources.templates() / "host/wait-for-address"
@@ -41,9 +42,7 @@ def restarts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def port() -> int:
     """A port on which nothing listens."""
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
+    return free_port()
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1", "localhost"])
@@ -94,12 +93,11 @@ def test_a_stop_of_the_unit_ends_the_wait_without_failure(tmp_path: Path) -> Non
         assert waiting.wait(PATIENCE) == 0
 
 
-def test_a_master_that_has_just_ended_has_left_its_port() -> None:
+def test_a_master_that_has_just_ended_has_left_its_port(port: int) -> None:
     """Its last connections remain for a minute in TIME_WAIT, which rosmaster ignores as well."""
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-        with socket.create_connection(("127.0.0.1", port)) as client:
-            accepted, _ = server.accept()
-            accepted.close()
-            client.recv(1)
+    here = ("127.0.0.1", port)
+    with socket.create_server(here) as server, socket.create_connection(here) as client:
+        accepted, _ = server.accept()
+        accepted.close()
+        client.recv(1)
     assert wait("127.0.0.1", port) == (0, "")

@@ -25,6 +25,7 @@ def type_data(name: str):
 def test_the_catalog_has_all_robots_and_no_complaints():
     catalog = load_catalog()
     assert set(TYPES) <= set(catalog.types)
+    assert all((*catalog.types.values(), *catalog.drivers.values()))  # a file with a fault raises
     assert catalog.diagnostics == ()
 
 

@@ -180,8 +180,8 @@ def test_specs_with_lines_exchanged(counted: list[str], lines: list[str]) -> Non
 keys = st.sampled_from(["hosts", "robots", "links", "kind", "name", "host", "robot", "type", "address"])
 trees = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda below: st.lists(below, max_size=3) | st.dictionaries(keys, below),
-    max_leaves=12,
+    lambda below: st.lists(below, max_size=3) | st.dictionaries(keys, below, max_size=4),
+    max_leaves=8,
 )
 
 

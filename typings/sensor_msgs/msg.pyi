@@ -9,6 +9,7 @@ class BatteryState(Message):
     voltage: float
     percentage: float
     present: bool
+    power_supply_status: int
     temperature: float
     current: float
     charge: float

@@ -17,6 +17,9 @@ class MultiArrayLayout(Message):
     dim: Sequence[MultiArrayDimension]
     data_offset: int
 
+class Bool(Message):
+    data: bool
+
 class UInt8(Message):
     data: int
 

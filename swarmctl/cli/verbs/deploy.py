@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from swarmctl.cli import (
+    adopting,
     console,
     executors,
     exit_codes,
     forgotten_lab,
+    left_hosts,
     next_command,
     options,
     rollout_output,
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.deploy.outcome import Result
     from swarmctl.render.bundle import Bundle
+    from swarmctl.swarm.resolved import Host
 
 
 def deploy(
@@ -90,9 +93,16 @@ def deploy(
     overwrite_edits: Annotated[
         bool,
         typer.Option(
-            "--overwrite-edits", help="Replace files that were edited on the hosts, which keep a copy."
+            "--overwrite-edits",
+            help="Replace files that were edited on the hosts, which keep a copy; with --adopt, only those "
+            "whose edit the spec cannot take.",
         ),
     ] = False,
+    adopt: Annotated[
+        bool,
+        typer.Option("--adopt", help="First write into the spec what was edited on hosts (see `adopt`)."),
+    ] = False,
+    into: options.Into = None,
     wait: Annotated[
         float,
         typer.Option(
@@ -115,12 +125,13 @@ def deploy(
     hosts are known to be fit."""
     from swarmctl.analysis.impact import impacts
     from swarmctl.deploy import journal
-    from swarmctl.deploy.deployment import Deployment, Rules
+    from swarmctl.deploy.deploy_rules import Rules
+    from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.host_transaction import Terms
     from swarmctl.deploy.launch_files_on_hosts import launch_files_of
+    from swarmctl.plan.dependent_robots import Dependents
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
-    from swarmctl.remote.transport import HostError
     from swarmctl.render.build_bundle import bundles
     from swarmctl.swarm.index import SwarmIndex
 
@@ -128,6 +139,12 @@ def deploy(
     if saved := saved_plan.read(spec):
         saved.check_options(overlays, limit, lab=lab, lab_name=lab_name)
         spec, lab, lab_name, limit = saved.spec, saved.lab, saved.lab_name, saved.limit
+    adopting.check_options(adopt=adopt, into=into, saved=saved is not None)
+    if adopt:
+        spec = adopting.before_deploy(
+            spec, into, limit, lab=(lab, lab_name), executor=executor, parallel=parallel,
+            yes=yes, writes=not dry_run, overwrites=overwrite_edits, quiet=json,
+        )  # fmt: skip
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
@@ -144,18 +161,18 @@ def deploy(
         wait,
         overwrite_edits,
     )
-    stop = Stop()
+    stop, lists = Stop(), left_hosts.lists_of(swarm)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     secrets = options.secrets(spec, wanted)
     view = rounds.View("deploy", spec, swarm, where, details=details, json=json)
-    parts = impacts(SwarmIndex(document))
     with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
         deployment = Deployment(
             wanted, targets, transport, rules=rules, parallel=parallel, stop=stop, secrets=secrets,
-            launch_files=launch_files_of(document), settles=not dry_run,
+            launch_files=launch_files_of(document), host_lists=lists, dependents=Dependents(swarm),
+            settles=not dry_run,
         )  # fmt: skip
         found = view.executed(
-            deployment, stop, lambda one: order(one.due, parts, sizes, consistency),
+            deployment, stop, lambda one: order(one.due, impacts(SwarmIndex(document)), sizes, consistency),
             dry_run=dry_run, yes=yes, saved=saved,
         )  # fmt: skip
     absent = rollout_output.absent(found, swarm.hosts)
@@ -166,15 +183,12 @@ def deploy(
             swarm, found, next_command.completing(spec, where), absent,
             details=details, interrupted=stop.requested,
         )  # fmt: skip
-    errors = [name for name, one in found.items() if isinstance(one, HostError)]
-    with rollout_output.journal_warnings():
-        journal.remember_failed(journal.folder(swarm.name), errors, lab=in_lab)
     if not in_lab:
         forgotten_lab.guess("deploy", spec, swarm.name, rollout_output.errors(found), limit)
-        with rollout_output.journal_warnings():
-            _remember(found, wanted)
-            place = journal.folder(swarm.name)
-            rollout_output.warn_of_removed_hosts(journal.left(place, swarm.hosts), spec)
+    with rollout_output.journal_warnings():
+        _remember(found, wanted, swarm.hosts, in_lab=in_lab)
+        left = left_hosts.left_hosts(swarm, lists, in_lab=in_lab)
+        rollout_output.warn_of_left_hosts(left, spec, next_command.where(lab=lab, lab_name=lab_name))
     code = rollout_output.exit_code(found, interrupted=stop.requested, absent=absent)
     if not json:
         _advise(spec, where, found, absent, code, (lab, lab_name), executor)
@@ -191,15 +205,21 @@ def _failed(failed: list[str], hosts: Collection[str], limit: list[str] | None) 
     raise typer.Exit(exit_codes.OK)
 
 
-def _remember(found: Mapping[str, Result], wanted: Mapping[str, Bundle]) -> None:
-    """Stores what the hosts have now, for ``plan --offline``."""
+def _remember(
+    found: Mapping[str, Result], wanted: Mapping[str, Bundle], hosts: Mapping[str, Host], *, in_lab: bool
+) -> None:
+    """Stores which hosts failed (``--retry-failed``), and what real ones have now (``plan --offline``)."""
     from swarmctl.deploy import journal
     from swarmctl.deploy.outcome import Outcome
+    from swarmctl.remote.transport import HostError
 
+    place = journal.folder(next(iter(wanted.values())).swarm)
+    errors = [name for name, one in found.items() if isinstance(one, HostError)]
+    journal.remember_failed(place, errors, lab=in_lab)
     for name, result in found.items():
-        if isinstance(result, Outcome):
-            one = wanted[name]
-            journal.remember(journal.folder(one.swarm), name, one.digest, one.manifest)
+        if isinstance(result, Outcome) and not in_lab:
+            login = left_hosts.stored_login(hosts[name])
+            journal.remember(place, name, wanted[name].digest, wanted[name].manifest, login)
 
 
 def _advise(

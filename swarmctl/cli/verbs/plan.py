@@ -13,8 +13,10 @@ from swarmctl.cli import (
     executors,
     exit_codes,
     forgotten_lab,
+    left_hosts,
     next_command,
     options,
+    rollout_output,
     saved_plan,
     selected,
 )
@@ -67,6 +69,7 @@ def plan(
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
     wanted = bundles(swarm)
     wanted = {name: wanted[name] for name in selected.hosts(swarm.candidates, limit)}
+    lists = left_hosts.lists_of(swarm)
     if offline:
         made = _offline(wanted, diff)
     else:
@@ -79,14 +82,15 @@ def plan(
         with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
             made = observe(
                 wanted, targets, transport, diff=diff, parallel=parallel, secrets=secrets,
-                launch_files=launch_files_of(document),
+                launch_files=launch_files_of(document), host_lists=lists,
             )  # fmt: skip
     made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
     if saved:
         found = saved_plan.hosts_of(made)
         saved_plan.SavedPlan(spec, lab, lab_name, limit, found).write(saved)
+    left = left_hosts.left_hosts(swarm, lists, in_lab=options.in_lab(lab, lab_name))
     if json:
-        console.print_json(made.to_json())
+        console.print_json(made.to_json() | {"left_hosts": sorted((*left[0], *left[1]))})
     else:
         where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
         complete = next_command.completing(spec, where)
@@ -96,6 +100,7 @@ def plan(
             kinds = [host.problem.kind for host in made.problems if host.problem]
             forgotten_lab.guess("plan", spec, swarm.name, kinds, limit)
         _advise(made, spec, where, in_lab=options.in_lab(lab, lab_name))
+        rollout_output.warn_of_left_hosts(left, spec, next_command.where(lab=lab, lab_name=lab_name))
     optional = {host.name for host in swarm.hosts.values() if host.optional}
     raise typer.Exit(exit_codes.of_plan(made, optional, detailed=detailed_exitcode))
 

@@ -52,6 +52,7 @@ def restart(
         for name in without:
             console.show(f"{name}  failed: the spec has no host with an address for it")
         next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
+    reached.warn_of_errors(spec)
     if without or missing or any(one.reached for one in errors.values()):
         raise typer.Exit(exit_codes.HOSTS_FAILED)
     raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

@@ -49,8 +49,9 @@ def rollback(
     json: options.Json = False,
 ) -> None:
     """Bring hosts back to the releases that they had before the last run. They need no file from here."""
-    from swarmctl.deploy.deployment import Rules
+    from swarmctl.deploy.deploy_rules import Rules
     from swarmctl.deploy.rollback import Rollback
+    from swarmctl.plan.dependent_robots import Dependents
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles
@@ -67,7 +68,7 @@ def rollback(
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
         going_back = Rollback(
             {name: made[name] for name in names}, targets, transport,
-            to=to, parallel=parallel, stop=stop, settles=not dry_run,
+            to=to, dependents=Dependents(swarm), parallel=parallel, stop=stop, settles=not dry_run,
             rules=Rules(
                 None if keep_going else 0, [name for name in names if swarm.hosts[name].optional],
                 stop_robots=stop_robots,

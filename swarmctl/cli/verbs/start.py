@@ -59,6 +59,7 @@ def start(
         if not released and not errors:
             console.show("no robot was stopped")
         next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
+    reached.warn_of_errors(spec)
     if without or any(one.reached for one in errors.values()):
         raise typer.Exit(exit_codes.HOSTS_FAILED)
     raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_format
 import time
 from collections.abc import Callable
+from enum import Enum
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -19,6 +20,20 @@ if TYPE_CHECKING:
     from swarmctl.remote.transport import Conversation, Transport
 
 Look = Callable[[], "Status"]
+_AGAIN = 1.0  # s between two looks of --wait
+
+
+class Goal(str, Enum):
+    """What ``--wait`` waits for."""
+
+    HEALTHY = "healthy"
+    REACHABLE = "reachable"
+
+    def reached(self, seen: Status) -> bool:
+        """Returns True if the swarm is so: healthy, or all its hosts answer that are not optional."""
+        if self is Goal.HEALTHY:
+            return seen.diagnosis.healthy
+        return not any(one.check == "host" for one in seen.diagnosis.troubles)
 
 
 def status(
@@ -26,6 +41,15 @@ def status(
     overlays: options.Overlays = None,
     watch: Annotated[bool, typer.Option("--watch", help="Repeat until Ctrl-C.")] = False,
     every: Annotated[float, typer.Option(min=1.0, metavar="SECONDS", help="Interval of --watch.")] = 5.0,
+    wait: Annotated[
+        bool, typer.Option("--wait", help="Repeat until the swarm is as --for says, at most for --timeout.")
+    ] = False,
+    goal: Annotated[
+        Goal, typer.Option("--for", help="With --wait: healthy, or all hosts answer.")
+    ] = Goal.HEALTHY,
+    timeout: Annotated[
+        float, typer.Option(min=1.0, metavar="SECONDS", help="How long --wait waits at most.")
+    ] = 120.0,
     window: Annotated[
         float,
         typer.Option(
@@ -41,6 +65,9 @@ def status(
     json: options.Json = False,
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
+    if watch and wait:
+        usage = "--watch and --wait exclude each other"
+        console.fail(usage, "--watch repeats until Ctrl-C", code=exit_codes.USAGE)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     complete = next_command.completing(spec, where)
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
@@ -49,7 +76,7 @@ def status(
             _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
         elif watch:
             _watch(look, every, details=details, complete=complete)
-        seen = _observed(look)
+        seen = _awaited(look, goal, timeout) if wait else _observed(look)
     if json:
         console.print_json(seen.to_json())
     else:
@@ -60,7 +87,7 @@ def status(
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
             forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
         _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
-    raise typer.Exit(_exit(seen))
+    raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
 
 
 def _look(
@@ -125,6 +152,27 @@ def _observed(look: Look) -> Status:
         return look()
     with console.err().status("connecting to the hosts ..."):
         return look()
+
+
+def _awaited(look: Look, goal: Goal, timeout: float) -> Status:
+    """Observes until the goal is reached or the time is up; prints what it waits for when that changes."""
+    from swarmctl.views.escape import printable
+
+    due, last = time.monotonic() + timeout, ""
+    while True:
+        seen = look()
+        if goal.reached(seen):
+            return seen
+        if time.monotonic() >= due:
+            console.err().print(f"not {goal.value} within {timeout:g} s", highlight=False)
+            return seen
+        first, count = seen.diagnosis.troubles[0], len(seen.diagnosis.troubles)
+        more = f", and {count - 1} more" if count > 1 else ""
+        text = f"waiting: {printable(first.key)}: {printable(first.message)}{more}"
+        if text != last:
+            console.err().print(text, highlight=False, markup=False, soft_wrap=True)
+            last = text
+        time.sleep(min(_AGAIN, max(0.0, due - time.monotonic())))
 
 
 def _watch(look: Look, every: float, *, details: bool, complete: Callable[[str], str]) -> NoReturn:

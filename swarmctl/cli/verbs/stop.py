@@ -42,7 +42,6 @@ def stop(
     from swarmctl.deploy import robot_stop
     from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
     from swarmctl.remote.transport import Kind
-    from swarmctl.views import robot_stop as view
 
     reach = reached.read(spec)
     chosen, without = reached.by_host(reach, robots)
@@ -57,6 +56,8 @@ def stop(
         reach.name, chosen, targets, transport(urgent=True), since_start, others=not robots, parallel=parallel
     )
     for event in events:
+        from swarmctl.views import robot_stop as view  # while the connections are made
+
         if isinstance(event, Finished | Skipped):
             results = robot_stop.robot_stops(event.host, chosen[event.host], result_of(event))
             found += results
@@ -70,6 +71,7 @@ def stop(
         console.show(view.summary(found))
         where = next_command.where(lab=lab, lab_name=lab_name)
         next_command.advise("start", spec, *(robots or []), *where)
+    reached.warn_of_errors(spec)
     raise typer.Exit(_exit(found))
 
 

@@ -79,9 +79,8 @@ def trust(
     yes: Annotated[bool, typer.Option("--yes", help="Pin without asking, in a network you trust.")] = False,
 ) -> None:
     """Show the SSH keys of new hosts and pin them in NAME.known_hosts beside the spec."""
-    from swarmctl.cli.ssh_targets import known_elsewhere, read_known_hosts, targets
+    from swarmctl.cli.ssh_targets import known_elsewhere, read_known_hosts, targets, transport
     from swarmctl.remote.known_hosts import path_beside
-    from swarmctl.remote.ssh import SshTransport
 
     swarm = console.read_spec(spec)
     limit = host
@@ -93,7 +92,7 @@ def trust(
     for text in warnings:
         console.err().print(f"warning: {text}")
     elsewhere = known_elsewhere()
-    scan = SshTransport().scan
+    scan = transport(become=False).scan
     failed: dict[str, HostError] = {}
     refused: list[Scanned] = []
     done: set[str] = set()

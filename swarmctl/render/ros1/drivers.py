@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 from swarm_agent.paths import stop_file
 
 from swarmctl.render import shipped_files, sketch
 from swarmctl.render.bundle import File, Unit
-from swarmctl.render.driver_config import codec_path, parameters, params_path, type_params, urdf_path
+from swarmctl.render.driver_config import Tuned, codec_path, parameters, params_path, tuned, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import foreign_drivers, gate, robot_model
 from swarmctl.render.ros1.release import RUNNING, home, ros_client, service_values
@@ -75,8 +76,9 @@ def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[F
     """The launch file and the configuration of swarmctl's driver."""
     content = parameters(robot, driver, stop_file(swarm.name, robot.name))
     yield File(params_path(robot), content, origin=f"robots.{robot.name}")
-    urdf = robot.urdf.content if robot.urdf is not None else robot_model.urdf(type_params(robot, driver))
-    yield File(urdf_path(robot), urdf, origin=f"robots.{robot.name}")
+    own = robot.urdf.content if robot.urdf is not None else None
+    made = own if own is not None else robot_model.urdf(robot.name, _model(tuned(robot, driver)))
+    yield File(urdf_path(robot), made, origin=f"robots.{robot.name}")
     if driver.codec:
         yield File(codec_path(robot), driver.codec, origin=f"types.{robot.type_name}")
     launch = render(
@@ -91,13 +93,23 @@ def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[F
     yield File(foreign_drivers.launch_path(robot), launch, origin=f"robots.{robot.name}")
 
 
+@lru_cache(maxsize=1024)
+def _model(shared: Tuned) -> bytes:
+    return robot_model.model_of(shared.params)
+
+
+@lru_cache(maxsize=1024)
+def _watchdog(shared: Tuned) -> str:
+    return f"{watchdog_of(shared.driver.type, shared.baud, shared.robot.settings):.3g}"
+
+
 def _own_unit(
     swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any]
 ) -> tuple[File, Unit]:
     name = names.unit(swarm.name, robot.name)
     text = render(
         "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
-        watchdog=f"{watchdog_of(driver.type, driver.baud, robot.settings):.3g}",
+        watchdog=_watchdog(tuned(robot, driver)),
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped_files.folder("drivers"))

@@ -15,6 +15,7 @@ from swarmctl.render.ros1.release import RUNNING, home
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm
+from swarmctl.swarm.robot_maintenance import power_topics
 
 RATE = 10.0  # Hz at which the velocity in force is repeated: a driver's own dead-man is longer than 0.1 s
 REPORTS = 1.0  # Hz
@@ -67,6 +68,8 @@ def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
         "turning_radius": driver.motion.turning_radius,
     }
     odometry = next((one.name for one in robot.topics if one.type == "nav_msgs/Odometry"), "")
+    battery, docked = power_topics(robot.topics)
+    read = {"odometry": odometry, "battery": battery, "docked": docked}
     return {
         "robot": robot.name,
         "title": robot.type.title,
@@ -78,7 +81,7 @@ def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
         "commanders": [commander_params(one) for one in robot.commanders],
         "motion": {key: value for key, value in motion.items() if value},
         "odom_frame": driver.ros.odometry_frame,
-        **({"odometry": _full(robot, odometry)} if odometry else {}),
+        **{key: _full(robot, topic) for key, topic in read.items() if topic},
         **({"start": robot.start.model_dump()} if robot.start is not None else {}),
     }
 

@@ -70,7 +70,8 @@ class Noetic:
 
     def master(self, swarm: Swarm, island: Island) -> Master:
         """Returns the rosmaster of ``island``."""
-        return Master(swarm.master_uri(island), names.unit(swarm.name, names.MASTER))
+        cleanup = f". {release.home(swarm)}/current/setup.bash; yes | rosnode cleanup"
+        return Master(swarm.master_uri(island), names.unit(swarm.name, names.MASTER), cleanup)
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
         """Returns the driver's node, with one topic per reading."""

@@ -7,10 +7,10 @@ from typing import Any
 
 from swarmctl.field_types import Parameter
 from swarmctl.render.bundle import File
-from swarmctl.render.quoting import FIND
 from swarmctl.render.ros1.release import home
 from swarmctl.render.yaml_params import params_file
 from swarmctl.robot_types.placeholders import filled
+from swarmctl.ros_packages.substitution import FIND
 from swarmctl.spec.program_model import Template
 from swarmctl.swarm.command_topics import STAMPED_TYPE, CommandTopic
 from swarmctl.swarm.file_templates import rendered

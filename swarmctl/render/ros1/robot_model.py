@@ -4,50 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from swarmctl.render.quoting import render, xml
 from swarmctl.swarm.topics import WHEEL_JOINTS
 
 _FLAT = 0.02  # m; the height of a body of which nothing is known
+_NAMELESS = b'<robot name="">'
 Place = tuple[float, float, float, float]
 
 
-def urdf(params: Mapping[str, Any]) -> bytes:
-    """Returns the URDF of the robot whose driver reads ``params``, in m and rad.
+def urdf(robot: str, model: bytes) -> bytes:
+    """Returns the URDF of a robot: the ``model`` that it shares with others, and its name."""
+    return model.replace(_NAMELESS, f"<robot name={xml(robot)}>".encode(), 1)
+
+
+def model_of(params: Mapping[str, Any]) -> bytes:
+    """Returns the URDF, without a name, of the robots whose drivers read ``params``, in m and rad.
 
     Its origin is the middle of the wheels' axis; link and joint names are without the robot's name, as
     `robot_state_publisher` and RViz expect them beside a `tf_prefix`.
     """
     kinematics, places = params["kinematics"], list(_places(params["sensors"]))
     radius, half = kinematics.get("wheel_radius"), kinematics["wheel_separation"] / 2
-    shape = _Shape(
-        sensors=tuple(places),
+    return render(
+        "robot.urdf",
+        robot="",
+        sensors=places,
         body_radius=round(max([half, *(math.hypot(x, y) for x, y, _, _ in places)]), 4),
         height=round(max([2 * radius if radius else _FLAT, *(place[2] for place in places)]), 4),
         wheel_radius=radius,
         wheels=tuple(zip(WHEEL_JOINTS, (half, -half), strict=True)) if radius else (),
     )
-    named = f"<robot name={xml(params['robot'])}>"
-    return _nameless(shape).replace(b'<robot name="">', named.encode(), 1)
-
-
-@dataclass(frozen=True)
-class _Shape:
-    """All values of the template but the name, in m and rad: robots of one shape share the rest."""
-
-    sensors: tuple[Place, ...]
-    body_radius: float
-    height: float
-    wheel_radius: float | None
-    wheels: tuple[tuple[str, float], ...]
-
-
-@lru_cache(maxsize=1024)
-def _nameless(shape: _Shape) -> bytes:
-    return render("robot.urdf", robot="", **vars(shape))
 
 
 def _places(sensors: Mapping[str, Any]) -> Iterator[Place]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from copy import deepcopy
 from typing import Any
 
 from swarmctl.render.bundle import File
 from swarmctl.render.quoting import render
-from swarmctl.render.yaml_params import params_file
+from swarmctl.render.yaml_params import file_of, lines
 from swarmctl.swarm.resolved import Robot
 
 MAP = "map"
@@ -30,7 +29,8 @@ def files(robots: Sequence[Robot]) -> Iterator[File]:
     shown = [one for one in robots if any(_of(one))]
     if shown:
         described = [(one.namespace[1:], one.frame_prefix) for one in shown if one.is_described]
-        yield File("rviz/swarm.rviz", params_file(displays(shown)), origin="robots")
+        text = file_of(*(lines(key, value) for key, value in displays(shown).items()))
+        yield File("rviz/swarm.rviz", text, origin="robots")
         yield File("launch/view.launch", render("view.launch", described=described), origin="robots")
 
 
@@ -79,5 +79,5 @@ def _of(robot: Robot) -> Iterator[dict[str, Any]]:
                 "Name": topic.name,
                 "Enabled": True,
                 "Topic": name,
-                **deepcopy(settings),
+                **settings,
             }

@@ -22,6 +22,7 @@ from swarm_common.systemd import Notifier
 from swarm_gate.config import COMMAND, Config, load
 from swarm_gate.gate import Gate, run
 from swarm_gate.odometry import OdometryWatch
+from swarm_gate.power import PowerWatch
 from swarm_gate.wiring import WiringWatch
 
 if TYPE_CHECKING:
@@ -58,9 +59,11 @@ class GateNode:
         self._wiring = WiringWatch(config)
         self._output = Output(notifier)
         self._odometry = OdometryWatch(config.odometry) if config.odometry else None
+        known = config.battery or config.docked
+        self._power = PowerWatch(config.battery, config.docked) if known else None
         self._gate = Gate(
             config, self.commands, self._output, standing=self._senders.standing, wiring=self._wiring.latest,
-            odometry=self._odometry,
+            odometry=self._odometry, power=self._power,
         )  # fmt: skip
 
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
@@ -83,6 +86,8 @@ class GateNode:
         self._wiring.start(ros.system_state, ended)
         if self._odometry is not None:
             ros.read_odometry(self._odometry)
+        if self._power is not None:
+            ros.read_power(self._power)
 
     def leave(self) -> None:
         self._output.leave()

@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from swarmctl.remote import agent_client
@@ -18,10 +19,11 @@ from tests import ROOT
 from tests.timing import PATIENCE
 
 NONCE = "0123456789abcdef"
+NO_SECRETS: Mapping[str, str] = MappingProxyType({})
 FOLDERS = [str(ROOT / "templates/packages" / package) for package in ("agent", "common")]
 BOOT = f"import sys; sys.path[:0] = {FOLDERS!r}; from swarm_agent.main import serve; serve({NONCE!r})"
 
-# Keeps one file per running unit: its process id and the release it was started from.
+# Keeps one file per running unit: its process id, and the release and the secrets it was started from.
 SYSTEMCTL = r"""#!/bin/sh
 S=$SWARM_PREFIX/units; echo "$*" >> $SWARM_PREFIX/calls
 verb=$1; while [ $# -gt 0 ] && [ "$1" != -- ]; do shift; done; [ $# -gt 0 ] && shift
@@ -42,7 +44,7 @@ start) for u; do
     release=$(readlink $SWARM_PREFIX/opt/swarm/new/current); release=${release##*/}
     [ -e $SWARM_PREFIX/broken-$u-$release ] && { echo "Job for $u failed" >&2; exit 1; }
     read -r last < $SWARM_PREFIX/pid; echo $((last + 1)) > $SWARM_PREFIX/pid
-    echo $((last + 1)) $release > $S/$u
+    echo $((last + 1)) $release $(readlink $SWARM_PREFIX/etc/swarm/new/secrets) > $S/$u
   done ;;
 esac
 """
@@ -132,8 +134,10 @@ class FakeHost:
         assert not reply.error, reply.error
         return reply.answer
 
-    def apply(self, bundle: Bundle, failpoint: str = "", **changes: Any) -> Reply:
-        return self.ask(request_for(bundle, **changes), payload_of(bundle), failpoint)
+    def apply(
+        self, bundle: Bundle, failpoint: str = "", secrets: Mapping[str, str] = NO_SECRETS, **changes: Any
+    ) -> Reply:
+        return self.ask(*message_for(bundle, secrets, **changes), failpoint)
 
     def read(self, path: str) -> bytes:
         return (self.prefix / path.lstrip("/")).read_bytes()
@@ -152,6 +156,11 @@ class FakeHost:
     def units(self) -> dict[str, str]:
         """The release that each running unit was started from."""
         return {path.name: path.read_text().split()[1] for path in (self.prefix / "units").iterdir()}
+
+    def readers(self) -> dict[str, str]:
+        """The set of secrets that each running unit was started with; none for one that had none."""
+        found = {path.name: path.read_text().split()[2:] for path in (self.prefix / "units").iterdir()}
+        return {unit: words[0].rpartition("/")[2] for unit, words in found.items() if words}
 
     def outside(self) -> dict[str, str]:
         """Everything below /etc but the recovery unit: the text of files, the target of links."""
@@ -225,3 +234,11 @@ def request_for(bundle: Bundle, **changes: Any) -> dict[str, Any]:
         "wait": 0.3,
     }
     return {**request, **changes}
+
+
+def message_for(
+    bundle: Bundle, secrets: Mapping[str, str] = NO_SECRETS, **changes: Any
+) -> tuple[dict[str, Any], bytes]:
+    """As ``request_for``, with values of secrets; and the payload."""
+    values = json.dumps(dict(secrets)).encode() if secrets else b""
+    return request_for(bundle, secrets=len(values), **changes), values + payload_of(bundle)

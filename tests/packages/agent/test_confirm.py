@@ -121,6 +121,15 @@ def test_an_undo_meant_for_a_dead_agent_spares_a_change_that_went_on(host: FakeH
     assert ask(host, "undo").answer == {"release": OLD.digest}
 
 
+def test_an_undo_meant_for_a_dead_agent_spares_a_confirmed_change(host: FakeHost) -> None:
+    apply(host)
+    ask(host, "confirm")
+
+    assert ask(host, "undo", pending=False).answer == {"release": NEW.digest}
+
+    runs(host, NEW.digest, ("master", "khepera"))
+
+
 @pytest.mark.parametrize("asks_first", [True, False], ids=["operator first", "recovery first"])
 def test_a_host_that_restarts_before_the_confirmation_goes_back(host: FakeHost, asks_first: bool) -> None:
     apply(host)

@@ -82,6 +82,13 @@ def test_a_late_run_may_go_on_while_nobody_else_came(host: FakeHost) -> None:
     assert not lease(host, "ben")["granted"]  # the change has renewed it
 
 
+def test_a_lease_ends_with_the_boot(host: FakeHost) -> None:
+    lease(host, "anna")
+    host.boot(1)
+    refusal = "the lease of this run has ended: others may have changed the host since"
+    assert applied(host, run=ANNA) == refusal
+
+
 def test_a_renewal_moves_the_deadline_of_its_pending_change(host: FakeHost) -> None:
     lease(host, "anna")
     assert applied(host, run=ANNA, confirm_within=5) == ""

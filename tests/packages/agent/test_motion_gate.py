@@ -45,8 +45,8 @@ def clear(*units: str, stop: bool = False) -> list[str]:
     [
         ({**STANDS, "commander": "joystick (/joystick)"}, "koala is commanded by joystick (/joystick)"),
         ({**UNMEASURED, "commander": "/teleop"}, "koala is commanded by /teleop"),
-        ({**TURNS, "commander": ""}, "koala moves: its wheels turn"),
-        ({**TURNS, "commander": "", "by": "odometry"}, "koala moves by its odometry"),
+        ({**TURNS, "commander": ""}, "koala is not shown to stand by its wheels"),
+        ({**TURNS, "commander": "", "by": "odometry"}, "koala is not shown to stand by its odometry"),
     ],
 )
 def test_a_robot_in_use_is_not_touched(host: Path, motion: dict[str, object], why: str) -> None:
@@ -89,12 +89,57 @@ def test_it_is_stopped_first_and_stays_stopped(host: Path) -> None:
         assert clear() == []  # its commander goes on, and it is stopped
 
 
+def test_a_stopped_robot_gets_time_to_show_that_it_stands(
+    host: Path,
+) -> None:
+    shown = time.monotonic() + 0.3
+
+    def still_since() -> float | None:
+        return 4.0 if time.monotonic() >= shown else None
+
+    with running(host, "koala", held=True, **{**TURNS, "still_since": still_since}):
+        assert clear() == []
+
+
 def test_wheels_that_still_turn_keep_the_change_away(host: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motion_gate, "_STOP", 0.3)
     with running(host, "koala", **TURNS), pytest.raises(RefusedError) as refused:
         clear(stop=True)
     assert "koala was sent its stop, and its wheels still turn" in refused.value.message
     assert latch_of(host, "koala").exists()
+
+
+@pytest.mark.parametrize("stop", [False, True])
+@pytest.mark.parametrize(
+    ("motion", "text"),
+    [
+        ({"docked": False}, "koala is not docked, as `maintenance` asks"),
+        (
+            {"docked": None},
+            "koala may be away from its dock, and `maintenance` asks for `docked`: it is not read",
+        ),
+        (
+            {"trouble": "no driver is connected with its gate"},
+            "`docked`: no driver is connected with its gate",
+        ),
+        (None, "asks for `docked`: its driver does not run"),
+    ],
+)
+def test_a_robot_that_is_not_seen_at_its_dock_is_not_touched(
+    host: Path, motion: dict[str, object] | None, text: str, stop: bool
+) -> None:
+    terms(host, docked=True)
+    if motion is None:
+        assert text in refusal(stop=stop)
+    else:
+        with running(host, "koala", ".gate", **{**STANDS, "commander": "", **motion}):
+            assert text in refusal(stop=stop)
+
+
+def test_a_docked_robot_may_be_touched(host: Path) -> None:
+    terms(host, docked=True)
+    with running(host, "koala", ".gate", **STANDS, commander="", docked=True):
+        assert clear() == []
 
 
 def terms(host: Path, **wanted: float) -> None:

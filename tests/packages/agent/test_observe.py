@@ -34,6 +34,25 @@ def test_the_manifest_is_left_out_for_who_knows_it(host: FakeHost) -> None:
     assert "manifest" not in host.observe(know=RELEASE.digest)
 
 
+def test_units_in_the_swarms_name_of_no_release_are_left(host: FakeHost) -> None:
+    units = host.prefix / "etc/systemd/system"
+    (units / "swarm-new.old.service").write_text("[Service]\nExecStart=/bin/true\n")
+    (units / "swarm-new.gone.timer").symlink_to("/home/ann/gone.timer")
+    (units / "swarm-new.two.hub.service").symlink_to("/opt/swarm/new.two/current/units/hub.service")
+    (units / "swarm-new2.old.service").write_text("")
+    (units / "swarm-new.old.service.d").mkdir()
+    host.apply(RELEASE)
+    assert host.observe()["foreign_units"] == ["swarm-new.gone.timer", "swarm-new.old.service"]
+
+    removed = host.ask({"verb": "remove", "swarm": "new", "who": "someone@laptop"})
+
+    assert [note for note in removed.notes if note.startswith("left")] == [
+        "left swarm-new.gone.timer, which swarmctl did not write",
+        "left swarm-new.old.service, which swarmctl did not write",
+    ]
+    assert (units / "swarm-new.old.service").exists()
+
+
 def test_contents_come_on_request(host: FakeHost) -> None:
     host.apply(RELEASE)
 

@@ -95,6 +95,28 @@ def test_undone_and_removed_the_files_are_as_before_and_read_again(host: FakeHos
     assert again(host) == ["restart -- chrony.service", "reload-or-restart -- NetworkManager.service"]
 
 
+@pytest.mark.parametrize("stranger", [False, True])
+def test_folders_that_were_made_for_links_go_with_the_swarm(bare: FakeHost, stranger: bool) -> None:
+    folder = bare.prefix / "etc/udev/rules.d"
+    folder.rmdir()
+    folder.parent.rmdir()
+    plain = bundle("1")
+    rules = File("udev/90.rules", b"# rules\n")
+    bare.apply(
+        replace(
+            plain,
+            files=(*plain.files, rules),
+            links={**plain.links, "/etc/udev/rules.d/90.rules": rules.path},
+        )
+    )
+    assert folder.is_dir()
+    if stranger:
+        (folder / "10-mine.rules").touch()
+    bare.ask({"verb": "remove", "swarm": "new"})
+    assert [one.name for one in (bare.prefix / "etc/udev").glob("*")] == (["rules.d"] if stranger else [])
+    assert folder.parent.exists() is stranger
+
+
 def test_what_is_wanted_is_looked_for_where_root_finds_it(host: FakeHost) -> None:
     (host.prefix / "usr/sbin").mkdir(parents=True)
     (host.prefix / "usr/sbin/chronyd").touch(0o755)

@@ -103,7 +103,7 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
     request = {
         "swarm": "test", "module": "swarm_ros1_probe.observe",
         "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
-        "command_types": [],
+        "command_types": [], "publishers": {}, "peers": [],
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
         "clock": None,
@@ -240,6 +240,25 @@ def test_a_sender_that_is_gone_publishes_nothing(
     assert answer["commanders"] == {"/k3/cmd_vel": ["/joystick"]}
     assert answer["senders"]["/joystick"]["publishes"] == {}
     assert answer["troubles"] == {}
+
+
+def test_nodes_that_nothing_connects_to_have_the_reason(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    fake, master = graph
+    fake.nodes["/dead"] = "http://127.0.0.1:9/"
+    answer = answer_of(probed(master, peers=["/k3/driver", "/dead", "/never_registered"]))
+    assert answer.peers["/k3/driver"] == ""
+    assert "refused" in answer.peers["/dead"]
+    assert "/never_registered" not in answer.peers
+
+
+def test_other_publishers_of_a_topic_are_reported_with_their_host(
+    prefix: Path, graph: tuple[FakeRos, str]
+) -> None:
+    wanted = {"/k3/cmd_vel": ["/k3/teleop"], "/k3/odom": ["/k3/driver"]}
+    answer = answer_of(probed(graph[1], publishers=wanted))
+    assert answer.others == {"/k3/cmd_vel": ("/joystick",)}
+    assert answer.senders["/joystick"].host == "127.0.0.1"
+    assert answer_of(probed(graph[1], publishers={"/k3/cmd_vel": ["/joystick"]})).others == {}
 
 
 @pytest.mark.parametrize("state", [7, [], ["x"], [[["/k3/cmd_vel"]]], [[[1, 2]]], [{"a": 1}]])

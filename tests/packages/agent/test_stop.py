@@ -32,24 +32,28 @@ def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def latch_of(host: Path, robot: str) -> Path:
-    return Path(f"{host}{stop_file(SWARM, robot)}")
+def latch_of(host: Path, robot: str, swarm: str = SWARM) -> Path:
+    return Path(f"{host}{stop_file(swarm, robot)}")
 
 
 @contextmanager
 def running(
     host: Path, robot: str, part: str = "", swarm: str = SWARM, **motion: object
 ) -> Iterator[CommandMailbox]:
-    """A loop as that of a driver, which answers with ``motion`` once it has seen its latch."""
+    """A loop like a driver's: it looks at its latch and answers with ``motion`` (it calls callables)."""
     folder = host / f"run/swarm-{swarm}.{robot}{part}"
     folder.mkdir(parents=True)
     commands = CommandMailbox()
-    latch = StopLatch(str(latch_of(host, robot)), commands, str(folder))
+    latch = StopLatch(str(latch_of(host, robot, swarm)), commands, str(folder))
+
+    def answer() -> dict[str, object]:
+        now = {name: value() if callable(value) else value for name, value in motion.items()}
+        return {"held": commands.held, "commander": "joy", "trouble": "", **now}
 
     def loop() -> None:
         while not commands.stopped:
             latch.look()
-            latch.answer(lambda: {"held": commands.held, "commander": "joy", "trouble": "", **motion})
+            latch.answer(answer)
             commands.wait(30.0, latch.listens_to())
 
     thread = threading.Thread(target=loop)

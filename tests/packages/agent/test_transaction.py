@@ -24,8 +24,8 @@ CHANGE = {
 
 BEFORE_RECORD = ["lock", "preflight", "stage", "sync", "verify", "publish"]
 BEFORE_FLIP = [*BEFORE_RECORD, "record", "stop"]
-UNDOABLE = ["stop", "flip", "links", "blocks", "reload", "start"]
-AFTER_FLIP = ["flip", "links", "blocks", "reload", "start", "done", "collect"]
+UNDOABLE = ["stop", "flip", "switch", "links", "blocks", "reload", "start"]
+AFTER_FLIP = ["flip", "switch", "links", "blocks", "reload", "start", "done", "collect"]
 
 
 @pytest.fixture
@@ -54,7 +54,7 @@ def runs(host: FakeHost, release: str, units: tuple[str, ...]) -> None:
 def test_a_first_deploy_brings_everything(host: FakeHost) -> None:
     reply = host.apply(OLD)
 
-    assert {name: unit["active"] for name, unit in reply.answer["units"].items()} == {
+    assert {name: unit["active"] for name, unit in host.observe()["units"].items()} == {
         "master.service": "active",
         "koala.service": "active",
     }
@@ -168,7 +168,7 @@ def test_a_failure_after_the_first_stop_brings_the_old_release_back(old: FakeHos
     reply = old.apply(NEW, f"error:{step}", **CHANGE)
 
     assert reply.error["kind"] == "failed"
-    assert "No space left" in reply.error["message"]
+    assert "the disk is full" in reply.error["message"]
     assert f"undone, release {OLD.digest} runs again" in reply.error["message"]
     assert old.outside() == before
     runs(old, OLD.digest, ("master", "koala"))
@@ -197,7 +197,7 @@ def test_an_interrupted_undo_is_completed_and_its_cause_is_kept(old: FakeHost, s
 
     last = old.observe()["transaction"]
     assert (last["state"], last["prev"]) == ("undone", OLD.digest)
-    assert "No space left" in last["error"]
+    assert "the disk is full" in last["error"]
     assert old.outside() == before
 
 
@@ -276,7 +276,7 @@ def test_a_full_disk_while_staging_changes_nothing(old: FakeHost, step: str) -> 
     reply = old.apply(NEW, f"error:{step}", **CHANGE)
 
     assert reply.error["kind"] == "failed"
-    assert "No space left" in reply.error["message"]
+    assert "the disk is full" in reply.error["message"]
     assert old.calls() == []
     assert old.observe()["release"] == OLD.digest
     assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest

@@ -77,7 +77,8 @@ def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = 
         "history": {UNIT: {"recent": 0, "exit": "", "since": 0.0}},
     }
     request = {
-        "master": master, "nodes": [], "commands": [], "command_types": [], "graph": None, "clock": None,
+        "master": master, "nodes": [], "commands": [], "command_types": [], "publishers": {}, "peers": [],
+        "graph": None, "clock": None,
         "advertised": "127.0.0.1", "launched": {UNIT: {"/lab/scan": 0.5, "/tf": 0.0}},
     }  # fmt: skip
     observe.observe(request, answer)  # type: ignore[arg-type]

@@ -232,26 +232,26 @@ def impossible_commands(context: RuleContext) -> Iterator[Diagnostic]:
         program = context.spec.programs.get(control.by)
         for place, robot in enumerate(control.of):
             command = context.command_topics.get(robot)
-            span, named = context.span("control", index, "of", place), f"robot `{robot}`"
-            note = Note(context.span("robots", robot, key=True), named)
             if command is None:
-                yield Diagnostic(
-                    "AUTH010",
-                    f"`{control.by}` cannot command {named}: it takes no commands",
-                    span,
-                    label="its kinematics is `none`",
-                    notes=(note,),
-                    help=("remove it here, or declare how it moves under `kinematics` of its type",),
-                )
+                message = f"`{control.by}` cannot command robot `{robot}`: it takes no commands"
+                label = "its kinematics is `none`"
+                help_line = "remove it here, or declare how it moves under `kinematics` of its type"
             elif program is not None and program.use is not None and command.type not in SENDABLE:
-                yield Diagnostic(
-                    "AUTH010",
-                    f"`{program.use}` cannot command {named}: it takes {command.type}, not velocities",
-                    span,
-                    label=f"on `{command.topic}`",
-                    notes=(note,),
-                    help=("command it by a program of your own that publishes this type",),
+                message = (
+                    f"`{program.use}` cannot command robot `{robot}`: it takes {command.type}, not velocities"
                 )
+                label = f"on `{command.topic}`"
+                help_line = "command it by a program of your own that publishes this type"
+            else:
+                continue
+            yield Diagnostic(
+                "AUTH010",
+                message,
+                context.span("control", index, "of", place),
+                label=label,
+                notes=(Note(context.span("robots", robot, key=True), f"robot `{robot}`"),),
+                help=(help_line,),
+            )
 
 
 @rule("AUTH011")

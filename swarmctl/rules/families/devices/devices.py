@@ -145,12 +145,11 @@ def usb_identities(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _shared_or_absent(context: RuleContext, index: int, usb: Usb, serial: str) -> Iterator[Diagnostic]:
     """Serial numbers of chips that leave the factory all with the same one, or with none."""
-    place = context.span("links", index, "usb", "serial")
     if (usb.vendor, usb.product) == _CH340:
         yield Diagnostic(
             "DEV004",
             "most adapters with a CH340 (1a86:7523) have no serial number",
-            place,
+            context.span("links", index, "usb", "serial"),
             label="then no adapter matches it",
             help=(
                 f"name the USB port, and keep it: usb: {{path: 1-1.3}} {_PORT}",
@@ -161,7 +160,7 @@ def _shared_or_absent(context: RuleContext, index: int, usb: Usb, serial: str) -
         yield Diagnostic(
             "DEV004",
             f"many cheap adapters have the serial number `{serial}`",
-            place,
+            context.span("links", index, "usb", "serial"),
             label="factory default",
             help=(
                 "add `vendor` and `product` (`lsusb` shows them), so that only this model matches",

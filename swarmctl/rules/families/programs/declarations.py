@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
-from swarmctl.render.quoting import FIND
+from swarmctl.ros_packages.substitution import FIND
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm.shipped_programs import SHIPPED

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix
 from swarmctl.field_types import Parameter
-from swarmctl.render.quoting import FIND
+from swarmctl.ros_packages.substitution import FIND
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec.program_model import Program
 from swarmctl.yamltext.edits import make_fix, replace_value

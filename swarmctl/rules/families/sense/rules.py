@@ -96,8 +96,9 @@ def _of_defaults(
     """The doubts about the settings of all robots, for each type that has robots."""
     defaults = context.spec.defaults.robot
     robots = context.driven_robots if defaults.model_fields_set else ()
-    for name in sorted({context.spec.robots[one].type for one in robots}):
-        for doubt in filter(_is_of_settings, doubts(context.native_types[name], defaults)):
+    kinds = {context.spec.robots[one].type: context.native_robots[one] for one in robots}
+    for name, kind in sorted(kinds.items()):
+        for doubt in filter(_is_of_settings, doubts(kind, defaults)):
             span = context.span("defaults", "robot", *doubt.at[1:])
             yield _finding(doubt, f"robots of type `{name}`", span)
 

@@ -226,13 +226,15 @@ def meant_baud(near: Sequence[int]) -> str:
 @rule("LINE005")
 def unknown_rates(context: RuleContext) -> Iterator[Diagnostic]:
     """A rate for a sensor that the robot type, or no type, has."""
-    everything = {sensor: None for one in context.native_types.values() for sensor in one.sensors}
-    for sensor in context.spec.defaults.robot.rates:
+    rates = context.spec.defaults.robot.rates
+    kinds = context.native_types.values() if rates else ()
+    everything = {sensor: None for one in kinds for sensor in one.sensors}
+    for sensor in rates:
         if sensor not in everything and sensor != DIAGNOSTICS:
             yield _no_such_sensor(context, ("defaults", "robot"), sensor, "no robot type has a", everything)
     for name, robot in context.spec.robots.items():
         for sensor in robot.settings.rates:
-            kind = context.native_types.get(robot.type)
+            kind = context.native_robots.get(name)
             if kind is not None and sensor not in kind.sensors and sensor != DIAGNOSTICS:
                 who = f"robot `{name}` (type `{robot.type}`) has no"
                 yield _no_such_sensor(context, ("robots", name, "settings"), sensor, who, kind.sensors)

@@ -12,6 +12,7 @@ from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.driver_names import SWARMCTL
 from swarmctl.robot_types.motion import Motion
 from swarmctl.robot_types.placeholders import PlaceholderError, filled
+from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.settings import Limits, RobotSettings
 from swarmctl.rules.context import RuleContext, rule
@@ -131,12 +132,8 @@ def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
 def camera_settings(context: RuleContext) -> Iterator[Diagnostic]:
     """Camera settings for a robot without a camera, or for images that its camera does not support."""
     defaults, robots = context.spec.defaults.robot.camera, context.spec.robots
-    cameras = {
-        name: one
-        for name, kind in context.native_types.items()
-        for one in kind.sensors.values()
-        if isinstance(one, Image)
-    }
+    kinds = {robots[name].type: kind for name, kind in context.native_robots.items()}
+    cameras = _cameras(kinds)
     if defaults.model_fields_set and not any(one.type in cameras for one in robots.values()):
         yield _no_camera(context, ("defaults", "robot", "camera"), "no robot has a camera")
     checked: set[str] = set()  # types, with the camera settings of the defaults
@@ -146,7 +143,8 @@ def camera_settings(context: RuleContext) -> Iterator[Diagnostic]:
         if image is None:
             if own:
                 message = f"robots of type `{robot.type}` have no camera"
-                yield _no_camera(context, loc, message, f"types with a camera: {', '.join(sorted(cameras))}")
+                others = ", ".join(sorted(_cameras(context.native_types)))
+                yield _no_camera(context, loc, message, f"types with a camera: {others}")
         elif own or (defaults.model_fields_set and robot.type not in checked):
             checked |= set() if own else {robot.type}
             for _, what, remedy in image.tuned(context.settings_of(name)).complaints():
@@ -157,6 +155,12 @@ def camera_settings(context: RuleContext) -> Iterator[Diagnostic]:
                     label=f"for robot `{name}`",
                     help=(remedy,),
                 )
+
+
+def _cameras(types: Mapping[str, RobotType]) -> dict[str, Image]:
+    return {
+        name: one for name, kind in types.items() for one in kind.sensors.values() if isinstance(one, Image)
+    }
 
 
 def _no_camera(context: RuleContext, loc: Loc, message: str, *others: str) -> Diagnostic:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import os
 import re
-from typing import TYPE_CHECKING, Callable, Iterable
 
 from . import command, files
 from .errors import FailedError, RefusedError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .messages import AccountState
+    from typing import Callable, Iterable
+
+    from .preparation_messages import AccountState
+
+    Outside = Callable[[str], str]
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]{0,31}")  # as in a spec
 _RULE = re.compile(r"\(ALL(?: : ALL)?\) NOPASSWD: ALL")
 _TIMEOUT = 60.0  # s
 _KEYS = ".ssh/authorized_keys"
-Outside = Callable[[str], str]
 
 
 def state(name: str, outside: Outside) -> AccountState:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
-from . import files
+from . import files, json_text
 from .record import Record
 from .release_store import Home
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .history_messages import ChangeEntry
 
@@ -19,7 +18,8 @@ KEPT = 200
 
 
 def note(home: Home, done: Record) -> None:
-    """Appends a change that has ended. A full disk costs the line, not the change."""
+    """Appends a change that has ended, on the disk once its record is. A full disk costs the line, not the
+    change."""
     entry: ChangeEntry = {
         "time": round(time.time(), 3),
         "txid": done.txid,
@@ -27,12 +27,14 @@ def note(home: Home, done: Record) -> None:
         "who": done.who,
         "prev": done.prev,
         "next": done.next,
+        "prev_secrets": done.prev_secrets,
+        "next_secrets": done.next_secrets,
         "state": done.state,
         "error": done.error,
     }
     with suppress(OSError):
-        lines = [*_lines(home)[1 - KEPT :], json.dumps(entry)]
-        files.replace(home.audit_file, ("\n".join(lines) + "\n").encode("utf-8"))
+        lines = [*_lines(home)[1 - KEPT :], json_text.dumps(entry)]
+        files.replace(home.audit_file, ("\n".join(lines) + "\n").encode("utf-8"), named=False)
 
 
 def entries(home: Home) -> list[ChangeEntry]:
@@ -40,7 +42,7 @@ def entries(home: Home) -> list[ChangeEntry]:
     found: dict[str, ChangeEntry] = {}
     for line in _lines(home):
         with suppress(ValueError, LookupError, TypeError):
-            raw = json.loads(line)
+            raw = json_text.loads(line)
             found[raw["txid"]] = {
                 "time": float(raw["time"]),
                 "txid": str(raw["txid"]),
@@ -48,6 +50,8 @@ def entries(home: Home) -> list[ChangeEntry]:
                 "who": str(raw["who"]),
                 "prev": _release(raw["prev"]),
                 "next": _release(raw["next"]),
+                "prev_secrets": str(raw.get("prev_secrets", "")),
+                "next_secrets": str(raw.get("next_secrets", "")),
                 "state": str(raw["state"]),
                 "error": str(raw["error"]),
             }

@@ -6,8 +6,6 @@ the block and loses it with the block.
 
 from __future__ import annotations
 
-import re
-
 from .errors import RefusedError
 
 
@@ -19,16 +17,30 @@ def _markers(swarm: str) -> tuple[bytes, bytes]:
 def _find(original: bytes, swarm: str) -> tuple[int, int, int, int] | None:
     """Returns the offsets of the block, of the begin and end of its text, and of its end."""
     begin, end = _markers(swarm)
-    first = re.search(rb"^" + re.escape(begin) + rb"\r?(?:\n|\Z)", original, re.MULTILINE)
-    last = re.search(rb"^" + re.escape(end) + rb"\r?(?:\n|\Z)", original, re.MULTILINE)
+    first, last = _line(original, begin), _line(original, end)
     if first is None and last is None:
         return None
-    if first is None or last is None or last.start() < first.end():
+    if first is None or last is None or last[0] < first[1]:
         raise RefusedError(
             f"the block of swarm {swarm} has lost one of its two marker lines",
             "remove what is left of the block, then deploy again",
         )
-    return first.start(), first.end(), last.start(), last.end()
+    return (*first, *last)
+
+
+def _line(original: bytes, marker: bytes) -> tuple[int, int] | None:
+    """Returns the offsets of the first line that is ``marker``, and of the next line."""
+    start = original.find(marker)
+    while start >= 0:
+        end = start + len(marker)
+        if start == 0 or original.startswith(b"\n", start - 1):
+            for ending in (b"\n", b"\r\n"):
+                if original.startswith(ending, end):
+                    return start, end + len(ending)
+            if original[end:] in (b"", b"\r"):
+                return start, len(original)
+        start = original.find(marker, end)
+    return None
 
 
 def text_in(original: bytes, swarm: str) -> bytes | None:

@@ -7,10 +7,13 @@ import glob
 import os
 import pwd
 import re
-from typing import Callable, Iterable, Iterator, Mapping, Sequence, TextIO
 
 from . import command, disk, packages
 from .errors import FailedError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable, Iterable, Iterator, Mapping, Sequence, TextIO
 
 LONGEST = 7200.0  # s
 _FULL = "No space left on device"  # as most compilers and linkers write it

@@ -6,9 +6,12 @@ import os
 import subprocess
 import threading
 from collections import deque
-from typing import Callable, Mapping, Sequence
 
 from .errors import FailedError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable, Mapping, Sequence
 
 _LAST = 5  # lines of a failed program's output that the error contains
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import os
-import re
 
 from . import files
 
-_CONDITION = re.compile(rb"^(ConditionPathExists|ConditionFileIsExecutable)=(/[^\n]{1,200})$", re.MULTILINE)
-_MOST = 10
+_EXISTS, _EXECUTABLE = "ConditionPathExists", "ConditionFileIsExecutable"
+_LONGEST, _MOST = 200, 10
 
 
 def unmet(path: str) -> list[str]:
     """Returns the conditions in the unit's file at ``path`` that are not met now, such as ``NAME=/PATH``."""
-    content = files.read(path) if path else None
+    content = (files.read(path) if path else None) or b""
     found = []
-    for name, place in _CONDITION.findall(content or b""):
-        executable = name == b"ConditionFileIsExecutable"
-        met = os.path.isfile(place) and os.access(place, os.X_OK) if executable else os.path.exists(place)
-        if not met:
-            found.append(f"{name.decode()}={place.decode('utf-8', 'replace')}")
+    for line in content.decode("utf-8", "replace").splitlines():
+        name, _, place = line.partition("=")
+        if name not in (_EXISTS, _EXECUTABLE) or place[:1] != "/" or len(place) > _LONGEST:
+            continue
+        met = os.path.isfile(place) and os.access(place, os.X_OK)
+        if not met and (name == _EXECUTABLE or not os.path.exists(place)):
+            found.append(line)
     return found[:_MOST]

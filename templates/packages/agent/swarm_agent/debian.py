@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Callable, Iterable, Sequence
 
 from . import command
 from .errors import RefusedError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .messages import DebianState
+    from typing import Callable, Iterable, Sequence
+
+    from .preparation_messages import DebianState
 
 NAME = re.compile(r"[a-z0-9][a-z0-9.+-]{1,100}")
 _UPDATING, _INSTALLING = 600.0, 3600.0  # s

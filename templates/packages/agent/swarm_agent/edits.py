@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Iterator
 
 from . import blocks, files, system_links
 from .errors import RefusedError
 from .manifest import NAME, Manifest
 from .release_store import Home
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Iterator
+
     from .messages import Drift
 
 LONGEST = 16 << 20  # bytes of a file that is kept
+LONGEST_TEXT = 64 << 10  # bytes of a file that is sent to the operator
+LONGEST_TEXTS = 256 << 10  # bytes of all of them
 MOST = 100  # kept files
 _CACHE = "__pycache__"
+_PRIVATE = b"PRIVATE KEY-----"
 
 
 def drift(home: Home, digest: str, manifest: Manifest) -> Drift:
@@ -27,9 +32,30 @@ def drift(home: Home, digest: str, manifest: Manifest) -> Drift:
     }
 
 
-def found(home: Home, digest: str, manifest: Manifest, known: Drift) -> dict[str, str]:
-    """Returns the SHA-256 of each edited or added file of the release, and of each edited block, by path."""
-    return {path: files.digest_of(content) for path, content in _edited(home, digest, manifest, known)}
+def found(home: Home, digest: str, manifest: Manifest, known: Drift) -> tuple[dict[str, str], dict[str, str]]:
+    """Returns the SHA-256 of each edited or added file of the release, and of each edited block, by path; and
+    the texts of the edited ones, as many as fit. What people have added is theirs, and is not sent."""
+    digests: dict[str, str] = {}
+    texts: dict[str, str] = {}
+    left = LONGEST_TEXTS
+    for path, content in _edited(home, digest, manifest, known):
+        digests[path] = files.digest_of(content)
+        is_ours = path in manifest.files or path in manifest.blocks
+        text = _text(os.path.join(home.release(digest), path), content) if is_ours else None
+        if text is not None and len(content) <= left:
+            texts[path] = text
+            left -= len(content)
+    return digests, texts
+
+
+def _text(place: str, content: bytes) -> str | None:
+    """Returns the content as text; None for a link, a long or binary file, and one with a private key."""
+    if len(content) > LONGEST_TEXT or _PRIVATE in content or os.path.islink(place):
+        return None
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return None
 
 
 def keep(home: Home, digest: str, manifest: Manifest) -> list[str]:

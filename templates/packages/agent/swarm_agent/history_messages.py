@@ -7,7 +7,9 @@ from typing import Literal, TypedDict
 
 class ChangeEntry(TypedDict):
     """One change of the host. ``time``: of its clock, s since 1970; ``run``: of swarmctl, ``who`` began it;
-    ``prev`` and ``next``: releases, null for none; ``state``: applied or undone, for the reason ``error``."""
+    ``prev`` and ``next``: releases, null for none, and ``prev_secrets`` and ``next_secrets`` the names of the
+    sets of secrets that they had; ``state``: applied; or undone, for the reason
+    ``error``; or forgotten, with the names of hosts that left the swarm in ``error``."""
 
     time: float
     txid: str
@@ -15,22 +17,48 @@ class ChangeEntry(TypedDict):
     who: str
     prev: str | None
     next: str | None
+    prev_secrets: str
+    next_secrets: str
     state: str
     error: str
 
 
-class HistoryRequest(TypedDict):
-    """The last changes of the host."""
+class HistoryNeeds(TypedDict):
+    """The required keys of ``history``."""
 
     verb: Literal["history"]
     swarm: str
 
 
-class HistoryAnswer(TypedDict):
-    """``entries``: the oldest first; ``release``: the current one; ``releases``: those that it could have
-    again without a deploy; ``last``: the last transaction."""
+class HistoryRequest(HistoryNeeds, total=False):
+    """The last changes of the host. ``to``: a kept release and a set of secrets; the units that stop and
+    start on the way there are wanted, too."""
+
+    to: tuple[str, str]
+
+
+class UnitsBack(TypedDict):
+    """The units that a rollback stops, starts and restarts."""
+
+    stop: list[str]
+    start: list[str]
+    restart: list[str]
+
+
+class HistoryAlways(TypedDict):
+    """The required keys of the answer. ``entries``: the oldest first; ``release``: the current one, with the
+    set ``secrets``; ``releases`` and ``secret_sets``: those that it could have again without a deploy;
+    ``last``: the last transaction."""
 
     entries: list[ChangeEntry]
     release: str | None
+    secrets: str
     releases: list[str]
+    secret_sets: list[str]
     last: str
+
+
+class HistoryAnswer(HistoryAlways, total=False):
+    """``units``: with ``to`` only."""
+
+    units: UnitsBack

@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
-from typing import Any, Callable, Iterable, Sequence
 
 from . import command
 from .errors import FailedError, RefusedError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Callable, Iterable, Sequence
 
 _IMAGE = re.compile(r"[a-z0-9][A-Za-z0-9._:/-]*@sha256:[0-9a-f]{64}")
 _STORAGE = {"podman": "{{.Store.GraphRoot}}", "docker": "{{.DockerRootDir}}"}  # of `ENGINE info`

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import subprocess
-from typing import TYPE_CHECKING
 
 from .clip import clipped
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .probe_messages import ImageAnswer, ImageRequest
 

@@ -2,19 +2,24 @@
 
 A run asks every host for it before its first change. The ``epoch`` counts the leases of a host: a request of
 a run whose lease another one has taken over is refused. A lease ends when it is given back, after ``SECONDS``
-without a request of its run, and with the boot.
+without a request of its run, and with the boot. So it is not synced, which takes long on a memory card:
+what a cut of the power leaves of it is of an earlier boot.
 """
 
 from __future__ import annotations
 
+import os
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Iterator, NamedTuple
 
-from . import boot, files, lock
+from . import boot, files, json_text, lock
 from .errors import RefusedError
+from .named_tuple import NamedTuple
 from .release_store import Home
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Iterator
+
     from .messages import Locking
 
 SECONDS = 60.0  # the runner renews a lease three times in that time
@@ -62,7 +67,7 @@ def give_back(home: Home, run: str) -> Lease:
     found = read(home)
     if found.run == run:
         found = Lease(found.epoch)
-        files.write_json(home.lease_file, found._asdict())
+        _write(home, found)
     return found
 
 
@@ -75,9 +80,9 @@ def held_for(home: Home, request: Locking) -> Iterator[None]:
     with lock.held_for(home, request):
         run = str(request.get("run", ""))
         found = read(home)
-        if run and found.run != run:
+        if run and (found.run != run or found.boot_id != boot.identity(home)):
             raise RefusedError(
-                f"the lease of this run has ended: {_other(found)}",
+                f"the lease of this run has ended: {_other(home, found)}",
                 "`swarmctl plan` shows what the host has; then run the same command again",
             )
         if not run and found.left(home):
@@ -90,11 +95,18 @@ def held_for(home: Home, request: Locking) -> Iterator[None]:
                 _renewed(home, found)
 
 
-def _other(found: Lease) -> str:
-    return f"{found.who} has it" if found.run else "others may have changed the host since"
+def _other(home: Home, found: Lease) -> str:
+    return f"{found.who} has it" if found.left(home) else "others may have changed the host since"
 
 
 def _renewed(home: Home, lease: Lease) -> Lease:
     lease = lease._replace(boot_id=boot.identity(home), until=boot.now() + SECONDS)
-    files.write_json(home.lease_file, lease._asdict())
+    _write(home, lease)
     return lease
+
+
+def _write(home: Home, lease: Lease) -> None:
+    new = files.draft(home.lease_file)
+    files.remove(new)
+    files.write_new(new, json_text.dumps(lease._asdict()).encode("utf-8"), 0o644)
+    os.rename(new, home.lease_file)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import fcntl
-import json
 import os
 import time
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, ContextManager, Iterator
 
+from . import json_text
 from .errors import RefusedError
 from .release_store import Home, unwritable
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import ContextManager, Iterator
+
     from .messages import Locking
+
+
+_AGAIN = 0.02  # s between attempts: the recovery process looks at the record for less than that
 
 
 def _path(home: Home) -> str:
@@ -51,7 +56,7 @@ def held_while_there(home: Home, who: str, patience: float) -> Iterator[None]:
         try:
             if _taken(descriptor, home):
                 os.ftruncate(descriptor, 0)
-                os.pwrite(descriptor, json.dumps({"who": who, "pid": os.getpid()}).encode("utf-8"), 0)
+                os.pwrite(descriptor, json_text.dumps({"who": who, "pid": os.getpid()}).encode("utf-8"), 0)
                 yield
                 return
             other = _name(os.pread(descriptor, 4096, 0))
@@ -61,7 +66,7 @@ def held_while_there(home: Home, who: str, patience: float) -> Iterator[None]:
             raise RefusedError(
                 f"locked by {other}", "wait until that deploy has ended, then run the same command again"
             )
-        time.sleep(0.1)
+        time.sleep(_AGAIN)
 
 
 def _taken(descriptor: int, home: Home) -> bool:
@@ -93,7 +98,7 @@ def holder(home: Home) -> str | None:
 
 def _name(content: bytes) -> str:
     try:
-        value = json.loads(content.decode("utf-8"))
+        value = json_text.loads(content.decode("utf-8"))
         return "{} (process {})".format(value["who"], value["pid"])
     except (ValueError, LookupError, TypeError):
         return "another deploy"

@@ -6,10 +6,15 @@ import importlib
 import os
 import sys
 from contextlib import contextmanager, suppress
-from typing import Any, Iterator
 
+from . import disk
 from .errors import OperatorGoneError, RefusedError, UploadEndedError
+from .paths import ROOT
 from .rpc import Report, requests
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Iterator
 
 
 def serve(nonce: str) -> None:
@@ -50,6 +55,11 @@ def _reporting(nonce: str) -> Iterator[Report]:
     except RefusedError as error:
         report.error(error.kind, error.message, error.hint)
     except OSError as error:
+        if disk.is_full(error):
+            place = str(error.filename or ROOT)
+            full = disk.full(place, f"writing {place}")
+            report.error(full.kind, full.message, full.hint)
+            return
         sys.excepthook(*sys.exc_info())  # prints it as `traceback` does, which takes long to load
         report.error("failed", str(error), "look at the host's disk and its system log")
     except (ValueError, TypeError, KeyError, AttributeError, ImportError) as error:

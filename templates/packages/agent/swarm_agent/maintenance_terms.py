@@ -6,20 +6,30 @@ Those of the release that runs count. A term that nobody measures does not hold.
 from __future__ import annotations
 
 import os
-from typing import Any, Iterator, Mapping, NamedTuple
 
 from . import files
+from .named_tuple import NamedTuple
 from .release_store import Home
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Iterator, Mapping
 
 FILE = "maintenance.json"  # of a release; by robot
 HINT = "wait until it holds; other terms hold once a deploy of nothing but `maintenance` is through"
 
 
 class Terms(NamedTuple):
-    """``idle``: s without a command and without motion; ``battery``: 0 to 1. 0 asks for nothing."""
+    """``idle``: s without a command and without motion; ``battery``: 0 to 1. 0 and False ask for nothing."""
 
     idle: float = 0.0
     battery: float = 0.0
+    docked: bool = False
+
+    @property
+    def of_power(self) -> bool:
+        """True for terms that stopping the robot does not change."""
+        return self.battery > 0 or self.docked
 
 
 def terms(home: Home) -> dict[str, Terms] | None:
@@ -29,7 +39,10 @@ def terms(home: Home) -> dict[str, Terms] | None:
         return {}
     try:
         raw = files.read_json(path)
-        return {robot: Terms(float(one["idle"]), float(one["battery"])) for robot, one in raw.items()}
+        return {
+            robot: Terms(float(one["idle"]), float(one["battery"]), bool(one.get("docked")))
+            for robot, one in raw.items()
+        }
     except (AttributeError, LookupError, TypeError, ValueError):
         return None
 
@@ -43,6 +56,7 @@ def unmet(
     to ask; ``stop``: the robot is stopped before it is touched, however long it was idle.
     """
     silent = "does not answer" if runs else "does not run"
+    unread = f"its driver {silent}" if answer is None else answer.get("trouble") or "it is not read"
     if wanted.idle and runs and not stop:  # nothing passes commands on to a robot whose driver does not run
         since = (answer or {}).get("idle_since")
         if since is None:
@@ -53,7 +67,13 @@ def unmet(
     if wanted.battery:
         share = (answer or {}).get("battery")
         if share is None:
-            why = f"its driver {silent}" if answer is None else answer.get("trouble") or "it is not read"
-            yield f"has a battery whose charge is not known, `maintenance` asks for {wanted.battery:g}: {why}"
+            asks = f"`maintenance` asks for {wanted.battery:g}"
+            yield f"has a battery whose charge is not known, {asks}: {unread}"
         elif share < wanted.battery:
             yield f"has its battery at {share:.2f}, `maintenance` asks for {wanted.battery:g}"
+    if wanted.docked:
+        docked = (answer or {}).get("docked")
+        if docked is None:
+            yield f"may be away from its dock, and `maintenance` asks for `docked`: {unread}"
+        elif not docked:
+            yield "is not docked, as `maintenance` asks"

@@ -5,63 +5,24 @@ swarmctl writes it; the host checks it all the same, because it writes the paths
 
 from __future__ import annotations
 
-import json
-import re
-from typing import Any, Iterable, NamedTuple, TypedDict
-
+from . import json_text
 from .errors import RefusedError
 from .files import digest_of
-from .paths import BLOCK_FILES
+from .named_tuple import NamedTuple
+from .names import is_name
+from .paths import BLOCK_FILES, LINK_FOLDERS
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Callable, Iterable
 
 NAME = "manifest.json"
 FORMAT = 1
 
-_SWARM = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
-_DIGEST = re.compile(r"[0-9a-f]{16}")
-_SHA256 = re.compile(r"[0-9a-f]{64}")
-_SECRET = re.compile(r"[a-z][a-z0-9-]{0,62}")
-_UNIT = re.compile(r"[A-Za-z0-9:_.@\\-]{1,200}\.(?:service|target|timer|socket|path)")
-_LEAF = r"[A-Za-z0-9][A-Za-z0-9:_.@\\-]{0,200}"
-_LINK = re.compile(
-    rf"/etc/systemd/system/(?:{_LEAF}\.(?:wants|requires|d)/)?{_LEAF}|/etc/udev/rules\.d/{_LEAF}"
-    rf"|/etc/NetworkManager/conf\.d/{_LEAF}"
-)
-
-
-class FileData(TypedDict):
-    """One file in the JSON; ``size`` in bytes."""
-
-    sha256: str
-    mode: int
-    size: int
-
-
-class UnitData(TypedDict):
-    """One unit in the JSON. ``needs``: the files whose change restarts it; ``digest``: of their contents;
-    ``robot``: the one that it drives, or empty."""
-
-    name: str
-    needs: list[str]
-    robot: str
-    digest: str
-
-
-class ManifestAlways(TypedDict):
-    """The required keys of a manifest."""
-
-    format: int
-    swarm: str
-    host: str
-    files: dict[str, FileData]
-    units: list[UnitData]
-    links: dict[str, str]
-    blocks: dict[str, str]
-
-
-class ManifestData(ManifestAlways, total=False):
-    """``manifest.json``. ``links`` and ``blocks``: absolute path on the host to a file of the release."""
-
-    secrets: list[str]
+_LEAF = ":_.@\\-"  # what a unit, and a link, may have in its name beside letters and digits
+_KINDS = ("service", "target", "timer", "socket", "path")
+WITH_LINKS = (".wants", ".requires", ".d")  # folders of a unit
+_HEXADECIMAL = "0123456789abcdef"
 
 
 class Entry(NamedTuple):
@@ -97,13 +58,18 @@ def _require(condition: bool, what: str) -> None:
 
 def swarm_name(value: Any) -> str:
     """Returns ``value`` if it is the name of a swarm. Raises ``RefusedError``."""
-    _require(isinstance(value, str) and _SWARM.fullmatch(value) is not None, f"swarm {value!r}")
+    _require(is_name(value, "_.-", 63), f"swarm {value!r}")
     return str(value)
 
 
 def is_release_name(value: Any) -> bool:
     """Returns True if ``value`` is a digest."""
-    return isinstance(value, str) and _DIGEST.fullmatch(value) is not None
+    return isinstance(value, str) and len(value) == 16 and not value.strip(_HEXADECIMAL)
+
+
+def is_sha256(value: Any) -> bool:
+    """Returns True if ``value`` is a SHA-256 in hexadecimal."""
+    return isinstance(value, str) and len(value) == 64 and not value.strip(_HEXADECIMAL)
 
 
 def release_name(value: Any) -> str:
@@ -116,7 +82,7 @@ def unit_names(values: Any) -> list[str]:
     """Returns ``values`` if they are names of the swarm's units. Raises ``RefusedError``."""
     _require(isinstance(values, list), f"units {values!r}")
     for value in values:
-        _require(isinstance(value, str) and _UNIT.fullmatch(value) is not None, f"unit {value!r}")
+        _require(_is_unit(value), f"unit {value!r}")
     return list(values)
 
 
@@ -124,7 +90,7 @@ def secret_names(values: Any) -> list[str]:
     """Returns ``values`` if they are names of secrets. Raises ``RefusedError``."""
     _require(isinstance(values, list), f"secrets {values!r}")
     for value in values:
-        _require(isinstance(value, str) and _SECRET.fullmatch(value) is not None, f"secret {value!r}")
+        _require(_is_secret(value), f"secret {value!r}")
     return list(values)
 
 
@@ -141,8 +107,7 @@ def _relative(path: Any) -> bool:
 def _entry(path: str, raw: dict[str, Any]) -> Entry:
     entry = Entry(raw["sha256"], raw["mode"], raw["size"])
     _require(
-        isinstance(entry.sha256, str)
-        and _SHA256.fullmatch(entry.sha256) is not None
+        is_sha256(entry.sha256)
         and isinstance(entry.mode, int)
         and 0 <= entry.mode <= 0o777
         and isinstance(entry.size, int)
@@ -152,10 +117,32 @@ def _entry(path: str, raw: dict[str, Any]) -> Entry:
     return entry
 
 
-def _places(raw: Any, files: Iterable[str], allowed: re.Pattern[str], what: str) -> dict[str, str]:
+def _leaf(name: str) -> bool:
+    return is_name(name, _LEAF, 201)
+
+
+def _is_unit(value: Any) -> bool:
+    return is_name(value, _LEAF, 208) and "." in value and value.rpartition(".")[2] in _KINDS
+
+
+def _is_secret(value: Any) -> bool:
+    return is_name(value, "-", 63) and value[0].isalpha() and value == value.lower()
+
+
+def _is_link(path: str) -> bool:
+    """True in a folder of links, and in a unit's folder of them."""
+    folder, _, name = path.rpartition("/")
+    if folder not in LINK_FOLDERS:
+        outer, _, unit = folder.rpartition("/")
+        if outer != LINK_FOLDERS[0] or not unit.endswith(WITH_LINKS) or not _leaf(unit):
+            return False
+    return _leaf(name)
+
+
+def _places(raw: Any, files: Iterable[str], allowed: Callable[[str], bool], what: str) -> dict[str, str]:
     _require(isinstance(raw, dict), what)
     for path, source in raw.items():
-        _require(allowed.fullmatch(path) is not None, f"{what} at {path!r}")
+        _require(allowed(path), f"{what} at {path!r}")
         _require(source in files, f"{what} at {path!r} from {source!r}")
     return dict(raw)
 
@@ -163,16 +150,15 @@ def _places(raw: Any, files: Iterable[str], allowed: re.Pattern[str], what: str)
 def parse(content: bytes, digest: str) -> Manifest:
     """Returns the manifest with these bytes, whose digest must match. Raises ``RefusedError``."""
     _require(digest_of(content)[: len(digest)] == digest, f"the manifest is not that of release {digest}")
-    raw = json.loads(content.decode("utf-8"))
+    raw = json_text.loads(content.decode("utf-8"))
     _require(raw.get("format") == FORMAT, "a manifest of format {!r}".format(raw.get("format")))
     for path in raw["files"]:
         _require(_relative(path), f"file {path!r}")
     files = {path: _entry(path, entry) for path, entry in raw["files"].items()}
-    blocks = re.compile("|".join(re.escape(path) for path in BLOCK_FILES))
     return Manifest(
         files,
         unit_names([unit["name"] for unit in raw["units"]]),
-        _places(raw["links"], files, _LINK, "link"),
-        _places(raw["blocks"], files, blocks, "block"),
+        _places(raw["links"], files, _is_link, "link"),
+        _places(raw["blocks"], files, BLOCK_FILES.__contains__, "block"),
         secret_names(raw.get("secrets", [])),
     )

@@ -1,24 +1,20 @@
 """Requests and answers of the agent's verbs, as both sides read them. JSON objects; types only.
 
 A request without a note here names the ``swarm``; ``who`` is the operator for whoever finds the host locked,
-``wait`` the seconds to wait for the lock. swarmctl checks each answer against ``ANSWERS``.
+``wait`` the seconds to wait for the lock. swarmctl checks each answer (see ``answers``).
 """
 
 from __future__ import annotations
 
-from typing import Any, Literal, Mapping, TypedDict
+from typing import Any, Literal, TypedDict
 
-from .history_messages import HistoryAnswer
-from .manifest import ManifestData
-from .motion_messages import RestartAnswer, StartAnswer, StopAnswer
-from .probe_messages import ImageAnswer, ImageRequest
+from .host_list_messages import HostListState
+from .manifest_json import ManifestData
 
 FileDrift = Literal["changed", "missing", "extra", "damaged"]
 LinkDrift = Literal["changed", "missing", "extra", "foreign"]
 BlockDrift = Literal["changed", "missing", "extra", "broken"]
 SecretState = Literal["same", "other", "new", "kept", "missing"]
-DebianState = Literal["installed", "available", "unknown"]
-WorkspaceState = Literal["built", "sources", "absent"]
 
 
 class UnitState(TypedDict):
@@ -139,12 +135,17 @@ class ObserveAnswerAlways(TypedDict):
 class ObserveAnswer(ObserveAnswerAlways, total=False):
     """``release``: digest of the current one; ``files`` and ``blocks``: texts, with ``contents`` only;
     ``busy``: why robots must not be touched now, by robot, with ``motion`` only; ``uploaded``: the SHA-256 of
-    files that an upload which ended early has left; ``edits``: of what people have edited, by path."""
+    files that an upload which ended early has left; ``edits``: of what people have edited, by path;
+    ``edit_texts``: those texts, as far as they fit; ``foreign_units``: named as units of the swarm, and of no
+    release; ``host_list``: its list of the swarm's hosts."""
 
     edits: dict[str, str]
+    edit_texts: dict[str, str]
     secrets: dict[str, SecretState]
     busy: dict[str, str]
     uploaded: list[str]
+    foreign_units: list[str]
+    host_list: HostListState
     manifest: ManifestData
     files: dict[str, str]
     blocks: dict[str, str]
@@ -196,8 +197,10 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
     """Bring the host from release ``base`` to release ``next`` (digests).
 
     ``reload``: keys of ``paths.READERS``; ``confirm_within``: s until it is undone unless it is confirmed, 0:
-    no confirmation is needed. The payload is a tar.gz, the manifest first, without
-    files whose contents release ``base`` has; it is empty if the host has the release already.
+    no confirmation is needed; ``files_only``: nothing else changes, and it stays at once.
+    The payload begins with new values of secrets, a JSON object by name of ``secrets`` bytes. A tar.gz
+    follows, the manifest first, without files whose contents release ``base`` has; it is empty if the host
+    has the release already.
     """
 
     stop: list[str]
@@ -205,14 +208,15 @@ class ApplyRequest(ApplyNeeds, Locking, total=False):
     restart: list[str]
     reload: list[str]
     confirm_within: float
+    secrets: int
+    files_only: bool
 
 
 class ApplyAnswer(TypedDict):
-    """The new release, the one before, and the states of its units."""
+    """The new release, and the one before."""
 
     release: str
     previous: str | None
-    units: dict[str, UnitState]
 
 
 class RollbackNeeds(TypedDict):
@@ -222,11 +226,13 @@ class RollbackNeeds(TypedDict):
     swarm: str
     base: str | None
     next: str
+    secrets: str
     txid: str
 
 
 class RollbackRequest(RollbackNeeds, Locking, total=False):
-    """Bring the host from release ``base`` to ``next``, which it has kept. It answers as ``apply``."""
+    """Bring the host from release ``base`` to ``next`` with its set ``secrets``, empty for none; it has kept
+    both. It answers as ``apply``."""
 
     confirm_within: float
 
@@ -275,23 +281,6 @@ class ConfirmAnswer(TypedDict):
     release: str | None
 
 
-class KeepSecretsNeeds(TypedDict):
-    """The required keys of ``keep_secrets``."""
-
-    verb: Literal["keep_secrets"]
-    swarm: str
-
-
-class KeepSecretsRequest(KeepSecretsNeeds, Locking, total=False):
-    """Store secrets for the units that read them. The payload is a JSON object, name to value."""
-
-
-class KeepSecretsAnswer(TypedDict):
-    """``kept``: the names of the stored secrets."""
-
-    kept: list[str]
-
-
 class RemoveNeeds(TypedDict):
     """The required keys of ``remove``."""
 
@@ -337,15 +326,6 @@ class FlashAnswer(TypedDict):
     logged: bool
 
 
-class AccountState(TypedDict):
-    """``exists``; ``keys``: some key logs in to it; ``sudo``: runs all without a password; its ``groups``."""
-
-    exists: bool
-    keys: bool
-    sudo: bool
-    groups: list[str]
-
-
 class LaunchFilesRequest(TypedDict):
     """Launch files of ROS packages on the host. ``requires``: its workspaces, as for ``observe``; ``files``:
     by package the paths below its folder; without paths it is only looked for; ``texts``: whether texts are
@@ -375,121 +355,3 @@ class LaunchFilesAnswer(TypedDict):
 
     packages: dict[str, PackageAnswer]
     complete: bool
-
-
-class InventoryRequest(TypedDict):
-    """What the host has of what it may need. ``requires`` as for ``observe``; ``debian``: names
-    of Debian packages, ``pip``: names with an optional ``==version``; ``groups``: which of these exist;
-    ``rosdep``: keys of package.xml files, to be looked up for the ROS ``distro``."""
-
-    verb: Literal["inventory"]
-    swarm: str
-    requires: list[str]
-    debian: list[str]
-    pip: list[str]
-    account: str
-    groups: list[str]
-    workspaces: list[str]
-    rosdep: list[str]
-    distro: str
-    images: list[ImageRequest]
-
-
-class InventoryAnswer(TypedDict):
-    """``debian``: state by package; ``pip``: version or null by requirement; ``workspaces``: by path;
-    ``rosdep``: Debian packages by key, as far as the host's rosdep knows them; ``sources``: servers of
-    apt; ``images``: in the order of the request; ``wireless``: interfaces with a radio."""
-
-    facts: Facts
-    debian: dict[str, DebianState]
-    pip: dict[str, str | None]
-    account: AccountState
-    groups: list[str]
-    workspaces: dict[str, WorkspaceState]
-    rosdep: dict[str, list[str]]
-    sources: list[str]
-    images: list[ImageAnswer]
-    wireless: list[str]
-
-
-class PrepareRequest(TypedDict):
-    """One step: add a ``source`` of packages, ``refresh`` the lists of packages, install by ``apt`` or
-    ``pip``, ``pull`` images, named as ENGINE IMAGE, create ``account``, give it the ``keys`` of the account
-    ``login``, a ``sudo`` rule or a ``group``, ``build`` workspaces.
-
-    ``workspaces``: those of the host in their order; each is built upon those behind it."""
-
-    verb: Literal["prepare"]
-    swarm: str
-    step: str
-    targets: list[str]
-    account: str
-    login: str
-    workspaces: list[str]
-
-
-class PrepareAnswer(TypedDict):
-    """``step``: the one that is done."""
-
-    step: str
-
-
-class BuildRequest(TypedDict):
-    """Build the packages in the payload, a tar.gz of ``PACKAGE/path``, upon the ``workspaces`` of the host.
-
-    ``packages``: those whose results are wanted; ``folders``: by package what errors call its folder.
-    """
-
-    verb: Literal["build_packages"]
-    swarm: str
-    account: str
-    workspaces: list[str]
-    packages: list[str]
-    folders: dict[str, str]
-
-
-class BuildAnswer(TypedDict):
-    """``sizes``: by package, bytes of its results, a tar.gz; ``platform``: what they are compiled for."""
-
-    platform: str
-    sizes: dict[str, int]
-
-
-class FetchBuildRequest(TypedDict):
-    """A piece of the results of a ``package``, from the byte ``offset`` on."""
-
-    verb: Literal["fetch_build"]
-    swarm: str
-    package: str
-    offset: int
-
-
-class FetchBuildAnswer(TypedDict):
-    """``data``: the piece in base64."""
-
-    data: str
-
-
-#: The type of the answer by verb. A probe's (``probe_messages``) is not here, since misfits
-#: count as unknown.
-ANSWERS: Mapping[str, type] = {
-    "observe": ObserveAnswer,
-    "lease": LeaseAnswer,
-    "apply": ApplyAnswer,
-    "rollback": ApplyAnswer,
-    "history": HistoryAnswer,
-    "hold": HoldAnswer,
-    "confirm": ConfirmAnswer,
-    "undo": ConfirmAnswer,
-    "keep_secrets": KeepSecretsAnswer,
-    "remove": RemoveAnswer,
-    "flash": FlashAnswer,
-    "launch_files": LaunchFilesAnswer,
-    "inventory": InventoryAnswer,
-    "prepare": PrepareAnswer,
-    "build_packages": BuildAnswer,
-    "fetch_build": FetchBuildAnswer,
-    "stop": StopAnswer,
-    "start": StartAnswer,
-    "restart": RestartAnswer,
-}

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Callable, Iterable, Mapping
 
-from . import files, maintenance_terms, robot_motion, stop_latches
+from . import maintenance_terms, robot_motion, stop_latches
 from .errors import RefusedError
-from .manifest import NAME
 from .release_store import Home
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Callable, Iterable, Mapping
+
+    from .motion_messages import RobotUse
 
 _LOOK = 1.0  # s for drivers to answer, and for wheels to be shown to stand
 _STOP = 3.0  # s for robots to stand
@@ -18,9 +22,7 @@ _HINT = "stop them with `swarmctl stop`, or use --stop-robots; they then stand u
 
 def robots_of(home: Home, units: Iterable[str]) -> list[str]:
     """Returns the robots to which units of the current release belong."""
-    digest = home.current()
-    raw = files.read_json(f"{home.release(digest)}/{NAME}") if digest else None
-    robots = {one["name"]: one.get("robot") for one in (raw or {}).get("units", ())}
+    robots = {one["name"]: one.get("robot") for one in home.units(home.current())}
     return sorted({str(robots[unit]) for unit in units if robots.get(unit)})
 
 
@@ -34,14 +36,10 @@ def busy(home: Home, robots: Iterable[str], *, stop: bool = False) -> dict[str, 
     wanted = maintenance_terms.terms(home)
     if wanted is None:
         return dict.fromkeys(names, f"has unknown terms: {maintenance_terms.FILE} of its release is damaged")
-    if stop and not any(wanted[one].battery for one in names if one in wanted):
+    if stop and not any(wanted[one].of_power for one in names if one in wanted):
         return {}
     running = _running(home, names)
-    answers = robot_motion.ask(
-        running,
-        _LOOK,
-        lambda found: len(found) == len(running) and (stop or all(map(_known, found.values()))),
-    )
+    answers = _answers(running, known=not stop)
     now = time.monotonic()
     found = {}
     for robot in names:
@@ -62,8 +60,23 @@ def clear(home: Home, units: Iterable[str], *, stop: bool, who: str, note: Calla
     if found := busy(home, robots, stop=stop):
         text = "; ".join(f"{robot} {why}" for robot, why in found.items())
         raise RefusedError(text, hint(text))
-    if not stop:
-        return
+    if stop:
+        halt(home, robots, who, note)
+
+
+def in_use(home: Home, robots: Iterable[str]) -> dict[str, RobotUse]:
+    """Returns those of the robots that move or are under command."""
+    found: dict[str, RobotUse] = {}
+    for robot, answer in _answers(_running(home, sorted(robots)), known=True).items():
+        commander = _commander(answer)
+        why = _commanded_by(commander) if commander else _why(answer)
+        if why and not answer.get("held"):
+            found[robot] = {"why": why, "commander": commander}
+    return found
+
+
+def halt(home: Home, robots: Iterable[str], who: str, note: Callable[[str], None]) -> None:
+    """Latches robots, and returns once they stand. Raises ``RefusedError`` if wheels still turn."""
     running = _running(home, robots)
     if not running:
         return
@@ -91,8 +104,19 @@ def _running(home: Home, robots: Iterable[str]) -> dict[str, str]:
     return {one: sockets[one] for one in robots if one in sockets}
 
 
+def _answers(running: Mapping[str, str], *, known: bool) -> dict[str, Mapping[str, Any]]:
+    """The answers by robot; with ``known`` those that show if a robot is in use, as far as they come."""
+    return robot_motion.ask(
+        running,
+        _LOOK,
+        lambda found: len(found) == len(running) and (not known or all(map(_known, found.values()))),
+    )
+
+
 def _known(answer: Mapping[str, Any]) -> bool:
-    return _commander(answer) != "" or (_stands(answer) and not answer.get("pending"))
+    if _commander(answer) and not answer.get("held"):
+        return True
+    return _stands(answer) and not answer.get("pending")
 
 
 def _stands(answer: Mapping[str, Any]) -> bool:
@@ -103,9 +127,13 @@ def _stands(answer: Mapping[str, Any]) -> bool:
 
 def _why(answer: Mapping[str, Any]) -> str:
     if not _stands(answer):
-        return "moves by its odometry" if answer.get("by") == "odometry" else "moves: its wheels turn"
+        return f"is not shown to stand by its {'odometry' if answer.get('by') == 'odometry' else 'wheels'}"
     commander = _commander(answer)
-    return f"is commanded by {commander}" if commander and not answer.get("held") else ""
+    return _commanded_by(commander) if commander and not answer.get("held") else ""
+
+
+def _commanded_by(commander: str) -> str:
+    return f"is commanded by {commander}"
 
 
 def _commander(answer: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Requests and answers of the verbs ``stop``, ``start`` and ``restart``. JSON objects; types only."""
+"""Requests and answers of ``stop``, ``start``, ``restart`` and ``motion``. JSON objects; types only."""
 
 from __future__ import annotations
 
@@ -84,3 +84,26 @@ class RestartAnswer(TypedDict):
 
     deployed: bool
     restarted: list[str]
+
+
+class MotionRequest(TypedDict):
+    """Which of ``robots`` are in use; with ``stop`` they are latched first, and must be shown to stand."""
+
+    verb: Literal["motion"]
+    swarm: str
+    who: str
+    robots: list[str]
+    stop: bool
+
+
+class RobotUse(TypedDict):
+    """``why`` a robot counts as in use, as the end of a sentence about it; its ``commander``, or empty."""
+
+    why: str
+    commander: str
+
+
+class MotionAnswer(TypedDict):
+    """``in_use``: the robots that move or are under command, and are not stopped; by robot."""
+
+    in_use: dict[str, RobotUse]

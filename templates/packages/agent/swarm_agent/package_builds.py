@@ -14,11 +14,14 @@ import pwd
 import re
 import shutil
 import tarfile
-from typing import Callable, Iterator, Mapping, Sequence
 
 from . import catkin, files
 from .errors import FailedError, RefusedError
 from .release_store import Home
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable, Iterator, Mapping, Sequence
 
 FOLDER = "build"  # in the swarm's folder
 PIECE = 1 << 20  # bytes of a result that one answer contains

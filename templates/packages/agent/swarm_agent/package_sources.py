@@ -6,10 +6,15 @@ import glob
 import re
 import shutil
 import urllib.request
-from typing import Callable
 
 from . import command, files
 from .errors import FailedError, RefusedError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable
+
+    Download = Callable[[str], bytes]
 
 _SERVER = re.compile(r"^[^#\n]*\bhttps?://([A-Za-z0-9.-]+)", re.MULTILINE)
 # The archive of ROS, its suites by platform, the address of its key, the fingerprint of that
@@ -21,8 +26,6 @@ _FINGERPRINT = "C1CF6E31E6BADE8868B172B4F42ED6FBAB17C654"
 _LONGEST_KEY = 100_000  # bytes
 KEYRING = "/usr/share/keyrings/swarm-ros-archive.asc"
 LIST = "/etc/apt/sources.list.d/swarm-ros.list"
-
-Download = Callable[[str], bytes]
 
 
 def servers(outside: Callable[[str], str]) -> list[str]:

@@ -5,18 +5,19 @@ Looks where `ros-exec` will: the swarm's workspace with what that was built upon
 
 from __future__ import annotations
 
-import glob
 import os
-import re
-from typing import Callable, Iterable, Iterator
 
-from . import files
+from . import files, platforms
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable, Iterable, Iterator
 
 PACKAGE, WORKSPACE = "package:", "workspace:"
 SPACES = ("devel", "install")  # of a catkin workspace, in the order in which one is taken
 _MARKER = ".catkin"  # in every space; names the source folders of a devel space
-_BUILT_UPON = re.compile(rb"^ *CMAKE_PREFIX_PATH = r'([^']*)'", re.MULTILINE)  # in its _setup_util.py
-_NAME = re.compile(rb"<name>\s*([^<\s]+)\s*</name>")
+_BUILT_UPON = rb"^ *CMAKE_PREFIX_PATH = r'([^']*)'"  # in its _setup_util.py
+_NAME = rb"<name>\s*([^<\s]+)\s*</name>"
 _NO_PACKAGES_BELOW = frozenset(("CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"))
 _MOST_FOLDERS = 20000
 
@@ -46,13 +47,14 @@ def space(workspace: str, outside: Callable[[str], str]) -> str | None:
 
 def _prefixes(workspaces: Iterable[str], outside: Callable[[str], str]) -> list[str]:
     """Every folder with a `share`, the nearest first: a package there hides those behind."""
-    prefix = outside("")
+    import re  # noqa: PLC0415  (takes long to load, and few need it)
+
     own = [place for path in workspaces for place in [space(path, outside)] if place is not None]
-    system = sorted(path[len(prefix) :] for path in glob.glob(outside("/opt/ros/*")))
+    system = [f"{platforms.ROS}/{name}" for name in platforms.distributions(outside)]
     prefixes: list[str] = []
     for path in (*own, *system, "/usr"):
         if path not in prefixes:
-            built = _BUILT_UPON.search(files.read(outside(f"{path}/_setup_util.py")) or b"")
+            built = re.search(_BUILT_UPON, files.read(outside(f"{path}/_setup_util.py")) or b"", re.MULTILINE)
             below = os.fsdecode(built.group(1)).split(";") if built else []
             prefixes += [
                 one for one in (path, *below) if one and one not in prefixes and os.path.isdir(outside(one))
@@ -80,13 +82,15 @@ def _places(names: Iterable[str], prefixes: Iterable[str], outside: Callable[[st
 
 def _sources(top: str, outside: Callable[[str], str]) -> Iterator[tuple[str, str]]:
     """The packages below a source folder, name and place, as rospack finds them."""
+    import re  # noqa: PLC0415  (see above)
+
     cut = len(outside(""))
     for count, (folder, folders, names) in enumerate(os.walk(outside(top), followlinks=True)):
         if count > _MOST_FOLDERS:  # a link to a folder above it never ends
             return
         ignored = _NO_PACKAGES_BELOW.intersection(names)
         if "package.xml" in names and not ignored:
-            name = _NAME.search(files.read(os.path.join(folder, "package.xml")) or b"")
+            name = re.search(_NAME, files.read(os.path.join(folder, "package.xml")) or b"")
             if name:
                 yield name.group(1).decode("utf-8", "replace"), folder[cut:]
         if ignored or "package.xml" in names:

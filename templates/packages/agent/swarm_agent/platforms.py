@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import glob
 import os
-import re
-from typing import Callable
 
 from . import files
+from .names import is_name
 
-_ENTRY = re.compile(r"^([A-Z_]+)=[\"']?([A-Za-z0-9._-]*)[\"']?\s*$", re.MULTILINE)
-_VERSION = re.compile(r"<version[^>]*>\s*([0-9][0-9.]{0,20})\s*<")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable, Iterator
+
+ROS = "/opt/ros"
 # Packages of ros_comm, which have one version; of Debian each is installed on its own.
 _PACKAGES = ("rosgraph", "roscpp", "rosmaster")
 
@@ -21,7 +22,7 @@ def platform(outside: Callable[[str], str]) -> str:
     Its parts: os-release(5), uname(2), and the ROS of the host (see ``ros``), which is missing without one.
     """
     content = files.read(outside("/etc/os-release")) or files.read(outside("/usr/lib/os-release")) or b""
-    entries = dict(_ENTRY.findall(content.decode("utf-8", "replace")))
+    entries = dict(_entries(content.decode("utf-8", "replace")))
     parts = (entries.get("ID") or "linux", entries.get("VERSION_ID", ""), os.uname().machine, ros(outside))
     return "-".join(part for part in parts if part)
 
@@ -29,12 +30,38 @@ def platform(outside: Callable[[str], str]) -> str:
 def ros(outside: Callable[[str], str]) -> str:
     """Returns the ROS of the host: ``noetic-1.16.0`` in /opt/ros, ``ros-1.15.15`` of Debian, or nothing."""
     for root, name in (
-        *((one, "") for one in sorted(glob.glob(outside("/opt/ros/*")))),
+        *((outside(f"{ROS}/{one}"), one) for one in distributions(outside)),
         (outside("/usr"), "ros"),
     ):
         for package in _PACKAGES:
             content = files.read(f"{root}/share/{package}/package.xml") or b""
-            found = _VERSION.search(content.decode("utf-8", "replace"))
-            if found is not None:
-                return f"{name or os.path.basename(root)}-{found.group(1)}"
+            version = _version(content.decode("utf-8", "replace"))
+            if version:
+                return f"{name}-{version}"
+    return ""
+
+
+def distributions(outside: Callable[[str], str]) -> list[str]:
+    """Returns the names of the folders in ``/opt/ros``."""
+    try:
+        return sorted(name for name in os.listdir(outside(ROS)) if not name.startswith("."))
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+
+
+def _entries(text: str) -> Iterator[tuple[str, str]]:
+    """Yields the assignments of os-release(5) whose values are words, without quotes."""
+    for line in text.splitlines():
+        key, _, value = line.partition("=")
+        word = value.strip().strip("\"'")
+        if not word or is_name(word, "._-", 100):
+            yield key, word
+
+
+def _version(manifest: str) -> str:
+    """Returns the version in a package.xml (REP 127, REP 140), or no text."""
+    for part in manifest.split("<version")[1:]:
+        version = part.partition(">")[2].partition("<")[0].strip()
+        if version and not version.strip("0123456789.") and version[0] != ".":
+            return version[:21]
     return ""

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import os
-import re
-import subprocess
-from typing import TYPE_CHECKING, Callable, Iterable, Literal
 
+from .names import is_name
+
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Callable, Iterable, Literal
+
     from .messages import Prepared
 
+    Outside = Callable[[str], str]
+
 _FOLDERS = ("/usr/sbin", "/usr/bin", "/sbin", "/bin")
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,60}")
 _CAP_SYS_TIME = 1 << 25  # linux/capability.h
 _TIME_ERROR = 5  # adjtimex(2): the clock is not synchronised
-
-Outside = Callable[[str], str]
 
 
 def found(wants: Iterable[str], outside: Outside) -> dict[str, str | None]:
     """Where each wanted program lies; whoever logs in may have no `sbin` in the search path."""
-    names = [name for name in wants if isinstance(name, str) and _NAME.fullmatch(name)]
+    names = [name for name in wants if is_name(name, "._-", 61)]
     return {name: _program(name, outside) for name in names}
 
 
@@ -66,10 +67,7 @@ def _power_save(iw: str | None, interface: str) -> str:
     """Returns ``on``, ``off``, or empty text if it cannot be read."""
     if iw is None:
         return ""
-    command = [iw, "dev", interface, "get", "power_save"]
-    try:
-        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=3, check=False)
-    except (OSError, subprocess.TimeoutExpired):
-        return ""
-    match = re.search(rb"Power save: (on|off)", done.stdout)
-    return match.group(1).decode("ascii") if match else ""
+    from . import command  # noqa: PLC0415  (takes long to load, and few hosts have a radio that swarmctl sets)
+
+    output = command.output_of([iw, "dev", interface, "get", "power_save"], 3)
+    return next((state for state in ("on", "off") if f"Power save: {state}" in output), "")

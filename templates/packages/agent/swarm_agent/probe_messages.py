@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal, TypedDict
 
+from .messages import Drift, Transaction
+
 
 class NodeRequest(TypedDict):
     """A node to probe; ``topics``: seconds to listen to each."""
@@ -43,11 +45,12 @@ class ProbeRequest(TypedDict):
     ``module``: its ``observe(request, answer)`` fills in the ``GraphAnswer``, its ``observe_logs(answer)``
     the conflicts, after the last states of the units; ``master``: its URI, empty without one; ``commands``:
     topics whose publishers and subscribers are looked up, with those of all topics that have one of
-    ``command_types``; ``graph``: null on one island; ``launched``: units whose nodes are to be found, each
-    with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs of this
-    host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by unit;
-    ``clock``: s to listen to the clock of simulated time, 0 where time is not simulated, null where the host
-    runs no master.
+    ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``peers``: nodes on other
+    hosts that this one connects to; ``graph``: null on one island; ``launched``: units whose nodes are to be
+    found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
+    of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by
+    unit; ``clock``: s to listen to the clock of simulated time, 0 where time is not simulated, null where the
+    host runs no master.
     """
 
     verb: Literal["probe"]
@@ -59,6 +62,8 @@ class ProbeRequest(TypedDict):
     graph: GraphRequest | None
     commands: list[str]
     command_types: list[str]
+    publishers: dict[str, list[str]]
+    peers: list[str]
     devices: list[str]
     launched: dict[str, dict[str, float]]
     advertised: str
@@ -143,7 +148,10 @@ class ConflictAnswer(TypedDict):
 
 
 class SenderAnswer(TypedDict, total=False):
-    """A publisher of command topics: its host, and which of these topics it publishes as what type."""
+    """A publisher of topics that were looked up: its host, and which of them it publishes as what type.
+
+    ``error``: why it does not answer.
+    """
 
     host: str
     publishes: dict[str, str]
@@ -185,14 +193,18 @@ class SimulatedTimeAnswer(TypedDict, total=False):
 class GraphAnswer(TypedDict, total=False):
     """What the module of a middleware finds out, by node and by topic. Missing: it could not, or has none.
 
-    ``launched``: by unit; ``conflicts``: by unit and node. ``troubles``: the reasons, by part: ``ros``,
-    ``commanders``, ``graph``, ``launched``, ``conflicts``, ``simulated time``.
+    ``others``: nodes that publish a topic and should not; ``peers``: by registered node of the request, why
+    it cannot be connected to, or no text; ``launched``: by unit; ``conflicts``: by unit and node.
+    ``troubles``: the reasons, by part: ``ros``, ``commanders``, ``graph``, ``launched``, ``conflicts``,
+    ``simulated time``.
     """
 
     master: MasterAnswer
     nodes: dict[str, NodeAnswer]
     commanders: dict[str, list[str]]
     receivers: dict[str, list[str]]
+    others: dict[str, list[str]]
+    peers: dict[str, str]
     senders: dict[str, SenderAnswer]
     graph: IslandsAnswer
     simulated_time: SimulatedTimeAnswer
@@ -224,19 +236,56 @@ class LatchAnswer(TypedDict):
     since: float
 
 
+class DiskAnswer(TypedDict):
+    """A file system: where it is mounted, one of the swarm's places on it, and what it has left in bytes.
+
+    ``inodes``: how many are free, null where they have no number.
+    """
+
+    place: str
+    used_by: str
+    free: int
+    size: int
+    inodes: int | None
+    read_only: bool
+
+
+class MemoryAnswer(TypedDict):
+    """The host's memory in bytes."""
+
+    size: int
+    available: int
+
+
+class ChangeAnswer(Transaction):
+    """The last change, and who holds the lock now (null: nobody)."""
+
+    holder: str | None
+
+
 class ProbeAnswer(GraphAnswer, total=False):
     """A part that fails is missing or null, and ``troubles`` has the reason.
 
-    ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``latches``: by robot that
-    `swarmctl stop` has stopped, who did and when, in s since 1970.
+    ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``environments``: by unit, in
+    words, which ROS variables of its main process differ from the release; ``latches``: by robot that
+    `swarmctl stop` has stopped, who did and when, in s since 1970; ``drift``: from the current release;
+    ``temperature`` of the processor, in degrees Celsius; ``busy``: the share of the time in which the
+    processors worked during the probe.
     """
 
     release: str | None
     units: dict[str, Any] | None
     history: dict[str, HistoryAnswer] | None
     stopped: dict[str, list[str]] | None
+    environments: dict[str, list[str]] | None
     images: dict[str, ImageAnswer] | None
     devices: dict[str, Any] | None
     latches: dict[str, LatchAnswer] | None
+    change: ChangeAnswer | None
+    drift: Drift | None
+    disks: list[DiskAnswer] | None
+    memory: MemoryAnswer | None
+    temperature: float | None
+    busy: float | None
     time: float
     boot_id: str | None

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from typing import Iterator, Mapping, NamedTuple, Sequence
+
+from .named_tuple import NamedTuple
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Iterator, Mapping, Sequence
 
 _STOPPED = "Tt"  # by a signal, by a debugger (proc_pid_stat(5))
 _LISTENING = "0A"  # TCP_LISTEN in the column `st` of /proc/net/tcp

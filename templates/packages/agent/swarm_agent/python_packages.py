@@ -5,10 +5,13 @@ from __future__ import annotations
 import glob
 import re
 from importlib import metadata
-from typing import Callable, Iterable, Sequence
 
 from . import command
 from .errors import RefusedError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable, Iterable, Sequence
 
 #: Name and optional exact version, as pip takes them.
 REQUIREMENT = re.compile(r"([A-Za-z0-9][A-Za-z0-9._-]{0,100})(?:==([A-Za-z0-9][A-Za-z0-9.+!_-]{0,60}))?")

@@ -2,28 +2,42 @@
 
 States: ``applying`` -> ``pending`` (until ``deadline``) -> ``applied``; each of the first two -> ``undoing``
 -> ``undone``; ``removing`` until the swarm is off the host. All but ``applied`` and ``undone`` are open.
+A change of files alone is ``switching`` until it is ``applied``: which release is current says whether it
+was, so that nothing must be undone.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
-from . import boot, files
+from . import boot, files, secrets
+from .kept_state import State
+from .named_tuple import NamedTuple
 from .release_store import Home
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .change import Change
 
 APPLYING = "applying"
 PENDING = "pending"
 UNDOING = "undoing"
 REMOVING = "removing"
+SWITCHING = "switching"
 APPLIED = "applied"
 UNDONE = "undone"
+FORGOTTEN = "forgotten"  # in the log alone: hosts that left were forgotten, this one is as before
 _OPEN = (APPLYING, PENDING, UNDOING, REMOVING)
 
 
 class Record(NamedTuple):
-    """One transaction, which ``who`` began in a ``run`` of swarmctl. ``prev`` and ``next``: digests of
-    releases, None for nothing; ``touched``: its units; ``active``: those that ran before; ``reload``: daemons
-    that read its files; ``deadline``: s since the boot ``boot_id``; ``error``: why it was undone."""
+    """One transaction, which ``who`` began in a ``run`` of swarmctl.
+
+    ``prev`` and ``next``: digests of releases, None for nothing; ``prev_secrets`` and ``next_secrets``: their
+    sets of secrets; ``touched``: its units; ``active``: those that ran before; ``reload``: daemons that read
+    its files; ``history``: the states to which the host may go back, the newest first; ``deadline``: s since
+    the boot ``boot_id``; ``error``: why it was undone.
+    """
 
     state: str = ""
     txid: str = ""
@@ -33,11 +47,18 @@ class Record(NamedTuple):
     deadline: float = 0.0
     prev: str | None = None
     next: str | None = None
+    prev_secrets: str = ""
+    next_secrets: str = ""
     touched: tuple[str, ...] = ()
     active: tuple[str, ...] = ()
     reload: tuple[str, ...] = ()
-    history: tuple[str, ...] = ()
+    history: tuple[State, ...] = ()
     error: str = ""
+
+    @property
+    def before(self) -> tuple[State, ...]:
+        """The state before it, if there was one."""
+        return (State(self.prev, self.prev_secrets),) if self.prev else ()
 
     @property
     def open(self) -> bool:
@@ -51,12 +72,54 @@ class Record(NamedTuple):
         return max(0.0, self.deadline - boot.now())
 
 
-def read(home: Home) -> Record:
-    """Returns the last record; an empty one if there is none or it is damaged."""
+def begun(home: Home, change: Change, state: str) -> Record:
+    """Returns the record of a change before its first step, which leaves the secrets as they are."""
+    kept = secrets.current(home)
+    return Record(
+        state=state,
+        txid=change.txid,
+        who=change.who,
+        run=change.run,
+        boot_id=boot.identity(home),
+        prev=home.current(),
+        next=change.next,
+        prev_secrets=kept,
+        next_secrets=kept,
+    )
+
+
+def read(home: Home, *, working: bool = False) -> Record:
+    """Returns the last record, ``switching`` resolved; an empty one if there is none or it is damaged.
+
+    ``working``: its agent may still be at work.
+    """
+    found = _stored(home)
+    if found.state != SWITCHING:
+        return found
+    if found.next == home.current():
+        return found._replace(state=APPLIED)
+    if working:
+        return found._replace(state=APPLYING)
+    return found._replace(state=UNDONE, error="interrupted before it changed anything")
+
+
+def switched(home: Home) -> Record | None:
+    """Returns the record of a change of files alone that took place and was not recorded as applied."""
+    found = _stored(home)
+    return found if found.state == SWITCHING and found.next == home.current() else None
+
+
+def _stored(home: Home) -> Record:
     raw = files.read_json(home.record_file)
     if not isinstance(raw, dict):
         return Record()
-    return Record(**{name: _fitting(raw.get(name), default) for name, default in Record()._asdict().items()})
+    values = {name: _fitting(raw.get(name), default) for name, default in Record()._asdict().items()}
+    return Record(**{**values, "history": _states(raw.get("history"))})
+
+
+def _states(value: Any) -> tuple[State, ...]:
+    pairs = [one for one in value if isinstance(one, list)] if isinstance(value, list) else []
+    return tuple(State(*one) for one in pairs if len(one) == 2 and all(isinstance(part, str) for part in one))
 
 
 def _fitting(value: Any, default: Any) -> Any:

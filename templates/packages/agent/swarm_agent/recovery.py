@@ -13,7 +13,7 @@ from contextlib import suppress
 
 from swarm_common.systemd import Notifier
 
-from . import boot, lock, record, rollback, withdrawal
+from . import boot, lock, record
 from .errors import RefusedError
 from .release_store import Home, home_of
 
@@ -41,12 +41,20 @@ def settle(home: Home) -> None:
     """Undoes or finishes what is open and waits for nobody; waits for the lock."""
     with suppress(FileNotFoundError), lock.held_while_there(home, _WHO, float("inf")):
         found = record.read(home)
-        if found.state == record.REMOVING:
-            withdrawal.withdraw(home, found.who)
-        elif found.open and not found.left(home):
-            print(rollback.undo(home, found, rollback.cause(home, found)).message, file=sys.stderr)
+        if found.open and not found.left(home):
+            _end(home, found)
         elif not found.open:
             record.close(home)
+
+
+def _end(home: Home, found: record.Record) -> None:
+    """Finishes a removal, undoes a change. Loads what that takes: most changes end without it."""
+    from . import rollback, withdrawal  # noqa: PLC0415
+
+    if found.state == record.REMOVING:
+        withdrawal.withdraw(home, found.who)
+    else:
+        print(rollback.undo(home, found, rollback.cause(home, found)).message, file=sys.stderr)
 
 
 if __name__ == "__main__":

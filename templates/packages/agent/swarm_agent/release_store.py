@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
-import shutil
-from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
-from . import files
+from . import disk, files
 from .errors import RefusedError
 from .manifest import EMPTY, NAME, Manifest, is_release_name, parse, swarm_name
+from .named_tuple import NamedTuple
 from .paths import ROOT
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, Callable
+
+    from .manifest_json import UnitData
     from .messages import FileDrift
 
 
@@ -52,6 +55,11 @@ class Home(NamedTuple):
         return self.path + "/state"
 
     @property
+    def folders_file(self) -> str:
+        """The folders of the system that were made for links, a line each, outer ones first."""
+        return self.state + "/folders"
+
+    @property
     def record_file(self) -> str:
         """The record of the last transaction."""
         return self.state + "/transaction.json"
@@ -67,9 +75,19 @@ class Home(NamedTuple):
         return self.state + "/lease.json"
 
     @property
+    def host_list_file(self) -> str:
+        """The hosts of the swarm, as its operators reach them."""
+        return self.state + "/hosts.json"
+
+    @property
     def open_mark(self) -> str:
         """The file that exists while that record is open: a condition of the recovery unit."""
         return self.state + "/open"
+
+    @property
+    def spare(self) -> str:
+        """A file whose space an undo may use on a full disk."""
+        return self.state + "/spare"
 
     @property
     def recovery_code(self) -> str:
@@ -134,6 +152,11 @@ class Home(NamedTuple):
         except (RefusedError, ValueError, LookupError, TypeError):
             return None
 
+    def units(self, digest: str | None) -> list[UnitData]:
+        """Returns the units of a stored release, in start order; none if its manifest cannot be read."""
+        raw = files.read_json(f"{self.release(digest)}/{NAME}") if digest else None
+        return raw["units"] if isinstance(raw, dict) and isinstance(raw.get("units"), list) else []
+
     def kept(self, digest: str | None) -> Callable[[str], bytes | None]:
         """Returns the function that looks up intact contents of a stored release by their SHA-256."""
         manifest = self.known_manifest(digest) or EMPTY
@@ -160,9 +183,9 @@ class Home(NamedTuple):
 
     def clean_staging(self) -> None:
         """Removes incomplete releases, and what an interrupted removal of the swarm left."""
-        shutil.rmtree(self.gone, ignore_errors=True)
+        files.remove_tree(self.gone)
         for name in os.listdir(self.staging):
-            shutil.rmtree(os.path.join(self.staging, name), ignore_errors=True)
+            files.remove_tree(os.path.join(self.staging, name))
 
 
 def home_of(swarm: Any) -> Home:
@@ -172,9 +195,10 @@ def home_of(swarm: Any) -> Home:
 
 def unwritable(home: Home, error: OSError) -> RefusedError:
     """Returns the error for a disk that cannot be written."""
-    return RefusedError(
-        f"{home.path} cannot be written: {error.strerror}", "is the file system read-only, or full?"
-    )
+    if disk.is_full(error):
+        lacks, advice = disk.lack(home.path)
+        return RefusedError(f"{home.path} cannot be written: {lacks}", advice)
+    return RefusedError(f"{home.path} cannot be written: {error.strerror}", "is the file system read-only?")
 
 
 def _file_state(path: str, sha256: str, mode: int) -> FileDrift | None:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import os
 import select
-import socket
 import time
 from contextlib import ExitStack, suppress
-from typing import TYPE_CHECKING, Any, Callable, Iterable, Mapping
 
+from . import json_text
 from .release_store import Home
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import socket
+    from typing import Any, Callable, Iterable, Mapping
+
     from .motion_messages import RobotMotion
 
 SOCKET = "motion"
@@ -105,6 +107,8 @@ def motion(robot_answer: Mapping[str, Any] | None, began: float, *, latched: boo
 
 def _asking() -> socket.socket:
     """A socket with an abstract name, so that an account without rights on any folder can answer."""
+    import socket  # noqa: PLC0415  (takes long to load, and not every host has a driver that runs)
+
     made = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
     made.setblocking(False)
     made.bind("\0swarm-motion-" + os.urandom(12).hex())
@@ -118,7 +122,7 @@ def _read(channel: socket.socket) -> Mapping[str, Any] | None:
         while True:
             latest = channel.recv(_LONGEST)
     try:
-        value = json.loads((latest or b"").decode("utf-8"))
+        value = json_text.loads((latest or b"").decode("utf-8"))
     except ValueError:
         return None
     return value if isinstance(value, dict) else None

@@ -5,14 +5,26 @@ May be interrupted and begun again. What it goes back to is in the record, never
 
 from __future__ import annotations
 
-import shutil
-from typing import Callable
-
-from . import audit, boot, files, record, recovery_unit, secrets, system_links, systemd, unit_start
+from . import (
+    audit,
+    boot,
+    daemon_reload,
+    files,
+    record,
+    recovery_unit,
+    secrets,
+    system_links,
+    systemd,
+    unit_start,
+)
 from .errors import FailedError
 from .failpoint import passed
 from .record import Record
 from .release_store import Home
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable
 
 
 def undo(home: Home, done: Record, because: str) -> FailedError:
@@ -21,6 +33,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
     Returns the error to report. Raises ``OSError`` and ``RefusedError`` if files cannot be restored: the
     record stays open then, and the recovery unit goes on.
     """
+    files.remove(home.spare)
     record.write(home, done._replace(state=record.UNDOING, error=because))
     manifest = home.manifest(done.prev)
     booting = done.boot_id != boot.identity(home)
@@ -32,12 +45,13 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
         files.sync(home.path)
     else:
         files.point(home.current_link, "releases/" + done.prev)
+    secrets.point(home, done.prev_secrets)
     passed("undo-flip")
     changed = system_links.put_links(home, manifest) + system_links.put_blocks(home, done.prev, manifest)
-    secrets.forget_unneeded(home, [done.prev, *done.history])
+    collect_secrets(home, done)
     passed("undo-outside")
     daemons = [*done.reload, *system_links.daemons_of(changed)]
-    _tried(troubles, lambda: systemd.reload(home, daemons))
+    _tried(troubles, lambda: daemon_reload.reload(home, daemons))
     if booting:
         _tried(troubles, lambda: systemd.start_when_booted(system_links.enabled(manifest)))
     else:
@@ -83,7 +97,13 @@ def _tried(troubles: list[str], step: Callable[[], None]) -> None:
 
 def collect(home: Home, done: Record) -> None:
     """Removes releases that are neither the current one nor one to go back to. Staging is nobody's by now."""
-    kept = {*done.history, done.prev, home.current()}
+    kept = {home.current(), done.prev, *(one.release for one in done.history)}
     for digest in home.releases():
         if digest not in kept:
-            shutil.rmtree(home.release(digest), ignore_errors=True)
+            files.remove_tree(home.release(digest))
+
+
+def collect_secrets(home: Home, done: Record) -> None:
+    """Removes the sets of secrets that are neither the current one nor of a state to go back to."""
+    kept = (one.secrets for one in (*done.before, *done.history))
+    secrets.forget(home, but=[secrets.current(home), *kept])

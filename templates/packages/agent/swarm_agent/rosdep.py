@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-from typing import Sequence
 
 from . import command, debian
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Sequence
 
 _TIMEOUT = 60.0  # s; it reads all its lists
 _KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,100}")

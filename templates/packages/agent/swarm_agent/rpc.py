@@ -5,14 +5,17 @@ Output of a login shell may come between the marked lines; the nonce distinguish
 
 from __future__ import annotations
 
-import base64
-import json
+import binascii
 import signal
 import sys
 import zlib
-from typing import Any, BinaryIO, Iterator
 
+from . import json_text
 from .errors import OperatorGoneError, RefusedError, UploadEndedError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, BinaryIO, Iterator
 
 IDLE = 60  # s without a byte from the operator
 LONGEST_REQUEST = 1 << 20
@@ -38,7 +41,7 @@ def requests(source: BinaryIO) -> Iterator[tuple[dict[str, Any], bytes]]:
                 return
             if not line.endswith(b"\n"):
                 raise RefusedError("the request is too long or ended early", "run the same command again")
-            request = json.loads(line.decode("utf-8"))
+            request = json_text.loads(line.decode("utf-8"))
             payload = _payload(source, request)
         finally:
             signal.alarm(0)
@@ -100,9 +103,9 @@ class Report:
         self._write({"error": {"kind": kind, "message": message, "hint": hint}})
 
     def _write(self, value: dict[str, Any]) -> None:
-        text = json.dumps(value, separators=(",", ":")).encode("ascii")
+        text = json_text.dumps(value).encode("ascii")
         if len(text) > _WORTH_PACKING:
-            text = b"z:" + base64.b64encode(zlib.compress(text, 9))
+            text = b"z:" + binascii.b2a_base64(zlib.compress(text, 9), newline=False)
         try:
             self._sink.write(b"\n@" + self._nonce + b" " + text + b"\n")
             self._sink.flush()

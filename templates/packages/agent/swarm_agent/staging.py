@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
 import io
 import os
-import shutil
 import tarfile
 import zlib
 from contextlib import suppress
-from typing import Callable, Optional
 
 from . import disk, files
 from .errors import RefusedError
@@ -17,7 +14,12 @@ from .failpoint import passed
 from .manifest import NAME, Manifest, parse
 from .release_store import Home
 
-Kept = Callable[[str], Optional[bytes]]  # the content with a SHA-256, if the host has it
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable
+
+    Kept = Callable[[str], bytes | None]  # the content with a SHA-256, if the host has it
+
 _LONGEST_MANIFEST = 4 << 20
 _MARGIN = 1 << 20  # bytes for state, links and blocks
 _BLOCK = 4096
@@ -114,9 +116,7 @@ def check_space(home: Home, manifest: Manifest) -> None:
             f"free {(wanted - free) // 1024 + 1} KiB in {place}",
         )
     if space.f_files and space.f_favail < 2 * len(manifest.files) + 64:
-        raise RefusedError(
-            f"the disk has no inodes left: {space.f_favail} in {place}", f"remove files from {place}"
-        )
+        raise RefusedError(*disk.no_inodes(place))
 
 
 def stage(home: Home, txid: str, manifest: Manifest, content: bytes, found: dict[str, bytes]) -> str:
@@ -130,24 +130,9 @@ def stage(home: Home, txid: str, manifest: Manifest, content: bytes, found: dict
         os.utime(place, (_DATE, _DATE))
     files.write_new(os.path.join(folder, NAME), content, 0o644)
     passed("stage")
-    _sync_disk(folder)
+    files.sync_disk(folder)
     passed("sync")
     return folder
-
-
-def _sync_disk(folder: str) -> None:
-    """Bring all of the file system that ``folder`` is on to the disk.
-
-    The disk is waited for once then, and not once for each file, which takes seconds on a memory card.
-    """
-    library = ctypes.CDLL(None, use_errno=True)
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        if library.syncfs(descriptor) != 0:
-            number = ctypes.get_errno()
-            raise OSError(number, os.strerror(number), folder)
-    finally:
-        os.close(descriptor)
 
 
 def verify(folder: str, manifest: Manifest) -> None:
@@ -163,7 +148,7 @@ def publish(home: Home, folder: str, digest: str, manifest: Manifest) -> None:
     release = home.release(digest)
     if os.path.isdir(release):
         _repair(home, folder, digest, manifest)
-        shutil.rmtree(folder)
+        files.remove_tree(folder)
     else:
         os.rename(folder, release)
         files.sync(os.path.dirname(release))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Sequence
 
 from . import systemd, unit_start
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Sequence
+
     from .messages import UnitState
 
 _LOOK_EVERY = 0.25  # s, at least

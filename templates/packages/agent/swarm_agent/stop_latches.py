@@ -5,18 +5,19 @@ They outlive restarts, reboots and deploys, and are no part of a release; ``remo
 
 from __future__ import annotations
 
-import json
 import os
-import re
 from contextlib import suppress
-from typing import Any, Iterable, NamedTuple
 
-from . import files
+from . import files, json_text
 from .errors import RefusedError
+from .named_tuple import NamedTuple
+from .names import is_name
 from .paths import stop_file
 from .release_store import Home
 
-_ROBOT = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Iterable
 
 
 class Latch(NamedTuple):
@@ -29,7 +30,7 @@ class Latch(NamedTuple):
 def robot_names(values: Any) -> list[str]:
     """Returns ``values`` if they are names of robots. Raises ``RefusedError``."""
     for one in values:
-        if not isinstance(one, str) or not _ROBOT.fullmatch(one):
+        if not is_name(one, "_-", 100):
             raise RefusedError(f"{one!r} is no robot's name", "are swarmctl and its agent of one version?")
     return list(values)
 
@@ -40,7 +41,7 @@ def close(home: Home, robots: Iterable[str], latch: Latch) -> dict[str, str]:
     A latch that is closed keeps who closed it. A file without its text, on a full disk, is one.
     """
     failed = {}
-    text = json.dumps(latch._asdict()).encode("utf-8")
+    text = json_text.dumps(latch._asdict()).encode("utf-8")
     with suppress(OSError):  # then each file says why
         os.makedirs(_folder(home), 0o755, exist_ok=True)
     for robot in robots:

@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from typing import TYPE_CHECKING, Iterable, Iterator
 
 from . import blocks, files
 from .errors import FailedError, RefusedError
-from .manifest import Manifest
-from .paths import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS, READERS
+from .manifest import WITH_LINKS, Manifest
+from .paths import BLOCK_FILES, LINK_FOLDERS, OF_PROGRAMS, READERS, ROOT
 from .release_store import Home
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Iterable, Iterator
+
     from .messages import BlockDrift, LinkDrift
 
-_AT_BOOT = "/etc/systemd/system/multi-user.target.wants"
-_WITH_LINKS = (".wants", ".requires", ".d")
+_UNITS = "/etc/systemd/system"
+_AT_BOOT = _UNITS + "/multi-user.target.wants"
+_KINDS = (".service", ".target", ".timer", ".socket", ".path")
 
 
 def absent(home: Home) -> list[str]:
@@ -48,7 +51,7 @@ def _our_links(home: Home) -> Iterator[str]:
                 yield path
 
 
-def _entries(home: Home, folder: str) -> Iterator[str]:
+def _entries(home: Home, folder: str, *, deep: bool = True) -> Iterator[str]:
     try:
         names = sorted(os.listdir(home.outside(folder)))
     except (FileNotFoundError, NotADirectoryError):
@@ -56,8 +59,21 @@ def _entries(home: Home, folder: str) -> Iterator[str]:
     for name in names:
         path = f"{folder}/{name}"
         yield path
-        if name.endswith(_WITH_LINKS) and not os.path.islink(home.outside(path)):
+        if deep and name.endswith(WITH_LINKS) and not os.path.islink(home.outside(path)):
             yield from _entries(home, path)
+
+
+def foreign_units(home: Home, known: Iterable[str]) -> list[str]:
+    """Returns the units that are named as those of the swarm, are not ``known``, and are of no swarm."""
+    names = (os.path.basename(path) for path in _entries(home, _UNITS, deep=False))
+    return [
+        name
+        for name in names
+        if name.startswith(f"swarm-{home.swarm}.")
+        and name.endswith(_KINDS)
+        and name not in known
+        and not (files.pointed(home.outside(f"{_UNITS}/{name}")) or "").startswith(ROOT + "/")
+    ]
 
 
 def _link_state(home: Home, path: str, source: str) -> LinkDrift | None:
@@ -138,13 +154,33 @@ def put_links(home: Home, manifest: Manifest) -> list[str]:
         if state == "extra":
             files.remove(place)
             files.sync(folder)
-            if folder.endswith(_WITH_LINKS) and os.path.dirname(path) not in LINK_FOLDERS:
+            if folder.endswith(WITH_LINKS) and os.path.dirname(path) not in LINK_FOLDERS:
                 with suppress(OSError):
                     os.rmdir(folder)
         else:
-            os.makedirs(folder, 0o755, exist_ok=True)
+            _make_folders(home, os.path.dirname(path))
             files.point(place, home.through_current(manifest.links[path]))
     return list(deviations)
+
+
+def _make_folders(home: Home, folder: str) -> None:
+    """Makes a folder of the system with those above it, and notes first which of them were missing."""
+    missing: list[str] = []
+    while not os.path.isdir(home.outside(folder)):
+        missing.insert(0, folder)
+        folder = os.path.dirname(folder)
+    if missing:
+        noted = (files.read(home.folders_file) or b"").decode("utf-8").split("\n")
+        files.replace(home.folders_file, "\n".join(dict.fromkeys([*filter(None, noted), *missing])).encode())
+        os.makedirs(home.outside(missing[-1]), 0o755, exist_ok=True)
+
+
+def remove_folders(home: Home) -> None:
+    """Removes the folders of the system that were made for links, where nothing else is in them now."""
+    for folder in reversed((files.read(home.folders_file) or b"").decode("utf-8").split("\n")):
+        if folder.startswith(LINK_FOLDERS) or any(one.startswith(f"{folder}/") for one in LINK_FOLDERS):
+            with suppress(OSError):
+                os.rmdir(home.outside(folder))
 
 
 def put_blocks(home: Home, digest: str | None, manifest: Manifest) -> list[str]:

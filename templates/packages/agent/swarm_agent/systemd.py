@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import os
-import subprocess
 import time
-from typing import TYPE_CHECKING, Any, Sequence, cast
 
 from . import conditions
 from .errors import FailedError
 from .release_store import Home
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, Sequence
+
     from .messages import UnitState
 
 _FIELDS = {
@@ -27,13 +28,6 @@ _RESTART_RECORDS = "/run/swarm-restarts"  # of bin/restart-delay
 _CONDITION = ("ConditionResult", "ConditionTimestampMonotonic")
 
 
-# How a service reads its file again. chronyd only does when it starts.
-_SERVICES = {
-    "chrony": ("chrony.service", "restart"),
-    "NetworkManager": ("NetworkManager.service", "reload-or-restart"),
-}
-
-
 def present(home: Home) -> bool:
     """Returns True if the host runs systemd."""
     return os.path.isdir(home.outside("/run/systemd/system"))
@@ -41,6 +35,8 @@ def present(home: Home) -> bool:
 
 def call(command: Sequence[str], timeout: float) -> str:
     """Returns what a command prints. Raises ``FailedError``, also if it takes more than ``timeout`` s."""
+    import subprocess  # noqa: PLC0415  (takes long to load, and the states of units are read without it)
+
     environment = dict(os.environ, LC_ALL="C", SYSTEMD_COLORS="0")
     try:
         done = subprocess.run(
@@ -70,13 +66,13 @@ def states(units: Sequence[str]) -> dict[str, UnitState]:
     wanted = ("Id", *_FIELDS, *_NUMBERS, *_CONDITION)
     found: dict[str, UnitState] = {}
     for unit, values in properties(units, wanted).items():
-        state: dict[str, Any] = {short: values.get(name, "") for name, short in _FIELDS.items()}
+        state: Any = {short: values.get(name, "") for name, short in _FIELDS.items()}
         state.update({short: int(values.get(name) or 0) for name, short in _NUMBERS.items()})
         met, looked = (values.get(name, "") for name in _CONDITION)
         unmet = met == "no" and looked not in ("", "0")
         state["skipped"] = state["active"] == "inactive" and (unmet or state["result"] == "exec-condition")
         state["unmet"] = []
-        found[unit] = cast("UnitState", state)
+        found[unit] = state
     skipped = [unit for unit, state in found.items() if state["skipped"]]
     for unit, values in properties(skipped, ("Id", "FragmentPath")).items():
         found[unit]["unmet"] = conditions.unmet(values.get("FragmentPath", ""))
@@ -139,19 +135,3 @@ def forget(units: Sequence[str]) -> None:
             os.unlink(os.path.join(_RESTART_RECORDS, unit))
     with contextlib.suppress(OSError):  # another swarm may have some
         os.rmdir(_RESTART_RECORDS)
-
-
-def reload(home: Home, daemons: Sequence[str]) -> None:
-    """Makes daemons read their files again; udev applies its rules to the devices present."""
-    if "systemd" in daemons:
-        call(["systemctl", "daemon-reload"], 90)
-    if "udev" in daemons and os.path.exists(home.outside("/run/udev/control")):
-        call(["udevadm", "control", "--reload"], 20)
-        kinds = ("--subsystem-match=tty", "--subsystem-match=usb-serial")
-        call(["udevadm", "trigger", "--action=change", *kinds], 20)
-        call(["udevadm", "settle", "--timeout=10"], 20)
-    for name, (unit, verb) in _SERVICES.items():
-        # One that is stopped reads its file when it starts; one that failed may have died of what is undone.
-        if name in daemons and states([unit])[unit]["active"] != "inactive":
-            call(["systemctl", "reset-failed", "--", unit], 20)
-            call(["systemctl", verb, "--", unit], 90)

@@ -6,60 +6,46 @@ what an agent that died has begun.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Sequence
-
 from . import (
-    audit,
     boot,
-    edits,
+    closing,
+    daemon_reload,
+    disk,
+    file_switch,
     files,
     motion_gate,
+    next_release,
     record,
     recovery_unit,
     rollback,
     secrets,
-    staging,
     system_links,
     systemd,
     unit_start,
-    upload,
 )
+from .change import Change
 from .errors import FailedError, RefusedError
 from .failpoint import passed
+from .kept_state import State
 from .manifest import Manifest
 from .record import Record
-from .release_store import Home, unwritable
+from .release_store import Home
 from .rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Sequence
+
     from .messages import ApplyAnswer, ConfirmAnswer
-
-KEPT_RELEASES = 3  # the current one and two before it
-
-
-class Change(NamedTuple):
-    """The requested change. ``base`` is the release that the plan was made for; ``confirm_within``: s until
-    it is undone without a confirmation, 0 if none is needed; ``stop_robots``: robots that move or are under
-    command are stopped; without it the change is refused."""
-
-    txid: str
-    who: str
-    run: str
-    base: str | None
-    next: str
-    stop: list[str]
-    start: list[str]
-    restart: list[str]
-    reload: list[str]
-    confirm_within: float
-    stop_robots: bool = False
 
 
 def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnswer:
     """Carries the change out; the lock is held. Raises ``FailedError`` after having gone back."""
     home.check_current()
+    secrets.check(home)
     home.clean_staging()
     before = finished(home)
+    rollback.collect_secrets(home, before)
     current = home.current()
     if change.base != current:
         raise RefusedError(
@@ -68,16 +54,16 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
             ),
             "someone deployed in between; run the same command again",
         )
-    _keep_edits(home, current, report)
-    manifest = _bring(home, change, payload, report)
+    next_release.keep_edits(home, current, report)
+    manifest = next_release.bring(home, change, payload, report)
     _check_units(change, manifest)
     swapped = [*change.stop, *change.restart]
     motion_gate.clear(home, swapped, stop=change.stop_robots, who=change.who, note=report.note)
     system_links.check(home, manifest)
-    begun = _begun(home, change, manifest, before.history)
-    report.detach()
-    recovery_unit.install(home)
-    recovery_unit.watch(home)
+    if change.files_only:
+        file_switch.switch(home, change, manifest, before, report)
+        return {"release": change.next, "previous": current}
+    begun = _prepared(home, change, manifest, before, report)
     try:
         record.write(home, begun)
         passed("record")
@@ -89,8 +75,8 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
     except (RefusedError, OSError) as error:
         raise _undone(home, begun, error, report) from error
     if not change.confirm_within:
-        _keep(home, begun)
-    return {"release": change.next, "previous": begun.prev, "units": systemd.states(manifest.units)}
+        closing.keep(home, begun)
+    return {"release": change.next, "previous": begun.prev}
 
 
 def confirm(home: Home, txid: str) -> ConfirmAnswer:
@@ -107,7 +93,7 @@ def confirm(home: Home, txid: str) -> ConfirmAnswer:
     if found.state == record.PENDING:
         if not found.left(home):
             raise rollback.undo(home, found, rollback.cause(home, found))
-        _keep(home, found)
+        closing.keep(home, found)
     elif found.state != record.APPLIED:
         raise FailedError(found.error)
     return {"release": found.next or ""}
@@ -118,6 +104,8 @@ def finished(home: Home) -> Record:
 
     Raises ``RefusedError`` while a change waits for its confirmation.
     """
+    if (done := record.switched(home)) is not None:
+        closing.keep(home, done)
     found = record.read(home)
     if found.left(home):
         raise waiting(home, found)
@@ -137,62 +125,29 @@ def waiting(home: Home, found: Record) -> RefusedError:
     )
 
 
-def _bring(home: Home, change: Change, payload: bytes, report: Report) -> Manifest:
-    """The next release, complete under its own name; nothing outside it has changed."""
-    if not payload:
-        manifest = home.known_manifest(change.next)
-        if manifest is None or home.deviations(change.next, manifest):
-            raise RefusedError(f"release {change.next} is not on the host", "run the same command again")
-        _prove_writable(home)
-        return manifest
-    stored = home.kept(change.base)
-
-    def kept(sha256: str) -> bytes | None:
-        found = stored(sha256)
-        return upload.content(home, sha256) if found is None else found
-
-    manifest, content, found = staging.unpack(payload, change.next, kept)
-    staging.check_space(home, manifest)
-    _prove_writable(home)
-    passed("preflight")
-    report.note(f"staging {len(manifest.files)} files")
-    folder = staging.stage(home, change.txid, manifest, content, found)
-    staging.verify(folder, manifest)
-    staging.publish(home, folder, change.next, manifest)
-    upload.clear(home)
-    return manifest
-
-
-def _keep_edits(home: Home, current: str | None, report: Report) -> None:
-    """Copies what people have edited: this change replaces it. Raises ``RefusedError``."""
-    manifest = home.known_manifest(current)
-    if current is None or manifest is None:
-        return
-    try:
-        copies = edits.keep(home, current, manifest)
-    except OSError as error:
-        raise unwritable(home, error) from error
-    for copy in copies:
-        report.note(f"kept an edit as {copy}")
-
-
-def _prove_writable(home: Home) -> None:
-    probe = home.state + "/probe"
-    try:
-        files.remove(probe)
-        files.write_new(probe, b"swarm", 0o644)
-        files.remove(probe)
-    except OSError as error:
-        raise unwritable(home, error) from error
-
-
 def _check_units(change: Change, manifest: Manifest) -> None:
     unknown = [unit for unit in change.start + change.restart if unit not in manifest.units]
     if unknown:
         raise RefusedError("{} is not a unit of release {}".format(", ".join(unknown), change.next))
 
 
-def _begun(home: Home, change: Change, manifest: Manifest, history: Sequence[str]) -> Record:
+def _prepared(home: Home, change: Change, manifest: Manifest, before: Record, report: Report) -> Record:
+    """Returns the record of a change that can be undone from here on. Nothing of it stays if that fails."""
+    try:
+        chosen = next_release.store_secrets(home, change, manifest)
+        begun = _begun(home, change, manifest, chosen, before.history)
+        report.detach()
+        recovery_unit.install(home)
+        recovery_unit.watch(home)
+        disk.hold_spare(home.spare)
+    except (RefusedError, OSError):
+        files.remove(home.spare)
+        rollback.collect_secrets(home, before)
+        raise
+    return begun
+
+
+def _begun(home: Home, change: Change, manifest: Manifest, chosen: str, history: tuple[State, ...]) -> Record:
     """The record of a change before its first step."""
     current = home.current()
     astray = system_links.daemons_of(
@@ -203,18 +158,12 @@ def _begun(home: Home, change: Change, manifest: Manifest, history: Sequence[str
     )
     touched = _unique(change.stop + change.restart + change.start)
     daemons = _unique(change.reload + astray + _stale_daemons(home.known_manifest(current), manifest))
-    return Record(
-        state=record.APPLYING,
-        txid=change.txid,
-        who=change.who,
-        run=change.run,
-        boot_id=boot.identity(home),
-        prev=current,
-        next=change.next,
+    return record.begun(home, change, record.APPLYING)._replace(
+        next_secrets=chosen,
         touched=tuple(touched),
         active=tuple(systemd.running(touched)),
         reload=tuple(daemons),
-        history=tuple(history),
+        history=history,
     )
 
 
@@ -227,11 +176,13 @@ def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, repo
     passed("stop")
     files.point(home.current_link, "releases/" + change.next)
     passed("flip")
+    secrets.point(home, begun.next_secrets)
+    passed("switch")
     system_links.put_links(home, manifest)
     passed("links")
     system_links.put_blocks(home, change.next, manifest)
     passed("blocks")
-    systemd.reload(home, begun.reload)
+    daemon_reload.reload(home, begun.reload)
     passed("reload")
     units = [unit for unit in manifest.units if unit in starting]
     if units:
@@ -242,6 +193,8 @@ def _forward(home: Home, change: Change, manifest: Manifest, begun: Record, repo
 
 def _undone(home: Home, begun: Record, cause: Exception, report: Report) -> FailedError:
     """Goes back to the release before. Returns the error to report."""
+    if isinstance(cause, OSError) and disk.is_full(cause):
+        cause = disk.full(cause.filename or home.path, "the change")
     report.note(f"undoing: {cause}")
     try:
         error = rollback.undo(home, begun, str(cause))
@@ -252,24 +205,6 @@ def _undone(home: Home, begun: Record, cause: Exception, report: Report) -> Fail
         )
     error.hint = getattr(cause, "hint", "")
     return error
-
-
-def _keep(home: Home, done: Record) -> None:
-    """Closes the record of a change that stays, and removes what nothing needs any more."""
-    history = _unique([one for one in (done.next, done.prev, *done.history) if one])[:KEPT_RELEASES]
-    kept = done._replace(state=record.APPLIED, history=tuple(history))
-    audit.note(home, kept)
-    try:
-        record.write(home, kept)
-    except OSError as error:
-        raise FailedError(
-            f"release {done.next} runs, but that cannot be recorded: {error.strerror}",
-            "repair the disk, then deploy again",
-        ) from error
-    passed("done")
-    rollback.collect(home, kept)
-    secrets.forget_unneeded(home, kept.history)  # a rollback needs those of the releases before
-    passed("collect")
 
 
 def _stale_daemons(before: Manifest | None, after: Manifest) -> list[str]:

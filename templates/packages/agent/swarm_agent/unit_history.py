@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import time
-from typing import Any, Mapping, Sequence
 
 from . import processes, systemd, unit_journal, unit_start
 from .clip import clipped
 from .processes import Process
 from .release_store import Home
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Mapping, Sequence
 
 _MOST_NAMES = 20  # processes of one unit
 _MOST_LOGS = 20  # units whose logs are read

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import signal
-from typing import Any, Iterator, NamedTuple, Sequence
 
-from . import systemd
+from . import json_text, systemd
+from .named_tuple import NamedTuple
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Iterator, Sequence
 
 # systemd/sd-messages.h
 _RESTARTED = "5eb03494b6584870a536b337290809b3"  # SD_MESSAGE_UNIT_RESTART_SCHEDULED
@@ -57,7 +60,7 @@ def _entries(fields: str, since: float, most: int, matches: Sequence[str]) -> It
     output = systemd.call([*command, "--boot", f"--output-fields={fields}", *matches], _TIMEOUT)
     for line in output.splitlines():
         try:
-            entry = json.loads(line)
+            entry = json_text.loads(line)
         except ValueError:  # cut off, or a remark of journalctl
             continue
         if isinstance(entry, dict):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import time
 from itertools import groupby
-from typing import TYPE_CHECKING, Sequence
 
 from . import systemd, unit_journal
 from .errors import FailedError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Sequence
+
     from .messages import UnitState
 
 STARTED = ("active", "reloading")

@@ -6,15 +6,13 @@ Root alone reads them. They are those of one release at most, and go once a rele
 from __future__ import annotations
 
 import os
-import re
-import shutil
 
-from . import disk, files, staging
+from . import disk, files
+from .manifest import is_sha256
 from .release_store import Home
 
 LONGEST = 64 << 20  # bytes, of all files together
 _MARGIN = 16 << 20  # bytes that stay free on the disk
-_SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 def keep(home: Home, digest: str, received: bytes) -> None:
@@ -22,6 +20,8 @@ def keep(home: Home, digest: str, received: bytes) -> None:
 
     Those of other releases are removed. Raises ``RefusedError`` for bytes that are none, and ``OSError``.
     """
+    from . import staging  # noqa: PLC0415  (loads tarfile, and few uploads end early)
+
     manifest, found = staging.complete(received, digest, LONGEST)
     os.makedirs(home.upload, 0o700, exist_ok=True)
     wanted = {entry.sha256 for entry in manifest.files.values()}
@@ -42,7 +42,7 @@ def keep(home: Home, digest: str, received: bytes) -> None:
 def kept(home: Home) -> list[str]:
     """Returns the digests of the kept files that are intact; none to anybody but root."""
     try:
-        names = sorted(name for name in os.listdir(home.upload) if _SHA256.fullmatch(name))
+        names = sorted(name for name in os.listdir(home.upload) if is_sha256(name))
     except (FileNotFoundError, PermissionError):
         return []
     return [name for name in names if content(home, name) is not None]
@@ -56,4 +56,4 @@ def content(home: Home, sha256: str) -> bytes | None:
 
 def clear(home: Home) -> None:
     """Removes all kept files."""
-    shutil.rmtree(home.upload, ignore_errors=True)
+    files.remove_tree(home.upload)

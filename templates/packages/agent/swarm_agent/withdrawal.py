@@ -5,14 +5,18 @@ from __future__ import annotations
 import os
 import shutil
 from contextlib import suppress
-from typing import Callable
 
-from . import files, record, recovery_unit, secrets, stop_latches, system_links, systemd
+from . import daemon_reload, files, record, recovery_unit, secrets, stop_latches, system_links, systemd
+from .errors import FailedError
 from .failpoint import passed
 from .paths import AGENT_FOLDER
 from .record import Record
 from .release_store import Home
 from .transaction import named
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Callable
 
 
 def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None) -> None:
@@ -37,11 +41,15 @@ def withdraw(home: Home, who: str, note: Callable[[str], None] = lambda _: None)
         systemd.stop(units)
     nothing = home.manifest(None)
     changed = system_links.put_links(home, nothing) + system_links.put_blocks(home, None, nothing)
+    secrets.point(home, "")
+    system_links.remove_folders(home)
     secrets.forget(home)
     stop_latches.forget(home)
     passed("withdraw")
-    systemd.reload(home, system_links.daemons_of(changed))
+    daemon_reload.reload(home, system_links.daemons_of(changed))
     systemd.forget(units)
+    for name in system_links.foreign_units(home, units):
+        note(f"left {name}, which swarmctl did not write")
     _remove_folder(home)
 
 
@@ -56,6 +64,8 @@ def _remove_folder(home: Home) -> None:
     files.sync(root)
     passed("removed")
     recovery_unit.remove(home)
+    with suppress(FailedError):  # systemd lists the unit until it reads its files again, or the host boots
+        daemon_reload.reload(home, ["systemd"])
     shutil.rmtree(home.gone)
     if set(os.listdir(root)) <= {os.path.basename(AGENT_FOLDER)}:  # no other swarm needs the kept agent
         shutil.rmtree(root)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import pwd
-from typing import TYPE_CHECKING, Callable, Sequence
 
 from . import catkin, packages
 from .errors import RefusedError
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .messages import WorkspaceState
+    from typing import Callable, Sequence
+
+    from .preparation_messages import WorkspaceState
 
 
 def state(path: str, outside: Callable[[str], str]) -> WorkspaceState:

@@ -35,6 +35,8 @@ class Config:
     start: Start | None = None  # where that frame lies in `map`
     stop_file: str = ""  # the latch of `swarmctl stop`
     odometry: str = ""  # the topic of the driver's odometry, if it publishes any
+    battery: str = ""  # that of its battery
+    docked: str = ""  # that of whether it is docked
 
     @property
     def node(self) -> str:
@@ -73,6 +75,8 @@ def parse(data: Mapping[str, Any]) -> Config:
         start=start_of(data["start"]) if "start" in data else None,
         stop_file=str(data.get("stop_file", "")),
         odometry=str(data.get("odometry", "")),
+        battery=str(data.get("battery", "")),
+        docked=str(data.get("docked", "")),
     )
 
 

@@ -17,6 +17,7 @@ from swarm_command.stop_latch import StopLatch
 from swarm_gate.config import Config
 from swarm_gate.motion import limited, on_axes
 from swarm_gate.odometry import OdometryWatch
+from swarm_gate.power import PowerWatch
 from swarm_gate.wiring import Wiring
 
 MOST_COMMANDS = 110.0  # Hz, on average; of what comes faster the latest is sent, and a stop at once
@@ -61,6 +62,7 @@ class Gate:
         standing: Callable[[], Standing] = Standing,
         wiring: Callable[[], Wiring | None] = lambda: None,
         odometry: OdometryWatch | None = None,
+        power: PowerWatch | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """``wiring`` returns None while the master has not answered."""
@@ -70,6 +72,7 @@ class Gate:
         self._standing = standing
         self._wiring = wiring
         self._odometry = odometry
+        self._power = power
         self._clock = clock
         self._dead_man = DeadMan(commands, config.command_timeout, clock)
         self._tally = _Tally()
@@ -114,7 +117,8 @@ class Gate:
     def motion(self) -> Mapping[str, Any]:
         """Returns who commands the robot, and when it was last sent a zero, by the gate's clock.
 
-        Where its driver publishes odometry also whether it stands by that: the first answers are ``pending``.
+        Where its driver publishes them also its battery and whether it is docked, and with odometry whether
+        it stands by that: the first answers are ``pending``.
         """
         receivers = self._sink.receivers()
         found: dict[str, Any] = {
@@ -127,6 +131,8 @@ class Gate:
             "idle_since": self._commands.commanded_at,
             "trouble": "" if receivers else "no driver is connected with its gate",
         }
+        if self._power is not None and receivers:
+            found.update(self._power.state())
         if self._odometry is not None and receivers:
             self._odometry.ask()
             found.update(self._odometry.motion(self._zero_since))

@@ -20,6 +20,7 @@ from swarm_command.ros_transforms import TFMessage, start_is_lost, start_transfo
 
 from swarm_gate.config import OUTPUT, Config
 from swarm_gate.odometry import OdometryWatch, Reading
+from swarm_gate.power import PowerWatch
 
 _ODOMETRY_POLL = 0.5  # s between two looks whether odometry is still wanted
 _LAST_WORD = 0.1  # s for the last message to leave before its connections are closed
@@ -121,6 +122,28 @@ def _read_odometry(watch: OdometryWatch) -> None:
                     time.sleep(_ODOMETRY_POLL)
             finally:
                 subscriber.unregister()
+
+
+def read_power(watch: PowerWatch) -> None:
+    """Starts a thread that subscribes to the topics of ``watch`` for good: messages are few."""
+    threading.Thread(target=_read_power, args=(watch,), name="power", daemon=True).start()
+
+
+def _read_power(watch: PowerWatch) -> None:
+    with contextlib.suppress(ImportError):  # no sensor_msgs here: nothing is known
+        if watch.battery:
+            from sensor_msgs.msg import BatteryState  # noqa: PLC0415 - most gates never need it
+
+            rospy.Subscriber(
+                watch.battery,
+                BatteryState,
+                lambda one: watch.take_battery(one.percentage, one.power_supply_status),
+                queue_size=1,
+            )
+        if watch.docked:
+            from std_msgs.msg import Bool  # noqa: PLC0415
+
+            rospy.Subscriber(watch.docked, Bool, lambda one: watch.take_docked(one.data), queue_size=1)
 
 
 def _reading(message: Any) -> Reading:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import TYPE_CHECKING, Any, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, AbstractSet, Any, Mapping, Sequence
 
 from swarm_agent.clip import clipped
 from swarm_common.xmlrpc import PeerError, place_of
@@ -49,7 +50,7 @@ async def _in_time(request: ProbeRequest, answer: GraphAnswer, running: launched
     longest = max(map(nodes.seconds_of, listening))
     rounds = 2 if request["launched"] else 1  # topics that no node of roslaunch has are looked for afterwards
     answer["nodes"], answer["commanders"], answer["senders"] = {}, {}, {}
-    answer["launched"], answer["receivers"] = {}, {}
+    answer["launched"], answer["receivers"], answer["others"], answer["peers"] = {}, {}, {}, {}
     try:
         await asyncio.wait_for(_master_and_nodes(request, answer, running), rounds * longest + 2 * _CALLS)
     except asyncio.TimeoutError:
@@ -63,7 +64,10 @@ async def _master_and_nodes(request: ProbeRequest, answer: GraphAnswer, running:
         return
     works = [nodes.look(uri, one, answer["nodes"]) for one in request["nodes"][:_MOST_NODES]]
     if request["commands"]:
-        works.append(_commanders(uri, request["commands"], request["command_types"], answer))
+        works.append(
+            _commanders(uri, request["commands"], request["command_types"], request["publishers"], answer)
+        )
+    works += [_peer(uri, name, answer["peers"]) for name in request["peers"][:_MOST_NODES]]
     bridged = request.get("graph")
     if bridged:
         works.append(_graph(uri, bridged, answer))
@@ -90,8 +94,16 @@ async def master(uri: str) -> MasterAnswer:
     }
 
 
-async def _commanders(uri: str, named: Sequence[str], types: Sequence[str], answer: GraphAnswer) -> None:
-    """Who publishes on each topic that is ``named`` or has one of ``types``, and who subscribes to it."""
+async def _commanders(
+    uri: str,
+    named: Sequence[str],
+    types: Sequence[str],
+    wanted: Mapping[str, Sequence[str]],
+    answer: GraphAnswer,
+) -> None:
+    """Who publishes on each topic that is ``named`` or has one of ``types``, and who subscribes to it; who
+    publishes on other topics beside the nodes ``wanted``.
+    """
     topics = list(named)
     try:
         if types:
@@ -107,9 +119,25 @@ async def _commanders(uri: str, named: Sequence[str], types: Sequence[str], answ
     else:
         answer["commanders"] = {topic: publishers.get(topic, []) for topic in topics}
         answer["receivers"] = {topic: subscribers.get(topic, []) for topic in topics}
-        senders = {name for names in answer["commanders"].values() for name in names}
-        works = (_sender(uri, name, topics, answer["senders"]) for name in sorted(senders)[:_MOST_SENDERS])
+        unwanted = ((topic, set(publishers.get(topic, ())) - set(nodes)) for topic, nodes in wanted.items())
+        answer["others"] = {topic: sorted(names) for topic, names in unwanted if names}
+        shown = (*answer["commanders"].values(), *answer["others"].values())
+        senders = {name for names in shown for name in names}
+        known = {*topics, *answer["others"]}
+        works = (_sender(uri, name, known, answer["senders"]) for name in sorted(senders)[:_MOST_SENDERS])
         await asyncio.gather(*works)
+
+
+async def _peer(master_uri: str, name: str, answers: dict[str, str]) -> None:
+    """Why a node cannot be called at the URI that the master has of it; not of one that it does not have."""
+    with suppress(PeerError):
+        uri = str(await client.call(master_uri, "lookupNode", name))
+        try:
+            await client.call(uri, "getPid")
+        except PeerError as error:
+            answers[name] = str(error)
+        else:
+            answers[name] = ""
 
 
 def _nodes_of(entries: Any) -> dict[str, list[str]]:
@@ -117,9 +145,9 @@ def _nodes_of(entries: Any) -> dict[str, list[str]]:
 
 
 async def _sender(
-    master_uri: str, name: str, topics: Sequence[str], answers: dict[str, SenderAnswer]
+    master_uri: str, name: str, topics: AbstractSet[str], answers: dict[str, SenderAnswer]
 ) -> None:
-    """Where a node that commands runs, and which of ``topics`` it publishes as what: none if it is gone."""
+    """Where a node runs, and which of ``topics`` it publishes as what: none if it is gone."""
     found: SenderAnswer = {"host": "", "publishes": {}}
     try:
         uri = str(await client.call(master_uri, "lookupNode", name))

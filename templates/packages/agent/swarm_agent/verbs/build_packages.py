@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pwd
-from typing import TYPE_CHECKING
 
 from swarm_agent import catkin, disk
 from swarm_agent.errors import RefusedError
@@ -12,8 +11,9 @@ from swarm_agent.platforms import platform
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_agent.messages import BuildAnswer, BuildRequest
+    from swarm_agent.preparation_messages import BuildAnswer, BuildRequest
 
 
 def handle(request: BuildRequest, payload: bytes, report: Report) -> BuildAnswer:

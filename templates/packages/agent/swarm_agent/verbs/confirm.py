@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import lock, transaction
 from swarm_agent.failpoint import passed
 from swarm_agent.manifest import release_name
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.messages import ConfirmAnswer, ConfirmRequest
 

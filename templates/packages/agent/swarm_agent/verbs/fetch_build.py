@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import base64
-from typing import TYPE_CHECKING
 
 from swarm_agent.package_builds import Workspace
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_agent.messages import FetchBuildAnswer, FetchBuildRequest
+    from swarm_agent.preparation_messages import FetchBuildAnswer, FetchBuildRequest
 
 
 def handle(request: FetchBuildRequest, payload: bytes, report: Report) -> FetchBuildAnswer:

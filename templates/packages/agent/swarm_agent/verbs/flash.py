@@ -7,14 +7,16 @@ import shutil
 import subprocess
 import tempfile
 import time
-from typing import TYPE_CHECKING, Any, BinaryIO, Sequence
 
 from swarm_agent import lease, lock, motion_gate, systemd, unit_start
 from swarm_agent.errors import FailedError, RefusedError
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, BinaryIO, Sequence
+
     from swarm_agent.messages import FlashAnswer, FlashRequest
 
 _FOLDER = "/firmware"  # in the swarm's state, while a board is written

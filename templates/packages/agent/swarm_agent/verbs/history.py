@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from swarm_agent import audit, record
+from swarm_agent import audit, record, secrets, way_back
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.history_messages import HistoryAnswer, HistoryRequest
 
@@ -15,9 +14,14 @@ if TYPE_CHECKING:
 def handle(request: HistoryRequest, payload: bytes, report: Report) -> HistoryAnswer:
     """Returns the changes, the oldest first, and the releases that the host still has."""
     home = home_of(request["swarm"])
-    return {
+    answer: HistoryAnswer = {
         "entries": audit.entries(home),
         "release": home.current(),
+        "secrets": secrets.current(home),
         "releases": home.releases(),
+        "secret_sets": secrets.sets(home),
         "last": record.read(home).txid,
     }
+    if to := request.get("to"):
+        answer["units"] = way_back.units(home, to[0], to[1])
+    return answer

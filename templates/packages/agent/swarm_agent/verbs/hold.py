@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import lock, record, rollback, steady_units, systemd
 from swarm_agent.errors import FailedError, RefusedError
 from swarm_agent.manifest import release_name
@@ -11,6 +9,7 @@ from swarm_agent.record import Record
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.messages import HoldAnswer, HoldRequest
 

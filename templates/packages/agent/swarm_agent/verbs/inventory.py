@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import (
     accounts,
     debian,
@@ -18,8 +16,9 @@ from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 from swarm_agent.verbs.observe import facts
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_agent.messages import InventoryAnswer, InventoryRequest
+    from swarm_agent.preparation_messages import InventoryAnswer, InventoryRequest
 
 
 def handle(request: InventoryRequest, payload: bytes, report: Report) -> InventoryAnswer:

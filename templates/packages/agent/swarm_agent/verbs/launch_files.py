@@ -6,13 +6,13 @@ import hashlib
 import os
 import posixpath
 import stat
-from typing import TYPE_CHECKING
 
 from swarm_agent import packages
 from swarm_agent.clip import clipped
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.messages import LaunchFilesAnswer, LaunchFilesRequest, PackageAnswer
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import boot, lease, lock, record
 from swarm_agent.manifest import release_name
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.messages import LeaseAnswer, LeaseRequest
 

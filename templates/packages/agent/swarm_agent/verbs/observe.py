@@ -2,43 +2,40 @@
 
 from __future__ import annotations
 
-import glob
-import json
 import os
-import shutil
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Iterable
 
 from swarm_agent import (
+    deployed,
     edits,
     files,
+    host_list,
+    json_text,
     lock,
     motion_gate,
     packages,
     platforms,
     preflight,
-    record,
     secrets,
     system_links,
     systemd,
     upload,
 )
 from swarm_agent.errors import RefusedError
-from swarm_agent.manifest import EMPTY, NAME, Manifest, secret_names
+from swarm_agent.manifest import NAME, secret_names
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_agent.messages import Drift, Facts, ObserveAnswer, ObserveRequest, Transaction
+    from typing import Any, Iterable
+
+    from swarm_agent.messages import Facts, ObserveAnswer, ObserveRequest
 
 LONGEST_TEXT = 64 << 10
 LONGEST_TEXTS = 512 << 10
-_MODULE_FOLDERS = (
-    "/opt/ros/*/lib/python3/dist-packages",
-    "/usr/lib/python3/dist-packages",
-    "/usr/local/lib/python3*/dist-packages",
-)
+_LOCAL = "/usr/local/lib"
 
 
 def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAnswer:
@@ -50,20 +47,25 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
         "facts": facts(home, request.get("requires", ()), request.get("wants", ())),
         "release": digest,
         "releases": home.releases(),
-        "transaction": _transaction(home),
+        "transaction": deployed.last_change(home),
         "staging": os.listdir(home.staging) if os.path.isdir(home.staging) else [],
         "lock": lock.holder(home),
-        "drift": _drift(home, digest, manifest),
+        "drift": deployed.drift(home, digest, manifest),
         "units": {},
     }
     if uploaded := upload.kept(home):
         answer["uploaded"] = uploaded
+    if foreign := system_links.foreign_units(home, manifest.units if manifest else ()):
+        answer["foreign_units"] = foreign
+    if listed := host_list.state(home):
+        answer["host_list"] = listed
     if names := secret_names(request.get("secrets", [])):
         answer["secrets"] = secrets.states(home, names, secrets.offered(payload))
     if digest is None or manifest is None:
         return answer
-    if edited := edits.found(home, digest, manifest, answer["drift"]):
-        answer["edits"] = edited
+    edited, texts = edits.found(home, digest, manifest, answer["drift"])
+    if edited:
+        answer["edits"], answer["edit_texts"] = edited, texts
     if systemd.present(home):
         answer["units"] = systemd.states(manifest.units)
     if request.get("motion"):
@@ -71,27 +73,17 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
         answer["busy"] = motion_gate.busy(home, robots, stop=stop)
     if digest != request.get("know"):
         content = files.read(f"{home.release(digest)}/{NAME}") or b"{}"
-        answer["manifest"] = json.loads(content.decode("utf-8"))
+        answer["manifest"] = json_text.loads(content.decode("utf-8"))
     if request.get("contents"):
         answer["files"] = _texts(home, digest, sorted(manifest.files))
         answer["blocks"] = _blocks(home)
     return answer
 
 
-def _drift(home: Home, digest: str | None, manifest: Manifest | None) -> Drift:
-    """Deviations from the current release; without one, or with a damaged manifest, what is left of it."""
-    if digest is None or manifest is None:
-        return {
-            "files": {NAME: "damaged"} if manifest is None else {},
-            "links": system_links.link_deviations(home, {}),
-            "blocks": system_links.block_deviations(home, None, EMPTY),
-        }
-    return edits.drift(home, digest, manifest)
-
-
 def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -> Facts:
     """The host itself: its system, its free space, its ROS, and which of the requirements it has."""
     programs = preflight.found(wants, home.outside)
+    modules = _modules("rospy", "serial", "tf2_msgs")
     machine = os.uname()
     space = os.statvfs(_existing(home.path))
     with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
@@ -108,10 +100,10 @@ def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -
         "free_inodes": space.f_favail,
         "has": {
             **preflight.found(requires, home.outside),
-            "roscore": shutil.which("roscore") or next(iter(glob.glob("/opt/ros/*/bin/roscore")), None),
-            "rospy": _module("rospy"),
-            "pyserial": _module("serial"),
-            "tf2_msgs": _module("tf2_msgs"),
+            "roscore": _roscore(),
+            "rospy": modules["rospy"],
+            "pyserial": modules["serial"],
+            "tf2_msgs": modules["tf2_msgs"],
             **packages.found(requires, home.outside),
             **programs,
         },
@@ -121,28 +113,30 @@ def facts(home: Home, requires: Iterable[str] = (), wants: Iterable[str] = ()) -
     }
 
 
-def _module(name: str) -> str | None:
-    """Where a Python module lies that a driver may import."""
-    return next((place for folder in _MODULE_FOLDERS for place in glob.glob(f"{folder}/{name}")), None)
+def _roscore() -> str | None:
+    of_ros = (f"{platforms.ROS}/{one}/bin" for one in platforms.distributions(str))
+    places = (f"{folder}/roscore" for folder in (*os.get_exec_path(), *of_ros))
+    return next((place for place in places if os.access(place, os.X_OK)), None)
+
+
+def _modules(*names: str) -> dict[str, str | None]:
+    """Where each Python module lies that a driver may import."""
+    local = sorted(os.listdir(_LOCAL)) if os.path.isdir(_LOCAL) else []
+    folders = [
+        *(f"{platforms.ROS}/{one}/lib/python3/dist-packages" for one in platforms.distributions(str)),
+        "/usr/lib/python3/dist-packages",
+        *(f"{_LOCAL}/{one}/dist-packages" for one in local if one.startswith("python3")),
+    ]
+    return {
+        name: next((f"{folder}/{name}" for folder in folders if os.path.exists(f"{folder}/{name}")), None)
+        for name in names
+    }
 
 
 def _existing(path: str) -> str:
     while not os.path.isdir(path):
         path = os.path.dirname(path)
     return path
-
-
-def _transaction(home: Home) -> Transaction:
-    last = record.read(home)
-    return {
-        "txid": last.txid,
-        "state": last.state,
-        "who": last.who,
-        "prev": last.prev,
-        "next": last.next,
-        "left": round(last.left(home), 1),
-        "error": last.error,
-    }
 
 
 def _texts(home: Home, digest: str, paths: Any) -> dict[str, str]:

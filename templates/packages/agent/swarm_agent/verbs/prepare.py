@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import accounts, debian, image_pulls, package_sources, platforms, python_packages, workspaces
 from swarm_agent.errors import RefusedError
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_agent.messages import PrepareAnswer, PrepareRequest
+    from swarm_agent.preparation_messages import PrepareAnswer, PrepareRequest
 
 
 def handle(request: PrepareRequest, payload: bytes, report: Report) -> PrepareAnswer:  # noqa: PLR0912

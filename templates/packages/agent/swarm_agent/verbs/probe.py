@@ -12,15 +12,27 @@ import importlib
 import os
 import stat
 import time
-from typing import TYPE_CHECKING, Any, Callable, Mapping
 
-from swarm_agent import images, stop_latches, systemd, unit_history
+from swarm_agent import (
+    deployed,
+    host_resources,
+    images,
+    lock,
+    process_environment,
+    stop_latches,
+    systemd,
+    unit_history,
+)
 from swarm_agent.clip import clipped
 from swarm_agent.errors import RefusedError
-from swarm_agent.release_store import home_of
+from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, Callable, Mapping
+
+    from swarm_agent.messages import Drift
     from swarm_agent.probe_messages import ProbeAnswer, ProbeRequest
 
 _MOST_NAMES = 20  # adapters on one host
@@ -44,25 +56,38 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     def states() -> dict[str, Any]:
         return systemd.states([str(unit) for unit in request["units"]])
 
+    work = part("load", host_resources.work)
     before = answer["units"] = part("units", states)
     answer["history"] = part(
         "journal", lambda: unit_history.restarts(home, before or {}, float(request["restart_window"]))
     )
     answer["stopped"] = part("processes", lambda: unit_history.stopped(list(before or {})))
+    answer["environments"] = part("environments", lambda: process_environment.differences(home, before or {}))
     answer["images"] = part(
         "images", lambda: {unit: images.look(one) for unit, one in request["images"].items()}
     )
     answer["release"] = part("release", home.current)
+    answer["change"] = part("change", lambda: {**deployed.last_change(home), "holder": lock.holder(home)})
+    answer["drift"] = part("files", lambda: _drift(home))
+    answer["disks"] = part("disks", lambda: host_resources.disks(home))
+    answer["memory"] = part("memory", host_resources.memory)
+    answer["temperature"] = part("temperature", lambda: host_resources.temperature(home))
     answer["latches"] = part(
         "latches", lambda: {name: one._asdict() for name, one in stop_latches.closed(home).items()}
     )
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
+    answer["busy"] = part("load", lambda: host_resources.work().share_since(work)) if work else None
     answer["units"] = _with_restarts(before, part("units", states))
     part("conflicts", lambda: importlib.import_module(request["module"]).observe_logs(answer))
     answer["boot_id"] = part("boot_id", _boot_id)
     answer["time"] = time.time()
     return answer
+
+
+def _drift(home: Home) -> Drift | None:
+    digest = home.current()
+    return None if digest is None else deployed.drift(home, digest, home.known_manifest(digest))
 
 
 def _with_restarts(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 from swarm_agent import lease, lock, motion_gate, recovery_unit, withdrawal
 from swarm_agent.errors import FailedError
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.messages import RemoveAnswer, RemoveRequest
 

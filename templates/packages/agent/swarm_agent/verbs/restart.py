@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from swarm_agent import files, lease, lock, motion_gate, stop_latches, systemd, unit_start
-from swarm_agent.manifest import NAME
+from swarm_agent import lease, lock, motion_gate, stop_latches, systemd, unit_start
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.motion_messages import RestartAnswer, RestartRequest
 
@@ -35,5 +33,5 @@ def handle(request: RestartRequest, payload: bytes, report: Report) -> RestartAn
 
 def _units_of(home: Home, robots: list[str], *, others: bool) -> list[str]:
     """The units of these robots, with ``others`` of all; in the order in which they start."""
-    raw = files.read_json(f"{home.release(home.current() or '')}/{NAME}") or {"units": []}
-    return [unit["name"] for unit in raw["units"] if unit["robot"] in robots or (others and unit["robot"])]
+    found = home.units(home.current())
+    return [unit["name"] for unit in found if unit["robot"] in robots or (others and unit["robot"])]

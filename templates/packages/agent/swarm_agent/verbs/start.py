@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import robot_motion, stop_latches
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.motion_messages import StartAnswer, StartRequest
 

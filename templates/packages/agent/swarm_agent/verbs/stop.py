@@ -6,15 +6,14 @@ Takes no lock: it is done while a deploy runs, too.
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
 
 from swarm_agent import robot_motion, stop_latches
-from swarm_agent.motion_messages import RobotMotion
 from swarm_agent.release_store import home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from swarm_agent.motion_messages import StopAnswer, StopRequest
+    from swarm_agent.motion_messages import RobotMotion, StopAnswer, StopRequest
 
 _LONGEST = 10.0  # s
 UNGUARDED = "neither a driver of swarmctl nor a gate is deployed for it here: nothing stops its wheels"

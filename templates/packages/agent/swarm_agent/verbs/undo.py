@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarm_agent import lock, record, rollback, transaction
 from swarm_agent.errors import RefusedError
 from swarm_agent.manifest import release_name
@@ -11,26 +9,33 @@ from swarm_agent.record import Record
 from swarm_agent.release_store import Home, home_of
 from swarm_agent.rpc import Report
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from swarm_agent.messages import ConfirmAnswer, ConfirmRequest
 
 
 def handle(request: ConfirmRequest, payload: bytes, report: Report) -> ConfirmAnswer:
-    """Undoes a change. Raises ``RefusedError`` for another one, or for one that was confirmed."""
+    """Undoes a change. Raises ``RefusedError`` for another one, or for one that was confirmed.
+
+    Without ``pending`` only what a dead agent has left is undone: a change that was decided in the meantime
+    needs nothing.
+    """
     home = home_of(request["swarm"])
     txid = release_name(request["txid"])
     with lock.held_for(home, request):
         found = record.read(home)
-        if found.txid != txid or found.state == record.APPLIED:
+        pending = request.get("pending", True)
+        decided = found.txid != txid or found.state == record.APPLIED
+        if decided and pending:
             raise RefusedError(
                 "that deploy cannot be undone any more: {}".format(
                     "it was confirmed" if found.txid == txid else "another one followed"
                 ),
                 "`swarmctl plan` shows the result",
             )
-        if found.left(home) and not request.get("pending", True):
+        if found.left(home) and not pending:
             raise transaction.waiting(home, found)
-        if found.open:
+        if found.open and not decided:
             report.detach()
             report.note(f"going back to release {found.prev}" if found.prev else "going back to nothing")
             rollback.undo(home, found, _cause(home, found, lock.operator_in(request)))

@@ -1,0 +1,1 @@
+"""Brings what people have edited on hosts into the files of a spec."""

@@ -1,0 +1,165 @@
+"""The lists of the swarm's hosts that its hosts keep: what they name that the spec has no more.
+
+A host may lie in its list. So what it names is only a proposal: the address must be valid, and none of the
+spec's, and ``cli.orphan_selection`` has it contacted only after a question, with a key pinned for its name.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from pydantic import TypeAdapter, ValidationError
+from swarm_agent.host_list import digest_of
+from swarm_agent.host_list_messages import (
+    HostListAnswer,
+    HostListRequest,
+    HostListState,
+    HostLogin,
+)
+
+from swarmctl.field_types import HostName
+from swarmctl.plan.observed_host import Observed
+from swarmctl.remote.transport import Conversation, HostError
+from swarmctl.spec.model import Host
+
+_AHEAD = 86_400  # s by which the clock of another operator may be ahead
+Wanted = tuple[dict[str, HostLogin], dict[str, int]]  # hosts, and when others were taken off
+_MOST_GONE = 200
+_MOST = 32  # different lists that are read
+
+
+@dataclass
+class HostLists:
+    """The lists of hosts, read while these are observed: of equal lists one.
+
+    ``spec``: the hosts of the spec. A host that some list names counts until it is taken off later.
+    """
+
+    swarm: str
+    spec: Mapping[str, HostLogin]
+    _seen: dict[str, HostListState] = field(default_factory=dict)  # by host
+    _read: dict[str, HostListAnswer] = field(default_factory=dict)  # by digest
+    _fetched: set[str] = field(default_factory=set)  # digests
+    _reading: threading.Lock = field(default_factory=threading.Lock)
+
+    def __post_init__(self) -> None:
+        own: HostListAnswer = {"epoch": 0, "hosts": dict(self.spec), "gone": {}}
+        self._read[digest_of(own["hosts"], {})] = own
+
+    def read(self, conversation: Conversation, host: str, observed: Observed) -> None:
+        """Reads the list of one host, unless an equal one is known."""
+        state = observed.host_list
+        if state is None:
+            return
+        with self._reading:
+            self._seen[host] = state
+            known = state["digest"] in self._read or state["digest"] in self._fetched
+            if known or len(self._fetched) >= _MOST:
+                return
+            self._fetched.add(state["digest"])
+        with suppress(HostError):  # a lost connection shows with the next request
+            self.take(host, ask(conversation, self.swarm))
+
+    def take(self, host: str, answer: HostListAnswer) -> None:
+        """Takes the list of one host."""
+        digest = digest_of(answer["hosts"], answer["gone"])
+        self._seen[host] = {"epoch": answer["epoch"], "digest": digest}
+        self._read.setdefault(digest, answer)
+
+    @property
+    def left(self) -> Mapping[str, HostLogin]:
+        """The hosts in the lists that the spec has no more, as far as it may be true."""
+        return {name: login for name, (_, _, login) in self._left().items()}
+
+    def source(self, name: str) -> str:
+        """Returns a host whose list names the host ``name``, which left."""
+        return self._left()[name][1]
+
+    @property
+    def epoch(self) -> int:
+        """The epoch of a list that is written now."""
+        return max(int(time.time()), *(_time(one["epoch"]) + 1 for one in self._seen.values()), 1)
+
+    @property
+    def hosts(self) -> list[str]:
+        """The hosts whose lists are known."""
+        return list(self._seen)
+
+    def wanted(
+        self, deployed: Collection[str], chosen: Collection[str], gone: Collection[str] = ()
+    ) -> Wanted:
+        """Returns the list that hosts should have: those that left but for the ``gone``, and those of the
+        spec that are ``deployed``, named already, or not ``chosen`` by this run, which does not know them."""
+        named = {name for one in self._lists() for name in one[2]["hosts"]}
+        left = {name: login for name, login in self.left.items() if name not in gone}
+        hosts = left | {
+            name: login
+            for name, login in self.spec.items()
+            if name in deployed or name in named or name not in chosen
+        }
+        kept = {name: at for name, at in self._gone().items() if name not in hosts}
+        kept |= dict.fromkeys(gone, self.epoch)
+        return hosts, dict(sorted(kept.items(), key=lambda one: one[1])[-_MOST_GONE:])
+
+    def outdated(self, hosts: Iterable[str], wanted: Wanted) -> list[str]:
+        """Returns those of the hosts whose list is another one."""
+        digest = digest_of(*wanted)
+        return [host for host in hosts if host not in self._seen or self._seen[host]["digest"] != digest]
+
+    def _lists(self) -> list[tuple[int, str, HostListAnswer]]:
+        """The lists that were read, with epoch and host, the oldest first."""
+        return sorted(
+            (
+                (_time(one["epoch"]), host, self._read[one["digest"]])
+                for host, one in self._seen.items()
+                if one["digest"] in self._read
+            ),
+            key=lambda one: one[:2],
+        )
+
+    def _gone(self) -> dict[str, int]:
+        found: dict[str, int] = {}
+        for _, _, one in self._lists():
+            for name, at in one["gone"].items():
+                found[name] = max(found.get(name, 0), _time(at))
+        return found
+
+    def _left(self) -> dict[str, tuple[int, str, HostLogin]]:
+        gone = self._gone()
+        taken = {one["address"] for one in self.spec.values()}
+        return {
+            name: (epoch, host, login)
+            for epoch, host, one in self._lists()
+            for name, login in one["hosts"].items()
+            if name not in self.spec
+            and epoch > gone.get(name, -1)
+            and login["address"] not in taken
+            and _is_valid(name, login)
+        }
+
+
+def _time(epoch: int) -> int:
+    """The epoch, or 0 if the clock of who wrote it is far ahead."""
+    return epoch if 0 <= epoch <= time.time() + _AHEAD else 0
+
+
+def _is_valid(name: str, login: HostLogin) -> bool:
+    """True if a spec could have this host: what it names goes into commands of ``~/.ssh/config``."""
+    try:
+        TypeAdapter(HostName).validate_python(name)
+        via = None if login["via"] is None else TypeAdapter(HostName).validate_python(login["via"])
+        Host(address=login["address"], user=login["user"], port=login["port"], via=via)
+    except ValidationError:
+        return False
+    return True
+
+
+def ask(conversation: Conversation, swarm: str) -> HostListAnswer:
+    """Returns the list of a host. Raises ``HostError``."""
+    request: HostListRequest = {"verb": "host_list", "swarm": swarm}
+    answer: HostListAnswer = conversation.ask(request)
+    return answer

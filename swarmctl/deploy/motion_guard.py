@@ -1,0 +1,121 @@
+"""Looks at robots on all hosts of a swarm before units stop on which these robots depend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from swarm_agent.motion_messages import MotionAnswer, MotionRequest, RobotUse
+
+from swarmctl.plan.dependent_robots import Dependent, Dependents, Stops, problems
+from swarmctl.plan.plan import Problem
+from swarmctl.remote import operators, parallel_hosts
+from swarmctl.remote.connections import Connections
+from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Stop, result_of
+from swarmctl.remote.transport import HostError, Kind, Target
+
+_UNKNOWN = "`--keep-going` goes on without an answer, as does `optional: true` for a host that may be away"
+
+
+Uses = Mapping[str, RobotUse]
+"""The robots in use, by name."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The problem of each host whose units must not stop now, and notes on the robots."""
+
+    problems: Mapping[str, Problem]
+    notes: tuple[Note, ...] = ()
+
+
+@dataclass(frozen=True)
+class Guard:
+    """``targets``: of all hosts of the swarm; ``lenient``: what is not known holds nothing back;
+    ``stop_robots``: robots in use are stopped on their hosts."""
+
+    dependents: Dependents
+    targets: Mapping[str, Target]
+    connections: Connections
+    parallel: int
+    stop: Stop
+    lenient: bool = False
+    stop_robots: bool = False
+
+    def look(self, stops: Stops, away: Collection[str] = ()) -> Seen:
+        """Returns which units must not stop now, since robots in use depend on them.
+
+        Hosts that are ``away`` are left out. Robots that ``clear`` would stop do not count.
+        """
+        return self._seen(stops, away, stop=False)
+
+    def clear(self, stops: Stops, away: Collection[str] = ()) -> Seen:
+        """As ``look``, but robots are stopped first, and count if they are not shown to stand."""
+        return self._seen(stops, away, stop=True)
+
+    def _seen(self, stops: Stops, away: Collection[str], *, stop: bool) -> Seen:
+        robots = self.dependents.robots(stops)
+        queried = {host: names for host, names in robots.items() if host not in away}
+        if not queried:
+            return Seen({})
+        uses, errors, _ = self._query(queried, stop=False)
+        found = self.dependents.in_use(stops, uses)
+        notes: list[Note] = []
+        if found and self.stop_robots:
+            left, notes = self._stopped(found, uses) if stop else ({}, [])
+            found = self.dependents.in_use(stops, left)
+        unknown = self.dependents.unknown(stops, {host: str(error) for host, error in errors.items()})
+        hosts = self.dependents.swarm.hosts
+        passed = [one for one in unknown if self.lenient or hosts[one.robot.host].optional]
+        notes += [Note(one.robot.host, f"{one.robot.name} {one.why}") for one in passed]
+        held = problems([one for one in unknown if one not in passed])
+        refused = {host: replace(one, hint=_UNKNOWN) for host, one in held.items()} | problems(found)
+        return Seen(refused, tuple(dict.fromkeys(notes)))
+
+    def _stopped(self, found: Iterable[Dependent], uses: Uses) -> tuple[Uses, list[Note]]:
+        """Stops robots. Returns those that are not shown to stand, and what their hosts noted."""
+        due: dict[str, list[str]] = {}
+        for robot in dict.fromkeys(one.robot.name for one in found):
+            due.setdefault(self.dependents.swarm.robots[robot].host, []).append(robot)
+        _, errors, notes = self._query(due, stop=True)
+        return {name: _unstopped(uses[name], errors[host]) for host in errors for name in due[host]}, notes
+
+    def _query(
+        self, robots: Mapping[str, list[str]], *, stop: bool
+    ) -> tuple[dict[str, RobotUse], dict[str, HostError], list[Note]]:
+        """The robots in use, the errors of their hosts, and what these noted."""
+
+        def work(target: Target, say: Callable[[str], None]) -> MotionAnswer:
+            request: MotionRequest = {
+                "verb": "motion",
+                "swarm": self.dependents.swarm.name,
+                "who": operators.this_one(),
+                "robots": robots[target.host],
+                "stop": stop,
+            }
+            with self.connections.talk(target) as host:
+                answer: MotionAnswer = host.ask(request, on_note=say)
+                return answer
+
+        uses: dict[str, RobotUse] = {}
+        errors: dict[str, HostError] = {}
+        notes: list[Note] = []
+        targets = [self.targets[host] for host in robots]
+        for event in parallel_hosts.each(targets, work, parallel=self.parallel, stop=self.stop):
+            if isinstance(event, Note):
+                notes.append(event)
+            elif isinstance(event, Finished | Skipped):
+                if isinstance(found := result_of(event), HostError):
+                    errors[event.host] = found
+                else:
+                    uses |= found["in_use"]
+        return uses, errors, notes
+
+
+def host_error(problem: Problem) -> HostError:
+    """Returns a problem as the error of its host."""
+    return HostError(Kind(problem.kind), problem.message, problem.hint)
+
+
+def _unstopped(use: RobotUse, error: HostError) -> RobotUse:
+    return {"why": f"{use['why']}, and is not shown to stand: {error}", "commander": use["commander"]}

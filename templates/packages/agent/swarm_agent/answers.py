@@ -1,0 +1,45 @@
+"""The type of each verb's answer."""
+
+from __future__ import annotations
+
+from typing import Mapping
+
+from .history_messages import HistoryAnswer
+from .host_list_messages import HostListAnswer
+from .messages import (
+    ApplyAnswer,
+    ConfirmAnswer,
+    FlashAnswer,
+    HoldAnswer,
+    LaunchFilesAnswer,
+    LeaseAnswer,
+    ObserveAnswer,
+    RemoveAnswer,
+)
+from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer
+from .preparation_messages import BuildAnswer, FetchBuildAnswer, InventoryAnswer, PrepareAnswer
+
+#: The type of the answer by verb. A probe's (``probe_messages``) is not here, since misfits
+#: count as unknown.
+ANSWERS: Mapping[str, type] = {
+    "observe": ObserveAnswer,
+    "lease": LeaseAnswer,
+    "host_list": HostListAnswer,
+    "apply": ApplyAnswer,
+    "rollback": ApplyAnswer,
+    "history": HistoryAnswer,
+    "hold": HoldAnswer,
+    "confirm": ConfirmAnswer,
+    "undo": ConfirmAnswer,
+    "remove": RemoveAnswer,
+    "flash": FlashAnswer,
+    "launch_files": LaunchFilesAnswer,
+    "inventory": InventoryAnswer,
+    "prepare": PrepareAnswer,
+    "build_packages": BuildAnswer,
+    "fetch_build": FetchBuildAnswer,
+    "stop": StopAnswer,
+    "start": StartAnswer,
+    "restart": RestartAnswer,
+    "motion": MotionAnswer,
+}

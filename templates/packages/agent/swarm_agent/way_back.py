@@ -1,0 +1,27 @@
+"""The units that a rollback stops, starts and restarts."""
+
+from __future__ import annotations
+
+from . import secrets
+from .manifest import release_name
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .history_messages import UnitsBack
+    from .release_store import Home
+
+
+def units(home: Home, release: str, chosen: str) -> UnitsBack:
+    """Returns what changes from the current release to another one with the set ``chosen`` of secrets."""
+    before = {unit["name"]: unit["digest"] for unit in home.units(home.current())}
+    after = {unit["name"]: unit for unit in home.units(release_name(release))}
+    others = secrets.differing(home, secrets.current(home), chosen and release_name(chosen))
+    return {
+        "stop": [unit for unit in before if unit not in after],
+        "start": [unit for unit in after if unit not in before],
+        "restart": [
+            unit
+            for unit, one in after.items()
+            if unit in before and (one["digest"] != before[unit] or others & set(one.get("secrets", ())))
+        ],
+    }
