@@ -120,7 +120,7 @@ class ExpectedGraph:
     bridges: tuple[ExpectedBridge, ...] = ()
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     simulated_time: bool = False
-    program_topics: frozenset[str] = frozenset()
+    program_topics: tuple[str, ...] = ()
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
@@ -140,7 +140,7 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
     bridges = (one for one in bridges_of(swarm) if {one.origin_hub, one.hub} <= releases.keys())
     places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
     programs = (one for host in swarm.hosts.values() for one in programs_of(swarm, host))
-    topics = frozenset(name for one in programs for name, _ in one.publishes)
+    topics = tuple(dict.fromkeys(name for one in programs for name, _ in one.publishes))
     return ExpectedGraph(
         swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places, swarm.use_sim_time, topics
     )

@@ -17,13 +17,14 @@ def publishers_of(graph: ExpectedGraph, hub: ExpectedHost) -> dict[str, list[str
     Topics that other nodes may publish as well are left out: those outside the robot's namespace, and what a
     program declares whose node is not known.
     """
+    declared = set(graph.program_topics)
     return {
         topic: [robot.node]
         for host in graph.hosts
         if host.hub == hub.name
         for robot in host.robots
         for topic in _own_topics(robot)
-        if topic not in graph.program_topics
+        if topic not in declared
     }
 
 

@@ -61,7 +61,7 @@ def test_a_hub_looks_for_publishers_of_its_robots_own_topics() -> None:
 
 
 def test_what_a_program_of_any_host_declares_is_left_to_it() -> None:
-    declared = replace(graph((LAPTOP, "k3-pi")), program_topics=frozenset(("/k3/odom",)))
+    declared = replace(graph((LAPTOP, "k3-pi")), program_topics=("/k3/odom",))
     hub = next(host for host in declared.hosts if host.is_hub)
     assert "/k3/odom" not in publishers_of(declared, hub)
     assert publishers_of(declared, hub)["/k3/battery"] == ["/k3/driver"]
