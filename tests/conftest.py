@@ -15,12 +15,19 @@ from hypothesis import HealthCheck, settings
 from tests import ROOT
 
 MEASURED = "measured"
+Promise = Callable[[str, float, float], None]
 _RUN: list[str] = []
 _REFUSED: list[str] = []
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate", action="store_true", help="write golden files anew instead of comparing")
+    parser.addoption("--bars", action="store_true", help="run the tests of promised times; fail over a bar")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if config.getoption("--bars"):
+        items[:] = [item for item in items if "promise" in getattr(item, "fixturenames", ())]
 
 
 def pytest_configure() -> None:
@@ -49,6 +56,20 @@ def note(request: pytest.FixtureRequest) -> Callable[[str, str, str], None]:
     """Keep a figure for the table at the end: what, value, bar."""
     figures = request.node.user_properties
     return lambda what, value, bar: figures.append((MEASURED, (what, value, bar)))
+
+
+@pytest.fixture
+def promise(request: pytest.FixtureRequest, note: Callable[[str, str, str], None]) -> Promise:
+    """Keep a time that swarmctl promises for the table at the end: what, its seconds, its bar in s.
+
+    Only ``pytest --bars``, a part of ``make bench``, fails if it is over the bar.
+    """
+
+    def check(what: str, seconds: float, bar: float) -> None:
+        note(what, f"{seconds:.2f} s", f"<= {bar:g} s{' MISSED' * (seconds > bar)}")
+        assert seconds <= bar or not request.config.getoption("--bars"), what
+
+    return check
 
 
 @pytest.fixture
