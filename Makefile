@@ -31,9 +31,8 @@ help: ## show the targets
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; several labs at a time
-	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not lab" $(PYTEST_ARGS)
-	$(BIN)/pytest -n $(LABS) --dist loadfile --no-loadscope-reorder -m lab $(PYTEST_ARGS)
+test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; what fails is run once more, alone
+	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
 	$(BIN)/pytest -n 2 -m "not lab" -p tests.changed_first --within 90 $(PYTEST_ARGS)

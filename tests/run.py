@@ -1,0 +1,118 @@
+"""``python -m tests.run``: every test, in two parts; what failed is run once more, alone.
+
+A test that fails alone as well fails the run, and so do more than `MOST_ALONE` failures. Those that pass only
+alone are listed and added to ``build/alone.txt``, with the commit. ``build/tested`` is the commit of the last
+run of all tests that passed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+MOST_ALONE = 5
+_RAN = (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.NO_TESTS_COLLECTED)
+
+
+@dataclass
+class Outcomes:
+    """What became of the tests; ``skipped`` has the reason of each."""
+
+    passed: set[str] = field(default_factory=set)
+    failed: set[str] = field(default_factory=set)
+    skipped: dict[str, str] = field(default_factory=dict)
+    complete: bool = True  # all tests were collected, and pytest ended by itself
+
+    def read(self, reports: Iterable[dict[str, object]]) -> None:
+        """Add the reports of pytest-reportlog: of each test one for its setup, its call and its teardown."""
+        for report in reports:
+            test, outcome = str(report.get("nodeid")), report.get("outcome")
+            if outcome == "failed":
+                self.failed.add(test)
+                self.complete &= report["$report_type"] == "TestReport"
+            elif outcome == "skipped" and report["$report_type"] == "TestReport":
+                self.skipped[test] = _reason(report.get("longrepr"))
+            elif report.get("when") == "call":
+                self.passed.add(test)
+        self.passed -= self.failed
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--workers", type=int, default=1, help="processes for the tests without the lab")
+    parser.add_argument("--labs", type=int, default=1, help="processes for the tests in the lab")
+    given, rest = parser.parse_known_args(arguments)
+    fast = ["-m", "not lab", "-n", str(given.workers), "--dist", "worksteal"]
+    lab = ["-m", "lab", "-n", str(given.labs), "--dist", "loadfile", "--no-loadscope-reorder"]
+    outcomes = Outcomes()
+    for part in (fast, lab):
+        _run([*part, *rest], outcomes)
+    alone: set[str] = set()
+    if len(outcomes.failed) <= MOST_ALONE:
+        for test in sorted(outcomes.failed):
+            again = Outcomes()
+            print(f"== once more, alone: {test}", flush=True)
+            _run([test], again)
+            if again.complete and again.passed and not again.failed:
+                alone.add(test)
+    outcomes.failed -= alone
+    outcomes.passed |= alone
+    green = outcomes.complete and bool(outcomes.passed) and not outcomes.failed
+    _keep(alone, green and not rest)
+    print("\n".join(_summary(outcomes, alone)), flush=True)
+    return 0 if green else 1
+
+
+def _run(options: Sequence[str], outcomes: Outcomes) -> None:
+    with tempfile.NamedTemporaryFile(suffix=".jsonl") as log:
+        argv = [sys.executable, "-m", "pytest", f"--report-log={log.name}", *options]
+        status = subprocess.run(argv, check=False).returncode
+        outcomes.read(map(json.loads, Path(log.name).read_text("utf-8").splitlines()))
+    outcomes.complete &= status in _RAN
+
+
+def _reason(longrepr: object) -> str:
+    text = longrepr[-1] if isinstance(longrepr, list) else longrepr
+    return str(text).removeprefix("Skipped: ")
+
+
+def _keep(alone: set[str], whole: bool) -> None:
+    build = Path("build")
+    build.mkdir(exist_ok=True)
+    commit = _git("rev-parse", "HEAD").strip()
+    with (build / "alone.txt").open("a", encoding="utf-8") as file:
+        file.writelines(f"{commit} {test}\n" for test in sorted(alone))
+    if whole and not _git("status", "--porcelain"):
+        (build / "tested").write_text(f"{commit}\n", "utf-8")
+
+
+def _git(*arguments: str) -> str:
+    return subprocess.run(("git", *arguments), capture_output=True, text=True, check=False).stdout
+
+
+def _summary(outcomes: Outcomes, alone: set[str]) -> list[str]:
+    causes = Counter(outcomes.skipped.values()).most_common()
+    return [
+        "",
+        *(["skipped"] if causes else []),
+        *(f"  {count:4} {cause}" for cause, count in causes),
+        *(["passed only alone"] if alone else []),
+        *(f"  {test}" for test in sorted(alone)),
+        *(["failed"] if outcomes.failed else []),
+        *(f"  {test}" for test in sorted(outcomes.failed)),
+        *([] if outcomes.complete else ["not all tests were run"]),
+        f"{len(outcomes.passed)} passed, {len(outcomes.failed)} failed, {len(outcomes.skipped)} skipped",
+    ]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
