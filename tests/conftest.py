@@ -13,9 +13,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests import ROOT
+from tests.timing import Promise
 
 MEASURED = "measured"
-Promise = Callable[[str, float, float], None]
 _RUN: list[str] = []
 _REFUSED: list[str] = []
 

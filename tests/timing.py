@@ -19,6 +19,7 @@ from typing import TypeVar
 import yaml
 
 Found = TypeVar("Found")
+Promise = Callable[[str, float, float], None]  # the fixture's type: what, its seconds, its bar in s
 
 #: Seconds until a test gives up waiting for what has to happen.
 PATIENCE = 60.0

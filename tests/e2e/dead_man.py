@@ -17,7 +17,7 @@ from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network, processes
 from tests import ROOT
 from tests.e2e.lab_swarm import SOURCE, LabSwarm, moves, namespace_of, quoted
-from tests.timing import withheld
+from tests.timing import wait_for, withheld
 
 DRIVE = (ROOT / "benchmarks/onhost/drive.py").read_text("utf-8")
 ANSWERS = 20.0  # s
@@ -74,11 +74,13 @@ class Watch:
                 )
             )
 
-    def stops(self, fault: float, patience: float) -> dict[str, Stop]:
-        """How each robot came to stand after the moment ``fault``, waited for ``patience`` seconds."""
+    def stops(self, fault: float) -> dict[str, Stop]:
+        """How each robot came to stand after the moment ``fault``."""
         found: dict[str, Stop] = {}
         seen = 0
-        while True:
+
+        def all_stand() -> bool:
+            nonlocal seen
             looks, seen = self._looks[seen:], len(self._looks)
             for look in looks:
                 for robot, moving in look.moving.items():
@@ -86,10 +88,10 @@ class Watch:
                         before = self.before(fault)
                         metres, waited = look.way[robot] - before.way[robot], look.withheld - before.withheld
                         found[robot] = Stop(look.at - fault, metres, waited)
-            if looks and len(found) == len(looks[-1].moving):
-                return found
-            assert time.monotonic() < fault + patience, f"after {patience:g} s only {set(found)} stand"
-            time.sleep(0.01)
+            return bool(looks) and len(found) == len(looks[-1].moving)
+
+        wait_for(all_stand, complaint="not all robots stand", interval=0.01)
+        return found
 
     def before(self, moment: float) -> Look:
         return next(look for look in reversed(self._looks) if look.at <= moment)

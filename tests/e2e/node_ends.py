@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 
-from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, SshError, quoted, within
+from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, SshError, quoted, until
 
 BACK = 15.0  # s within which a node that has ended once answers again
 _SHUTDOWN = """
@@ -41,7 +41,7 @@ def ends_and_is_back(swarm: LabSwarm, host: str, part: str, node: str, way: str)
         seen = swarm.units(host)[part]
         return seen.active == "active" and seen.pid not in (0, before) and answers(swarm, host, node)
 
-    within(BACK, back, f"{part} is not back after {way}")
+    until(back, f"{part} is not back after {way}")
     took = time.monotonic() - began
     swarm.shell(host, f"sudo systemctl reset-failed {unit}")  # the restarts of this test are no trouble
     return took

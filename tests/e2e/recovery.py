@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.e2e.lab_swarm import LabSwarm, Note, lab_of, moves
+from tests.e2e.lab_swarm import LabSwarm, Note, lab_of, moves, until
 
-LONGEST = 40.0  # s until a swarm must be whole again
+LONGEST = 40.0  # s, promised until a swarm is whole again
 DOWN = 30.0  # s for which a link is cut
 LAPTOP, K3_PI, EPUCK_PI = "koala-laptop", "k3-pi", "epuck-pi"
 BODY = """\
@@ -78,13 +78,10 @@ def deployed(swarm: LabSwarm, name: str, text: str) -> Path:
 
 def whole(swarm: LabSwarm, spec: Path) -> float:
     """Look until the swarm is healthy; the seconds that took."""
-    began = time.monotonic()
-    while True:
-        run = swarm.swarmctl("status", "--window", "0.5", spec=spec)
-        if run.status == 0:
-            return time.monotonic() - began
-        assert time.monotonic() - began < LONGEST, run.out + run.err
-        time.sleep(0.3)  # the machine has more to do than to look
+    status = ("status", "--window", "0.5")
+    return until(
+        lambda: swarm.swarmctl(*status, spec=spec).status == 0, lambda: swarm.swarmctl(*status, spec=spec).out
+    )
 
 
 @contextmanager

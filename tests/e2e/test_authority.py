@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, within
+from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, until
 
 STRANGER = "epuck-pi"
 LEADING, CENTRAL = "mode: leader\nleader: koala-laptop", "mode: central\nhub: koala-laptop"
@@ -21,7 +21,7 @@ LOW, HIGH = 0.05, 0.1  # m/s
 def test_commands_of_another_host_move_nothing_and_are_reported(swarm: LabSwarm, note: Note) -> None:
     place = swarm.robot("k3")["distance"]
     with swarm.publishing(STRANGER, "k3", 0.1):
-        took = within(10, lambda: "refuses /rostopic" in swarm.diagnosis(LEADER, "k3"), "no refusal")
+        took = until(lambda: "refuses /rostopic" in swarm.diagnosis(LEADER, "k3"), "no refusal")
         note("k3 names a stranger in /diagnostics after", f"{took:.1f} s", "")
         status = swarm.swarmctl("status")
         assert status.status == 0, status.out
@@ -65,15 +65,15 @@ def test_the_higher_commander_takes_over_and_releases_by_its_silence(
         return bool(swarm.robot("k3")["v"] == pytest.approx(speed, rel=0.05))
 
     with swarm.driving(STRANGER, "k3", LOW):
-        within(5, lambda: goes(LOW), "k3 does not obey the lower one")
+        until(lambda: goes(LOW), "k3 does not obey the lower one")
         with swarm.publishing("k3-pi", "k3", HIGH) as higher:
-            taken = within(10, lambda: goes(HIGH), "k3 does not obey the higher one")
+            taken = until(lambda: goes(HIGH), "k3 does not obey the higher one")
             note("k3 obeys its higher commander, the start of rostopic included, after", f"{taken:.2f} s", "")
             began = time.monotonic()
             while time.monotonic() < began + 1:
                 assert goes(HIGH)
             higher.kill()
-            back = within(5, lambda: goes(LOW), "k3 is not given back")
+            back = until(lambda: goes(LOW), "k3 is not given back")
         note("k3 goes back to its lower commander after SIGKILL of the higher", f"{back:.2f} s", "<= 1 s")
         assert back <= 1
     swarm.seconds_to_standstill("k3")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.lab import paths
-from tests.e2e.lab_swarm import LabSwarm, Note, SshError, lab_of, quoted, within
+from tests.e2e.lab_swarm import LabSwarm, Note, SshError, lab_of, quoted, until
 
 TALK = """<package format="2"><name>talk</name><version>1.0.0</version><description>d</description>
 <maintainer email="a@b.example">a</maintainer><license>MIT</license>
@@ -67,7 +67,7 @@ def test_both_hosts_run_the_build(swarm: LabSwarm) -> None:
     run = swarm.deploy()
     assert run.status == 0, run.out + run.err
     for program in ("there", "here"):
-        within(30, lambda name=program: goal(swarm, name) == "1.5", f"no goal of {program}")  # type: ignore[misc]
+        until(lambda name=program: goal(swarm, name) == "1.5", f"no goal of {program}")  # type: ignore[misc]
     assert "src/planner.cpp" not in swarm.shell("pi", "find /opt/swarm/built/current/packages -type f")
 
 
@@ -84,7 +84,7 @@ def test_one_changed_line_delivers_one_library(swarm: LabSwarm, note: Note) -> N
         "restart": "swarm-built.here.service",
     }
     assert swarm.deploy().status == 0
-    within(30, lambda: goal(swarm, "here") == "2.5", "the old node still runs")
+    until(lambda: goal(swarm, "here") == "2.5", "the old node still runs")
 
 
 def test_an_error_of_the_compiler_is_shown_with_its_line(swarm: LabSwarm) -> None:
@@ -155,7 +155,7 @@ def test_a_workspace_of_the_host_does_not_hide_what_is_delivered(swarm: LabSwarm
     )
     done = swarm.deploy(spec)
     assert done.status == 0, done.out + done.err
-    within(20, lambda: swarm.shell("pi", "cat talk 2>/dev/null || true") == "delivered", "the other one runs")
+    until(lambda: swarm.shell("pi", "cat talk 2>/dev/null || true") == "delivered", "the other one runs")
     # Without the space of the release the other one is found.
     setup = ". /opt/swarm/built/current/setup.bash; python3 find.py"
     without = "export CMAKE_PREFIX_PATH=${CMAKE_PREFIX_PATH#*:}; python3 find.py"
@@ -215,7 +215,7 @@ def test_a_robot_drives_on_a_host_with_its_ros_in_opt(swarm: LabSwarm, opt: Path
     """Master, driver, programs, status and terminals find it, and nothing is left where Debian has it."""
     done = swarm.deploy(opt)
     assert done.status == 0, done.out + done.err
-    within(30, lambda: swarm.swarmctl("status", spec=opt).status == 0, "the swarm is not healthy")
+    until(lambda: swarm.swarmctl("status", spec=opt).status == 0, "the swarm is not healthy")
     nodes = swarm.shell("pi", "bash -c '. /opt/swarm/opt/current/setup.bash; which rosnode; rosnode list'")
     assert nodes.split()[0] == "/opt/ros/noetic/bin/rosnode"
     assert "/second/out" in nodes.split()
@@ -223,7 +223,7 @@ def test_a_robot_drives_on_a_host_with_its_ros_in_opt(swarm: LabSwarm, opt: Path
     command = "timeout 20 rostopic pub -r 10 /k3/cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'"
     source = ". /opt/swarm/opt/current/setup.bash"
     swarm.shell("pi", f"bash -c {quoted(f'{source}; {command} >/dev/null 2>&1 &')}")
-    within(20, lambda: swarm.robot("k3")["distance"] > place + 0.1, "the robot does not drive")
+    until(lambda: swarm.robot("k3")["distance"] > place + 0.1, "the robot does not drive")
 
 
 def test_a_full_disk_stops_its_host_alone(swarm: LabSwarm, opt: Path) -> None:

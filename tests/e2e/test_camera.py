@@ -18,12 +18,12 @@ from tests.e2e.dead_man import Commander, Watch, commanding
 from tests.e2e.lab_swarm import (
     SOURCE,
     LabSwarm,
-    Note,
     lab_of,
     moves,
     quoted,
-    within,
+    until,
 )
+from tests.timing import Promise
 
 HOST, ROBOT = "pi", "ep"
 WIDTH, HEIGHT = 50, 44  # an image of 0.43 s; the robot's own are smaller, and in colour
@@ -65,7 +65,6 @@ print(json.dumps({
 """
 SPEED = 0.05  # m/s
 LISTENED_S = 4.0  # s
-ATTEMPTS = 3  # beside other labs, this machine may give it no processor for a while
 MOMENTS = {  # s after an image was begun, and whether it is still on its way then
     "an image begins": (0.0, True),
     "half of it is sent": (0.2, True),
@@ -97,27 +96,22 @@ def watch(swarm: LabSwarm) -> Iterator[Watch]:
 def commander(swarm: LabSwarm) -> Iterator[Commander]:
     with commanding(swarm, HOST, {ROBOT: SPEED}) as commander:
         commander.command(1.0)
-        within(15, lambda: moves(swarm.robot(ROBOT)), "it does not move")
+        until(lambda: moves(swarm.robot(ROBOT)), "it does not move")
         yield commander
 
 
 def test_images_come_whole_and_in_time_while_it_drives(
-    swarm: LabSwarm, commander: Commander, note: Note
+    swarm: LabSwarm, commander: Commander, promise: Promise
 ) -> None:
-    for _ in range(ATTEMPTS):
-        received = listened(swarm)
-        if rate(received["camera"]) >= 0.8 and rate(received["odom"]) >= 3.2:
-            break
+    received = listened(swarm)
+    promise("images of a robot that drives, one each", period(received["camera"]), 1 / 0.8)
+    promise("its odometry between them, one each", period(received["odom"]), 1 / 3.2)
+    until(lambda: is_healthy_and_drives(swarm), lambda: swarm.swarmctl("status").out)
 
-    note("images of a robot that drives", f"{rate(received['camera']):.2f} Hz", ">= 0.8 of 1 Hz")
-    note("its odometry between them", f"{rate(received['odom']):.1f} Hz", ">= 3.2 of 4 Hz")
-    assert rate(received["camera"]) >= 0.8
-    assert rate(received["odom"]) >= 3.2
+
+def is_healthy_and_drives(swarm: LabSwarm) -> bool:
     status = swarm.swarmctl("status")
-    assert status.status == 0, status.out
-    assert "newswarm is healthy" in status.out
-    assert "driving" in status.out
-    assert "camera comes at" not in status.out
+    return status.status == 0 and "driving" in status.out and "camera comes at" not in status.out
 
 
 def listened(swarm: LabSwarm) -> dict[str, Any]:
@@ -135,24 +129,22 @@ def listened(swarm: LabSwarm) -> dict[str, Any]:
     return received
 
 
-def rate(stamps: Sequence[float]) -> float:
-    return (len(stamps) - 1) / (stamps[-1] - stamps[0])
+def period(stamps: Sequence[float]) -> float:
+    return (stamps[-1] - stamps[0]) / (len(stamps) - 1)
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_no_image_holds_up_the_dead_man(
-    moment: str, swarm: LabSwarm, watch: Watch, commander: Commander, note: Note
+    moment: str, swarm: LabSwarm, watch: Watch, commander: Commander, promise: Promise
 ) -> None:
     after, sending = MOMENTS[moment]
-    within(5, lambda: not has_image_to_send(swarm), "an image does not end")
-    within(5, lambda: has_image_to_send(swarm), "no image is begun")
+    until(lambda: not has_image_to_send(swarm), "an image does not end")
+    until(lambda: has_image_to_send(swarm), "no image is begun")
     time.sleep(after)
     killed = commander.send(signal.SIGKILL)
     assert has_image_to_send(swarm) is sending
-    stop = watch.stops(killed, 10)[ROBOT]
-    note(f"publisher killed as {moment}", f"{stop.seconds:.2f} s, {stop.metres:.3f} m", f"<= {BOUND:g} s")
-    assert stop.seconds <= BOUND
-    assert stop.metres <= BOUND * SPEED
+    stop = watch.stops(killed)[ROBOT]
+    promise(f"publisher killed as {moment}, until it stands", stop.seconds - stop.withheld, BOUND)
 
 
 def has_image_to_send(swarm: LabSwarm) -> bool:

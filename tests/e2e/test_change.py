@@ -15,7 +15,7 @@ from tests.e2e.lab_swarm import (
     LabSwarm,
     Note,
     moves,
-    within,
+    until,
 )
 
 K3 = "k3: {type: khepera3, host: k3-pi}"
@@ -59,7 +59,7 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
             robot: stack.enter_context(swarm.publishing(LEADER, robot, speed))
             for robot, speed in speeds.items()
         }
-        within(15, lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
+        until(lambda: all(map(moves, swarm.robots().values())), "not every robot moves")
         refused = swarm.deploy(faster_k3)
         assert refused.status == 3, refused.out + refused.err
         assert re.search(r"^k3-pi  busy: k3 (is commanded by|moves)", refused.out, re.MULTILINE), refused.out
@@ -72,11 +72,11 @@ def test_its_deploy_stops_that_robot_while_the_others_drive_on(
             others_stood.extend(robot for robot in ("epuck", "koala") if not moves(states[robot]))
             return moves(states["k3"]) is not wanted
 
-        within(15, lambda: k3_stands(True), "k3 drives on while its driver is swapped")
+        until(lambda: k3_stands(True), "k3 drives on while its driver is swapped")
         assert deploy.wait(30) == 0, deploy.communicate()
         assert k3_stands(True)  # though its commands go on
         assert swarm.swarmctl("start", "k3").status == 0
-        obeyed = within(15, lambda: k3_stands(False), "k3 does not obey its new driver")
+        obeyed = until(lambda: k3_stands(False), "k3 does not obey its new driver")
         assert not others_stood
         note("k3 obeys its new driver after its start", f"{obeyed:.2f} s", "")
         for publisher in publishers.values():
@@ -99,7 +99,7 @@ def test_a_master_does_not_stop_under_a_robot_of_another_host(swarm: LabSwarm, n
         assert changed(before, swarm.pids()) == set()
         assert moves(swarm.robot("epuck"))
         with swarm.begin("deploy", "--stop-robots", "--limit", LEADER, spec=other_port) as deploy:
-            within(30, lambda: not moves(swarm.robot("epuck")), "the e-puck drives on")
+            until(lambda: not moves(swarm.robot("epuck")), "the e-puck drives on")
             stood = time.monotonic()  # hosts of the lab have the same clock
             assert deploy.wait(60) == 0, deploy.communicate()
             ahead = int(swarm.shell(LEADER, stopped)) / 1e6 - stood

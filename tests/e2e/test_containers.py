@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note, SshError, lab_of, quoted, within
+from tests.e2e.lab_swarm import HOME, LabSwarm, Note, SshError, lab_of, quoted, until
 
 TOKEN, KEY = 'pa$$ "w\\o`rd', "-----BEGIN\nabc\n"
 SPEC = """\
@@ -125,7 +125,7 @@ def deployed(box: LabSwarm, images: tuple[str, str]) -> LabSwarm:
     keep_secrets(box, TOKEN)
     done = box.deploy()
     assert done.status == 0, done.out + done.err
-    within(20, lambda: "dev" in box.shell("pi", "ls out"), "the container does not run")
+    until(lambda: "dev" in box.shell("pi", "ls out"), "the container does not run")
     return box
 
 
@@ -169,7 +169,7 @@ def test_a_container_has_its_ros_its_devices_and_its_secrets(deployed: LabSwarm)
     group = deployed.shell("pi", f"systemctl show -p ControlGroup --value {UNIT}").strip()
     payload = deployed.shell("pi", "cat /proc/$(pgrep -f '^sleep 1000')/cgroup")
     assert f"{group}/libpod-payload" in payload, "its limits are not those of the unit"
-    within(20, lambda: not findings(deployed), f"not well: {findings(deployed)}")
+    until(lambda: not findings(deployed), f"not well: {findings(deployed)}")
 
 
 def test_a_secret_is_for_its_program_alone(deployed: LabSwarm) -> None:
@@ -196,10 +196,8 @@ def test_a_rotated_secret_restarts_what_reads_it(deployed: LabSwarm) -> None:
     units = [f"swarm-newswarm.{one}.service" for one in ("seeing", "web")]
     assert steps == [("secret", "web-token"), *(("restart", unit) for unit in units)]
     assert deployed.deploy().status == 0
-    within(
-        20, lambda: "TOKEN=rotated" in deployed.shell("pi", "cat out/env"), "the container has the old one"
-    )
-    within(20, lambda: deployed.shell("pi", "cat token") == "rotated", "the program has the old one")
+    until(lambda: "TOKEN=rotated" in deployed.shell("pi", "cat out/env"), "the container has the old one")
+    until(lambda: deployed.shell("pi", "cat token") == "rotated", "the program has the old one")
 
 
 def test_a_container_that_is_stopped_killed_or_ended(deployed: LabSwarm, note: Note) -> None:
@@ -210,8 +208,7 @@ def test_a_container_that_is_stopped_killed_or_ended(deployed: LabSwarm, note: N
 
     before = deployed.units("pi")["seeing"].restarts
     deployed.shell("pi", f"sudo podman kill {UNIT}")
-    again = within(
-        20,
+    again = until(
         lambda: deployed.units("pi")["seeing"].restarts > before and UNIT in running(deployed),
         "the container is not started again",
     )
@@ -236,8 +233,7 @@ def test_status_names_an_image_that_is_missing_or_of_another_machine(
     ):
         deployed.spec.write_text(SPEC.replace("IMAGE", image))
         assert deployed.deploy().status == 0
-        within(
-            30,
+        until(
             lambda words=words: words in findings(deployed).get("program seeing", {}).get("message", ""),
             f"status does not say that {words}",
         )
@@ -246,7 +242,7 @@ def test_status_names_an_image_that_is_missing_or_of_another_machine(
 def test_removed_no_container_and_no_secret_is_left(deployed: LabSwarm, images: tuple[str, str]) -> None:
     deployed.spec.write_text(SPEC.replace("IMAGE", images[0]))
     assert deployed.deploy().status == 0
-    within(20, lambda: UNIT in running(deployed), "the container does not run")
+    until(lambda: UNIT in running(deployed), "the container does not run")
     assert deployed.swarmctl("remove", "--yes").status == 0
     left = "sudo podman ps --all --quiet; sudo find /run/swarm-secrets /etc/swarm -type f 2>/dev/null || true"
     assert deployed.shell("pi", left) == ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note, quoted, within
+from tests.e2e.lab_swarm import HOME, LabSwarm, Note, quoted, until
 
 HOST = "k3-pi"
 ROS = f". {HOME}/current/setup.bash"
@@ -34,11 +34,11 @@ def test_a_second_publisher_of_odometry_is_named(swarm: LabSwarm) -> None:
     begun = f"{ROS}; nohup rostopic pub -r 5 /k3/odom nav_msgs/Odometry '{{}}' >/dev/null 2>&1 & echo $!"
     pid = swarm.shell(HOST, begun).split()[-1]
     try:
-        within(20, lambda: "publishes it as well as /k3/driver" in first_cause(swarm), "it is not named")
+        until(lambda: "publishes it as well as /k3/driver" in first_cause(swarm), "it is not named")
         assert first_cause(swarm).startswith("✗ publisher /k3/odom: /rostopic_")
     finally:
         swarm.shell(HOST, f"kill -INT {pid}")
-    within(20, lambda: swarm.swarmctl("status").status == 0, "it is not healthy again")
+    until(lambda: swarm.swarmctl("status").status == 0, "it is not healthy again")
 
 
 def test_a_publisher_that_has_ended_is_named_and_taken_out(swarm: LabSwarm) -> None:

@@ -15,7 +15,7 @@ from tests.e2e.lab_swarm import (
     SshError,
     lab_of,
     quoted,
-    within,
+    until,
 )
 
 SPEC = """\
@@ -150,7 +150,7 @@ def test_a_host_follows_the_hubs_clock_without_internet(deployed: LabSwarm, note
         except SshError:  # chronyd is not up yet
             return False
 
-    seconds = within(30, selected, "pi does not select the hub's clock")
+    seconds = until(selected, "pi does not select the hub's clock")
     tracking = dict(
         (part.strip() for part in line.split(":", 1))
         for line in deployed.shell("pi", "chronyc -n tracking").splitlines()
@@ -218,7 +218,7 @@ def test_a_pin_reaches_the_unit_that_pairs_and_nobody_else(deployed: LabSwarm, n
     run = deployed.deploy()
     assert run.status == 0, run.out + run.err
     journal = f"sudo journalctl --boot --output=cat --unit {PAIR}"
-    seconds = within(20, lambda: "is paired" in deployed.shell("pi", journal), "the robot is not paired")
+    seconds = until(lambda: "is paired" in deployed.shell("pi", journal), "the robot is not paired")
     note("Bluetooth: paired by the PIN (stand-ins)", f"{seconds:.1f} s after the deploy", "")
     assert "root 600" in deployed.shell("pi", f"sudo stat -c '%U %a' {VAULT}/epuck-pin")
     assert PIN not in run.out + run.err + deployed.shell("pi", "sudo journalctl --boot --output=cat")

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from tests import ROOT
-from tests.e2e.lab_swarm import LabSwarm, Note, lab_of, moves, within
+from tests.e2e.lab_swarm import LabSwarm, Note, lab_of, moves, until
 from tests.e2e.ros_peers import roswtf, view
 
 PART = "desk,host:tb3-[01-04],host:p3-[01-03],host:epuck-pi-1,host:rover-pi-[1-2],host:uav-pi"
@@ -61,7 +61,7 @@ def test_all_of_it_is_healthy(fleet: LabSwarm, note: Note) -> None:
         run = fleet.swarmctl("status", "-f", str(fleet.folder / "lab.yaml"), "--limit", PART)
         return run.status, run.out + run.err
 
-    seconds = within(40, lambda: status()[0] == 0, "the fleet is not healthy")
+    seconds = until(lambda: status()[0] == 0, "the fleet is not healthy")
     note(f"a fleet of {HOSTS} hosts is healthy after its deploy", f"{seconds:.1f} s", "<= 40 s")
 
 
@@ -89,13 +89,13 @@ def test_the_master_has_the_urdf_of_the_cart(fleet: LabSwarm) -> None:
 def test_the_program_of_a_group_drives_it_and_nobody_else(fleet: LabSwarm, group: str) -> None:
     driven, wheels = GROUPS[group]
     with circling(fleet, group):
-        within(20, lambda: moving(fleet) >= driven, f"not all {group} move")
+        until(lambda: moving(fleet) >= driven, f"not all {group} move")
         time.sleep(1.0)  # others would move by now
         states = fleet.robots()
         assert moving(fleet) == driven
         for robot in driven:
             assert (states[robot]["left"], states[robot]["right"]) == pytest.approx(wheels, abs=0.01), robot
-    within(10, lambda: not moving(fleet), f"{group} do not stop with their program")
+    until(lambda: not moving(fleet), f"{group} do not stop with their program")
 
 
 def moving(swarm: LabSwarm) -> set[str]:

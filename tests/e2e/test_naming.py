@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.experiment import PATIENCE, seconds_to_health
+from tests.e2e.experiment import seconds_to_health
 from tests.e2e.lab_swarm import (
     LEADER,
     SOURCE,
     LabSwarm,
     Note,
     lab_of,
-    within,
+    until,
 )
 
 SPEC = """\
@@ -70,7 +70,7 @@ def test_the_leader_drives_all_robots_and_a_stranger_none(named: LabSwarm) -> No
     place = named.robot("k3")["distance"]
     with named.publishing("k3-pi", "k3", 0.05):
         refusal = "refuses /rostopic"
-        within(PATIENCE, lambda: refusal in named.diagnosis("k3-pi", "k3"), "nothing is refused")
+        until(lambda: refusal in named.diagnosis("k3-pi", "k3"), "nothing is refused")
         found = re.search(r"on (\S+) \(\d+ commands\): (.*)\"", named.diagnosis("k3-pi", "k3"))
         assert found is not None
         assert found.groups() == ("k3-pi", "not among its commanders koala-laptop")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import LabSwarm, Note, quoted, within
+from tests.e2e.lab_swarm import LabSwarm, Note, quoted, until
 
 HOSTS = ("k3-pi", "epuck-pi")
 FOLDER = "/usr/share/talking"
@@ -84,7 +84,7 @@ def signal(swarm: LabSwarm, name: str, node: str) -> None:
 
 def test_a_launched_node_that_stops_or_dies_is_unhealthy(talking: LabSwarm) -> None:
     swarm, spec = talking, deployed(talking, "talk", TALK)
-    within(30, lambda: swarm.swarmctl("status", spec=spec).status == 0, "the swarm does not get well")
+    until(lambda: swarm.swarmctl("status", spec=spec).status == 0, "the swarm does not get well")
     document = swarm.swarmctl("status", "--json", spec=spec).json()
     rates = [one["message"] for one in document["findings"] if one["key"] == "topic /words of talk"]
     assert rates
@@ -95,10 +95,10 @@ def test_a_launched_node_that_stops_or_dies_is_unhealthy(talking: LabSwarm) -> N
     assert "a signal has stopped its process" in stopped["program talk"]["message"]
     assert "(say.py)" in stopped["program talk"]["message"]
     signal(swarm, "CONT", "first")
-    within(15, lambda: not findings(swarm, spec), "the swarm does not get well again")
+    until(lambda: not findings(swarm, spec), "the swarm does not get well again")
 
     signal(swarm, "KILL", "second")
-    within(15, lambda: "program talk" in findings(swarm, spec), "the dead node is not reported")
+    until(lambda: "program talk" in findings(swarm, spec), "the dead node is not reported")
     message = findings(swarm, spec)["program talk"]["message"]
     assert message == "its node /second has ended (exit code -9) and is not started again"
 
@@ -113,7 +113,7 @@ def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm
     assert f"k3-pi:{FOLDER}/launch/eyes.launch:1" in refused.out
     spec = deployed(swarm, "pair", PAIR + SILENCE)
     cause = "node name /eyes"
-    took = within(60, lambda: cause in findings(swarm, spec), "the equal names are not found")
+    took = until(lambda: cause in findings(swarm, spec), "the equal names are not found")
     note("two nodes of one name are found after", f"{took:.0f} s", "<= 60 s")
     for _ in range(5):
         run = swarm.swarmctl("status", spec=spec)
@@ -121,7 +121,7 @@ def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm
         words = " ".join(run.out.split())
         assert words.count("two nodes are called /eyes, on hosts k3-pi and epuck-pi") == 1, run.out
     log = "sudo journalctl -u swarm-newswarm.left.service -o cat"
-    within(60, lambda: "starts again in" in swarm.shell("k3-pi", log), "they fight at full speed")
+    until(lambda: "starts again in" in swarm.shell("k3-pi", log), "they fight at full speed")
 
 
 def test_a_deploy_that_repairs_a_crash_loop_begins_a_new_count(swarm: LabSwarm) -> None:
@@ -131,8 +131,8 @@ def test_a_deploy_that_repairs_a_crash_loop_begins_a_new_count(swarm: LabSwarm) 
 
     crashes = "sleep 0.5; exit 1"
     spec = deployed(swarm, "loop", LOOP % crashes)
-    within(60, lambda: restarted(spec), "the crash loop is not found")
+    until(lambda: restarted(spec), "the crash loop is not found")
     repaired = deployed(swarm, "repaired", LOOP % "exec sleep 1000")
     assert "program loop" not in findings(swarm, repaired)
     spec = deployed(swarm, "loop", LOOP % crashes)
-    within(60, lambda: restarted(spec), "the crash loop after the repair is not found")
+    until(lambda: restarted(spec), "the crash loop after the repair is not found")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, lab_of, moves, within
+from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, lab_of, moves, until
 
 DESK, OWN, VENDOR = "desk", "k3", "burger"
 UNIT, PILOTS = f"swarm-{SWARM}.clock.service", f"swarm-{SWARM}.pilot.service"
@@ -89,10 +89,10 @@ def stamp(swarm: LabSwarm, robot: str) -> int:
 
 
 def test_robots_have_the_time_of_the_clock(simulated: LabSwarm) -> None:
-    within(30, lambda: both_move(simulated), "the robots do not move")
+    until(lambda: both_move(simulated), "the robots do not move")
     for robot in (OWN, VENDOR):
         assert START <= stamp(simulated, robot) < START + 600
-    within(20, lambda: healthy(simulated), "the swarm does not become healthy")
+    until(lambda: healthy(simulated), "the swarm does not become healthy")
 
 
 def test_dead_men_stop_robots_while_the_clock_stands_still(simulated: LabSwarm) -> None:
@@ -107,7 +107,7 @@ def test_dead_men_stop_robots_while_the_clock_stands_still(simulated: LabSwarm) 
     simulated.shell(DESK, f"sudo systemctl stop {PILOTS}")
     simulated.seconds_to_standstill(OWN, VENDOR)
     simulated.shell(DESK, f"sudo systemctl kill --signal=CONT {UNIT}; sudo systemctl start {PILOTS}")
-    within(20, lambda: both_move(simulated), "the robots do not move again")
+    until(lambda: both_move(simulated), "the robots do not move again")
 
 
 def test_a_restarted_master_has_simulated_time_again(simulated: LabSwarm) -> None:
@@ -116,6 +116,6 @@ def test_a_restarted_master_has_simulated_time_again(simulated: LabSwarm) -> Non
     assert "/use_sim_time is not true" in found["message"]
     assert found["hint"].startswith(f"on {DESK}: {RESTART}")
     simulated.shell(DESK, RESTART)
-    within(60, lambda: both_move(simulated), "the robots do not move after the restart")
-    within(20, lambda: START <= stamp(simulated, OWN) < START + 1200, "the stamps are not of the new clock")
-    within(20, lambda: healthy(simulated), "the swarm does not become healthy again")
+    until(lambda: both_move(simulated), "the robots do not move after the restart")
+    until(lambda: START <= stamp(simulated, OWN) < START + 1200, "the stamps are not of the new clock")
+    until(lambda: healthy(simulated), "the swarm does not become healthy again")

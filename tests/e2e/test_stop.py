@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, within
+from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, until
 
 SPEED = 0.1  # m/s
 ONE_ROBOT, ITS_HOST = "k3", "k3-pi"
@@ -21,13 +21,13 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
             _, found = stopped(swarm)
             assert set(found) == set(robots)
             assert {one["state"] for one in found.values()} <= {"stands", "unproven"}, found
-            within(20, lambda: stopped(swarm)[0] == exit_codes.OK, "the wheels are not shown to stand")
+            until(lambda: stopped(swarm)[0] == exit_codes.OK, "the wheels are not shown to stand")
             assert not any(moves(one) for one in swarm.robots().values())
             assert str(found[ONE_ROBOT]["commander"]).startswith(LEADER)
             note("stop, from the start of the program", f"{found[ONE_ROBOT]['seconds']} s", "by the wheels")
             assert "stopped by `swarmctl stop`" in swarm.diagnosis(ITS_HOST, ONE_ROBOT)
 
-            within(20, lambda: swarm.swarmctl("status").status == exit_codes.OK, "status fails")
+            until(lambda: swarm.swarmctl("status").status == exit_codes.OK, "status fails")
             assert "! stop koala, k3, epuck: stopped by " in swarm.swarmctl("status").out
 
             swarm.shell(ITS_HOST, f"sudo systemctl restart swarm-newswarm.{ONE_ROBOT}")
@@ -45,7 +45,7 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
 
             run = swarm.swarmctl("start", ONE_ROBOT, "--json")
             assert run.json()["released"] == [ONE_ROBOT]
-            within(15, lambda: moves(swarm.robot(ONE_ROBOT)), "the robot does not obey after its release")
+            until(lambda: moves(swarm.robot(ONE_ROBOT)), "the robot does not obey after its release")
             refused = swarm.swarmctl("restart", ONE_ROBOT)
             assert refused.status == exit_codes.HOSTS_FAILED
             assert (
@@ -60,14 +60,13 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
 def test_a_stop_holds_after_a_reboot_and_without_a_master(swarm: LabSwarm) -> None:
     swarm.shell(LEADER, "sudo systemctl stop swarm-newswarm.master")
     try:
-        within(20, lambda: stopped(swarm, ONE_ROBOT)[0] == exit_codes.OK, "the wheels are not shown to stand")
+        until(lambda: stopped(swarm, ONE_ROBOT)[0] == exit_codes.OK, "the wheels are not shown to stand")
     finally:
         swarm.shell(LEADER, "sudo systemctl start swarm-newswarm.master")
     try:
         swarm.reboot(ITS_HOST)
         with swarm.publishing(LEADER, ONE_ROBOT, SPEED):
-            within(
-                20,
+            until(
                 lambda: "stopped by `swarmctl stop`" in swarm.diagnosis(ITS_HOST, ONE_ROBOT),
                 "the driver does not say that its robot is stopped",
             )

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, LabSwarm, Note, SshError, quoted, within
+from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, LabSwarm, Note, SshError, quoted, until
 from tests.e2e.node_ends import BACK, WAYS, answers, ends_and_is_back
 
 MASTER, K3 = "swarm-newswarm.master.service", "swarm-newswarm.k3.service"
@@ -38,7 +38,7 @@ def test_a_driver_runs_again_however_it_ends(swarm: LabSwarm, note: Note) -> Non
         note(f"driver answers again after {way}", f"{took:.1f} s", f"<= {BACK:g} s")
     with swarm.driving(LEADER, "k3", 0.1):
         pass
-    within(30, lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
+    until(lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
 
 
 @contextmanager
@@ -62,12 +62,12 @@ def test_a_master_waits_for_its_port_and_comes_back(swarm: LabSwarm, note: Note)
         return str(findings[f"unit {MASTER} on {LEADER}"]["message"])
 
     with foreign_master(swarm):
-        within(20, lambda: swarm.units(LEADER)["master"].active == "activating", "the master does not wait")
-        within(20, lambda: "port 11311 is in use by process" in cause(), "nobody names who has the port")
+        until(lambda: swarm.units(LEADER)["master"].active == "activating", "the master does not wait")
+        until(lambda: "port 11311 is in use by process" in cause(), "nobody names who has the port")
         assert re.match("crash loop: restarted [0-9]+ times?, last result", cause()), cause()
-    took = within(PORT_FREE, lambda: answers(swarm, LEADER, "/k3/driver"), "the nodes are not registered")
+    took = until(lambda: answers(swarm, LEADER, "/k3/driver"), "the nodes are not registered")
     note("nodes answer again after a foreign master has gone", f"{took:.1f} s", f"<= {PORT_FREE:g} s")
-    within(30, lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
+    until(lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
     assert swarm.units(LEADER)["master"].active == "active"
     swarm.everywhere("sudo systemctl reset-failed 'swarm-newswarm.*.service'")
 
