@@ -87,9 +87,14 @@ def _has_seconds(node: ast.expr, names: set[str]) -> bool:
     return any(
         (isinstance(part, ast.Name) and part.id in names)
         or (isinstance(part, ast.Attribute) and part.attr in SECONDS)
-        or (isinstance(part, ast.expr) and _is_clock(part))
+        or (isinstance(part, ast.Call) and (_is_clock(part) or _returns_seconds(part)))
         for part in ast.walk(node)
     )
+
+
+def _returns_seconds(call: ast.Call) -> bool:
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    return name == "until" or name.startswith("seconds_")
 
 
 def _is_moment(node: ast.expr, moments: set[str]) -> bool:
@@ -104,6 +109,7 @@ def _is_moment(node: ast.expr, moments: set[str]) -> bool:
         "took = time.monotonic() - began\n  assert 5 > took",
         "end = time.monotonic() + 5\n  while busy(): assert time.monotonic() < end",
         "assert stop().seconds < BAR, 'late'",
+        "back = until(stands, 'it drives')\n  assert back < 1",
         "a, b = time.time(), 3\n  assert not busy() or time.time() - a < b",
     ],
 )

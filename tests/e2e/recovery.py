@@ -15,7 +15,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.e2e.lab_swarm import LabSwarm, Note, lab_of, moves, until
+from tests.e2e.lab_swarm import LabSwarm, lab_of, moves, until
+from tests.timing import Promise
 
 LONGEST = 40.0  # s, promised until a swarm is whole again
 DOWN = 30.0  # s for which a link is cut
@@ -149,7 +150,7 @@ def recovers(
     spec: Path,
     mode: str,
     faults: Sequence[tuple[str, Callable[[LabSwarm], None]]],
-    note: Note,
+    promise: Promise,
 ) -> None:
     """After each fault the swarm is whole again, and nobody moves before; the seconds go into the table."""
     obeyed(swarm, COMMANDING[mode])
@@ -160,4 +161,4 @@ def recovers(
         began = time.monotonic()
         obeyed(swarm, COMMANDING[mode])
         moving = healthy + time.monotonic() - began
-        note(f"{mode}: {what}", f"healthy {healthy:.1f} s, robot moves {moving:.1f} s", f"<= {LONGEST:g} s")
+        promise(f"{mode}: {what}, until healthy and a robot moves", moving, LONGEST)

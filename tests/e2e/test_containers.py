@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from tests.e2e.lab_swarm import HOME, LabSwarm, Note, SshError, lab_of, quoted, until
+from tests.timing import Promise
 
 TOKEN, KEY = 'pa$$ "w\\o`rd', "-----BEGIN\nabc\n"
 SPEC = """\
@@ -200,7 +201,7 @@ def test_a_rotated_secret_restarts_what_reads_it(deployed: LabSwarm) -> None:
     until(lambda: deployed.shell("pi", "cat token") == "rotated", "the program has the old one")
 
 
-def test_a_container_that_is_stopped_killed_or_ended(deployed: LabSwarm, note: Note) -> None:
+def test_a_container_that_is_stopped_killed_or_ended(deployed: LabSwarm, promise: Promise) -> None:
     stopped = "a signal has stopped its process"
     deployed.shell("pi", "sudo pkill -STOP -f '^sleep 1000'")
     assert stopped in findings(deployed)["program seeing"]["message"]
@@ -212,7 +213,7 @@ def test_a_container_that_is_stopped_killed_or_ended(deployed: LabSwarm, note: N
         lambda: deployed.units("pi")["seeing"].restarts > before and UNIT in running(deployed),
         "the container is not started again",
     )
-    note("a container is back after it was killed", f"{again:.1f} s", "<= 20 s")
+    promise("a container is back after it was killed", again, 20)
 
     deployed.shell("pi", f"sudo systemctl stop {UNIT}", timeout=40)
     assert running(deployed) == ""

@@ -266,12 +266,12 @@ def test_its_gate_hangs_and_the_robot_stands(fleet: LabSwarm, promise: Promise) 
     recovers(fleet)
 
 
-def test_gate_and_driver_run_again_however_they_end(fleet: LabSwarm, note: Note) -> None:
+def test_gate_and_driver_run_again_however_they_end(fleet: LabSwarm, promise: Promise) -> None:
     ways = {"gate": "a stranger's shutdown request", "driver": "rosnode kill"}
     for name, way in ways.items():
         part, node = f"{EXECUTED}.gate" if name == "gate" else EXECUTED, f"/{EXECUTED}/{name}"
         took = ends_and_is_back(fleet, PI, part, node, way)
-        note(f"{node} answers again after {way}", f"{took:.1f} s", f"<= {BACK:g} s")
+        promise(f"{node} answers again after {way}", took, BACK)
     with fleet.driving(PI, EXECUTED, SPEED):
         pass
     fleet.seconds_to_standstill(EXECUTED)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note, quoted, until
+from tests.e2e.lab_swarm import HOME, LabSwarm, quoted, until
+from tests.timing import Promise
 
 HOST = "k3-pi"
 ROS = f". {HOME}/current/setup.bash"
@@ -52,14 +53,14 @@ def test_a_publisher_that_has_ended_is_named_and_taken_out(swarm: LabSwarm) -> N
     assert "publisher /k3/cmd_vel" not in [one["key"] for one in again["findings"]]
 
 
-def test_a_firewall_that_lets_no_commands_in_is_named(swarm: LabSwarm, note: Note) -> None:
+def test_a_firewall_that_lets_no_commands_in_is_named(swarm: LabSwarm, promise: Promise) -> None:
     swarm.shell(HOST, f"printf %s {quoted(FIREWALL)} | sudo nft -f -")
     try:
         seen = swarm.swarmctl("status")
         assert seen.status == 5, seen.out
         text = next(line for line in seen.out.splitlines()[1:] if line)
         assert text.startswith(f"✗ peer k3: koala-laptop cannot connect to /k3/driver on {HOST}: "), seen.out
-        note("status names a host's firewall", f"{seen.seconds:.1f} s", "<= 10 s")
+        promise("status names a host's firewall", seen.seconds, 10)
     finally:
         swarm.shell(HOST, "sudo nft delete table inet strict")
     assert swarm.swarmctl("status").status == 0

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from tests.e2e.lab_swarm import HOME, LabSwarm, Note
+from tests.e2e.lab_swarm import HOME, LabSwarm
+from tests.timing import Promise
 
 HOST = "k3-pi"
 MOUNTED = "sudo mkdir -p /mnt/small && sudo mount -t tmpfs -o {options} none /mnt/small"
@@ -108,7 +109,7 @@ def hurt(swarm: LabSwarm) -> Iterator[Callable[[Case], None]]:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_cause_stands_first_and_goes_with_its_repair(
-    swarm: LabSwarm, hurt: Callable[[Case], None], note: Note, name: str
+    swarm: LabSwarm, hurt: Callable[[Case], None], promise: Promise, name: str
 ) -> None:
     case = CASES[name]
     hurt(case)
@@ -117,7 +118,7 @@ def test_the_cause_stands_first_and_goes_with_its_repair(
     first = next(line for line in seen.out.splitlines()[1:] if line)
     assert first.startswith(f"✗ {case.check}: "), seen.out
     assert case.message in first, seen.out
-    note(f"status names {name}", f"{seen.seconds:.1f} s", "<= 10 s")
+    promise(f"status names {name}", seen.seconds, 10)
     if case.verb:
         verb, *options = case.verb
         repaired = swarm.swarmctl(verb, "--yes", "--limit", HOST, *options)

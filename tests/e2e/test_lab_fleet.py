@@ -14,8 +14,9 @@ import pytest
 import yaml
 
 from tests import ROOT
-from tests.e2e.lab_swarm import LabSwarm, Note, lab_of, moves, until
+from tests.e2e.lab_swarm import LabSwarm, lab_of, moves, until
 from tests.e2e.ros_peers import roswtf, view
+from tests.timing import Promise
 
 PART = "desk,host:tb3-[01-04],host:p3-[01-03],host:epuck-pi-1,host:rover-pi-[1-2],host:uav-pi"
 GROUPS = {
@@ -56,13 +57,13 @@ def circling(swarm: LabSwarm, group: str) -> Iterator[None]:
             process.wait(20)
 
 
-def test_all_of_it_is_healthy(fleet: LabSwarm, note: Note) -> None:
+def test_all_of_it_is_healthy(fleet: LabSwarm, promise: Promise) -> None:
     def status() -> tuple[int, str]:
         run = fleet.swarmctl("status", "-f", str(fleet.folder / "lab.yaml"), "--limit", PART)
         return run.status, run.out + run.err
 
     seconds = until(lambda: status()[0] == 0, "the fleet is not healthy")
-    note(f"a fleet of {HOSTS} hosts is healthy after its deploy", f"{seconds:.1f} s", "<= 40 s")
+    promise(f"a fleet of {HOSTS} hosts is healthy after its deploy", seconds, 40)
 
 
 def test_roswtf_finds_no_fault(fleet: LabSwarm) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.e2e.lab_swarm import LabSwarm, Note, quoted
+from tests.e2e.lab_swarm import LabSwarm, quoted
 from tests.e2e.recovery import (
     BODY,
     CONTROL,
@@ -16,6 +16,7 @@ from tests.e2e.recovery import (
     standing,
     whole,
 )
+from tests.timing import Promise
 
 LATE = 8  # s after its boot at which a host gets its address
 NO_NETWORK = f"""\
@@ -36,7 +37,7 @@ ExecStart=sleep infinity
 """
 
 
-def test_a_network_that_comes_late_and_never_online_stops_nobody(isles: LabSwarm, note: Note) -> None:
+def test_a_network_that_comes_late_and_never_online_stops_nobody(isles: LabSwarm, promise: Promise) -> None:
     """The hub boots without its address, and who waits for `network-online` waits for ever."""
     spec = deployed(isles, "leader", SPECS["leader"])
     units = {"no-network": ("sysinit", NO_NETWORK), "never-online": ("network-online", NEVER_ONLINE)}
@@ -55,7 +56,7 @@ def test_a_network_that_comes_late_and_never_online_stops_nobody(isles: LabSwarm
     obeyed(isles, LAPTOP)
     for name, (target, _) in units.items():
         isles.shell(LAPTOP, f"cd /etc/systemd/system; sudo rm -r {name}.service {target}.target.wants")
-    note(f"leader: hub without address for {LATE} s", f"healthy {seconds:.1f} s", f"<= {LONGEST:g} s")
+    promise(f"leader: hub without address for {LATE} s, until healthy", seconds, LONGEST)
 
 
 def test_an_optional_host_holds_nobody_up_and_joins_late(isles: LabSwarm) -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import LabSwarm, Note, quoted, until
+from tests.e2e.lab_swarm import LabSwarm, quoted, until
+from tests.timing import Promise
 
 HOSTS = ("k3-pi", "epuck-pi")
 FOLDER = "/usr/share/talking"
@@ -103,7 +104,7 @@ def test_a_launched_node_that_stops_or_dies_is_unhealthy(talking: LabSwarm) -> N
     assert message == "its node /second has ended (exit code -9) and is not started again"
 
 
-def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm, note: Note) -> None:
+def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm, promise: Promise) -> None:
     swarm = talking
     unchecked = swarm.folder / "equal.yaml"
     unchecked.write_text(swarm.spec.read_text() + PAIR)
@@ -114,7 +115,7 @@ def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm
     spec = deployed(swarm, "pair", PAIR + SILENCE)
     cause = "node name /eyes"
     took = until(lambda: cause in findings(swarm, spec), "the equal names are not found")
-    note("two nodes of one name are found after", f"{took:.0f} s", "<= 60 s")
+    promise("two nodes of one name are found after", took, 60)
     for _ in range(5):
         run = swarm.swarmctl("status", spec=spec)
         assert run.status == exit_codes.UNHEALTHY, run.out

@@ -12,7 +12,6 @@ from tests.e2e.lab_swarm import (
     LEADER,
     SOURCE,
     LabSwarm,
-    Note,
     quoted,
     until,
 )
@@ -181,12 +180,12 @@ def test_a_program_can_be_launched_by_hand(swarm: LabSwarm, spec: Path) -> None:
     assert TEXT in received(swarm)
 
 
-def test_a_node_that_dies_is_started_again(swarm: LabSwarm, spec: Path, note: Note) -> None:
+def test_a_node_that_dies_is_started_again(swarm: LabSwarm, spec: Path, promise: Promise) -> None:
     until(lambda: TEXT in received(swarm), "the program is not received")
     before = node_process(swarm)
     swarm.shell("k3-pi", f"sudo kill -KILL {before}")
     seconds = until(lambda: node_process(swarm) not in ("", before), "the node does not come back")
-    note("a program's node is back after it died", f"{seconds:.1f} s", "<= 20 s")
+    promise("a program's node is back after it died", seconds, 20)
     until(lambda: TEXT in received(swarm), "the node that came back is not received")
 
 

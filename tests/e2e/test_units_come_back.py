@@ -9,8 +9,9 @@ from contextlib import contextmanager
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, LabSwarm, Note, SshError, quoted, until
+from tests.e2e.lab_swarm import HOME, LEADER, SOURCE, LabSwarm, SshError, quoted, until
 from tests.e2e.node_ends import BACK, WAYS, answers, ends_and_is_back
+from tests.timing import Promise
 
 MASTER, K3 = "swarm-newswarm.master.service", "swarm-newswarm.k3.service"
 PORT_FREE = 25.0  # s from then on until all nodes are registered again
@@ -32,10 +33,10 @@ time.sleep(300)
 """
 
 
-def test_a_driver_runs_again_however_it_ends(swarm: LabSwarm, note: Note) -> None:
+def test_a_driver_runs_again_however_it_ends(swarm: LabSwarm, promise: Promise) -> None:
     for way in WAYS:
         took = ends_and_is_back(swarm, "k3-pi", "k3", "/k3/driver", way)
-        note(f"driver answers again after {way}", f"{took:.1f} s", f"<= {BACK:g} s")
+        promise(f"driver answers again after {way}", took, BACK)
     with swarm.driving(LEADER, "k3", 0.1):
         pass
     until(lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
@@ -53,7 +54,7 @@ def foreign_master(swarm: LabSwarm) -> Iterator[None]:
         swarm.shell(LEADER, f"kill -9 {pid}")
 
 
-def test_a_master_waits_for_its_port_and_comes_back(swarm: LabSwarm, note: Note) -> None:
+def test_a_master_waits_for_its_port_and_comes_back(swarm: LabSwarm, promise: Promise) -> None:
     def cause() -> str:
         run = swarm.swarmctl("status", "--json", "--window", "0.5")
         assert run.status == exit_codes.UNHEALTHY, run.out
@@ -66,7 +67,7 @@ def test_a_master_waits_for_its_port_and_comes_back(swarm: LabSwarm, note: Note)
         until(lambda: "port 11311 is in use by process" in cause(), "nobody names who has the port")
         assert re.match("crash loop: restarted [0-9]+ times?, last result", cause()), cause()
     took = until(lambda: answers(swarm, LEADER, "/k3/driver"), "the nodes are not registered")
-    note("nodes answer again after a foreign master has gone", f"{took:.1f} s", f"<= {PORT_FREE:g} s")
+    promise("nodes answer again after a foreign master has gone", took, PORT_FREE)
     until(lambda: swarm.swarmctl("status").status == 0, "the swarm does not get well")
     assert swarm.units(LEADER)["master"].active == "active"
     swarm.everywhere("sudo systemctl reset-failed 'swarm-newswarm.*.service'")
