@@ -17,7 +17,6 @@ from tests.timing import Promise
 
 MEASURED = "measured"
 _RUN: list[str] = []
-_REFUSED: list[str] = []
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -78,12 +77,6 @@ def counted() -> list[str]:
     return _RUN
 
 
-@pytest.fixture
-def refused() -> list[str]:
-    """Where tests note the failing specs; the number stands at the end of the run."""
-    return _REFUSED
-
-
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """The figures that tests kept; reports carry them here also from other processes."""
     reports = [*terminalreporter.getreports("passed"), *terminalreporter.getreports("failed")]
@@ -97,8 +90,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             terminalreporter.write_line(f"{what:<{width}}  {value:>{wide}}  {bar}".rstrip())
     if _RUN:
         terminalreporter.write_line(f"hostile inputs run: {len(_RUN)}")
-    if _REFUSED:
-        terminalreporter.write_line(f"failing specs: {len(_REFUSED)}")
 
 
 @pytest.fixture
