@@ -22,7 +22,7 @@ LABS := $(shell expr $$(nproc) + 2)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test check busy power-cuts races scorecard experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools
+.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -34,12 +34,15 @@ demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; what fails is run once more, alone
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
+test-all: $(VENV)/.dev lab-tools test-tools editor-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
+	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
+
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
-	$(BIN)/pytest -n 2 -m "not lab" -p tests.changed_first --within 90 $(PYTEST_ARGS)
+	$(BIN)/pytest -n 2 -m "not lab and not slow" -p tests.changed_first --within 90 $(PYTEST_ARGS)
 
 busy: $(VENV)/.dev ## the fast tests beside 8 busy processes: none may fail for want of CPU time
 	@for busy in 1 2 3 4 5 6 7 8; do (while :; do :; done) & pids="$$pids $$!"; done; \
-	  trap "kill $$pids" EXIT; $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not lab" $(PYTEST_ARGS)
+	  trap "kill $$pids" EXIT; $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not lab and not slow" $(PYTEST_ARGS)
 
 power-cuts: $(VENV)/.dev power-tools ## cut the power of a host at every system call of its changes, and look after the next boot (needs root)
 	$(SUDO) $(BIN)/python -m tests.power $(POWER_ARGS)

@@ -50,9 +50,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=1, help="processes for the tests without the lab")
     parser.add_argument("--labs", type=int, default=1, help="processes for the tests in the lab")
+    parser.add_argument("--all", action="store_true", help="the tests with the mark `slow` as well")
     given, rest = parser.parse_known_args(arguments)
-    fast = ["-m", "not lab", "-n", str(given.workers), "--dist", "worksteal"]
-    lab = ["-m", "lab", "-n", str(given.labs), "--dist", "loadfile", "--no-loadscope-reorder"]
+    these = "" if given.all else " and not slow"
+    fast = ["-m", f"not lab{these}", "-n", str(given.workers), "--dist", "worksteal"]
+    lab = ["-m", f"lab{these}", "-n", str(given.labs), "--dist", "loadfile", "--no-loadscope-reorder"]
     outcomes = Outcomes()
     for part in (fast, lab):
         _run([*part, *rest], outcomes)

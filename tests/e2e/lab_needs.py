@@ -10,14 +10,8 @@ import pytest
 from swarmctl.lab import lab
 from swarmctl.lab.hosts import processes
 from swarmctl.lab.hosts.workspace import workspace_of
-from tests.scorecard import SCORECARD
 
 GIVEN = "SWARMCTL_WORKSPACE"  # built catkin workspaces with what Debian has not, divided by colons
-
-#: For tests of a minute or so, which `make test` leaves out.
-scorecard_only = pytest.mark.skipif(
-    not os.environ.get(SCORECARD), reason="`make scorecard` runs it: it takes too long for `make test`"
-)
 
 
 def missing_for_a_lab() -> str:

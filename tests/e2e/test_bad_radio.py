@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 
 from tests.e2e import bad_radio
-from tests.e2e.lab_needs import scorecard_only
 from tests.e2e.lab_swarm import LabSwarm, Note, lab_of
 
-pytestmark = scorecard_only
+pytestmark = pytest.mark.slow
 HOSTS = 20
 LOSS, MBIT, DELAY = 0.02, 8, 0.1  # of each direction: 200 ms there and back
 SPEC = f"""\

@@ -35,6 +35,7 @@ from tests.e2e.lab_swarm import (
 )
 from tests.timing import Promise
 
+pytestmark = pytest.mark.slow
 SPEEDS = {"koala": 0.2, "khepera3": 0.1, "epuck": 0.05, "rover": 0.2}  # m/s
 GO_ON = ("koala", "khepera3", "epuck")  # that have no dead-man of their own
 LAPTOP, PI = "laptop", "pi"

@@ -9,7 +9,6 @@ import pytest
 
 from tests.e2e import lockouts
 from tests.e2e.at_once import at_once
-from tests.e2e.lab_needs import scorecard_only
 from tests.e2e.lab_swarm import LabSwarm
 from tests.e2e.lockouts import LOCKOUTS
 from tests.e2e.test_faults import ALL_AT_ONCE, ALL_FASTER, releases
@@ -64,7 +63,7 @@ def test_hosts_that_lock_their_operator_out_go_back(locked: LabSwarm, promise: P
         promise(f"locked out by a release ({cause}): reached, after the deadline", seconds, LONGEST)
 
 
-@scorecard_only
+@pytest.mark.slow
 def test_a_power_cut_while_the_operator_is_locked_out_changes_nothing(locked: LabSwarm) -> None:
     swarm = locked
     causes = {"koala-laptop": "firewall", "k3-pi": "users of sshd", "epuck-pi": "stopped sshd"}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from tests.e2e.lab_needs import scorecard_only
+import pytest
+
 from tests.e2e.lab_swarm import LabSwarm, Note
 from tests.e2e.outages import STEPS
 from tests.e2e.test_change import FASTER_K3, K3
@@ -13,7 +14,7 @@ from tests.timing import PATIENCE
 OUTAGE = 3  # s
 
 
-@scorecard_only
+@pytest.mark.slow
 def test_each_step_of_a_deploy_meets_3_s_without_network(swarm: LabSwarm, note: Note) -> None:
     faster = swarm.variant("faster-k3", (K3, FASTER_K3))
     options = ("--healthy-for", "0.5")

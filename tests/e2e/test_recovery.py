@@ -10,6 +10,8 @@ from tests.e2e.lab_swarm import LabSwarm
 from tests.e2e.recovery import HUB, KILLED, LINK, SPECS, deployed, lab_of_isles, recovers
 from tests.timing import Promise
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("mode", ["leader", "central"])
 def test_the_swarm_is_whole_again_by_itself(isles: LabSwarm, mode: str, promise: Promise) -> None:

@@ -8,6 +8,8 @@ from tests.e2e.lab_swarm import LabSwarm
 from tests.e2e.recovery import ENDED, HUB, KILLED, LINK, PEER, SPECS, deployed, recovers
 from tests.timing import Promise
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("mode", ["standalone", "combined"])
 def test_the_swarm_is_whole_again_by_itself(isles: LabSwarm, mode: str, promise: Promise) -> None:

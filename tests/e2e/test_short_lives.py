@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.cli import exit_codes
-from tests.e2e.lab_needs import scorecard_only
 from tests.e2e.lab_swarm import LabSwarm
 
 HOST = "k3-pi"
@@ -15,7 +14,7 @@ programs:
   brief: {host: k3-pi, command: [sh, -c, "%s"]}
 """
 
-pytestmark = scorecard_only
+pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize("life", ["", "sleep 5; "], ids=["at once", "after 5 s"])

@@ -13,6 +13,7 @@ from tests.mutations.accepted import Accepted, accepted
 from tests.mutations.defects import bases, defects
 from tests.mutations.judge import Outcome, Verdict, clean, judged
 
+pytestmark = pytest.mark.slow
 MOST = 1  # defects of one mistake in one file
 LEAST = 500  # defects of all bases
 BASES = {base.name: base for base in bases()}

@@ -18,7 +18,7 @@ from tests import ROOT
 from tests.power import disk, isolated
 
 LACKS = isolated.missing()
-pytestmark = pytest.mark.skipif(bool(LACKS), reason=f"power cuts need {LACKS}")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(LACKS), reason=f"power cuts need {LACKS}")]
 
 
 def cut(*options: str, system: str = "ext4", root: Path = ROOT) -> list[dict[str, Any]]:
