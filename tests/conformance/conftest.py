@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from swarm_driver import user_codec
 
-from tests.timing import at_most
+from tests.timing import PATIENCE
 
 
 @pytest.fixture(autouse=True)
 def time_limit_of_codecs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(user_codec, "_TIME_LIMIT", at_most(10 * user_codec._TIME_LIMIT))
+    monkeypatch.setattr(user_codec, "_TIME_LIMIT", PATIENCE)

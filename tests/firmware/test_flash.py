@@ -25,7 +25,7 @@ from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.sketch import FirmwareSettings, sketch
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.local_session import LocalSession
-from tests.timing import PATIENCE, at_most
+from tests.timing import PATIENCE
 
 UNIT = "swarm-new.rover.service"
 JOURNALCTL = (
@@ -173,12 +173,10 @@ def test_a_cable_that_is_disconnected_meanwhile_is_an_error(
 
     hand = threading.Thread(target=pull)
     hand.start()
-    began = time.monotonic()
     result = write(path)
     hand.join()
     assert isinstance(result, HostError)
     assert result.message == f"{path} vanished while the board was written"
-    assert time.monotonic() - began < at_most(30)
     assert (host.prefix / "units" / UNIT).exists(), "the driver runs again"
     assert holds(board).startswith(STANDS_STILL)
 

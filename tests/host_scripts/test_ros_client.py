@@ -17,7 +17,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 
 from tests import ROOT
-from tests.timing import PATIENCE, at_most, wait_for
+from tests.timing import PATIENCE, wait_for
 
 CLIENT = ROOT / "templates/host/ros-client"
 READY = "echo ready; while :; do sleep 0.1; done"
@@ -169,9 +169,7 @@ def test_a_restarted_master_ends_the_program(master: Master) -> None:
         time.sleep(0.5)
         master.run_id = "two"
         master.open()
-        began = time.monotonic()
         assert running.wait(PATIENCE) == 75
-        assert time.monotonic() - began < at_most(4)
         assert "signalled" in output_of(running)
 
 

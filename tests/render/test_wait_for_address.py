@@ -6,7 +6,6 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from tests.ports import free_port
 from tests.timing import PATIENCE, wait_for
 
 PROGRAM = resources.templates() / "host/wait-for-address"
+HOUR = 3600.0  # s, beyond all patience
 
 
 def argv(address: str, port: int, within: float) -> list[str]:
@@ -69,25 +69,22 @@ def test_a_first_start_fails_soon(restarts: Path) -> None:
     """A deploy is not to wait for a master that somebody has forgotten."""
     restarts.write_text("#!/bin/sh\necho 0\n")
     with socket.create_server(("127.0.0.1", 0)) as other:
-        assert wait("127.0.0.1", other.getsockname()[1], PATIENCE)[0] == 1
+        assert wait("127.0.0.1", other.getsockname()[1], HOUR)[0] == 1
 
 
 def test_a_port_that_is_given_up_is_found_free(tmp_path: Path) -> None:
     log = tmp_path / "log"
     with socket.create_server(("127.0.0.1", 0)) as other, log.open("w") as file:
-        command = argv("127.0.0.1", other.getsockname()[1], PATIENCE)
-        waiting = subprocess.Popen(command, stderr=file)
+        waiting = subprocess.Popen(argv("127.0.0.1", other.getsockname()[1], HOUR), stderr=file)
         wait_for(lambda: "is in use by" in log.read_text())
         other.close()
-        began = time.monotonic()
         assert waiting.wait(PATIENCE) == 0
-        assert time.monotonic() - began < PATIENCE / 2
 
 
 def test_a_stop_of_the_unit_ends_the_wait_without_failure(tmp_path: Path) -> None:
     log = tmp_path / "log"
     with socket.create_server(("127.0.0.1", 0)) as other, log.open("w") as file:
-        waiting = subprocess.Popen(argv("127.0.0.1", other.getsockname()[1], PATIENCE), stderr=file)
+        waiting = subprocess.Popen(argv("127.0.0.1", other.getsockname()[1], HOUR), stderr=file)
         wait_for(lambda: "is in use by" in log.read_text())
         waiting.terminate()
         assert waiting.wait(PATIENCE) == 0

@@ -19,7 +19,7 @@ from swarmctl.lab.emulators import TYPES, emulator
 from swarmctl.lab.emulators.pty import WAITING_LIMIT, Cable
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
-from tests.timing import PATIENCE, at_most, wait_for
+from tests.timing import PATIENCE, wait_for, work_at_most
 
 
 @pytest.fixture(autouse=True)
@@ -146,11 +146,13 @@ def test_an_unplugged_robot_drives_on() -> None:
     with line(port) as driver:
         ask(driver, b"D,100,100\n")
     port.unplug()
-    before, began = port.snapshot(), time.monotonic()
+    began = time.monotonic()
+    before = port.snapshot()
     time.sleep(0.1)
     after = port.snapshot()
+    most = 0.45 * (time.monotonic() - began)
     assert after.v == pytest.approx(0.45)
-    assert 0.045 <= after.x - before.x < 0.4 + 0.45 * (time.monotonic() - began)
+    assert 0.045 <= after.x - before.x <= most
 
 
 def test_twenty_idle_ports_cost_nothing() -> None:
@@ -159,9 +161,8 @@ def test_twenty_idle_ports_cost_nothing() -> None:
         for port in ports:
             port.plug()
             port.robot.receive(b"D,10,10\n")
-        began = time.process_time()
-        time.sleep(0.5)
-        assert time.process_time() - began < 0.02
+        with work_at_most(5):
+            time.sleep(2.0)
     finally:
         for port in ports:
             port.close()
@@ -201,7 +202,7 @@ def test_a_delayed_reply_is_late_and_whole(port: Port, driver: serial.Serial) ->
     port.faults = Faults(delay=0.15)
     began = time.monotonic()
     assert ask(driver, b"E\n") == b"e,0,0\r\n"
-    assert 0.15 <= time.monotonic() - began < at_most(1.0)
+    assert time.monotonic() - began >= 0.15
 
 
 def test_no_reply_overtakes_a_delayed_one(port: Port, driver: serial.Serial) -> None:
@@ -236,7 +237,7 @@ def test_a_split_reply_has_gaps_and_is_complete(port: Port, driver: serial.Seria
     port.faults = Faults(split=3, gap=0.1)
     began = time.monotonic()
     assert ask(driver, b"E\n") == b"e,0,0\r\n"
-    assert 0.2 <= time.monotonic() - began < at_most(1.0)
+    assert time.monotonic() - began >= 0.2
 
 
 @given(st.binary(), st.integers(1, 300))

@@ -16,7 +16,7 @@ from swarmctl.lab.emulators import Robot, emulator
 from swarmctl.lab.emulators.rosserial_frames import Parser, Topic, frame, log, topic_info
 from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
-from tests.timing import PATIENCE, at_most
+from tests.timing import PATIENCE
 
 TOPICS = bytes.fromhex("ff fe 00 00 ff 00 00 ff")
 TX_STOP = bytes.fromhex("ff fe 00 00 ff 0b 00 f4")
@@ -237,15 +237,15 @@ def test_the_md5_fault_changes_nothing_else() -> None:
 
 
 def test_opening_its_port_resets_it_into_the_boot_loader() -> None:
+    began = time.monotonic()
     with Port(connected()) as port, serial.Serial(str(port.path), 57600, timeout=0.2) as host:
-        began = time.monotonic()
         while not (received := host.read(8)) and time.monotonic() < began + PATIENCE:
             host.write(TOPICS)
         assert time.monotonic() - began >= 1.4
         assert received == TIME_REQUEST[:8]
-        host.timeout = at_most(2.0)
-        frames = host.read(8 + 3 * 90 + 5 * 24)
-        assert frame(104, bytes(4)) in frames
+        host.timeout = PATIENCE
+        pulses = frame(104, bytes(4))
+        assert host.read_until(pulses).endswith(pulses)
 
 
 def test_without_dtr_it_answers_at_once() -> None:

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -31,7 +32,7 @@ from tests.packages.ros1_probe.ros_fakes import (
     served,
     slave,
 )
-from tests.timing import at_most
+from tests.timing import wait_for
 
 TWIST = "geometry_msgs/Twist"
 ODOM = "nav_msgs/Odometry"
@@ -111,8 +112,16 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
     return probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
 
 
-def test_a_healthy_host_reports_everything(prefix: Path, graph: tuple[FakeRos, str]) -> None:
-    answer = answer_of(json.loads(json.dumps(probed(graph[1]))), received=time.time())
+def test_a_healthy_host_reports_everything(
+    prefix: Path, graph: tuple[FakeRos, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(probe, "time", SimpleNamespace(time=lambda: 1_700_000_000.0))
+
+    def with_rate() -> Mapping[str, Any] | None:
+        found = probed(graph[1])
+        return found if found["nodes"]["/k3/driver"]["topics"]["/k3/odom"]["rate"] else None
+
+    answer = answer_of(json.loads(json.dumps(wait_for(with_rate))), received=1_700_000_000.0 - 1.5)
     assert answer.troubles == {}
     assert answer.release == "0123456789abcdef"
     assert answer.units["swarm-test.k3.service"].runs
@@ -122,14 +131,15 @@ def test_a_healthy_host_reports_everything(prefix: Path, graph: tuple[FakeRos, s
     assert (node.registered, node.alive, node.pid) == (True, True, 42)
     assert node.subscribes == {"/k3/cmd_vel": TWIST}
     assert node.publishes == KINDS
-    rate = node.topics["/k3/odom"].rate
-    assert rate is not None
-    assert 16 < rate < 24
+    odom = node.topics["/k3/odom"]
+    assert odom.rate is not None
+    assert odom.age is not None
+    assert odom.count - 1.000001 <= odom.rate * (odom.seconds + odom.age)
     assert node.report is not None
     assert (node.report.level, node.report.message) == (2, "no serial port")
     assert answer.commanders == {"/k3/cmd_vel": ("/joystick",)}
     assert answer.senders == {"/joystick": SenderSeen("127.0.0.1", {"/k3/cmd_vel": TWIST})}
-    assert answer.clock_ahead == pytest.approx(0.0, abs=at_most(0.5))
+    assert answer.clock_ahead == pytest.approx(1.5)
     assert answer.boot_id
 
 
@@ -206,9 +216,7 @@ def test_a_node_that_another_ends_during_the_probe_is_a_conflict(
 
 
 def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
-    began = time.monotonic()
     answer = probed("http://127.0.0.1:9")
-    assert time.monotonic() - began < at_most(3)
     assert answer["master"] == {"reachable": False, "error": "connection refused"}
     assert answer["nodes"] == {}
     assert answer["release"] == "0123456789abcdef"

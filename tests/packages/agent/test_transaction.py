@@ -5,13 +5,12 @@ from __future__ import annotations
 import fcntl
 import os
 import signal
-import time
 from pathlib import Path
 
 import pytest
 
 from tests.packages.agent.fakehost import FakeHost, bundle, decode, payload_of, request_for
-from tests.timing import PATIENCE, at_most
+from tests.timing import PATIENCE
 
 OLD = bundle("1")
 NEW = bundle("2", units=("master", "khepera"), hosts="10.0.0.2 pi\n")
@@ -388,11 +387,9 @@ def test_only_one_deploys_at_a_time_and_the_other_learns_who(old: FakeHost) -> N
     with (old.prefix / "opt/swarm/new/state/lock").open() as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         assert old.observe()["lock"] == "anna@desk (process 7)"
-        begun = time.monotonic()
         reply = old.apply(NEW, **CHANGE)
 
     assert reply.error["message"] == "locked by anna@desk (process 7)"
-    assert time.monotonic() - begun < at_most(2)
     assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import threading
-import time
 
 from swarm_command.authority import Authority, Commander
 from swarm_command.command_gate import CommandGate
 from swarm_command.command_mailbox import CommandMailbox
 from swarm_command.node_hosts import NodeHosts
 
-from tests.timing import PATIENCE, at_most, cpu_at_most, wait_for
+from tests.timing import PATIENCE, wait_for, work_at_most
 
 URI = "http://192.168.77.10:40001/"
 
@@ -56,17 +55,14 @@ def test_a_host_is_reported_as_advertised_in_lower_case():
 
 
 def test_a_master_that_hangs_delays_only_the_first_command():
+    """It answers after `PATIENCE`: a thousand waits of 0.2 s would last until then."""
     master = Master(a=URI, b=URI)
     places = NodeHosts(master)
     assert places.of("a")
     master.answers.clear()
-    began = time.monotonic()
     assert places.of("b") is None
-    assert time.monotonic() - began < at_most(1.0)
-    began = time.monotonic()
     assert [places.of("b") for _ in range(1000)] == [None] * 1000
     assert places.of("a") == "192.168.77.10"
-    assert time.monotonic() - began < at_most(0.2)
     master.answers.set()
     assert wait_for(lambda: places.of("b")) == "192.168.77.10"
 
@@ -119,7 +115,7 @@ def test_a_flood_of_refused_commands_costs_microseconds_each():
     gate = CommandGate(
         Authority((Commander("laptop", 0, addresses=("192.168.77.10",)),), 0.5), CommandMailbox()
     )
-    with cpu_at_most(1.0):  # some 3 us each
+    with work_at_most(15):  # some 2 us each
         for _ in range(10_000):
             gate.give("/rostopic_1", "192.168.77.12", (0.1, 0, 0), (0, 0, 0), 0.0)
 

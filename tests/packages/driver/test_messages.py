@@ -15,7 +15,7 @@ from swarmctl.spec.catalog import load_catalog
 from swarmctl.swarm.topics import actuators_of, driver_topics
 from tests.packages.driver.driver_process import Node, running, wired
 from tests.packages.driver.fakes import TYPES, config_for, ros_name
-from tests.timing import PATIENCE, at_most, wait_for
+from tests.timing import PATIENCE, wait_for
 
 CATALOG = with_protocol(load_catalog().types)
 OWN = ("listening", "shutdown", "subscribes", "parameter")  # what the fake ROS itself reports
@@ -221,10 +221,10 @@ def test_a_wrong_selector_is_reported_with_the_needed_position(tmp_path):
             robot.selector = 5
         selector = "turn the selector to 3 (Bluetooth) or 10 (second serial line)"
         expected = f"the robot reports `Selector pos 5`: {selector}"
-        for _ in range(3):  # reset is pressed again: what comes just as the driver clears the line is lost
+        for seconds in (5, 20, PATIENCE):  # what comes just as the driver clears the line is lost
             wiring.pty.power_cycle()
             with suppress(AssertionError):
-                wait_for(lambda: expected in node.status()["message"], at_most(5.0))
+                wait_for(lambda: expected in node.status()["message"], seconds)
                 break
         assert expected in node.values()["the robot reports"]
         with wiring.pty.now() as robot:

@@ -23,7 +23,7 @@ from tests.packages.driver.driver_process import (
     wired,
 )
 from tests.packages.driver.fakes import TESTER, TYPES, config_for, ros_name
-from tests.timing import PATIENCE, RunQueue, at_most, wait_for
+from tests.timing import PATIENCE, RunQueue, wait_for
 
 
 @pytest.mark.parametrize("type_name", TYPES)
@@ -42,16 +42,17 @@ def test_a_robot_drives_as_ordered_and_knows_where_it_is(type_name, tmp_path):
 
 
 @pytest.mark.parametrize("type_name", TYPES)
-def test_a_robot_stops_when_its_commands_stop(type_name, tmp_path):
-    """Half a second, 0.1 for the line, and what the machine took from the processes meanwhile."""
+def test_a_robot_stops_when_its_commands_stop(type_name, tmp_path, promise):
+    """After half a second, and 0.1 for the line."""
     with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
         node.drive(0.5, 0.1)
-        queue = RunQueue(node.process.pid)
+        queue, last, way = RunQueue(node.process.pid), time.monotonic(), wiring.pty.snapshot().distance
         node.command(0.1)
-        last = time.monotonic()
+        wait_for(lambda: wiring.pty.snapshot().distance - way >= 0.45 * 0.1)
         wait_for(lambda: not wiring.moving())
-        assert 0.45 <= time.monotonic() - last <= 0.6 + 0.25 + queue.lost()
+        took = time.monotonic() - last
+        promise(f"commands end, until the {type_name} stands", took - queue.lost(), 0.6)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
@@ -192,23 +193,21 @@ def test_there_is_nothing_to_stop_on_a_line_that_is_absent(tmp_path):
 def test_an_unconfirmed_stop_is_reported_within_two_seconds(tmp_path):
     with wired("koala", tmp_path) as wiring:
         wiring.pty.faults = Faults(drop=1.0)
-        start = time.monotonic()
         stopped = wiring.stop_motors()
-        assert time.monotonic() - start < at_most(3.0)  # an interpreter's start included
         assert stopped.returncode == 1
         assert "did not confirm the stop" in stopped.stderr
         assert wiring.pty.snapshot().last_command == "D,0,0"
 
 
-def test_systemd_receives_ready_watchdog_and_status(tmp_path):
+def test_systemd_receives_ready_watchdog_and_status(tmp_path, promise):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd, wired("koala", tmp_path) as wiring:
         systemd.bind(str(tmp_path / "notify"))
         systemd.settimeout(PATIENCE)
         environment = {"NOTIFY_SOCKET": str(tmp_path / "notify"), "WATCHDOG_USEC": "300000"}
         with running(wiring.config, **environment) as node:
             received: list[tuple[float, str]] = []
-            queue = RunQueue(node.process.pid)
-            while [text for _, text in received].count("WATCHDOG=1") < 10:
+            queue, began = RunQueue(node.process.pid), time.monotonic()
+            while [text for _, text in received].count("WATCHDOG=1") < 20:
                 received.append((time.monotonic(), systemd.recv(4096).decode()))
             lost = queue.lost()
             node.process.terminate()
@@ -218,8 +217,9 @@ def test_systemd_receives_ready_watchdog_and_status(tmp_path):
     beats = [at for at, text in received if text == "WATCHDOG=1"]
     assert "READY=1" in texts
     assert any(text.startswith("STATUS=connected to ") for text in texts)
-    beat = (beats[-1] - beats[0]) / (len(beats) - 1)
-    assert 0.09 <= beat <= 0.3 + lost / (len(beats) - 1)
+    count = len(beats) - 1
+    assert beats[-1] - began >= 0.09 * count
+    promise("notification of a driver's watchdog", (beats[-1] - beats[0] - lost) / count, 0.3)
 
 
 @pytest.mark.parametrize("program", ["serial_driver.py", "stop_motors.py"])
@@ -289,7 +289,7 @@ def test_the_first_order_of_a_commander_counts(tmp_path):
         wait_for(lambda: not wiring.moving())
 
 
-def test_a_hanging_master_delays_no_known_commander_or_dead_man(tmp_path):
+def test_a_hanging_master_delays_no_known_commander_or_dead_man(tmp_path, promise):
     with (
         wired("koala", tmp_path, commanders=[TESTER, LAPTOP | {"priority": 1}]) as wiring,
         master({}, takes=60.0) as uri,
@@ -301,10 +301,11 @@ def test_a_hanging_master_delays_no_known_commander_or_dead_man(tmp_path):
         assert wiring.pty.snapshot().v == pytest.approx(0.1, rel=0.02)
         queue, last = RunQueue(node.process.pid), time.monotonic()
         wait_for(lambda: not wiring.moving())
-        assert time.monotonic() - last <= 0.6 + 0.25 + queue.lost()
+        took = time.monotonic() - last
+        promise("commands end while the master hangs, until the robot stands", took - queue.lost(), 0.6)
 
 
-def test_a_higher_commander_takes_over_until_its_timeout(tmp_path):
+def test_a_higher_commander_takes_over_until_its_timeout(tmp_path, promise):
     with (
         wired(
             "koala", tmp_path, commanders=[TESTER, {**TESTER, "nodes": ["/joystick"], "priority": 1}]
@@ -313,23 +314,31 @@ def test_a_higher_commander_takes_over_until_its_timeout(tmp_path):
     ):
         node.wait_until_ready()
         node.drive(0.5, 0.1)
-        queue = RunQueue(node.process.pid)
-        assert overtaking(node, wiring, 0.2, "/joystick") < 0.3 + queue.lost()
-        queue = RunQueue(node.process.pid)
-        assert 0.4 <= overtaking(node, wiring, 0.1, "/tester") <= 0.5 + 0.3 + queue.lost()
+        took, last = overtaking(node, wiring, 0.2, "/joystick")
+        promise("a higher commander sends, until the robot obeys", took, 0.3)
+        took, _ = overtaking(node, wiring, 0.1, "/tester")
+        assert time.monotonic() - last >= 0.4
+        promise("a higher commander ends, until the robot obeys the next", took, 0.5 + 0.3)
 
 
 def overtaking(node, wiring, linear, sender):
-    """Seconds until the robot drives as ``sender`` wants."""
-    began = time.monotonic()
-    while wiring.pty.snapshot().v != pytest.approx(linear, rel=0.02):
-        assert time.monotonic() - began < PATIENCE
+    """Seconds until the robot drives as ``sender`` wants, less those lost; when its last command was sent."""
+    queue, began = RunQueue(node.process.pid), time.monotonic()
+    last = began
+
+    def obeyed():
+        nonlocal last
+        if wiring.pty.snapshot().v == pytest.approx(linear, rel=0.02):
+            return True
+        last = time.monotonic()
         node.command(linear, sender=sender)
-        time.sleep(0.02)
-    return time.monotonic() - began
+        return False
+
+    wait_for(obeyed, interval=0.02)
+    return time.monotonic() - began - queue.lost(), last
 
 
-def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path):
+def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path, promise):
     with (
         wired("koala", tmp_path) as wiring,
         master({**WHERE, "/driver": "http://here:1/"}) as uri,
@@ -337,14 +346,17 @@ def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path):
     ):
         node.wait_until_ready()
         node.drive(0.3, 0.1)
-        queue = RunQueue(node.process.pid)
+        queue, last = RunQueue(node.process.pid), time.monotonic()
         node.command(0.1)
-        last = time.monotonic()
-        while wiring.moving():
-            assert time.monotonic() - last < PATIENCE
+
+        def stands():
             for _ in range(50):
                 node.command(0.4, sender="/rostopic_77")
-        assert time.monotonic() - last <= 0.6 + 0.25 + queue.lost()
+            return not wiring.moving()
+
+        wait_for(stands, interval=0.0)
+        took = time.monotonic() - last
+        promise("commands end in a stranger's flood, until the robot stands", took - queue.lost(), 0.6)
 
 
 def test_a_file_that_is_no_serial_port_is_called_so():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import time
 
 import pytest
 
@@ -12,7 +11,7 @@ from swarmctl.lab.emulators.rosserial_device import Device
 from swarmctl.lab.emulators.rosserial_frames import Message, Topic
 from swarmctl.lab.emulators.serial_faults import Faults
 from tests.packages.driver.driver_process import running, wired
-from tests.timing import at_most, wait_for
+from tests.timing import wait_for
 
 ROVER, NAME = "arduino-rover", "arduino_rover"
 STRING, STRING_MD5 = "std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1"
@@ -107,16 +106,14 @@ def test_a_board_whose_driver_was_killed_is_sent_a_stop(tmp_path):
         assert wiring.moving()
         stopped = wiring.stop_motors()
         assert (stopped.returncode, stopped.stdout) == (0, f"{NAME} was sent a stop\n")
-        wait_for(lambda: not wiring.moving(), at_most(1.0))
+        wait_for(lambda: not wiring.moving())
         assert wiring.pty.snapshot().last_command == "tx stop"
 
 
 def test_a_board_that_does_not_answer_is_left_to_its_own_dead_man(tmp_path):
     with wired(ROVER, tmp_path, robot=Rover()) as wiring:
         wiring.pty.faults = Faults(drop=1.0)
-        began = time.monotonic()
         stopped = wiring.stop_motors()
-        assert time.monotonic() - began < 2.0 + at_most(1.0)  # the start of the program
         assert (stopped.returncode, stopped.stdout) == (
             0,
             f"{NAME} does not answer: its sketch stops it 0.4 s after its last command\n",

@@ -20,13 +20,13 @@ from swarm_driver.user_codec import InterruptionError, UserCodec
 
 from tests.packages.driver.driver_process import running, wired
 from tests.packages.driver.fakes import Bench, config_for, params_for
-from tests.timing import PATIENCE, at_most
+from tests.timing import PATIENCE
 
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit of time for one call of a class, for a busy machine."""
-    monkeypatch.setattr(user_codec, "_TIME_LIMIT", at_most(user_codec._TIME_LIMIT))
+    monkeypatch.setattr(user_codec, "_TIME_LIMIT", PATIENCE)
 
 
 CODEC = """\

@@ -1,6 +1,7 @@
 """A gate before a vendor's driver that has no dead-man, with real rospy, and each fault: ``faults.py IMAGE``.
 
-Prints how long the robot drives on after each, in seconds, and what the gate reports.
+Prints how long the robot drives on after each, in seconds, how many of these the machine kept processes
+from running, and what the gate reports.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.packages.gate.ros_host import URI, Node, RosHost, since, wait_until
+from tests.timing import PATIENCE, withheld
 
 NAMESPACE = "/tb"
 COMMAND, OUTPUT = f"{NAMESPACE}/cmd_vel", f"{NAMESPACE}/gate/cmd_vel"
@@ -42,6 +44,7 @@ class Trial:
         self.robot = self.host.node("robot.py", NAMESPACE, OUTPUT)
         self.gate = self.host.gate()
         self.boss: Node | None = None
+        self.lost = self._withheld = 0.0
 
     def commands(self, moment: float = 0.0) -> list[Any]:
         """What the robot received after ``moment``."""
@@ -53,6 +56,7 @@ class Trial:
         if self.boss is None:
             self.boss = self.host.node("sender.py", "/boss", COMMAND, linear, 0.0)
         wait_until(lambda: any(one["v"] != ZERO for one in self.commands(began)), "the robot drives")
+        self._withheld = withheld()
 
     def end_boss(self) -> None:
         if self.boss is not None:
@@ -65,6 +69,7 @@ class Trial:
             lambda: next((one["t"] for one in self.commands(moment) if one["v"] == ZERO), None),
             "a zero comes",
         )
+        self.lost = round(withheld() - self._withheld, 3)
         time.sleep(WATCHED)
         moved = [one for one in self.commands(first) if one["v"] != ZERO]
         return round(first - moment, 3) if not moved else float("inf")
@@ -81,7 +86,7 @@ class Trial:
 
     def ended(self) -> int:
         """Returns the exit status of the gate."""
-        return self.gate.process.wait(10)
+        return self.gate.process.wait(PATIENCE)
 
 
 def publisher_killed(trial: Trial) -> Any:
@@ -107,7 +112,7 @@ def not_a_number(trial: Trial) -> Any:
     began = wait_until(lambda: [line["t"] for line in trial.boss.lines], "NaN is sent")[0]
     stands = trial.stands(began)
     refused = trial.report("as commanded")["values"]["refused commands"]
-    trial.boss.process.wait(10)
+    trial.boss.process.wait(PATIENCE)
     trial.end_boss()
     moved = [one for one in trial.commands(began + stands) if one["v"] != ZERO]
     return {"stands": stands, "refused": int(refused), "moved": len(moved)}
@@ -269,12 +274,13 @@ ENDING = (terminated, killed, killed_and_restarted, shut_down, replaced, master_
 
 def main() -> None:
     trial = Trial(Path(sys.argv[1]))
-    figures = {fault.__name__: fault(trial) for fault in LASTING}
-    for fault in ENDING:
+    figures = {}
+    for fault in (*LASTING, *ENDING):
         if trial.gate.process.poll() is not None:
             trial.gate = trial.host.gate()
-        figures[fault.__name__] = fault(trial)
-        trial.end_boss()
+        figures[fault.__name__] = {**fault(trial), "lost": trial.lost}
+        if fault in ENDING:
+            trial.end_boss()
     print(json.dumps(figures))
 
 

@@ -17,11 +17,11 @@ from typing import Any
 
 from swarmctl.lab.hosts import processes
 from swarmctl.resources import templates
+from tests.timing import PATIENCE
 
 #: An empty folder on every machine; a tmpfs is mounted over it.
 PLACE = Path("/mnt")
 URI = "http://127.0.0.1:11311"
-PATIENCE = 20.0  # s
 ENVIRONMENT = {
     "PATH": processes.SEARCH_PATH,
     "LC_ALL": "C.UTF-8",
@@ -40,7 +40,7 @@ def run_isolated(script: Path, *arguments: object) -> Any:
     argv = (sys.executable, str(script), *map(str, arguments))
     done = subprocess.run(
         ("unshare", "--net", *processes.isolated(argv)),
-        env=processes.environment(), capture_output=True, text=True, check=False, timeout=300,
+        env=processes.environment(), capture_output=True, text=True, check=False, timeout=10 * PATIENCE,
     )  # fmt: skip
     if done.returncode != 0:
         raise RuntimeError(done.stderr[-4000:])
@@ -114,7 +114,7 @@ class RosHost:
     def send_zero(self) -> tuple[int, str]:
         """Runs what systemd runs after the gate; returns its status and output."""
         argv = self._inside("python3", "/gate/send_zero.py", "--config", "/params.yaml")
-        done = subprocess.run(argv, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=10)
+        done = subprocess.run(argv, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=PATIENCE)
         return done.returncode, done.stdout + done.stderr
 
     def _inside(self, *argv: str) -> tuple[str, ...]:

@@ -40,14 +40,14 @@ def vendor() -> Vendor:
 def test_it_stands_once_readings_after_the_zero_show_it(vendor: Vendor) -> None:
     assert vendor.ask(100.0)["pending"]
     vendor.drives(0.5, 0.2)
-    stood = vendor.now
+    halt = vendor.now
     for _ in range(5):
         vendor.drives(1 / RATE, 0.0)
         assert vendor.ask(100.0)["still_since"] is None
     vendor.drives(0.3, 0.0)
     found = vendor.ask(100.0)
     assert (found["measured"], found["by"], found["pending"]) == (True, "odometry", False)
-    assert stood <= found["still_since"] <= stood + 0.1
+    assert halt <= found["still_since"] <= halt + 0.1
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from swarm_multimaster import config, rpc
 from swarm_multimaster.bridge import Bridge
 
 from tests.packages.multimaster.masters import Rosmaster, reply, served
-from tests.timing import PATIENCE, at_most
+from tests.timing import PATIENCE
 
 KIND = "std_msgs/String"
 OWN = "http://127.0.0.1:11311"
@@ -41,8 +41,9 @@ def answers(data: bytes) -> Behaviour:
 
 
 def hang(connection: socket.socket) -> None:
-    connection.recv(1 << 16)
-    time.sleep(30)
+    """Answer nothing for as long as the other side waits."""
+    while connection.recv(1 << 16):
+        pass
 
 
 def drip(connection: socket.socket) -> None:
@@ -149,18 +150,17 @@ async def _watched(settings: config.Config, own: Rosmaster, good: Rosmaster) -> 
     assert not any(topic == "/b/odom" for topic, _, _ in own.publishers())
     assert not work.done()
     work.cancel()
-    start = time.monotonic()
     await bridge.unregister_all()
-    assert time.monotonic() - start < at_most(10.0)
     assert own.publishers() == set()
     assert good.subscribers() == set()
 
 
 async def _until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end
-        await asyncio.sleep(0.01)
+    async def holds() -> None:
+        while not condition():
+            await asyncio.sleep(0.01)
+
+    await asyncio.wait_for(holds(), PATIENCE)
 
 
 def test_an_unresolved_name_is_reported_and_resolved_later(monkeypatch: pytest.MonkeyPatch) -> None:

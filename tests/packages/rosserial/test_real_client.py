@@ -19,7 +19,7 @@ from swarm_rosserial.conversation import Conversation, Event, Negotiated, Parame
 from swarm_rosserial.messages import Log, twist
 
 from tests.packages.rosserial.fakes import TYPES
-from tests.timing import PATIENCE, at_most
+from tests.timing import wait_for
 
 CHECKOUT = os.environ.get("SWARMCTL_ROSSERIAL", "")
 OURS = Path(__file__).parent / "client"
@@ -68,12 +68,15 @@ class RealBoard:
             wall=lambda: 1_700_000_000_000_000_000,
         )
 
-    def until(self, wish: Callable[[], object], seconds: float = PATIENCE) -> None:
-        end = time.monotonic() + seconds
-        while not wish():
-            assert time.monotonic() < end, (self.events[-5:], self.log, self.host.reader.losses)
+    def until(self, wish: Callable[[], object]) -> None:
+        def fulfilled() -> object:
             self.events += self.host.step(self.process.stdout.read() or b"")
-            time.sleep(0.002)
+            return wish()
+
+        try:
+            wait_for(fulfilled, interval=0.002)
+        except AssertionError:
+            pytest.fail(f"in vain: {self.events[-5:]}, {self.log}, {self.host.reader.losses}")
 
     def of(self, kind: type[Event]) -> list[Event]:
         return [event for event in self.events if isinstance(event, kind)]
@@ -138,5 +141,5 @@ def test_the_real_client_is_found_through_noise(board: RealBoard) -> None:
 
 def test_the_old_request_makes_the_real_client_answer_as_ever(board: RealBoard) -> None:
     board.process.stdin.write(bytes.fromhex("ffff00000000ff00"))
-    board.until(lambda: board.host.phase is Phase.CONNECTED, at_most(3.0))
+    board.until(lambda: board.host.phase is Phase.CONNECTED)
     assert not board.host.reader.old_protocol
