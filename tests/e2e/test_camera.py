@@ -138,11 +138,15 @@ def test_no_image_holds_up_the_dead_man(
     moment: str, swarm: LabSwarm, watch: Watch, commander: Commander, promise: Promise
 ) -> None:
     after, sending = MOMENTS[moment]
-    until(lambda: not has_image_to_send(swarm), "an image does not end")
-    until(lambda: has_image_to_send(swarm), "no image is begun")
-    time.sleep(after)
+
+    def has_come() -> bool:
+        until(lambda: not has_image_to_send(swarm), "an image does not end")
+        until(lambda: has_image_to_send(swarm), "no image is begun")
+        time.sleep(after)
+        return has_image_to_send(swarm) is sending
+
+    until(has_come, "the moment does not come")
     killed = commander.send(signal.SIGKILL)
-    assert has_image_to_send(swarm) is sending
     stop = watch.stops(killed)[ROBOT]
     promise(f"publisher killed as {moment}, until it stands", stop.seconds - stop.withheld, BOUND)
 
