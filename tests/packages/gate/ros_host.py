@@ -114,7 +114,9 @@ class RosHost:
     def send_zero(self) -> tuple[int, str]:
         """Runs what systemd runs after the gate; returns its status and output."""
         argv = self._inside("python3", "/gate/send_zero.py", "--config", "/params.yaml")
-        done = subprocess.run(argv, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        done = subprocess.run(
+            argv, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=PATIENCE
+        )
         return done.returncode, done.stdout + done.stderr
 
     def _inside(self, *argv: str) -> tuple[str, ...]:
