@@ -18,19 +18,19 @@ Piece = tuple[float, int, bytes | None]
 class Traffic:
     """What went through: bytes, and round trips of bytes that were sent after others had come.
 
-    ``heard``: the number of the round trip to which the latest bytes belong that came to the far end of each
-    way. What an end sends belongs to the last one that it has heard of; from the near end begins another.
+    ``latest``: for each way, the number of the latest round trip of which bytes have come to its end. What
+    the server sends belongs to the latest that has come to it, what the client sends to the one after it.
     """
 
     port: int
     up: int = 0
     down: int = 0
-    heard: dict[str, int] = field(default_factory=lambda: {"up": 0, "down": 0})
+    latest: dict[str, int] = field(default_factory=lambda: {"up": 0, "down": 0})
 
     @property
     def round_trips(self) -> int:
         """Those that have ended; the opening of the connection is none, as the proxy answers it at once."""
-        return self.heard["down"]
+        return self.latest["down"]
 
 
 @contextmanager
@@ -51,7 +51,7 @@ def proxy(
                 piece = b""
                 with suppress(OSError):
                     piece = source.recv(1 << 16)
-                trip = traffic.heard["down"] + 1 if way == "up" else traffic.heard["up"]
+                trip = traffic.latest["down"] + 1 if way == "up" else traffic.latest["up"]
                 setattr(traffic, way, getattr(traffic, way) + len(piece))
                 rest = len(piece) if way == "up" or silent_after is None else max(0, silent_after - passed)
                 passed += len(piece)
@@ -73,7 +73,7 @@ def proxy(
                     if not piece:
                         sink.shutdown(socket.SHUT_WR)
                         return
-                    traffic.heard[way] = max(traffic.heard[way], trip)
+                    traffic.latest[way] = max(traffic.latest[way], trip)
                     sink.sendall(piece)
 
         def serve() -> None:

@@ -23,9 +23,7 @@ from tests.remote.sshd import Sshd
 from tests.timing import PATIENCE
 
 
-def test_wherever_a_host_stalls_it_is_given_up_on_and_the_error_says_so(
-    sshd: Sshd, transport: AnySsh, make: MakeTransport
-) -> None:
+def test_wherever_a_host_stalls_it_is_given_up_on(sshd: Sshd, transport: AnySsh, make: MakeTransport) -> None:
     """The host says nothing more, ever: only a limit ends a wait for it."""
     with proxy(sshd.port) as way, transport.connect(sshd.target(port=way.port)):
         whole = way.down  # bytes that a login takes
