@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.suggest import did_you_mean, nearest
+from tests.timing import work_at_most
 
 ROBOTS = tuple(f"bot-{number:05}" for number in range(10_000))
 
@@ -28,7 +27,6 @@ def test_nothing_is_guessed_of_a_name_unlike_all_of_them() -> None:
     assert did_you_mean("kitchen-door", ROBOTS, "robots") == ()
 
 
-def test_a_thousand_wrong_names_in_a_large_spec_take_seconds() -> None:
-    began = time.process_time()
-    assert all(did_you_mean(f"bott-{number:05}", tuple(ROBOTS), "robots") for number in range(1_000))
-    assert time.process_time() - began < 5  # 0.5 s; comparing each with all took minutes
+def test_a_thousand_wrong_names_in_a_large_spec_take_little_work() -> None:
+    with work_at_most(100):  # comparing each with all took minutes
+        assert all(did_you_mean(f"bott-{number:05}", tuple(ROBOTS), "robots") for number in range(1_000))

@@ -1,4 +1,4 @@
-"""The example of a lab's fleet: 40 hosts are rendered within seconds, and a plan of them can be read."""
+"""The example of a lab's fleet: 40 hosts are rendered with little work, and a plan of them can be read."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.rules.runner import load_swarm
 from tests import ROOT
-from tests.timing import cpu_at_most
+from tests.timing import work_at_most
 
 SPEC = ROOT / "examples/lab-fleet/swarm.yaml"
 KINDS = {
@@ -42,8 +42,8 @@ def test_it_needs_no_suppressed_finding() -> None:
     assert not [text for text in texts if "swarmctl: allow" in text or "silence:" in text]
 
 
-def test_forty_hosts_are_rendered_within_seconds(tmp_path: Path) -> None:
-    with cpu_at_most(10):
+def test_forty_hosts_are_rendered_with_little_work(tmp_path: Path) -> None:
+    with work_at_most(1000):
         assert run(["render", str(SPEC), "--out", str(tmp_path / "out")]) == exit_codes.OK
     assert len(list((tmp_path / "out").iterdir())) == 40
 

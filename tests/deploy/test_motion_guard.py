@@ -32,6 +32,7 @@ from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, deployed, hosts
 from tests.packages.agent.fakehost import FakeHost
 from tests.packages.agent.test_stop import running
+from tests.timing import PATIENCE
 
 __all__ = ["hosts"]
 
@@ -223,7 +224,7 @@ def test_an_optional_host_that_is_away_holds_nothing_back(
 def test_a_deploy_waits_for_them(run_by: dict[str, FakeHost], dependents: Dependents) -> None:
     def drives(until: threading.Event) -> None:
         with running(run_by["k3"].prefix, "k3", swarm="new", **IN_USE):
-            until.wait(60)
+            until.wait(PATIENCE)
         (run_by["k3"].prefix / "run/swarm-new.k3/motion").unlink()  # as systemd does
 
     parked = threading.Event()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
@@ -14,6 +13,7 @@ from hypothesis import strategies as st
 from swarmctl.importing.drafting import DraftError
 from swarmctl.importing.inventory import COMPUTED, expanded, without_port
 from tests.importing.drafts import data, draft, lab
+from tests.timing import work_at_most
 
 
 @pytest.mark.parametrize(
@@ -174,10 +174,8 @@ def test_options_of_ssh_are_not_copied(tmp_path: Path) -> None:
 )
 def test_a_huge_inventory_is_refused_at_once(tmp_path: Path, text: str) -> None:
     (tmp_path / "hosts.ini").write_text(text)
-    started = time.process_time()
-    with pytest.raises(DraftError, match="no host"):
+    with work_at_most(200), pytest.raises(DraftError, match="no host"):
         draft(tmp_path)
-    assert time.process_time() - started < 1.5
 
 
 def test_the_computer_that_runs_ansible_is_no_host(tmp_path: Path) -> None:

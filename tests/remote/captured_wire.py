@@ -1,4 +1,4 @@
-"""A TCP proxy that counts the bytes of a conversation, and can make the way longer, fall silent or end."""
+"""A TCP proxy that counts what a conversation costs, and can make the way longer, fall silent or end."""
 
 from __future__ import annotations
 
@@ -8,16 +8,29 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+#: When it is due at the other end, the number of its round trip, and its bytes; no bytes are the end.
+Piece = tuple[float, int, bytes | None]
 
 
 @dataclass
 class Traffic:
-    """What went through."""
+    """What went through: bytes, and round trips of bytes that were sent after others had come.
+
+    ``latest``: for each way, the number of the latest round trip of which bytes have come to its end. What
+    the server sends belongs to the latest that has come to it, what the client sends to the one after it.
+    """
 
     port: int
     up: int = 0
     down: int = 0
+    latest: dict[str, int] = field(default_factory=lambda: {"up": 0, "down": 0})
+
+    @property
+    def round_trips(self) -> int:
+        """Those that have ended; the opening of the connection is none, as the proxy answers it at once."""
+        return self.latest["down"]
 
 
 @contextmanager
@@ -32,35 +45,35 @@ def proxy(
         traffic = Traffic(listener.getsockname()[1])
         open_ones: list[socket.socket] = []
 
-        def read(
-            source: socket.socket, way: str, line: queue.SimpleQueue[tuple[float, bytes | None]]
-        ) -> None:
+        def read(source: socket.socket, way: str, line: queue.SimpleQueue[Piece]) -> None:
             piece, passed = b".", 0
             while piece:
                 piece = b""
                 with suppress(OSError):
                     piece = source.recv(1 << 16)
+                trip = traffic.latest["down"] + 1 if way == "up" else traffic.latest["up"]
                 setattr(traffic, way, getattr(traffic, way) + len(piece))
                 rest = len(piece) if way == "up" or silent_after is None else max(0, silent_after - passed)
                 passed += len(piece)
                 if rest < len(piece):
-                    line.put((time.monotonic(), piece[:rest] or None))
+                    line.put((time.monotonic(), trip, piece[:rest] or None))
                     if ends:
-                        line.put((time.monotonic(), b""))
+                        line.put((time.monotonic(), trip, b""))
                         return
                     continue
-                line.put((time.monotonic() + delay, piece))
+                line.put((time.monotonic() + delay, trip, piece))
 
-        def write(sink: socket.socket, line: queue.SimpleQueue[tuple[float, bytes | None]]) -> None:
+        def write(sink: socket.socket, way: str, line: queue.SimpleQueue[Piece]) -> None:
             with suppress(OSError):
                 while True:
-                    due, piece = line.get()
+                    due, trip, piece = line.get()
                     time.sleep(max(0.0, due - time.monotonic()))
                     if piece is None:
                         continue
                     if not piece:
                         sink.shutdown(socket.SHUT_WR)
                         return
+                    traffic.latest[way] = max(traffic.latest[way], trip)
                     sink.sendall(piece)
 
         def serve() -> None:
@@ -72,9 +85,9 @@ def proxy(
                         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                     open_ones.extend((near, far))
                     for source, sink, way in ((near, far, "up"), (far, near, "down")):
-                        line: queue.SimpleQueue[tuple[float, bytes | None]] = queue.SimpleQueue()
+                        line: queue.SimpleQueue[Piece] = queue.SimpleQueue()
                         threading.Thread(target=read, args=(source, way, line), daemon=True).start()
-                        threading.Thread(target=write, args=(sink, line), daemon=True).start()
+                        threading.Thread(target=write, args=(sink, way, line), daemon=True).start()
 
         threading.Thread(target=serve, daemon=True).start()
         try:

@@ -7,7 +7,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,11 +40,22 @@ def run(
     stdin: Sequence[bytes] = (),
     *,
     limit: int = 1 << 20,
-    timeout: float = 60.0,
+    timeout: float = PATIENCE,
+    enough: Callable[[bytes], bool] = lambda _: False,
 ) -> Output:
-    """Run ``command`` to its end."""
+    """Run ``command`` to its end, or until its output is ``enough``."""
     with session.channel(command, limit=limit) as channel:
-        return channel.exchange(stdin, lambda piece: False, timeout=timeout)
+        return channel.exchange(stdin, enough, timeout=timeout)
+
+
+def run_until(session: Session, act: Callable[[], object]) -> Output:
+    """Run a command that ends only with its connection, and ``act`` once it has begun."""
+
+    def begun(piece: bytes) -> bool:
+        act()
+        return False
+
+    return run(session, "echo begun; exec cat", enough=begun)
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import shutil
 import socket
 import subprocess
-import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ from swarmctl.remote.transport import HostError, Kind
 from tests.ports import free_port
 from tests.remote import sshd as servers
 from tests.remote.sshd import Sshd
-from tests.timing import PATIENCE
+from tests.timing import wait_for
 
 TOOLS = ("ssh", "krb5kdc", "kdb5_util", "kadmin.local", "kinit", "kdestroy")
 REALM = "SWARM.TEST"
@@ -78,15 +77,12 @@ def realm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def _await_port(port: int) -> None:
-    end = time.monotonic() + PATIENCE
-    while True:
-        with ExitStack() as stack:
-            try:
-                stack.enter_context(socket.create_connection(("127.0.0.1", port)))
-                return
-            except OSError:
-                assert time.monotonic() < end
-                time.sleep(0.02)
+    def answers() -> bool:
+        with suppress(OSError), socket.create_connection(("127.0.0.1", port)):
+            return True
+        return False
+
+    wait_for(answers)
 
 
 @pytest.fixture

@@ -8,7 +8,6 @@ import shutil
 import signal
 import socket
 import threading
-import time
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,7 @@ from tests.ports import free_port
 from tests.remote import sshd as servers
 from tests.remote.conftest import AnySsh, MakeTransport
 from tests.remote.sshd import Sshd
-from tests.timing import PATIENCE, at_most, wait_for
+from tests.timing import PATIENCE, wait_for
 
 
 def refused(transport: AnySsh, target: Target) -> HostError:
@@ -151,11 +150,9 @@ def test_kinds_of_unreachable_hosts_are_distinguished(sshd: Sshd, transport: Any
 
 def test_a_port_that_sends_nothing_times_out(impatient: AnySsh, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        begun = time.monotonic()
         error = refused(impatient, Target("pi", "127.0.0.1", "root", listener.getsockname()[1]))
 
     assert error.message.endswith("accepts the connection but sends no SSH banner")
-    assert time.monotonic() - begun < at_most(4)
 
 
 def test_a_flooding_command_is_cut_off(sshd: Sshd, transport: AnySsh) -> None:
@@ -185,20 +182,16 @@ def test_a_command_that_reads_nothing_ends_all_the_same(sshd: Sshd, transport: A
 
 
 def test_a_hanging_command_ends_at_its_deadline(sshd: Sshd, transport: AnySsh) -> None:
-    begun = time.monotonic()
     with transport.connect(sshd.target()) as session, pytest.raises(HostError) as caught:
-        servers.run(session, "echo $$; exec sleep 60", timeout=0.7)
-    assert time.monotonic() - begun < at_most(3)
+        servers.run(session, "echo $$; exec cat", timeout=0.7)  # cat ends with its connection
     assert caught.value.message == "pi did not finish within 0.7 s"
     assert caught.value.kind is Kind.LOST
 
 
 def test_a_child_that_holds_the_streams_does_not_hold_us(sshd: Sshd, transport: AnySsh) -> None:
-    begun = time.monotonic()
     with transport.connect(sshd.target()) as session:
-        done = servers.run(session, "sleep 5 & echo $!", timeout=PATIENCE)
+        done = servers.run(session, "sleep 3600 & echo $!", timeout=3600)  # whose end nobody waits for
     os.kill(int(done.stdout), signal.SIGTERM)
-    assert time.monotonic() - begun < at_most(4)
 
 
 def test_a_frozen_server_is_given_up_on(spare: Path, transport: AnySsh) -> None:
@@ -206,11 +199,10 @@ def test_a_frozen_server_is_given_up_on(spare: Path, transport: AnySsh) -> None:
         servers.run(session, "true")
         for child in server.children():
             os.kill(child, signal.SIGSTOP)
-        begun = time.monotonic()
         with pytest.raises(HostError) as caught:
             servers.run(session, "true", timeout=1)
-        assert time.monotonic() - begun < at_most(4)
     assert caught.value.kind is Kind.LOST
+    assert caught.value.message == "pi did not finish within 1 s"
 
 
 def test_a_broken_connection_is_reported_as_lost(spare: Path, transport: AnySsh) -> None:
@@ -220,25 +212,20 @@ def test_a_broken_connection_is_reported_as_lost(spare: Path, transport: AnySsh)
             for child in server.children():
                 os.kill(child, signal.SIGKILL)
 
-        timer = threading.Timer(0.5, kill)
-        timer.start()
-        begun = time.monotonic()
         with pytest.raises(HostError) as caught:
-            servers.run(session, "sleep 3", timeout=PATIENCE)
-        timer.join()
-        assert time.monotonic() - begun < at_most(2.5)
+            servers.run_until(session, kill)
     assert caught.value.kind is Kind.LOST
     assert "connection was lost" in caught.value.message
 
 
 def test_closing_from_another_thread_ends_a_command(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
-        timer = threading.Timer(0.3, session.close)
-        timer.start()
+        closing = threading.Thread(target=session.close)
         with pytest.raises(HostError) as caught:
-            servers.run(session, "sleep 2", timeout=PATIENCE)
-        timer.join()
+            servers.run_until(session, closing.start)
+        closing.join()
     assert caught.value.kind is Kind.LOST
+    assert "connection was lost" in caught.value.message
 
 
 def test_through_a_jump_host_each_hop_is_checked(
@@ -296,28 +283,30 @@ def test_a_dead_jump_host_is_tried_once_for_all_behind_it(sshd: Sshd, impatient:
             errors.append(refused(impatient, sshd.target(jump=gate)))
 
         threads = [threading.Thread(target=enter) for _ in range(6)]
-        begun = time.monotonic()
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-    assert time.monotonic() - begun < at_most(6)
+        silent.setblocking(False)
+        silent.accept()[0].close()
+        with pytest.raises(BlockingIOError):  # there was no second connection
+            silent.accept()
     assert {error.message for error in errors} == {
         f"gate (127.0.0.1, port {gate.port}) accepts the connection but sends no SSH banner"
     }
 
 
 def test_a_jump_host_that_was_restarted_is_logged_in_to_again(
-    spare: Path, sshd: Sshd, impatient: AnySsh
+    spare: Path, sshd: Sshd, transport: AnySsh
 ) -> None:
     with servers.running(spare) as gate:
         behind = sshd.target(jump=gate.target(host="gate"))
-        with impatient.connect(behind):
+        with transport.connect(behind):
             gate.end_connections()
 
             def reached() -> bool:
                 try:
-                    with impatient.connect(behind) as session:
+                    with transport.connect(behind) as session:
                         return servers.run(session, "echo far").stdout == b"far\n"
                 except HostError:
                     return False

@@ -11,7 +11,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -328,19 +327,16 @@ def _answer(terminal: tuple[int, int], answer: str) -> int:
     """Wait for the question, answer it, and return the exit code."""
     pid, master = terminal
     seen = b""
-    end = time.monotonic() + PATIENCE
     while b": " not in seen.partition(b"type yes to pin 1 key")[2]:
-        assert time.monotonic() < end, seen
-        if select.select([master], [], [], 0.2)[0]:
-            seen += os.read(master, 4096)
+        assert select.select([master], [], [], PATIENCE)[0], seen
+        seen += os.read(master, 4096)
     os.write(master, answer.encode() + b"\n")
-    while time.monotonic() < end:
-        if select.select([master], [], [], 0.2)[0]:
-            try:
-                if not os.read(master, 4096):
-                    break
-            except OSError:  # how Linux reports that the other end of a terminal is closed
+    while select.select([master], [], [], PATIENCE)[0]:
+        try:
+            if not os.read(master, 4096):
                 break
+        except OSError:  # how Linux reports that the other end of a terminal is closed
+            break
     return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
 

@@ -12,6 +12,7 @@ from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, processes
 from swarmctl.ros_packages.package_manifest import faults_of
 from swarmctl.ros_packages.xml_tags import root_of
+from tests.timing import PATIENCE
 
 GOOD = """<package format="2">
   <name>nav</name>
@@ -119,7 +120,7 @@ def test_catkin_itself_refuses_the_same() -> None:
     texts = [text for text, _ in cases()]
     ran = subprocess.run(
         ["chroot", disk, "/usr/bin/python3", "-B", "-c", CATKIN],
-        input=json.dumps(texts), capture_output=True, text=True, check=True, timeout=60,
+        input=json.dumps(texts), capture_output=True, text=True, check=True, timeout=PATIENCE,
     )  # fmt: skip
     own = [bool(list(faults_of(root_of(text.encode())))) for text in texts]
     theirs = json.loads(ran.stdout)

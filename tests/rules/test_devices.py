@@ -12,7 +12,7 @@ from swarmctl.rules.families.identity.rules import adapters_of_two_hosts, duplic
 from swarmctl.rules.runner import lint, load_swarm
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
-from tests.timing import cpu_at_most
+from tests.timing import work_at_most
 
 SPEC = """
 version: 1
@@ -147,6 +147,6 @@ def test_adapters_of_one_serial_number_take_no_square_of_time() -> None:
     document, problems = load_text(text, "swarm.yaml", load_catalog())
     assert document is not None, problems
     context = RuleContext(document)
-    with cpu_at_most(1.0):
+    with work_at_most(20):
         assert list(duplicate_devices(context)) == []
         assert list(adapters_of_two_hosts(context)) == []

@@ -14,7 +14,7 @@ from swarmctl.rules.fixes import Findings, Fixed, Stage, Texts, fixable
 from swarmctl.rules.runner import lint_files
 from tests import ROOT
 from tests.rules.specs import BROKEN, specs_in
-from tests.timing import cpu_at_most
+from tests.timing import work_at_most
 
 FIXABLE = Path(__file__).parent / "fixable"
 EXAMPLE = (ROOT / "examples/paper-leader/swarm.yaml").read_text("utf-8")
@@ -123,7 +123,7 @@ def test_fixing_ends_and_makes_no_spec_worse(
     text = EXAMPLE
     for place, length, word in changes:
         text = text[:place] + word + text[place + length :]
-    with cpu_at_most(5.0):
+    with work_at_most(150):
         before, after = lint_with(text)({}), lint_with(fixed(text))({})
     assert after.stage >= before.stage
 

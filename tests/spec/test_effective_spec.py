@@ -20,7 +20,7 @@ from swarmctl.spec.load import Document, load, load_text
 from swarmctl.swarm.resolve import resolve
 from swarmctl.views.effective_spec import json_of, yaml_of
 from tests.rules.specs import BROKEN, spec
-from tests.timing import cpu_at_most
+from tests.timing import work_at_most
 
 HERE = Path(__file__).parent
 LAYERS = HERE / "effective_spec"
@@ -121,7 +121,7 @@ def specs(draw: st.DrawFn) -> dict[str, Any]:
 @settings(max_examples=150)
 @given(specs())
 def test_any_flat_form_is_the_same_swarm(spec: dict[str, Any]) -> None:
-    with cpu_at_most(2.0):
+    with work_at_most(50):
         document, found = load_text(json.dumps(spec, ensure_ascii=False), "swarm.yaml", CATALOG)
         assert document is not None, found
         made = again(document)

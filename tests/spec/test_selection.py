@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,6 +15,7 @@ from swarmctl.spec.selection_candidates import (
     RobotFacts,
 )
 from swarmctl.yamltext.selection_text import SelectionError
+from tests.timing import work_at_most
 
 LAB = Candidates(
     hosts={"laptop": (), "pi-1": ("lab1",), "pi-2": (), "both": ()},
@@ -131,15 +130,14 @@ def test_the_laws_of_sets_hold(one: str, other: str, kind: Kind) -> None:
     assert meant(f"!({one}&{other})", kind) == meant(f"!{one}", kind) | meant(f"!{other}", kind)
 
 
-def test_ten_thousand_robots_in_fifty_groups_take_no_second() -> None:
+def test_ten_thousand_robots_in_fifty_groups_take_little_work() -> None:
     swarm = Candidates(
         hosts={f"pi-{number}": (f"lab{number % 50}",) for number in range(2000)},
         robots={f"ep-{number}": RobotFacts("epuck2", f"pi-{number % 2000}") for number in range(10_000)},
         groups={f"g{number}": (f"ep-{number}*", f"@lab{number}", "!ep-1") for number in range(50)},
     )
-    begun = time.process_time()
-    assert len(select([f"@g{number}" for number in range(50)], swarm, "robots").names) == 9_999
-    assert time.process_time() - begun < 1
+    with work_at_most(100):
+        assert len(select([f"@g{number}" for number in range(50)], swarm, "robots").names) == 9_999
 
 
 def test_groups_nested_too_deep_are_an_error() -> None:

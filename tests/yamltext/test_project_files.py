@@ -16,6 +16,7 @@ from swarmctl.cli.app import run
 from swarmctl.rules.runner import load_checked
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_FILES, MAX_NODES
 from tests import ROOT, in_process
+from tests.timing import PATIENCE
 from tests.yamltext.hostile_inputs import EXAMPLE, OWN_TYPE
 
 SECRET = "AKIA-not-for-the-log"
@@ -56,8 +57,9 @@ def validated_in_every_format(*, own_process: bool) -> str:
     """What ``validate`` prints in three formats; it finds an error in each."""
     if own_process:  # its environment has the secret
         ran = subprocess.run(
-            [sys.executable, "-c", IN_EVERY_FORMAT], capture_output=True, text=True, check=True, timeout=60
-        )
+            [sys.executable, "-c", IN_EVERY_FORMAT],
+            capture_output=True, text=True, check=True, timeout=PATIENCE,
+        )  # fmt: skip
         assert ran.stdout.endswith(f"{[exit_codes.ERROR] * 3}\n")
         return ran.stdout + ran.stderr
     runs = [
@@ -168,7 +170,7 @@ def test_what_is_no_file_is_not_opened(place: str, made: Callable[[Path], None],
     made(lab / PLACES[place])
     ran = subprocess.run(  # of its own, for opening a pipe waits
         [sys.executable, "-m", "swarmctl", "validate", "swarm.yaml", "-f", "over.yaml"],
-        capture_output=True, text=True, check=False, timeout=60,
+        capture_output=True, text=True, check=False, timeout=PATIENCE,
     )  # fmt: skip
     if place == "key":
         assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
@@ -188,9 +190,13 @@ def test_a_spec_may_come_through_a_pipe(lab: Path) -> None:
     command = f"'{sys.executable}' -m swarmctl validate"
     for line in (f"{command} <(cat swarm.yaml)", f"cat swarm.yaml | {command} /dev/stdin"):
         alone = line.replace("cat swarm.yaml", f"cat '{ROOT}/examples/paper-leader/swarm.yaml'")
-        ran = subprocess.run(["bash", "-c", alone], capture_output=True, text=True, check=False, timeout=60)
+        ran = subprocess.run(
+            ["bash", "-c", alone], capture_output=True, text=True, check=False, timeout=PATIENCE
+        )
         assert (ran.returncode, ran.stderr) == (exit_codes.OK, "")
-        ran = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False, timeout=60)
+        ran = subprocess.run(
+            ["bash", "-c", line], capture_output=True, text=True, check=False, timeout=PATIENCE
+        )
         assert "error[INC002]: `more.yaml` lies outside the spec's folder" in ran.stderr
         assert "1 | include: more.yaml" in ran.stderr
     ran = subprocess.run(
@@ -201,7 +207,7 @@ def test_a_spec_may_come_through_a_pipe(lab: Path) -> None:
 
 def test_a_pipe_without_end_is_left(lab: Path) -> None:
     line = f"cat /dev/zero | '{sys.executable}' -m swarmctl validate /dev/stdin"
-    ran = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False, timeout=60)
+    ran = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert "error[FILE002]: `/dev/stdin` is larger than 4 MiB" in ran.stderr
 
 
