@@ -173,7 +173,7 @@ def test_an_upload_completes_though_the_network_is_away_for_3_s(spare: Path) -> 
 
 
 @pytest.mark.skipif(not shutil.which("unshare"), reason="needs unshare (util-linux)")
-def test_a_network_that_goes_amid_an_upload_ends_it_soon(spare: Path) -> None:
+def test_a_network_that_goes_amid_an_upload_ends_it(spare: Path) -> None:
     lines = in_a_network_of_its_own(CUT_OFF, spare)  # the upload itself may take longer than that runs
     assert len(lines) == 2
     for line in lines:

@@ -139,5 +139,5 @@ def test_a_file_beyond_the_limits_is_not_called_wrong(elements: str) -> None:
 
 def test_a_long_text_takes_time_by_its_length() -> None:
     text = document(link("a") + "&amp;\n" * 400_000)
-    with work_at_most(100):  # it was 4 times as much when each piece was a copy of all before
+    with work_at_most(100):  # it is 1000 if each piece is a copy of all before
         read_urdf(text)
