@@ -318,7 +318,7 @@ def test_a_higher_commander_takes_over_until_its_timeout(tmp_path, promise):
         promise("a higher commander sends, until the robot obeys", took, 0.3)
         took, _ = overtaking(node, wiring, 0.1, "/tester")
         assert time.monotonic() - last >= 0.4
-        promise("a higher commander ends, until the robot obeys the next", took, 0.5 + 0.3)
+        promise("a higher commander ends, until the robot obeys the next", took, 0.6)
 
 
 def overtaking(node, wiring, linear, sender):
