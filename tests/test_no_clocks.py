@@ -17,6 +17,7 @@ from tests import ROOT
 
 CLOCKS = {"time", "monotonic", "perf_counter", "process_time", "thread_time"}
 SECONDS = {"took", "seconds", "elapsed", "stood", "stands", "waited", "late", "lasted", "spent", "duration"}
+Function = ast.FunctionDef | ast.AsyncFunctionDef
 #: A time that is promised is compared here with its bar, by `make bench` alone.
 EXEMPT = {"tests/conftest.py", "tests/timing.py"}
 
@@ -24,19 +25,21 @@ EXEMPT = {"tests/conftest.py", "tests/timing.py"}
 def comparisons(code: str) -> Iterator[int]:
     """Yield the lines of ``code`` with an assertion that seconds are below what is no other moment."""
     tree = ast.parse(code)
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    functions = [node for node in ast.walk(tree) if isinstance(node, Function)]
     for function in functions:
         moments, computed = _names_of_times(function)
         for node in ast.walk(function):
             if isinstance(node, ast.Assert):
+                seconds = moments | computed | SECONDS
                 yield from (
                     below.lineno
                     for below, bound in _upper_bounds(node.test)
-                    if _has_seconds(below, moments | computed | SECONDS) and not _is_moment(bound, moments)
+                    if _has_seconds(below, seconds) and not _is_moment(bound, moments)
                 )
+                yield from (part.lineno for part in ast.walk(node) if _is_near_a_moment(part, moments))
 
 
-def _names_of_times(function: ast.FunctionDef) -> tuple[set[str], set[str]]:
+def _names_of_times(function: Function) -> tuple[set[str], set[str]]:
     """Return the names of what a clock returned, and of what is computed from it."""
     moments: set[str] = set()
     computed: set[str] = set()
@@ -97,6 +100,15 @@ def _returns_seconds(call: ast.Call) -> bool:
     return name == "until" or name.startswith("seconds_")
 
 
+def _is_near_a_moment(node: ast.AST, moments: set[str]) -> bool:
+    return (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and node.func.attr == "approx"
+        and _has_seconds(node.args[0], moments)
+    )
+
+
 def _is_moment(node: ast.expr, moments: set[str]) -> bool:
     return _is_clock(node) or (isinstance(node, ast.Name) and node.id in moments)
 
@@ -109,6 +121,7 @@ def _is_moment(node: ast.expr, moments: set[str]) -> bool:
         "took = time.monotonic() - began\n  assert 5 > took",
         "end = time.monotonic() + 5\n  while busy(): assert time.monotonic() < end",
         "assert stop().seconds < BAR, 'late'",
+        "assert found == pytest.approx(time.time(), abs=5)",
         "back = until(stands, 'it drives')\n  assert back < 1",
         "a, b = time.time(), 3\n  assert not busy() or time.time() - a < b",
     ],
