@@ -66,7 +66,7 @@ ROWS = (
     Row(
         "R04",
         "a connection ends in the upload",
-        _at("remote/stalls", "a_network_that_goes_amid_an_upload_ends_it_soon")
+        _at("remote/stalls", "a_network_that_goes_amid_an_upload_ends_it")
         + _at("deploy/interrupted_upload", "the_next_run_sends_only_what_was_not_complete"),
         "where the host cannot notice the end for 60 s, a run in between sends all",
     ),
@@ -96,7 +96,7 @@ ROWS = (
         "R08",
         "sshd stands still",
         _at("remote/ssh", "a_frozen_server_is_given_up_on")
-        + _at("remote/stalls", "wherever_a_host_stalls_the_error_says_so_in_time"),
+        + _at("remote/stalls", "wherever_a_host_stalls_it_is_given_up_on"),
     ),
     Row(
         "R09",
