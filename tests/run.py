@@ -55,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     these = "" if given.all else " and not slow"
     fast = ["-m", f"not lab{these}", "-n", str(given.workers), "--dist", "worksteal"]
     lab = ["-m", f"lab{these}", "-n", str(given.labs), "--dist", "loadfile", "--no-loadscope-reorder"]
-    outcomes = Outcomes()
+    outcomes, commit = Outcomes(), _clean_commit()
     for part in (fast, lab):
         _run([*part, *rest], outcomes)
     alone: set[str] = set()
@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     outcomes.failed -= alone
     outcomes.passed |= alone
     green = outcomes.complete and bool(outcomes.passed) and not outcomes.failed
-    _keep(alone, green and not rest)
+    _keep(alone, commit if green and not rest else "")
     print("\n".join(_summary(outcomes, alone)), flush=True)
     return 0 if green else 1
 
@@ -87,18 +87,23 @@ def _reason(longrepr: object) -> str:
     return str(text).removeprefix("Skipped: ")
 
 
-def _keep(alone: set[str], whole: bool) -> None:
+def _keep(alone: set[str], passed: str) -> None:
+    """Note what passed only alone, and the commit that ``passed``, if it is still the one that is here."""
     build = Path("build")
     build.mkdir(exist_ok=True)
-    commit = _git("rev-parse", "HEAD").strip()
     with (build / "alone.txt").open("a", encoding="utf-8") as file:
-        file.writelines(f"{commit} {test}\n" for test in sorted(alone))
-    if whole and not _git("status", "--porcelain"):
-        (build / "tested").write_text(f"{commit}\n", "utf-8")
+        file.writelines(f"{_git('rev-parse', 'HEAD')} {test}\n" for test in sorted(alone))
+    if passed and passed == _clean_commit():
+        (build / "tested").write_text(f"{passed}\n", "utf-8")
+
+
+def _clean_commit() -> str:
+    """The commit that is checked out; nothing if files differ from it."""
+    return "" if _git("status", "--porcelain") else _git("rev-parse", "HEAD")
 
 
 def _git(*arguments: str) -> str:
-    return subprocess.run(("git", *arguments), capture_output=True, text=True, check=False).stdout
+    return subprocess.run(("git", *arguments), capture_output=True, text=True, check=False).stdout.strip()
 
 
 def _summary(outcomes: Outcomes, alone: set[str]) -> list[str]:

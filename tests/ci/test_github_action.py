@@ -67,6 +67,7 @@ def test_no_input_is_pasted_into_a_script() -> None:
     assert [step["name"] for step in (INSTALL, VALIDATE) if "${{" in step["run"]] == []
 
 
+@pytest.mark.slow
 def test_it_installs_what_it_came_with(runner: dict[str, str], project: Path) -> None:
     made = ran(INSTALL["run"], project, runner | inputs(INSTALL))
     if made.returncode and without_index(made.stderr):

@@ -60,6 +60,7 @@ def test_it_looks_at_specs_and_at_nothing_else(file: str, looked_at: bool) -> No
     assert bool(re.search(hook["files"], file)) is looked_at
 
 
+@pytest.mark.slow
 def test_a_commit_waits_until_its_specs_are_right(
     project: Path, environment: dict[str, str], broken: str, tmp_path: Path
 ) -> None:

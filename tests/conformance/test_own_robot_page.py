@@ -41,6 +41,7 @@ def followed(folder: Path, *, lab: bool) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_page_runs_as_it_stands(tmp_path: Path, note: Callable[[str, str, str], None]) -> None:
     began = time.monotonic()
     ran = followed(tmp_path, lab=False)
@@ -61,6 +62,7 @@ def test_the_page_runs_as_it_stands(tmp_path: Path, note: Callable[[str, str, st
 
 
 @pytest.mark.lab
+@pytest.mark.slow
 def test_the_page_drives_its_robot_in_the_lab(tmp_path: Path) -> None:
     ran = followed(tmp_path, lab=True)
     subprocess.run(

@@ -184,6 +184,7 @@ CASES += [(state, "agent") for state in ("survey", "hold", "confirm")]  # its ow
 
 
 @pytest.mark.parametrize(("state", "victim"), CASES)
+@pytest.mark.slow
 def test_after_a_kill_in_any_state_the_next_run_completes(
     host: FakeHost, server: tuple[sshd.Sshd, Path], state: str, victim: str
 ) -> None:
@@ -197,6 +198,7 @@ def test_after_a_kill_in_any_state_the_next_run_completes(
 
 
 @pytest.mark.parametrize("state", ["survey", "upload", "change", "hold", "confirm"])
+@pytest.mark.slow
 def test_after_a_jump_host_dies_the_next_run_completes(
     host: FakeHost, server: tuple[sshd.Sshd, Path], gate: sshd.Sshd, state: str
 ) -> None:

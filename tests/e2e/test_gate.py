@@ -18,6 +18,8 @@ from tests.e2e.lab_swarm import SOURCE, SWARM, LabSwarm, Note, lab_of, moves, qu
 from tests.e2e.node_ends import BACK, ends_and_is_back
 from tests.timing import Promise
 
+pytestmark = pytest.mark.slow
+
 DESK, PI = "desk", "pi"
 LAUNCHED, EXECUTED, UNGATED = "burger", "cart", "free"
 REASON = "the vendor's console arbitrates"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.e2e.lab_swarm import LabSwarm, quoted
 from tests.e2e.recovery import (
     BODY,
@@ -17,6 +19,8 @@ from tests.e2e.recovery import (
     whole,
 )
 from tests.timing import Promise
+
+pytestmark = pytest.mark.slow
 
 LATE = 8  # s after its boot at which a host gets its address
 NO_NETWORK = f"""\

@@ -6,6 +6,8 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 from tests import ROOT
 from tests.e2e.lab_swarm import Note
 from tests.timing import Promise
@@ -14,6 +16,7 @@ BENCHMARK = ROOT / "benchmarks/leader.py"
 LATE = 0.2  # s from a command to the last wheel
 
 
+@pytest.mark.slow
 def test_drivers_keep_to_their_bars(note: Note, promise: Promise) -> None:
     argv = [sys.executable, str(BENCHMARK), "--robots", "6", "--seconds", "8"]
     ran = subprocess.run(argv, capture_output=True, text=True, check=False, timeout=180)

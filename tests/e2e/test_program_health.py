@@ -104,6 +104,7 @@ def test_a_launched_node_that_stops_or_dies_is_unhealthy(talking: LabSwarm) -> N
     assert message == "its node /second has ended (exit code -9) and is not started again"
 
 
+@pytest.mark.slow
 def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm, promise: Promise) -> None:
     swarm = talking
     unchecked = swarm.folder / "equal.yaml"

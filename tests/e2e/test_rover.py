@@ -71,6 +71,7 @@ def test_roswtf_finds_no_fault(rover: LabSwarm) -> None:
     assert roswtf(rover, f"{HOME}/current") == {}
 
 
+@pytest.mark.slow
 def test_commands_at_the_ros_end_drive_a_square_and_odometry_agrees(rover: LabSwarm, note: Note) -> None:
     truth, odometry = rover.truth(ROBOT), rover.odometry(HOST, ROBOT)
     before, counted = rover.robot(ROBOT)["distance"], counts(rover)
@@ -151,6 +152,7 @@ def halfway(swarm: LabSwarm) -> bool:
     return command.startswith(PAGE) and not command.startswith(FIRST)
 
 
+@pytest.mark.slow
 def test_the_next_flash_writes_the_sketch_and_the_robot_drives(
     rover: LabSwarm, other: Path, note: Note
 ) -> None:

@@ -132,6 +132,7 @@ class Square(NamedTuple):
     ],
     ids=str,
 )
+@pytest.mark.slow
 def test_the_last_corner_of_a_square_is_where_odometry_has_it(
     boards: Callable[..., SimulatedBoard],
     build_firmware: Callable[[FirmwareSettings], Built],

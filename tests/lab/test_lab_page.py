@@ -31,6 +31,7 @@ def test_the_variables_for_folders_are_documented() -> None:
 
 
 @in_a_lab
+@pytest.mark.slow
 def test_the_commands_of_the_page_run(
     leader_spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -62,6 +62,7 @@ def corrected(spec: Path, mutation: Mutation) -> bool | None:
 
 
 @pytest.mark.parametrize("spec", EXAMPLES, ids=lambda spec: spec.parent.name)
+@pytest.mark.slow
 def test_a_spec_made_valid_renders_what_the_original_renders(spec: Path) -> None:
     outcomes = [(one.kind, one.what, corrected(spec, one)) for one in mutations_of(spec)]
     wrong = [one for one in outcomes if one[2] is not None]

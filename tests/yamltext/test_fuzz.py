@@ -115,6 +115,7 @@ def validator() -> Iterator[subprocess.Popen[str]]:
 
 
 @pytest.mark.parametrize("name", [*LARGE, *hostile_inputs.trees()])
+@pytest.mark.slow
 def test_large_hostile_files(
     name: str, tmp_path: Path, counted: list[str], validator: subprocess.Popen[str]
 ) -> None:

@@ -91,7 +91,9 @@ def driving(type_name: str, folder: Path) -> Iterator[tuple[Node, Wiring, System
         yield node, wiring, systemd
 
 
-@pytest.mark.parametrize("type_name", TYPES)
+@pytest.mark.parametrize(
+    "type_name", [TYPES[0], *(pytest.param(one, marks=pytest.mark.slow) for one in TYPES[1:])]
+)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_however_a_driver_ends_its_robot_stands(
     type_name: str, fault: str, tmp_path: Path, promise: Promise

@@ -44,6 +44,7 @@ def run(script: str, *arguments: object) -> dict[str, Any]:
 
 
 @pytest.mark.lab
+@pytest.mark.slow
 def test_all_masters_match_the_model_after_a_thousand_events(disk: Path, note: Note) -> None:
     figures = run("storm.py", disk, SEED, EVENTS)
     title = f"static multimaster: {figures['events']} events on {figures['topics']} topics, seed {SEED}"
