@@ -48,8 +48,8 @@ class Outcomes:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--workers", type=int, default=1, help="processes for the tests without the lab")
-    parser.add_argument("--labs", type=int, default=1, help="processes for the tests in the lab")
+    parser.add_argument("--workers", type=int, default=0, help="processes for the tests without the lab")
+    parser.add_argument("--labs", type=int, default=0, help="processes for the tests in the lab")
     parser.add_argument("--all", action="store_true", help="the tests with the mark `slow` as well")
     given, rest = parser.parse_known_args(arguments)
     these = "" if given.all else " and not slow"
