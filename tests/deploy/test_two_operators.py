@@ -8,7 +8,7 @@ import random
 import re
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from swarmctl.deploy.outcome import Outcome
@@ -17,7 +17,7 @@ from swarmctl.render.bundle import Bundle
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, deployed, hosts
 from tests.packages.agent.fakehost import FakeHost
-from tests.timing import PATIENCE, wait_for, withheld
+from tests.timing import PATIENCE, Promise, wait_for, withheld
 
 __all__ = ["hosts"]
 RACES = int(os.environ.get("SWARM_DEPLOY_RACES", "3"))
@@ -52,9 +52,7 @@ def current(hosts: Mapping[str, FakeHost]) -> set[bytes]:
     return {host.read("opt/swarm/new/current/params/robot.yaml") for host in hosts.values()}
 
 
-def test_of_two_operators_at_once_one_deploys(
-    hosts: dict[str, FakeHost], promise: Callable[[str, float, float], None]
-) -> None:
+def test_of_two_operators_at_once_one_deploys(hosts: dict[str, FakeHost], promise: Promise) -> None:
     """SWARM_DEPLOY_RACES sets the number of races; `make races` runs 50."""
     deployed(deploy(release("0"), TARGETS, FolderTransport(hosts, {})))
     seed, stays, deployed_once, longest = random.Random(1), "0", 0, 0.0

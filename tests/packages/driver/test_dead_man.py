@@ -12,10 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Promise
 from tests.packages.driver.driver_process import PYTHONPATH, Node, Wiring, running, wired
 from tests.packages.driver.fakes import TYPES
-from tests.timing import PATIENCE, wait_for, withheld
+from tests.timing import PATIENCE, Promise, wait_for, withheld
 
 SPEED = 0.1  # m/s
 WATCHDOG = 1.0  # s, as in the driver's unit
