@@ -62,6 +62,7 @@ def test_values_become_the_same_text_as_by_json(value: object, sort: bool) -> No
 @given(st.text('{}[]:,"\\ \n\t0123456789.-+eEtruefalsnNIiy\u00a0'))
 @example('{"a" 1}')
 @example('["')
+@example('"\n')
 @example("1 2")
 @example("")
 @example("\u00a01")

@@ -40,12 +40,12 @@ else:
 
     def loads(text: str) -> Any:
         """Returns the value of a JSON text. Raises ``ValueError``."""
-        text = text.strip(_WHITE)
+        stripped = text.strip(_WHITE)
         try:
-            value, end = _scan(text, 0)
-            if end == len(text):
+            value, end = _scan(stripped, 0)
+            if end == len(stripped):
                 return value
-        except (StopIteration, SystemError):  # SystemError: Python 3.11 lacks the class of the error
+        except (StopIteration, ValueError, SystemError):  # the last where nothing has loaded `json`
             pass
         import json  # noqa: PLC0415  (takes long to load, and only its error is needed)
 
