@@ -109,7 +109,8 @@ def test_a_master_does_not_stop_under_a_robot_of_another_host(swarm: LabSwarm, n
     assert "epuck-pi:epuck" not in changed(before, swarm.pids())
     assert swarm.swarmctl("start").status == 0
     assert swarm.deploy().status == 0
-    assert swarm.swarmctl("restart", "k3", "epuck").status == 0  # before they notice another master
+    # Before they notice another master. A driver that has just started is refused until its robot stands.
+    until(lambda: swarm.swarmctl("restart", "k3", "epuck").status == 0, "the drivers do not restart")
 
 
 def test_a_robot_that_was_not_idle_long_enough_keeps_its_driver(swarm: LabSwarm) -> None:
