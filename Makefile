@@ -17,6 +17,8 @@ POWER_TOOLS := mkfs.ext4:e2fsprogs mkfs.xfs:xfsprogs mkfs.btrfs:btrfs-progs
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 # Tests wait more than they compute.
 WORKERS := $(shell expr $$(nproc) \* 2 + 1)
+# For tests whose number of examples is chosen: without the limit of time that ends a test that hangs.
+UNLIMITED := -o faulthandler_timeout=0
 LABS := $(shell expr $$(nproc) + 2)
 # The tests start some thousand processes: each would compile the package anew.
 unexport PYTHONDONTWRITEBYTECODE
@@ -35,7 +37,7 @@ test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every te
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 test-all: $(VENV)/.dev lab-tools test-tools editor-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
-	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
+	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-5000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
 	$(BIN)/pytest -n 2 -m "not lab and not slow" -p tests.changed_first --within 90 $(PYTEST_ARGS)
@@ -64,7 +66,7 @@ lint: $(VENV)/.dev ## style, types, Python 3.8 on robots, and who may import who
 	$(BIN)/lint-imports
 
 fuzz: $(VENV)/.dev ## many more hostile specs than make test has
-	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/pytest -q tests/yamltext/test_fuzz.py
+	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-20000} $(BIN)/pytest $(UNLIMITED) -q tests/yamltext/test_fuzz.py
 
 format: $(VENV)/.dev ## format the code
 	$(BIN)/ruff check --fix .
@@ -124,7 +126,7 @@ test-tools:
 
 races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of two operators on the same hosts
 	SWARM_RACES=$${SWARM_RACES:-1000} SWARM_DEPLOY_RACES=$${SWARM_DEPLOY_RACES:-50} \
-	  $(BIN)/pytest -q tests/packages/agent/test_confirm.py tests/deploy/test_two_operators.py -k "agree or at_once"
+	  $(BIN)/pytest $(UNLIMITED) -q tests/packages/agent/test_confirm.py tests/deploy/test_two_operators.py -k "agree or at_once"
 
 scorecard: $(VENV)/.dev lab-tools ## what a deploy promises under 61 faults: the table, with the tests that show it (needs root)
 	@$(BIN)/python -m tests.scorecard
