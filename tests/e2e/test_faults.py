@@ -30,6 +30,7 @@ def releases(swarm: LabSwarm, *specs: object) -> list[dict[str, str]]:
     return found
 
 
+@pytest.mark.slow
 def test_hosts_that_lose_power_are_named_and_finished_by_the_next_run(swarm: LabSwarm, note: Note) -> None:
     faster = swarm.variant("faster", *ALL_FASTER)
     old, new = releases(swarm, swarm.spec, faster)

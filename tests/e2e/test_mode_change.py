@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.e2e.lab_swarm import LabSwarm
 from tests.e2e.recovery import LAPTOP, SPECS, STATIC, deployed, obeyed, standing, whole
 
@@ -29,6 +31,7 @@ def converted(swarm: LabSwarm, spec: Path, mode: str) -> None:
     spec.write_text(spec.read_text() + (STATIC % receiver if receiver else ""))
 
 
+@pytest.mark.slow
 def test_a_deployed_swarm_changes_its_mode_and_leaves_nothing_behind(isles: LabSwarm) -> None:
     """Leader, standalone, combined, leader: what is to run runs and nothing else, and robots stand still."""
     spec = deployed(isles, "walk", SPECS["leader"])

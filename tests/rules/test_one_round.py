@@ -49,6 +49,7 @@ def test_what_is_repaired_for_checking_is_no_document(case: Path) -> None:
     assert load([case / "swarm.yaml"])[0] is None
 
 
+@pytest.mark.slow
 def test_faults_of_different_places_show_together_as_they_do_alone(
     note: Callable[[str, str, str], None],
 ) -> None:
