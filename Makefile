@@ -16,10 +16,10 @@ TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware
 POWER_TOOLS := mkfs.ext4:e2fsprogs mkfs.xfs:xfsprogs mkfs.btrfs:btrfs-progs
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
 # Tests wait more than they compute.
-WORKERS := $(shell expr $$(nproc) \* 2 + 1)
+WORKERS := $(shell expr $$(nproc) \* 3)
 # For tests whose number of examples is chosen: without the limit of time that ends a test that hangs.
 UNLIMITED := -o faulthandler_timeout=0
-LABS := $(shell expr $$(nproc) + 2)
+LABS := $(shell expr $$(nproc) \* 2 + 1)
 # The tests start some thousand processes: each would compile the package anew.
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
