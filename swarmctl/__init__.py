@@ -1,7 +1,36 @@
 """swarmctl: one YAML file describes a robot swarm; swarmctl checks, renders, deploys and watches it."""
 
-from swarmctl import resources
+from __future__ import annotations
 
-__version__ = "0.1.0"
+from typing import TYPE_CHECKING
+
+from swarmctl import resources
+from swarmctl.version import __version__
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from swarmctl.analysis.swarm_graph import Graph, Node
+
+__all__ = ["__version__", "graph"]
 
 resources.make_robot_packages_importable()
+
+
+def graph(*files: str | PathLike[str]) -> Graph[Node]:
+    """Returns the graph of a spec with its overlays, of networkx (docs/graph.md).
+
+    Raises ValueError with the errors of a spec that has some, each with its place.
+    """
+    from pathlib import Path
+
+    from swarmctl.analysis.swarm_graph import swarm_graph
+    from swarmctl.diagnostics import Severity
+    from swarmctl.rules.runner import load_checked
+    from swarmctl.swarm.index import SwarmIndex
+
+    document, found = load_checked(*map(Path, files))
+    if document is None:
+        errors = (one for one in found if one.severity is Severity.ERROR)
+        raise ValueError("\n".join(f"{one.span}: {one.message}" for one in errors))
+    return swarm_graph(SwarmIndex(document))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import gc
 import sys
 
-from swarmctl import __version__, streams
+from swarmctl import streams
+from swarmctl.version import __version__
 
 
 def main() -> int:

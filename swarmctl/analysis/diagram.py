@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import asdict, dataclass
 
-from swarmctl.analysis.dependencies import Dependencies
+from swarmctl.analysis import swarm_graph
+from swarmctl.analysis.swarm_graph import COMMANDS, DATA, RUNS, Graph, node
 from swarmctl.render.middleware import middleware_of
-from swarmctl.spec.link_model import IpLink, NetworkLink, Radio, RobotLink, Serial
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
+
+_DRAWN = ("host", "robot", "program", "network")
 
 
 @dataclass(frozen=True)
@@ -83,16 +85,18 @@ class Diagram:
 
 def diagram(index: SwarmIndex) -> Diagram:
     """Returns the diagram of a spec without errors, in the order of the spec."""
+    graph = swarm_graph.swarm_graph(index)
     bridged = tuple(_bridged_topics(bridges_of(index)))
-    several = len(index.islands) > 1
     masters = bool(middleware_of(index.spec.ros.distro).master_mb)
     return Diagram(
         swarm=index.spec.name,
         mode=index.spec.mode.value,
         islands=tuple((island.name, island.hub if masters else "") for island in index.islands),
-        nodes=tuple(_nodes(index, {island.hub for island in index.islands} if masters else set())),
-        edges=tuple(dict.fromkeys(_edges(index, {one.topic for one in bridged}))),
-        provider=(index.spec.multimaster or Multimaster()).provider if several else "",
+        nodes=tuple(
+            Node(**one) for kind in _DRAWN for _, one in graph.nodes(data=True) if one["kind"] == kind
+        ),
+        edges=tuple(sorted(_edges(graph, {one.topic for one in bridged}), key=_rank)),
+        provider=(index.spec.multimaster or Multimaster()).provider if len(index.islands) > 1 else "",
         crossings=bridged,
     )
 
@@ -105,70 +109,17 @@ def _bridged_topics(bridges: Iterable[Bridge]) -> Iterator[BridgedTopic]:
     return (BridgedTopic(*key, tuple(to)) for key, to in found.items())
 
 
-def _nodes(index: SwarmIndex, masters: Collection[str]) -> Iterator[Node]:
-    """The parts of the swarm. ``masters``: the hosts that run one."""
-    spec = index.spec
-
-    def island_of(host: str | None) -> str:
-        island = index.home.get(host or "")
-        return island.name if island else ""
-
-    for name in spec.hosts:
-        kind = index.computer_of(name) or "computer"
-        yield Node("host", name, f"{kind}, master" if name in masters else kind, island_of(name))
-    for name, robot in spec.robots.items():
-        yield Node("robot", name, robot.type, island_of(index.driving[name]))
-    for name, program in spec.programs.items():
-        detail = program.use or program.executable or program.launch or program.package or "program"
-        yield Node("program", name, detail, island_of(index.program_hosts[name]))
-    for _, link in index.networks:
-        yield Node("network", link.name, link.kind)
+def _edges(graph: Graph[swarm_graph.Node], bridged: Collection[str]) -> Iterator[Edge]:
+    """The edges between what is drawn; a line is an edge itself."""
+    kinds = graph.nodes(data="kind")
+    for start, end, edge in graph.edges(data=True):
+        role, label = edge["role"], edge["label"]
+        if kinds[end] == "line" and kinds[start] == "host":
+            yield Edge(role, start, node("robot", graph.nodes[end]["name"]), label)
+        elif kinds[start] in _DRAWN and kinds[end] in _DRAWN and (label or role != COMMANDS):
+            yield Edge(role, start, end, f"{label} (bridged)" if role == DATA and label in bridged else label)
 
 
-def _edges(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
-    for link in index.spec.links:
-        if isinstance(link, NetworkLink):
-            yield from (Edge("network", f"host:{host}", f"network:{link.name}") for host in link.hosts)
-        else:
-            yield Edge(link.kind, f"host:{link.host}", f"robot:{link.robot}", _label(index, link))
-    for name, host in index.driving.items():
-        if host is not None and not index.lines_of[name]:
-            yield Edge("runs", f"host:{host}", f"robot:{name}")
-    for name, host in index.program_hosts.items():
-        if host is not None:
-            yield Edge("runs", f"host:{host}", f"program:{name}")
-    for control in index.spec.control:
-        for robot in control.of:
-            if (command := index.command_topics.get(robot)) is not None:
-                label = command.topic.removeprefix(f"{index.namespaces[robot]}/")
-                yield Edge("commands", _commander(index, control.by), f"robot:{robot}", label)
-    yield from _data(index, bridged)
-
-
-def _label(index: SwarmIndex, link: RobotLink) -> str:
-    """What identifies a robot's link at its host: device, adapter, address, or dongle with channel."""
-    match link:
-        case Serial():
-            return link.device or "usb"
-        case IpLink():
-            port = index.ends_of(link).port
-            return f"{link.address}:{port}" if port is not None else link.address
-        case Radio():
-            return f"{link.dongle}, channel {link.channel}"
-    return index.adapter_of(link) or ""
-
-
-def _data(index: SwarmIndex, bridged: Collection[str]) -> Iterator[Edge]:
-    """The topics that programs receive from robots and from each other."""
-    publishers = {one.topic: f"program:{one.owner}" for one in index.endpoints if one.publishes}
-    for topic, program in Dependencies(index).flows.keys:
-        robot = index.robot_by_namespace.get(index.split_topic(topic)[0])
-        source = publishers.get(topic) or (f"robot:{robot}" if robot else None)
-        if source is not None:
-            label = f"{topic} (bridged)" if topic in bridged else topic
-            yield Edge("data", source, f"program:{program}", label)
-
-
-def _commander(index: SwarmIndex, by: str) -> str:
-    kind = "program" if by in index.spec.programs else "robot" if by in index.spec.robots else "host"
-    return f"{kind}:{by}"
+def _rank(edge: Edge) -> int:
+    """Links come first."""
+    return (RUNS, COMMANDS, DATA).index(edge.kind) + 1 if edge.kind in (RUNS, COMMANDS, DATA) else 0

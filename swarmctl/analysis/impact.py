@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Set
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
-from swarmctl.analysis.dependencies import KINDS, Dependencies, Node
+from swarmctl.analysis.swarm_graph import COMMANDS, DATA, KINDS, Graph, Node, needed, node, swarm_graph
 from swarmctl.swarm.index import SwarmIndex
-
-_Names = tuple[str, ...]
-#: The fields of ``Impact`` that a node decides, in its order.
-_Lost = tuple[_Names, _Names, _Names, _Names, tuple[tuple[str, str], ...], bool]
 
 
 @dataclass(frozen=True)
@@ -78,32 +76,51 @@ class Impact:
 
 def impacts(index: SwarmIndex) -> tuple[Impact, ...]:
     """Returns one entry for each part, the worst first; equal ones by kind, then in the order of the spec."""
-    dependencies = Dependencies(index)
-    shared = {island.name for island in index.islands if len(island.hosts) > 1}
+    graph = swarm_graph(index)
     robots = [name for name in index.spec.robots if _is_optional(index, name)]
     programs = [name for name in index.spec.programs if _may_be_missing(index, name)]
-    optional = frozenset([*robots, *programs])
-    nodes = {part: dependencies.node_of(part) for part in dependencies.parts}
-    lost = {node: _lost(dependencies, node, shared) for node in dict.fromkeys(nodes.values())}
-    found = [Impact(kind, name, *lost[node], optional) for (kind, name), node in nodes.items()]
+    shared = {island.name for island in index.islands if len(island.hosts) > 1}
+    lost = _lost(graph)
+    found = [
+        Impact(
+            kind=part["kind"],
+            name=part["name"],
+            drivers=tuple(lost[one, "robot"]),
+            command=tuple(lost[one, COMMANDS]),
+            masters=tuple(lost[one, "master"]),
+            programs=tuple(program for program in lost[one, "program"] if one != node("program", program)),
+            data=tuple(lost[one, DATA]),
+            shared=not shared.isdisjoint(lost[one, "master"]),
+            optional=frozenset([*robots, *programs]),
+        )
+        for one, part in graph.nodes(data=True)
+    ]
     by_kind = sorted(found, key=lambda one: KINDS.index(one.kind))
     return tuple(sorted(by_kind, key=lambda one: one.weight, reverse=True))
 
 
-def _lost(dependencies: Dependencies, node: Node, shared: Set[str]) -> _Lost:
-    """What is lost with a node; ``shared`` are the islands of several hosts."""
-    lost = dependencies.lost_with(node)
-    drivers = dict.fromkeys([one[1] for one in lost if one[0] == "driver"])
-    masters = [one[1] for one in lost if one[0] == "master"]
-    programs = dict.fromkeys([one[1] for one in lost if one[0] == "program"])
-    return (
-        tuple(drivers),
-        tuple([robot for robot in dependencies.commands.cut_off(lost) if robot not in drivers]),
-        tuple(masters),
-        tuple([name for name in programs if ("program", name) != node]),
-        tuple([flow for flow in dependencies.flows.cut_off(lost) if flow[1] not in programs]),
-        not shared.isdisjoint(masters),
-    )
+def _lost(graph: Graph[Node]) -> Mapping[tuple[Node, str], list[Any]]:
+    """By part and kind, the names of what is lost with the part.
+
+    A robot is not commanded any more if a part is lost that all its commands need, and a program does not
+    receive a topic if all publishers of it need the part; robots and programs that end themselves are not
+    named again.
+    """
+    needs = needed(graph)
+    lost: dict[tuple[Node, str], list[Any]] = defaultdict(list)
+    for one, part in graph.nodes(data=True):
+        name = part["name"]
+        for needed_part in needs[one]:
+            lost[needed_part, part["kind"]].append(name)
+        ways: dict[tuple[str, Any], list[set[Node]]] = defaultdict(list)
+        for *_, edge in graph.in_edges(one, data=True):
+            if edge["carriers"]:
+                what = (edge["label"], name) if edge["role"] == DATA else name
+                ways[edge["role"], what].append(set().union(*(needs[each] for each in edge["carriers"])))
+        for (role, what), each_needs in ways.items():
+            for needed_part in set.intersection(*each_needs) - needs[one]:
+                lost[needed_part, role].append(what)
+    return lost
 
 
 def single_points(found: Iterable[Impact]) -> tuple[Impact, ...]:

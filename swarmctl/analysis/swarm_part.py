@@ -9,6 +9,7 @@ from swarmctl.analysis.budgets import Budgets
 from swarmctl.analysis.command_paths import CommandPath
 from swarmctl.analysis.diagram import Diagram
 from swarmctl.analysis.impact import Impact
+from swarmctl.analysis.swarm_graph import Graph, Node
 from swarmctl.swarm.index import SwarmIndex
 
 _ACROSS = frozenset({"commands", "data"})  # the edges that are shown if one end is in the part
@@ -23,6 +24,12 @@ class Part:
     def has(self, kind: str, name: str) -> bool:
         """True if the part has the host, robot, program or network of that name."""
         return (kind, name) in self.names
+
+    def graph(self, whole: Graph[Node]) -> Graph[Node]:
+        """Returns the part of a graph, with everything that its hosts run, reach or command."""
+        own = [one for one, part in whole.nodes(data=True) if self.has(part["kind"], part["name"])]
+        beside = (end for one in own if whole.nodes[one]["kind"] == "host" for end in whole.successors(one))
+        return whole.subgraph([*own, *beside])
 
     def diagram(self, whole: Diagram) -> Diagram:
         """Returns the part of a diagram, and from outside what commands it or exchanges data with it."""

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import typer
 
-from swarmctl import __version__
 from swarmctl.cli import exit_codes, options
 from swarmctl.cli.exit_codes import CHANGES, HOSTS_FAILED, HOSTS_UNREACHABLE, NOT_PROVEN, UNHEALTHY
 from swarmctl.cli.lazy_verbs import LazyVerbs, Verb
+from swarmctl.version import __version__
 
 
 class Verbs(LazyVerbs):

@@ -16,12 +16,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from swarmctl import __version__
 from swarmctl.remote import worker
 from swarmctl.remote.either_ssh import EitherSsh
 from swarmctl.remote.lines import Line
 from swarmctl.remote.transport import Transport
 from swarmctl.remote.workers import Place, Workers
+from swarmctl.version import __version__
 
 if TYPE_CHECKING:
     import distributed

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import doctest
 import json
 import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
 
+import networkx as nx
 import pydot
 import pytest
 
+import swarmctl
 from swarmctl.analysis.diagram import Diagram, Edge, Node
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
@@ -51,6 +54,7 @@ def test_two_formats_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
         ("budgets.txt", ["--budgets"]),
         ("graph.dot", ["--format", "dot"]),
         ("graph.mermaid", ["--format", "mermaid"]),
+        ("graph.graphml", ["--format", "graphml"]),
         ("graph.json", ["--format", "json"]),
         ("graph.json", ["--json"]),
     ],
@@ -104,6 +108,28 @@ def test_no_text_breaks_out_of_the_mermaid() -> None:
 def test_a_drawing_has_no_tables(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["graph", "swarm.yaml", "--format", "dot", "--impact"]) == exit_codes.USAGE
     assert "tables are text or json" in capsys.readouterr().err
+
+
+def test_networkx_reads_the_graphml(capsys: pytest.CaptureFixture[str]) -> None:
+    whole = swarmctl.graph("swarm.yaml")
+    read = nx.parse_graphml(printed(capsys, "--format", "graphml"), force_multigraph=True)
+    assert dict(read.nodes(data=True)) == dict(whole.nodes(data=True))
+    assert set(read.edges(data="role")) == set(whole.edges(data="role"))
+    part = nx.parse_graphml(printed(capsys, "--format", "graphml", "--limit", "k3-pi"), force_multigraph=True)
+    assert set(part) == {"host:k3-pi", "network:lab", "line:k3", "robot:k3"}
+
+
+def test_the_graph_in_a_notebook() -> None:
+    [shown] = re.findall("```pycon\n(.+?)```", PAGE, re.DOTALL)
+    ran = doctest.DocTestRunner().run(doctest.DocTestParser().get_doctest(shown, {}, "graph.md", None, None))
+    assert (ran.failed, ran.attempted > 3) == (0, True)
+
+
+def test_a_spec_with_errors_has_no_graph(tmp_path: Path) -> None:
+    spec = tmp_path / "swarm.yaml"
+    spec.write_text(Path("swarm.yaml").read_text("utf-8").replace("mode: leader", "mode: leeder"), "utf-8")
+    with pytest.raises(ValueError, match=r"swarm.yaml:\d+:\d+: .*leeder"):
+        swarmctl.graph(spec)
 
 
 def test_a_misspelt_commander_is_named(capsys: pytest.CaptureFixture[str]) -> None:

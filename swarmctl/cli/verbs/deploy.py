@@ -22,11 +22,14 @@ from swarmctl.cli import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
+    from swarmctl.analysis.impact import Impact
     from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.outcome import Result
     from swarmctl.render.bundle import Bundle
+    from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Host
 
 
@@ -123,7 +126,6 @@ def deploy(
 ) -> None:
     """Deploy the spec to its hosts, wave by wave. Only units that changed restart; nothing changes before all
     hosts are known to be fit."""
-    from swarmctl.analysis.impact import impacts
     from swarmctl.deploy import journal
     from swarmctl.deploy.deploy_rules import Rules
     from swarmctl.deploy.deployment import Deployment
@@ -133,7 +135,6 @@ def deploy(
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles
-    from swarmctl.swarm.index import SwarmIndex
 
     sizes = rounds.sizes(serial)
     if saved := saved_plan.read(spec):
@@ -172,7 +173,7 @@ def deploy(
             settles=not dry_run,
         )  # fmt: skip
         found = view.executed(
-            deployment, stop, lambda one: order(one.due, impacts(SwarmIndex(document)), sizes, consistency),
+            deployment, stop, lambda one: order(one.due, _impacts(document, one), sizes, consistency),
             dry_run=dry_run, yes=yes, saved=saved,
         )  # fmt: skip
     absent = rollout_output.absent(found, swarm.hosts)
@@ -247,3 +248,11 @@ def _advise(
         rollout_output.advise_again(
             "deploy", spec, found, absent, lab=in_lab[0], lab_name=in_lab[1], executor=executor
         )
+
+
+def _impacts(document: Document, deployment: Deployment) -> Sequence[Impact]:
+    """What is lost with each part of the swarm, which orders the hosts; one host needs no order."""
+    from swarmctl.analysis.impact import impacts
+    from swarmctl.swarm.index import SwarmIndex
+
+    return impacts(SwarmIndex(document)) if len(deployment.due) > 1 else ()

@@ -25,6 +25,7 @@ class GraphFormat(str, Enum):
     TEXT = "text"
     DOT = "dot"
     MERMAID = "mermaid"
+    GRAPHML = "graphml"
     JSON = "json"
 
 
@@ -60,9 +61,9 @@ def graph(
     chosen = options.format_of(form, json, GraphFormat.TEXT)
     index = SwarmIndex(console.read_document(spec))
     part = _part(index, limit)
-    if chosen in (GraphFormat.DOT, GraphFormat.MERMAID):
+    if chosen in (GraphFormat.DOT, GraphFormat.MERMAID, GraphFormat.GRAPHML):
         if impact or paths or path or budgets:
-            raise typer.BadParameter(f"--format {chosen.value} draws the graph; tables are text or json")
+            raise typer.BadParameter(f"--format {chosen.value} has the graph; tables are text or json")
         print(_drawing(index, part, chosen), end="")
     elif chosen is GraphFormat.JSON:
         console.print_json(_everything(index, part, path))
@@ -88,8 +89,11 @@ def _part(index: SwarmIndex, limit: list[str] | None) -> Part:
 
 def _drawing(index: SwarmIndex, part: Part, form: GraphFormat) -> str:
     from swarmctl.analysis.diagram import diagram
+    from swarmctl.analysis.swarm_graph import graphml, swarm_graph
     from swarmctl.views.graph import dot, mermaid
 
+    if form is GraphFormat.GRAPHML:
+        return graphml(part.graph(swarm_graph(index)))
     draw = dot.graph if form is GraphFormat.DOT else mermaid.graph
     return draw(part.diagram(diagram(index)))
 

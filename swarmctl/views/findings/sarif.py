@@ -10,9 +10,9 @@ from itertools import groupby
 from typing import Any
 from urllib.parse import quote
 
-from swarmctl import __version__
 from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
 from swarmctl.rules.rulebook import RuleText
+from swarmctl.version import __version__
 from swarmctl.views.findings.report import Checked, Report, fingerprints, more, sentence
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
