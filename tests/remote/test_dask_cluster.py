@@ -31,25 +31,39 @@ SPEC = str(ROOT / "examples/paper-leader/swarm.yaml")
 needs_dask = pytest.mark.skipif(not importlib.util.find_spec("distributed"), reason="needs swarmctl[scale]")
 
 
-@pytest.fixture(scope="module")
-def cluster() -> Iterator[Any]:
+def two_workers() -> Any:
     import distributed
 
-    with distributed.LocalCluster(
+    return distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, memory_limit=0, silence_logs=False
-    ) as found:
+    )
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    with two_workers() as found:
         yield found
 
 
 @pytest.fixture
-def address(cluster: Any) -> Address:
-    wait_for(lambda: len(cluster.scheduler.workers) == 2)  # a test before may have killed one
+def doomed() -> Iterator[Any]:
+    """A cluster of which a worker is killed: another one may take long to come, or not come."""
+    with two_workers() as found:
+        yield found
+
+
+def address_in(cluster: Any) -> Address:
     return address_of(cluster.scheduler_address.replace("tcp", "dask"))
 
 
+@pytest.fixture
+def address(cluster: Any) -> Address:
+    return address_in(cluster)
+
+
 @needs_dask
-def test_a_killed_worker_costs_its_host_and_the_others_go_on(address: Address) -> None:
-    with dask_cluster.workers(address, login=Hosts) as workers:
+def test_a_killed_worker_costs_its_host_and_the_others_go_on(doomed: Any) -> None:
+    with dask_cluster.workers(address_in(doomed), login=Hosts) as workers:
         events = parallel_hosts.run(targets("silent1", "a", "b"), question, transport=workers, parallel=2)
         seen = [next(events) for _ in range(8)]  # all but the end of the first
         assert [type(event) for event in seen if event.host == "a"] == [Started, Note, Finished]
@@ -71,16 +85,14 @@ def test_a_killed_worker_costs_its_host_and_the_others_go_on(address: Address) -
 
 
 @needs_dask
-def test_what_a_killed_worker_has_begun_another_one_confirms(
-    cluster: Any, address: Address, hosts: dict[str, FakeHost]
-) -> None:
+def test_what_a_killed_worker_has_begun_another_one_confirms(doomed: Any, hosts: dict[str, FakeHost]) -> None:
     import distributed
 
-    with distributed.Client(cluster, set_as_default=False) as client:
+    with distributed.Client(doomed, set_as_default=False) as client:
         first = next(iter(client.scheduler_info(n_workers=-1)["workers"]))
         pid = client.run(os.getpid)[first]
     one = {"k3": bundles()["k3"]}
-    with dask_cluster.workers(address, login=partial(FolderTransport, hosts, {})) as workers:
+    with dask_cluster.workers(address_in(doomed), login=partial(FolderTransport, hosts, {})) as workers:
         ends, killed = [], False
         for event in deploy(one, TARGETS, workers):
             ends.append(event)
