@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
 from typing import Any
@@ -38,6 +38,12 @@ class Span:
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
+
+    def overlaps(self, other: Span) -> bool:
+        """Returns True if both have a character of one file, or begin at the same place."""
+        first, second = sorted((self, other))
+        starts = (second.line, second.column) < (first.end_line, first.end_column)
+        return first.file == second.file and (starts or first.column == second.column)
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,18 @@ def without_echoes(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         return any((span.file, span.line, span.column - blanks) in ends for blanks in (0, 1))
 
     return [found for found in diagnostics if found.severity is Severity.ERROR or not is_echo(found.span)]
+
+
+def apart_from(known: Iterable[Diagnostic], found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+    """Yields what is ``found`` at no place of a ``known`` error."""
+    places: dict[tuple[str, int], list[Span]] = {}
+    for span in {one.span for one in known if one.severity is Severity.ERROR}:
+        if span is not None:
+            places.setdefault((span.file, span.line), []).append(span)
+    for one in found:
+        span = one.span
+        if span is None or not any(span.overlaps(place) for place in places.get((span.file, span.line), ())):
+            yield one
 
 
 def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

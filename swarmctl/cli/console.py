@@ -177,13 +177,14 @@ def read_document(spec: SpecFiles) -> Document:
     from swarmctl.views.findings import human
 
     document, found = loaded(spec)
-    print_diagnostics(found.diagnostics)
-    if document is None:
-        report = with_fixes_counted(spec, document, found)
-        err().print(human.verdict(report, passes=False))
-        show_next(spec.fix_command(report.fixable, report.more_fixable), error=True)
-        raise typer.Exit(exit_codes.ERROR)
-    return document
+    if document is not None:
+        print_diagnostics(found.diagnostics)
+        return document
+    report = with_fixes_counted(spec, document, found)
+    print_diagnostics(report.diagnostics)
+    err().print(human.verdict(report, passes=False))
+    show_next(spec.fix_command(report.fixable, report.more_fixable), error=True)
+    raise typer.Exit(exit_codes.ERROR)
 
 
 def read_spec(spec: SpecFiles, lab: str = "") -> Swarm:

@@ -23,14 +23,18 @@ def checked(spec: SpecFiles) -> Checked:
 
 
 def with_fixes_counted(spec: SpecFiles, document: Document | None, found: Findings) -> Checked:
-    """Like `checked`, of a spec that is loaded."""
+    """Like `checked`, of a spec that is loaded. What only the safe fixes show is among the findings."""
+    from swarmctl.diagnostics import in_order
+    from swarmctl.rules.fixes import Stage
     from swarmctl.views.findings.report import Checked
 
     if all(one.fix is None for one in found.diagnostics):
         return Checked(str(spec), document, found.diagnostics)
     fixable = SpecFixes(spec).fixable(found)
-    safe, every = (_corrected(found.diagnostics, fixed) for fixed in (fixable.safe, fixable.all))
-    return Checked(str(spec), document, found.diagnostics, safe, every - safe)
+    behind = fixable.safe.behind(found.diagnostics) if found.stage < Stage.RULES else ()
+    shown = in_order((*found.diagnostics, *behind))
+    safe, every = (_corrected(shown, fixed) for fixed in (fixable.safe, fixable.all))
+    return Checked(str(spec), document, shown, safe, every - safe)
 
 
 def _corrected(found: Iterable[Diagnostic], fixed: Fixed) -> int:

@@ -6,12 +6,12 @@ spec worse is not kept. The caller provides the check and the texts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple
 
-from swarmctl.diagnostics import Diagnostic, Edit, Fix, has_errors
+from swarmctl.diagnostics import Diagnostic, Edit, Fix, Span, has_errors
 from swarmctl.yamltext.edits import apply
 from swarmctl.yamltext.limits import MAX_FIXABLE
 
@@ -41,10 +41,27 @@ class Findings:
 
 @dataclass(frozen=True)
 class Fixed:
-    """The new texts of the files that changed, and the findings whose fixes they contain."""
+    """The new texts of the files that changed, the findings whose fixes they contain, and those left."""
 
     texts: Texts
     made: tuple[Diagnostic, ...]
+    left: tuple[Diagnostic, ...]
+
+    def behind(self, found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+        """Yields what is left on lines that no fix changes, without what was ``found`` before the fixes."""
+        edits = [edit for one in self.made if one.fix for edit in one.fix.edits]
+        if any("\n" in edit.text or edit.span.line != edit.span.end_line for edit in edits):
+            return  # other lines have other numbers
+        known = {(one.code, one.span) for one in found}
+        changed = {(edit.span.file, edit.span.line) for edit in edits}
+
+        def changes(*spans: Span) -> bool:
+            return any((span.file, span.line) in changed for span in spans)
+
+        for one in self.left:
+            if one.span is not None and (one.code, one.span) not in known and not changes(one.span):
+                stays = one.fix is not None and not changes(*(edit.span for edit in one.fix.edits))
+                yield one if stays else replace(one, fix=None)
 
 
 @dataclass(frozen=True)
@@ -96,7 +113,7 @@ class _Fixer:
             if after is None:
                 break
             self._state = after
-        return Fixed(self._state.texts, self._state.made)
+        return Fixed(self._state.texts, self._state.made, self._state.found.diagnostics)
 
     def _offered(self, *, unsafe: bool) -> list[Diagnostic]:
         """Returns findings whose fixes can be applied together."""

@@ -1,16 +1,17 @@
 """Runs all rules on one document: references first, then the rules that need valid references.
 
-A spec with errors is checked by `one_round`.
+In a spec with errors they check the sections that have none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from types import ModuleType
 
-from swarmctl.diagnostics import Diagnostic, has_errors, in_order
+from swarmctl.diagnostics import Diagnostic, apart_from, has_errors, in_order, without_echoes
 from swarmctl.rules.context import Rule, RuleContext
 from swarmctl.rules.families.authority import rules as authority
 from swarmctl.rules.families.bluetooth import crazyradios
@@ -61,10 +62,10 @@ from swarmctl.rules.families.time import simulated
 from swarmctl.rules.families.topics import absolute_topics, message_types, sources, subscribers
 from swarmctl.rules.families.topics import rules as topics
 from swarmctl.rules.fixes import Findings, Stage
-from swarmctl.rules.one_round import all_at_once
 from swarmctl.rules.suppressions import apply_suppressions
-from swarmctl.spec.load import Document, Draft, document_of, draft_from, draft_of
+from swarmctl.spec.load import Document, Draft, document_of, draft_of
 from swarmctl.spec.package_search import Search, packages_in
+from swarmctl.spec.sound_sections import UnsoundError, sections_with, sound_document, without_sections
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.yamltext.files import Read, content
@@ -140,19 +141,41 @@ def lint(document: Document, reported: Sequence[Diagnostic] = ()) -> tuple[Diagn
 
     ``reported`` are findings from loading the document; they can be suppressed too.
     """
-    return _lint(document, reported, draft_from(document, reported)).diagnostics
+    return _lint(document, reported).diagnostics
 
 
-def _lint(document: Document, reported: Sequence[Diagnostic], draft: Draft) -> Findings:
+def _lint(document: Document, reported: Sequence[Diagnostic]) -> Findings:
     context = RuleContext(document)
-    found = [
-        *reported,
-        *(finding for rule in RULES if rule.names for finding in islice(rule(context), MAX_FINDINGS)),
-    ]
+    found = [*reported, *_found(context, names=True)]
     if has_errors(found):
-        return Findings(Stage.NAMES, all_at_once(draft, RULES))
-    found += [finding for rule in RULES if not rule.names for finding in islice(rule(context), MAX_FINDINGS)]
+        return Findings(Stage.NAMES, _of_sound_sections(document, found))
+    found += _found(context, names=False)
     return Findings(Stage.RULES, in_order(apply_suppressions(found, document, document.texts)))
+
+
+def _found(
+    context: RuleContext, *, names: bool, ended_by: tuple[type[LookupError], ...] = ()
+) -> list[Diagnostic]:
+    """Returns what rules find; a rule ended by an error of ``ended_by`` has found nothing more."""
+    found: list[Diagnostic] = []
+    for one in RULES:
+        if one.names is names:
+            with suppress(*ended_by):
+                found += islice(one(context), MAX_FINDINGS)
+    return found
+
+
+def _of_sound_sections(document: Document, found: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Returns ``found``, which has errors, and what rules find in the sections without.
+
+    A rule that looks up what is in another section finds nothing.
+    """
+    sound = without_sections(document, sections_with(found, document.source))
+    found = [*found, *_found(RuleContext(sound), names=False, ended_by=(LookupError,))]
+    with suppress(UnsoundError):
+        kept = apply_suppressions(found, sound, document.texts)
+        found = [one for one in kept if one.code != "SIL001"]  # what it is about may not be found yet
+    return in_order(without_echoes(found))
 
 
 def lint_files(
@@ -189,12 +212,18 @@ def check_files(
 
 
 def _check(draft: Draft) -> tuple[Document | None, Findings]:
-    """Returns the document and its findings; after an error, those of all rules on what is right."""
+    """Returns the document and its findings; after an error, also those in the sections without."""
     document, diagnostics = document_of(draft)
     if document is not None:
-        return document, _lint(document, diagnostics, draft)
+        return document, _lint(document, diagnostics)
     unread = any(one.code.startswith(("FILE", "YAML")) for one in diagnostics if has_errors([one]))
-    return None, Findings(Stage.TEXT if unread else Stage.FORMAT, all_at_once(draft, RULES))
+    stage = Stage.TEXT if unread else Stage.FORMAT
+    sound = sound_document(draft, diagnostics)
+    if sound is None:
+        return None, Findings(stage, in_order(diagnostics))
+    named = _found(RuleContext(sound), names=True, ended_by=(UnsoundError,))
+    found = [*diagnostics, *apart_from(diagnostics, named)]
+    return None, Findings(stage, _of_sound_sections(sound, found))
 
 
 def load_swarm(*layers: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span, has_errors, without_echoes
+from swarmctl.diagnostics import Diagnostic, Severity, Span, apart_from, has_errors, without_echoes
 from swarmctl.migration.versions import CODE as OTHER_VERSION
 from swarmctl.migration.versions import SPEC_VERSIONS, version_finding
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
@@ -35,6 +35,8 @@ from swarmctl.yamltext.limits import LoadBudget
 from swarmctl.yamltext.overlay import overlaid
 from swarmctl.yamltext.project_files import ProjectFiles
 from swarmctl.yamltext.source import Source, source_of
+
+_MISSING = "SPEC002"
 
 
 @dataclass(frozen=True)
@@ -117,21 +119,16 @@ class Draft:
 
     @property
     def is_readable(self) -> bool:
-        """False without a spec, after too many ranges or in another version: what follows is unknown."""
+        """False without a spec, after too many ranges and in another version: what follows is unknown."""
         return self.root is not None and not any(
             one.code in ("RANGE003", OTHER_VERSION) for one in self._errors()
         )
 
     @property
     def is_complete(self) -> bool:
-        """False if an included file or an overlay could not be read."""
+        """False if an included file or an overlay could not be read, too."""
         unread = [one for one in self._errors() if one.code.startswith(("FILE", "INC", "YAML"))]
         return self.is_readable and all(one.code == "YAML002" for one in unread)
-
-    @property
-    def is_sound(self) -> bool:
-        """True if nothing is wrong with the files; robot types have files of their own."""
-        return self.root is not None and not self._errors()
 
     def _errors(self) -> list[Diagnostic]:
         own = self.diagnostics[len(self.catalog.diagnostics) :]
@@ -226,22 +223,6 @@ def _may_use_packages(spec: Spec, catalog: Catalog) -> bool:
     )
 
 
-def draft_from(document: Document, reported: Sequence[Diagnostic]) -> Draft:
-    """Returns the draft that a document was made from; ``reported`` is what was found meanwhile."""
-    source = document.source
-    return Draft(
-        source.root,
-        source.path,
-        source.texts,
-        document.catalog,
-        tuple(reported),
-        document.private_keys,
-        lambda _: document.packages,
-        lambda _: document.files,
-        source.trees,
-    )
-
-
 def source_of_text(text: str, path: str) -> Source:
     """Returns the data and positions of one spec's text, with its includes and ranges."""
     budget = LoadBudget()
@@ -267,11 +248,14 @@ def document_of(draft: Draft) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     """Returns the document that a draft makes, and its warnings; with errors there is no document."""
     source, wrong = source_of(draft.root, draft.path, draft.texts, draft.trees)
     diagnostics = [*draft.diagnostics, *wrong]
-    if not draft.is_sound or source.data is None:
+    if not draft.is_readable or source.data is None:
         return None, tuple(diagnostics) if has_errors(diagnostics) else (*diagnostics, _empty(draft.path))
     spec, problems = validated(Spec, source)
     _share_key_sets(spec)
-    diagnostics = without_echoes([*diagnostics, *problems, *homeless_codecs(spec, source)])
+    if not draft.is_complete:
+        problems = [one for one in problems if one.code != _MISSING]  # a file that is not read may have it
+    problems += homeless_codecs(spec, source)
+    diagnostics = without_echoes([*diagnostics, *apart_from(diagnostics, problems)])
     if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
     return draft.document(spec, source, draft.catalog), tuple(diagnostics)

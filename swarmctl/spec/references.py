@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -13,7 +13,7 @@ from swarmctl.yamltext.selection_text import is_selection, words_in
 from swarmctl.yamltext.source import Loc, Source
 
 _HOSTS, _ROBOTS, _PROGRAMS, _ISLANDS = "hosts", "robots", "programs", "islands"
-_COMMANDERS = (_PROGRAMS, _ROBOTS, _HOSTS)
+COMMANDERS = (_PROGRAMS, _ROBOTS, _HOSTS)
 
 # What each place may mention, what comes first first; `*` is every key or item.
 _PLACES: Mapping[str, tuple[str, ...]] = {
@@ -32,7 +32,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "programs.*.robot": (_ROBOTS,),
     "programs.*.hosts.*": (_HOSTS,),
     "programs.*.robots.*": (_ROBOTS,),
-    "control.*.by": _COMMANDERS,
+    "control.*.by": COMMANDERS,
     "control.*.of.*": (_ROBOTS,),
     "islands.*.hosts.*": (_HOSTS,),
     "islands.*.leader": (_HOSTS,),
@@ -43,7 +43,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "multimaster.sync_hosts.*": (_HOSTS,),
     "multimaster.ignore_hosts.*": (_HOSTS,),
     "multimaster.topics.*.to.*": (_ISLANDS, _HOSTS),
-    "silence.*.about": _COMMANDERS,
+    "silence.*.about": COMMANDERS,
 }
 # Where selections stand; in the first of these a plain name is one too.
 _GROUPED = ("groups.*.*", "programs.*.hosts.*", "programs.*.robots.*")
@@ -65,7 +65,7 @@ def mentions(data: Any, kind: str, name: str, whole: Any = None) -> Iterator[Loc
     """
     for pattern, kinds in _PLACES.items():
         if next((one for one in kinds if name in _named(whole or data, one)), None) == kind:
-            for loc, value in _at(data, pattern.split(".")):
+            for loc, value in at(data, pattern.split(".")):
                 if value == name:
                     yield loc
 
@@ -77,7 +77,7 @@ def mentioned(data: Any, kinds: Collection[str]) -> Iterator[tuple[tuple[str, ..
     """
     for pattern, known in _PLACES.items():
         if set(known) <= set(kinds) and not pattern.startswith(("multimaster", "silence")):
-            yield known, [(loc, word) for loc, word in _at(data, pattern.split(".")) if isinstance(word, str)]
+            yield known, [(loc, word) for loc, word in at(data, pattern.split(".")) if isinstance(word, str)]
 
 
 def rename(source: Source, kind: str, old: str, new: str) -> Edits:
@@ -104,7 +104,7 @@ def _is_selected(data: Any, kind: str, name: str) -> bool:
     return any(
         word.prefix in prefixes and any(fnmatchcase(name, one) for one in word.names)
         for pattern in ((*_GROUPED, *_LISTED) if prefixes else ())
-        for _, text in _at(data, pattern.split("."))
+        for _, text in at(data, pattern.split("."))
         if isinstance(text, str) and (pattern in _GROUPED or is_selection(text))
         for word in words_in(text)
     )
@@ -135,8 +135,8 @@ def _named(data: Any, kind: str) -> Mapping[str, Any]:
     return entries if isinstance(entries, dict) else {}
 
 
-def _at(data: Any, pattern: list[str]) -> Iterator[tuple[Loc, Any]]:
-    """The places of ``data`` that fit ``pattern``, with what stands there."""
+def at(data: Any, pattern: Sequence[str]) -> Iterator[tuple[Loc, Any]]:
+    """Yields the places of ``data`` that fit ``pattern``, with what stands there."""
     if not pattern:
         yield (), data
         return
@@ -150,5 +150,5 @@ def _at(data: Any, pattern: list[str]) -> Iterator[tuple[Loc, Any]]:
         if step == KEY:
             yield (key, KEY), key
         else:
-            for loc, found in _at(value, rest):
+            for loc, found in at(value, rest):
                 yield (key, *loc), found

@@ -47,12 +47,20 @@ class SwarmIndex:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.spec: Spec = document.spec
-        self.types: Mapping[str, AnyRobotType] = document.types
-        self.computers: Mapping[str, Computer] = document.computers
         self._settings: dict[tuple[str, str], RobotSettings] = {}
         self._topics: dict[tuple[str, str], tuple[DriverTopic, ...]] = {}
 
     # Robot types and drivers
+
+    @cached_property
+    def types(self) -> Mapping[str, AnyRobotType]:
+        """The robot types by name."""
+        return self.document.types
+
+    @cached_property
+    def computers(self) -> Mapping[str, Computer]:
+        """The kinds of computers by name."""
+        return self.document.computers
 
     @cached_property
     def native_types(self) -> Mapping[str, RobotType]:

@@ -11,8 +11,11 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.rules.runner import lint_files
 from swarmctl.yamltext.limits import MAX_BYTES
 from tests.rules.specs import BROKEN, specs_in
+from tests.rules.specs import spec as spec_of
+from tests.timing import work_at_most
 
 SPECS = specs_in(BROKEN)
 PLACE = re.compile(r"^\w+\[\w+\]: .*\n +--> (.+):(\d+):(\d+)$", re.MULTILINE)  # of each finding
@@ -45,6 +48,34 @@ def test_messages_in_the_order_of_the_text(
     golden(spec.with_suffix(".txt"), errors)
     places = [(file, int(line), int(column)) for file, line, column in PLACE.findall(errors)]
     assert places == sorted(places)
+
+
+def test_of_nine_independent_faults_seven_show_at_once(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = spec_of(BROKEN, "nine-independent-faults")
+    monkeypatch.chdir(spec.parent)
+    shown = set(re.findall(r"# (\d): ", errors_of(capsys, spec.name)))
+    assert len(shown) >= 7, shown
+
+
+@pytest.mark.parametrize(
+    ("entries", "references"),
+    [
+        (lambda: "".join(f"  r{one}: {{type: zz{one}, host: hh{one}}}\n" for one in range(10_000)), 700),
+        (lambda: "".join(f"  r{one}: {{tpe: koala, hst: laptop}}\n" for one in range(10_000)), 400),
+        (lambda: "".join(f"  r{one}: {{type: koala, zz: 1}}\n" for one in range(190)), 150),
+    ],
+    ids=["names", "keys", "unknown keys"],
+)
+def test_many_errors_cost_little(entries: Callable[[], str], references: int) -> None:
+    text = (
+        "version: 1\nname: lab\nmode: leader\nleader: laptop\n"
+        "hosts:\n  laptop: {address: 10.0.0.1}\n" + "robots:\n" + entries()
+    )
+    path = Path("swarm.yaml")
+    with work_at_most(references):
+        assert lint_files([path], lambda _: text.encode()).diagnostics
 
 
 def test_no_message_is_left_over() -> None:
@@ -113,4 +144,4 @@ def test_fifty_findings_are_shown_and_the_others_counted(
     spec.write_text(leader_spec.read_text("utf-8").replace("robots:\n", f"robots:\n{more}"), "utf-8")
     text = errors_of(capsys, str(spec))
     assert text.count("error[") == 50
-    assert text.endswith(f"... and 70 more\n120 errors in {spec}\n")  # of each robot: its host, its line
+    assert text.endswith(f"... and 10 more\n60 errors in {spec}\n")

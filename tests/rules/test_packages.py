@@ -131,7 +131,7 @@ def test_hostile_launch_files_end_soon(tmp_path: Path) -> None:
 def test_launch_files_have_the_arguments_of_each_robot(argument: str, clash: bool, tmp_path: Path) -> None:
     """Two robots start a node with an absolute name, which an argument sets."""
     carts = f"driver: {{package: carts, launch: cart.launch, args: {{name: {argument}}}}}"
-    types = f"types:\n  cart:\n    {carts}\n    kinematics: {{kind: none}}\n"
+    types = f"types:\n  cart:\n    {carts}\n    kinematics: {{kind: none}}\n    title: A cart\n"
     robots = (
         "robots:\n  cart-1: {type: cart, host: koala-laptop}\n  cart-2: {type: cart, host: koala-laptop}\n"
     )

@@ -8,6 +8,7 @@ from swarmctl.rules.context import RuleContext
 from swarmctl.spec.link_model import NetworkLink
 from swarmctl.spec.model import Mode
 from swarmctl.spec.references import mentions
+from swarmctl.spec.sound_sections import UnsoundError
 from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, typing_errors
 from swarmctl.yamltext.source import Loc
 
@@ -24,10 +25,14 @@ class LikelyNames:
 
     def guess(self, word: str, known: tuple[str, ...], loc: Loc) -> Guess:
         """Returns what ``word`` at ``loc`` was probably meant to be."""
-        taken, meant = self._taken(loc), guess(word, known)
+        try:
+            taken, required = self._taken(loc), self._expected(loc)
+        except UnsoundError:
+            taken, required = set(), set()
+        meant = guess(word, known)
         if not taken.isdisjoint(meant.words):
             meant = guess(word, tuple(one for one in known if one not in taken))
-        expected = sorted(self._expected(loc).intersection(known) - taken)
+        expected = sorted(required.intersection(known) - taken)
         if not expected:
             return self._preferred(meant, loc)
         near = tuple(one for one in expected if is_near(word, one))
@@ -43,8 +48,9 @@ class LikelyNames:
     def definition(self, name: str) -> tuple[str, int]:
         """Returns the section of the spec that defines a name, or "", and how many places use the name."""
         if name not in self._definitions:
-            kind = next((one for one in SECTIONS if name in getattr(self._spec, one)), "")
-            uses = mentions(self.context.source.data, kind, name) if kind else ()
+            data = self.context.source.data
+            kind = next((one for one in SECTIONS if name in (data.get(one) or ())), "")
+            uses = mentions(data, kind, name) if kind else ()
             self._definitions[name] = kind, sum(1 for _ in uses)
         return self._definitions[name]
 

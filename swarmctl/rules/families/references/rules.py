@@ -5,54 +5,54 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.field_types import KEY
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.rules.families.references.likely import LikelyNames
+from swarmctl.rules.families.references.likely import SECTIONS, LikelyNames
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.link_model import NetworkLink
-from swarmctl.spec.model import Spec
-from swarmctl.spec.references import renaming
+from swarmctl.spec.references import COMMANDERS, at, mentioned, renaming
+from swarmctl.spec.sound_sections import UnsoundError
 from swarmctl.spec.unread_types import advice
 from swarmctl.suggest import Guess, suggestion
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
 
-Named = tuple[str | None, Loc]  # a name, if one is set, and its place
+_TITLES = {
+    ("types",): "robot type", ("hosts",): "host", ("robots",): "robot", ("computers",): "computer",
+    COMMANDERS: "program, robot or host",
+}  # fmt: skip
 _LEADING_ZEROS = re.compile(r"(?<![0-9])0+(?=[0-9])")
 _SHOWN = 5  # hosts of a loop in a message
 
 
 @rule("REF001", names=True)
 def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
-    """A reference to a host, robot, robot type, computer or commander that is not defined."""
-    spec = context.spec
-    commanders = {**spec.programs, **spec.robots, **spec.hosts}
-    kinds: tuple[tuple[str, Mapping[str, Any], Iterator[Named]], ...] = (
-        ("robot type", context.types, _types(spec)),
-        ("host", spec.hosts, _hosts(spec)),
-        ("robot", spec.robots, _robots(spec)),
-        ("computer", context.computers, _computers(spec)),
-        ("program, robot or host", commanders, _commanders(spec)),
-    )
+    """A reference to a host, robot, robot type, computer or commander that is not defined.
+
+    It reads the data, also of sections that have errors.
+    """
+    known = _defined(context)
     unknown = [
-        (what, known, word, loc)
-        for what, known, places in kinds
-        for word, loc in places
-        if word is not None and word not in known
+        (_TITLES[kinds], names, word, loc)
+        for kinds, places in mentioned(context.source.data, known)
+        for names in ({name: None for kind in kinds for name in known[kind]},)
+        for loc, word in places
+        if word not in names
     ]
     likely, used = LikelyNames(context), Counter(word for _, _, word, _ in unknown)
-    words = {what: tuple(known) for what, known, _, _ in unknown}
+    words = {what: tuple(names) for what, names, _, _ in unknown}
     unread = _unread(context) if unknown else {}
-    sets = _sets(context) if unknown else frozenset()
+    sets = _sets(context.source.data) if unknown else frozenset()
     for span, alike in groupby(unknown, key=lambda one: context.span(*one[3])):
         same = list(alike)
         of_range = _of_a_range([word for _, _, word, _ in same], words[same[0][0]])
         for what, _, word, loc in same:
-            host = _host_of(spec, word) if what == "host" else ""
+            host = _host_of(context.source.data, word) if what == "host" else ""
             meant = Guess((host,)) if host else likely.guess(word, words[what], loc)
             of_robot = (f"`{word}` is a robot; its host is `{host}`",) if host else ()
             help_ = unread.get(word) if what == "robot type" else None
@@ -75,17 +75,28 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-def _sets(context: RuleContext) -> frozenset[str]:
+def _defined(context: RuleContext) -> dict[str, Mapping[str, Any]]:
+    """The names of each section; without sections that are wrong as a whole, or missing."""
+    data, catalog = context.source.data, context.document.catalog
+    found: dict[str, Mapping[str, Any]] = {}
+    for kind in SECTIONS:
+        given = data.get(kind)
+        with suppress(UnsoundError):
+            found[kind] = given if given and isinstance(given, dict) else getattr(context.spec, kind)
+    shipped = {"types": {**catalog.broken, **dict.fromkeys(catalog.types)}, "computers": catalog.computers}
+    return {kind: {**one, **shipped.get(kind, {})} for kind, one in found.items()}
+
+
+def _sets(data: Any) -> frozenset[str]:
     """The names of groups and labels."""
-    labels = [one.labels for one in context.spec.hosts.values()]
-    labels += [one.labels for one in context.spec.robots.values()]
-    return frozenset(context.spec.groups).union(*labels)
+    places = (("groups", KEY), ("hosts", "*", "labels", "*"), ("robots", "*", "labels", "*"))
+    return frozenset(str(name) for place in places for _, name in at(data, place))
 
 
-def _host_of(spec: Spec, robot: str) -> str:
+def _host_of(data: Any, robot: str) -> str:
     """The host of a robot whose name stands where a host belongs; empty if there is none of either."""
-    host = spec.robots[robot].host if robot in spec.robots else None
-    return host if host in spec.hosts else ""
+    host = next((host for _, host in at(data, ("robots", robot, "host"))), None)
+    return str(host) if any(at(data, ("hosts", str(host)))) else ""
 
 
 def _of_a_range(missing: list[str], known: tuple[str, ...]) -> tuple[str, ...]:
@@ -117,45 +128,6 @@ def _fix(likely: LikelyNames, word: str, loc: Loc, meant: Guess, used: int) -> F
     certain = meant.certain and (not section or uses >= used)
     edits = replace_value(source, loc, meant.only)
     return make_fix(f"write `{meant.only}`", edits, safe=certain)
-
-
-def _types(spec: Spec) -> Iterator[Named]:
-    return ((robot.type, ("robots", name, "type")) for name, robot in spec.robots.items())
-
-
-def _hosts(spec: Spec) -> Iterator[Named]:
-    yield from ((getattr(spec, key), (key,)) for key in ("leader", "hub"))
-    yield spec.time.root, ("time", "root")
-    yield from ((host, ("ros", "builders", place)) for place, host in enumerate(spec.ros.builders))
-    yield from ((robot.host, ("robots", name, "host")) for name, robot in spec.robots.items())
-    yield from ((host.via, ("hosts", name, "via")) for name, host in spec.hosts.items())
-    yield from ((program.host, ("programs", name, "host")) for name, program in spec.programs.items())
-    for index, link in enumerate(spec.links):
-        if isinstance(link, NetworkLink):
-            yield from ((host, ("links", index, "hosts", place)) for place, host in enumerate(link.hosts))
-        else:
-            yield link.host, ("links", index, "host")
-    for name, island in spec.islands.items():
-        yield from ((getattr(island, key), ("islands", name, key)) for key in ("leader", "hub"))
-        yield from ((host, ("islands", name, "hosts", place)) for place, host in enumerate(island.hosts))
-
-
-def _robots(spec: Spec) -> Iterator[Named]:
-    for index, link in enumerate(spec.links):
-        if not isinstance(link, NetworkLink):
-            yield link.robot, ("links", index, "robot")
-    yield from ((program.robot, ("programs", name, "robot")) for name, program in spec.programs.items())
-    for index, control in enumerate(spec.control):
-        yield from ((robot, ("control", index, "of", place)) for place, robot in enumerate(control.of))
-
-
-def _computers(spec: Spec) -> Iterator[Named]:
-    yield from ((host.computer, ("hosts", name, "computer")) for name, host in spec.hosts.items())
-    yield spec.defaults.host.computer, ("defaults", "host", "computer")
-
-
-def _commanders(spec: Spec) -> Iterator[Named]:
-    return ((control.by, ("control", index, "by")) for index, control in enumerate(spec.control))
 
 
 @rule("REF002")
