@@ -70,14 +70,23 @@ def mentions(data: Any, kind: str, name: str, whole: Any = None) -> Iterator[Loc
                     yield loc
 
 
-def mentioned(data: Any, kinds: Collection[str]) -> Iterator[tuple[tuple[str, ...], list[tuple[Loc, str]]]]:
-    """Yields, for each key that mentions only names of ``kinds``, which these are, and its places and words.
+def undefined(data: Any, known: Mapping[str, Collection[str]]) -> Iterator[tuple[tuple[str, ...], Loc, str]]:
+    """Yields each place that mentions a name that is not ``known`` by its kind, with its kinds and the name.
 
-    Keys that rules of their own check (of several masters, and of suppressions) are left out.
+    Kinds that ``known`` lacks, and keys that rules of their own check (of several masters, and of
+    suppressions), are left out.
     """
-    for pattern, known in _PLACES.items():
-        if set(known) <= set(kinds) and not pattern.startswith(("multimaster", "silence")):
-            yield known, [(loc, word) for loc, word in at(data, pattern.split(".")) if isinstance(word, str)]
+    for pattern, kinds in _PLACES.items():
+        if not known.keys() >= set(kinds) or pattern.startswith(("multimaster", "silence")):
+            continue
+        names = frozenset[str]().union(*(known[kind] for kind in kinds))
+        steps = pattern.split(".")
+        if not all(word in names for word in _values(data, steps) if isinstance(word, str)):
+            yield from (
+                (kinds, loc, word)
+                for loc, word in at(data, steps)
+                if isinstance(word, str) and word not in names
+            )
 
 
 def rename(source: Source, kind: str, old: str, new: str) -> Edits:
@@ -135,20 +144,32 @@ def _named(data: Any, kind: str) -> Mapping[str, Any]:
     return entries if isinstance(entries, dict) else {}
 
 
-def at(data: Any, pattern: Sequence[str]) -> Iterator[tuple[Loc, Any]]:
-    """Yields the places of ``data`` that fit ``pattern``, with what stands there."""
-    if not pattern:
-        yield (), data
-        return
-    step, *rest = pattern
-    entries: Any = ()
-    if isinstance(data, dict):
-        entries = data.items() if step in ("*", KEY) else ((step, data[step]),) if step in data else ()
-    elif isinstance(data, tuple) and step == "*":
-        entries = enumerate(data)
-    for key, value in entries:
-        if step == KEY:
-            yield (key, KEY), key
+def at(data: Any, pattern: Sequence[str]) -> list[tuple[Loc, Any]]:
+    """Returns the places of ``data`` that fit ``pattern``, with what stands there."""
+    found: list[tuple[Any, Any]] = [((), data)]
+    for step in pattern:
+        above, found = found, []
+        for loc, held in above:
+            if isinstance(held, dict):
+                if step == "*":
+                    found += [((*loc, key), value) for key, value in held.items()]
+                elif step == KEY:
+                    found += [((*loc, key, KEY), key) for key in held]
+                elif step in held:
+                    found.append(((*loc, step), held[step]))
+            elif step == "*" and isinstance(held, tuple):
+                found += [((*loc, number), value) for number, value in enumerate(held)]
+    return found
+
+
+def _values(data: Any, pattern: Sequence[str]) -> list[Any]:
+    """What stands at the places that fit ``pattern``; this takes a third of the time of `at`."""
+    found = [data]
+    for step in pattern:
+        if step == "*":
+            above, found = found, []
+            for one in above:
+                found += one.values() if isinstance(one, dict) else one if isinstance(one, tuple) else ()
         else:
-            for loc, found in at(value, rest):
-                yield (key, *loc), found
+            found = [one[step] for one in found if isinstance(one, dict) and step in one]
+    return found

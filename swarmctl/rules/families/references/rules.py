@@ -15,7 +15,7 @@ from swarmctl.field_types import KEY
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.references.likely import SECTIONS, LikelyNames
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.references import COMMANDERS, at, mentioned, renaming
+from swarmctl.spec.references import COMMANDERS, at, renaming, undefined
 from swarmctl.spec.sound_sections import UnsoundError
 from swarmctl.spec.unread_types import advice
 from swarmctl.suggest import Guess, suggestion
@@ -37,21 +37,18 @@ def unknown_names(context: RuleContext) -> Iterator[Diagnostic]:
     It reads the data, also of sections that have errors.
     """
     known = _defined(context)
-    unknown = [
-        (_TITLES[kinds], names, word, loc)
-        for kinds, places in mentioned(context.source.data, known)
-        for names in ({name: None for kind in kinds for name in known[kind]},)
-        for loc, word in places
-        if word not in names
-    ]
-    likely, used = LikelyNames(context), Counter(word for _, _, word, _ in unknown)
-    words = {what: tuple(names) for what, names, _, _ in unknown}
+    unknown = [(_TITLES[kinds], word, loc) for kinds, loc, word in undefined(context.source.data, known)]
+    likely, used = LikelyNames(context), Counter(word for _, word, _ in unknown)
+    words = {
+        title: tuple(name for kind in kinds for name in known.get(kind, ()))
+        for kinds, title in (_TITLES.items() if unknown else ())
+    }
     unread = _unread(context) if unknown else {}
     sets = _sets(context.source.data) if unknown else frozenset()
-    for span, alike in groupby(unknown, key=lambda one: context.span(*one[3])):
+    for span, alike in groupby(unknown, key=lambda one: context.span(*one[2])):
         same = list(alike)
-        of_range = _of_a_range([word for _, _, word, _ in same], words[same[0][0]])
-        for what, _, word, loc in same:
+        of_range = _of_a_range([word for _, word, _ in same], words[same[0][0]])
+        for what, word, loc in same:
             host = _host_of(context.source.data, word) if what == "host" else ""
             meant = Guess((host,)) if host else likely.guess(word, words[what], loc)
             of_robot = (f"`{word}` is a robot; its host is `{host}`",) if host else ()
