@@ -28,7 +28,6 @@ class Verbs(LazyVerbs):
             "spec",
             "Print the effective spec: files merged, ranges and selections expanded, defaults applied.",
         ),
-        Verb("migrate", "Migrate a spec to a newer version of the format."),
         Verb("render", "Write the release of each host to DIR/HOST."),
         Verb("graph", "Show a swarm as a graph, or analyse it."),
         Verb(

@@ -10,8 +10,6 @@ from pathlib import Path
 import yaml
 
 from swarmctl.diagnostics import Diagnostic, Severity, Span, apart_from, has_errors, without_echoes
-from swarmctl.migration.versions import CODE as OTHER_VERSION
-from swarmctl.migration.versions import SPEC_VERSIONS, version_finding
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
@@ -28,6 +26,8 @@ from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.spec.private_keys import private_keys_in
 from swarmctl.spec.selection_reading import selections
 from swarmctl.spec.validation import validated
+from swarmctl.spec.versions import CODE as OTHER_VERSION
+from swarmctl.spec.versions import version_finding
 from swarmctl.yamltext import ranges
 from swarmctl.yamltext.files import Read, content
 from swarmctl.yamltext.include import tree_of
@@ -237,7 +237,7 @@ def _draft(
     root, trees, wrong = _one(trees, budget.texts)
     if has_errors(found):  # an overlay may change what was not read
         wrong = [one for one in wrong if not one.code.startswith("OVER")]
-    if (other_version := version_finding(root, path, SPEC_VERSIONS)) is not None:
+    if (other_version := version_finding(root)) is not None:
         wrong.append(other_version)
     diagnostics = (*catalog.diagnostics, *found, *wrong)
     trees = trees if len(trees) > 1 or any(one is not root for one in trees) else ()

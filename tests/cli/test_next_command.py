@@ -67,7 +67,7 @@ def test_the_next_command_can_be_pasted() -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["validate"], ["spec"], ["graph"], ["graph", "--impact"], ["mode", "infer"], ["migrate"],
+        ["validate"], ["spec"], ["graph"], ["graph", "--impact"], ["mode", "infer"],
         ["plan", "--offline"], ["render", "--out", "out"],
     ],
 )  # fmt: skip

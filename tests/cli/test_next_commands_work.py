@@ -130,7 +130,6 @@ def check(line: str) -> None:
         ("graph fixable.yaml --impact", "swarmctl validate fixable.yaml --fix"),
         ("plan --offline --limit 'k3-pi,epuck-pi'", "swarmctl deploy --limit k3-pi,epuck-pi"),
         ("render --out out --host k3-pi", "swarmctl plan --limit k3-pi"),
-        ("migrate", "swarmctl validate"),
         ("mode convert --to central", "swarmctl mode convert --to central --write"),
         ("status --lab", "swarmctl lab up"),
         ("lab status --name second", "swarmctl lab up --name second"),
@@ -261,7 +260,7 @@ def test_after_a_status(
 
 
 def test_the_harmless_ones_run(screen: Screen) -> None:
-    for line in ("validate guess.yaml", "mode convert --to central", "migrate", "render --out out"):
+    for line in ("validate guess.yaml", "mode convert --to central", "render --out out"):
         for printed in screen.typed(line):
             words = [word for word in shlex.split(printed)[1:] if word != "--write"]
             assert run([*words, *(["--offline"] if words[0] == "plan" else [])]) in (0, 1)
