@@ -9,6 +9,7 @@ from typing import Any
 
 from swarmctl.analysis.swarm_graph import COMMANDS, DATA, KINDS, Graph, Node, needed, node, swarm_graph
 from swarmctl.swarm.index import SwarmIndex
+from swarmctl.yamltext.source import collector_paused
 
 
 @dataclass(frozen=True)
@@ -74,24 +75,28 @@ class Impact:
         }
 
 
+@collector_paused()
 def impacts(index: SwarmIndex) -> tuple[Impact, ...]:
     """Returns one entry for each part, the worst first; equal ones by kind, then in the order of the spec."""
     graph = swarm_graph(index)
     robots = [name for name in index.spec.robots if _is_optional(index, name)]
     programs = [name for name in index.spec.programs if _may_be_missing(index, name)]
+    optional = frozenset([*robots, *programs])
     shared = {island.name for island in index.islands if len(island.hosts) > 1}
     lost = _lost(graph)
     found = [
         Impact(
             kind=part["kind"],
             name=part["name"],
-            drivers=tuple(lost[one, "robot"]),
-            command=tuple(lost[one, COMMANDS]),
-            masters=tuple(lost[one, "master"]),
-            programs=tuple(program for program in lost[one, "program"] if one != node("program", program)),
-            data=tuple(lost[one, DATA]),
-            shared=not shared.isdisjoint(lost[one, "master"]),
-            optional=frozenset([*robots, *programs]),
+            drivers=tuple(lost.get((one, "robot"), ())),
+            command=tuple(lost.get((one, COMMANDS), ())),
+            masters=tuple(lost.get((one, "master"), ())),
+            programs=tuple(
+                program for program in lost.get((one, "program"), ()) if one != node("program", program)
+            ),
+            data=tuple(lost.get((one, DATA), ())),
+            shared=not shared.isdisjoint(lost.get((one, "master"), ())),
+            optional=optional,
         )
         for one, part in graph.nodes(data=True)
     ]
