@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from typing import Any
 
 import pytest
-from _pytest.mark import ParameterSet
 
 
-def some_of(examples: Iterable[object], taken: Collection[object]) -> list[ParameterSet]:
+def some_of(examples: Iterable[object], taken: Collection[object]) -> list[Any]:
     """Return ``examples`` for `parametrize`; all that are not ``taken`` are slow."""
     return [pytest.param(example, marks=() if example in taken else pytest.mark.slow) for example in examples]
