@@ -42,8 +42,9 @@ class Span:
     def overlaps(self, other: Span) -> bool:
         """Returns True if both have a character of one file, or begin at the same place."""
         first, second = sorted((self, other))
-        starts = (second.line, second.column) < (first.end_line, first.end_column)
-        return first.file == second.file and (starts or first.column == second.column)
+        start = (second.line, second.column)
+        within = start == (first.line, first.column) or start < (first.end_line, first.end_column)
+        return first.file == second.file and within
 
 
 @dataclass(frozen=True)

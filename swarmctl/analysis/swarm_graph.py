@@ -64,16 +64,14 @@ def graphml(graph: Graph[Node]) -> str:
     """Returns the graph as GraphML, in which ``carriers`` are one text."""
     plain = graph.copy()
     for *_, attributes in plain.edges(data=True):
-        if "carriers" in attributes:
-            attributes["carriers"] = " ".join(attributes["carriers"])
+        attributes["carriers"] = " ".join(attributes["carriers"])
     return "\n".join((*nx.generate_graphml(plain), ""))
 
 
 class _Builder:
     def __init__(self, index: SwarmIndex) -> None:
         self._index, self._spec = index, index.spec
-        self._middleware = middleware_of(index.spec.ros.distro)
-        self._masters = bool(self._middleware.master_mb)
+        self._masters = bool(middleware_of(index.spec.ros.distro).master_mb)
         self._multimaster = provider_of(index.spec.multimaster)
         self._carriers = cache(self._carriers_between)
         self.graph: Graph[Node] = nx.MultiDiGraph(swarm=index.spec.name, mode=index.spec.mode.value)
@@ -164,13 +162,8 @@ class _Builder:
                 command = index.command_topics.get(robot)
                 label = command.topic.removeprefix(f"{index.namespaces[robot]}/") if command else ""
                 carriers = self._carriers(index.commander_host(by), index.driving[robot])
-                self._join(
-                    COMMANDS,
-                    node(kind, by),
-                    node("robot", robot),
-                    label,
-                    [*own, *carriers] if carriers else [],
-                )
+                needed_by_it = [*own, *carriers] if carriers else ()
+                self._join(COMMANDS, node(kind, by), node("robot", robot), label, needed_by_it)
 
     def _add_data(self) -> None:
         for one in self._index.endpoints:

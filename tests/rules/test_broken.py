@@ -78,6 +78,25 @@ def test_many_errors_cost_little(entries: Callable[[], str], references: int) ->
         assert lint_files([path], lambda _: text.encode()).diagnostics
 
 
+GAMEPAD = """
+programs:
+  stick: {host: koala-laptop, use: teleop-joy}
+  pad:
+    host: koala-laptop
+    package: joy
+    executable: joy_node
+    params: {autorepeat_rate: {}}
+    publishes: [{topic: joy, type: sensor_msgs/Joy}]
+"""
+
+
+@pytest.mark.parametrize(("more", "code"), [("types: 5\n", "SPEC003"), (GAMEPAD, "PROG024")])
+def test_a_value_of_another_kind_is_a_finding(leader_spec: Path, more: str, code: str) -> None:
+    text = leader_spec.read_text("utf-8").replace("-pi-2b", "-pi-2c", code == "SPEC003") + more
+    found = lint_files([leader_spec], lambda _: text.encode()).diagnostics
+    assert code in {one.code for one in found}
+
+
 def test_no_message_is_left_over() -> None:
     assert {file.stem for file in BROKEN.glob("*/*.txt")} == {spec.stem for spec in SPECS}
 

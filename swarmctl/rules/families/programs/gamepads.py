@@ -160,8 +160,8 @@ def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
             continue
         reader, timeout = timeouts[one.topic]
         value = program.params.get("autorepeat_rate", 0.0)
-        is_text = isinstance(value, str)  # roscpp takes its own default, 0, for a parameter of another type
-        rate = 0.0 if isinstance(value, str) else value
+        is_number = isinstance(value, (int, float))  # roscpp takes its own default, 0, for another type
+        rate = value if isinstance(value, (int, float)) else 0.0
         if program.package == "joy" and rate * timeout <= 1:
             given = "autorepeat_rate" in program.params
             loc = ("programs", one.owner, *(("params", "autorepeat_rate") if given else ()))
@@ -169,10 +169,10 @@ def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
                 "PROG024",
                 f"program `{one.owner}` repeats nothing in time, and `{reader}` stops after {timeout:g} s",
                 context.span(*loc, key=not given),
-                label="text; joy_node expects a number" if is_text else f"repeats {rate:g} times a second",
+                label=f"repeats {rate:g} times a second" if is_number else "joy_node expects a number",
                 help=(
-                    "write a number without quotes, such as 20.0"
-                    if is_text
-                    else "add to its params: autorepeat_rate: 20.0",
+                    "add to its params: autorepeat_rate: 20.0"
+                    if is_number
+                    else "write a number without quotes, such as 20.0",
                 ),
             )

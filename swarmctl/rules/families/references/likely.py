@@ -7,7 +7,7 @@ from functools import cached_property
 from swarmctl.rules.context import RuleContext
 from swarmctl.spec.link_model import NetworkLink
 from swarmctl.spec.model import Mode
-from swarmctl.spec.references import mentions
+from swarmctl.spec.references import at, mentions
 from swarmctl.spec.sound_sections import UnsoundError
 from swarmctl.suggest import MOST_NEAR, Guess, guess, is_near, typing_errors
 from swarmctl.yamltext.source import Loc
@@ -49,7 +49,7 @@ class LikelyNames:
         """Returns the section of the spec that defines a name, or "", and how many places use the name."""
         if name not in self._definitions:
             data = self.context.source.data
-            kind = next((one for one in SECTIONS if name in (data.get(one) or ())), "")
+            kind = next((one for one in SECTIONS if any(at(data, (one, name)))), "")
             uses = mentions(data, kind, name) if kind else ()
             self._definitions[name] = kind, sum(1 for _ in uses)
         return self._definitions[name]
