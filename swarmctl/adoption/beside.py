@@ -22,7 +22,7 @@ def beside(document: Document, file: File) -> str:
     head, _, rest = file.path.partition("/")
     package, _, inside = rest.partition("/")
     source = document.spec.packages.get(package)
-    if head != _PACKAGES or source is None or source.git is not None or source.all:
+    if head != _PACKAGES or source is None or source.all:
         return ""
     place = folder / source.folder / inside
     try:

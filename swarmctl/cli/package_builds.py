@@ -46,9 +46,8 @@ def carried_out(
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy.build_store import store
     from swarmctl.deploy.prepare import Prepared
-    from swarmctl.deploy.remote_builds import build, build_here
-    from swarmctl.lab.build_container import BuildContainer
-    from swarmctl.plan.host_builds import HERE, keys_of
+    from swarmctl.deploy.remote_builds import build
+    from swarmctl.plan.host_builds import keys_of
     from swarmctl.plan.plan import Problem
     from swarmctl.remote.transport import HostError, Kind
     from swarmctl.ros_packages.builds import without_ros
@@ -60,16 +59,10 @@ def carried_out(
     platforms = {host: one for host, one in seen.items() if one != without_ros(one)}
     builds, problems = _due(swarm, platforms, list(found), lab)
     results = dict(found)
-    on_hosts = [one for one in builds if one.builder != HERE]
-    if on_hosts:
-        events = build(swarm, on_hosts, targets, transport(), store(), parallel=parallel, stop=stop)
-        built = rollout_output.results(events, [one.builder for one in on_hosts], quiet=quiet)
+    if builds:
+        events = build(swarm, builds, targets, transport(), store(), parallel=parallel, stop=stop)
+        built = rollout_output.results(events, [one.builder for one in builds], quiet=quiet)
         results |= {name: _with(found[name], one) for name, one in built.items()}
-    for one in builds:
-        if one.builder == HERE:
-            container = BuildContainer((lambda _: None) if quiet else rollout_output.note)
-            events = build_here(swarm, one, container, store(), stop=stop)
-            results |= rollout_output.results(events, [HERE], quiet=quiet)
     unknown = Problem("lacks", "a ROS whose version is known", "install roslaunch there")
     problems = {**dict.fromkeys((one for one in seen if one not in platforms), unknown), **problems}
     for name, problem in problems.items():
@@ -88,7 +81,6 @@ def _due(
     swarm: Swarm, platforms: Mapping[str, str], hosts: Collection[str], lab: str
 ) -> tuple[tuple[Build, ...], Mapping[str, Problem]]:
     from swarmctl.deploy.build_store import remember_platforms, store
-    from swarmctl.lab.build_container import build_platform
     from swarmctl.plan.host_builds import builds_of
 
     if not _any(swarm):
@@ -99,8 +91,7 @@ def _due(
         console.fail(
             console.cannot_write(error, "the platforms of the hosts"), "free space, or set XDG_STATE_HOME"
         )
-    here = build_platform() if swarm.build_here else ""
-    return builds_of(swarm, platforms, store().keys(), hosts, here=here)
+    return builds_of(swarm, platforms, store().keys(), hosts)
 
 
 def _with(before: Result, built: Result) -> Result:

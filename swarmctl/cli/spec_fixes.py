@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 def checked(spec: SpecFiles) -> Checked:
     """The findings in a spec, and how many ``--fix`` and ``--unsafe-fixes`` would correct."""
-    from swarmctl.cli.spec_loading import loaded
+    from swarmctl.rules.runner import check_files
 
-    return with_fixes_counted(spec, *loaded(spec))
+    return with_fixes_counted(spec, *check_files(*spec.files, workspaces=spec.workspaces))
 
 
 def with_fixes_counted(spec: SpecFiles, document: Document | None, found: Findings) -> Checked:

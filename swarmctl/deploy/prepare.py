@@ -71,16 +71,14 @@ def prepare(
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
         needs = wanted[target.host]
         with agent_client.talk(session, verbs=_VERBS) as host:
-            return prepared(host, needs, login, note)
+            return _prepared(host, needs, login, note)
 
     return parallel_hosts.run(
         _chosen(wanted, targets, login), work, transport=transport, parallel=parallel, stop=stop
     )
 
 
-def prepared(host: Conversation, needs: HostNeeds, login: str, note: Callable[[str], None]) -> Prepared:
-    """Carries out the steps of one host; returns them. Raises ``HostError``."""
-
+def _prepared(host: Conversation, needs: HostNeeds, login: str, note: Callable[[str], None]) -> Prepared:
     def planned(*, refreshed: bool) -> HostPreparation:
         plan = preparation(needs, _look(host, needs), login=login, refreshed=refreshed)
         if plan.problem:

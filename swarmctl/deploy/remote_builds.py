@@ -12,18 +12,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from swarm_agent.preparation_messages import BuildAnswer, BuildRequest, FetchBuildRequest
 
 from swarmctl.deploy.build_store import BuildStore, DamagedBuildError
-from swarmctl.deploy.prepare import Prepared, prepared
-from swarmctl.plan.host_builds import HERE, Build
-from swarmctl.plan.host_needs import HostNeeds
-from swarmctl.plan.package_needs import build_needs
+from swarmctl.deploy.prepare import Prepared
+from swarmctl.plan.host_builds import Build
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import Conversation, HostError, Kind, Session, Target, Transport
 from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.swarm.resolved import Swarm
 
 _VERBS = ("build_packages", "fetch_build")
-_ALL_VERBS = ("inventory", "prepare", *_VERBS)  # of a container, which is made fit at once
-_ROOT = "root"  # the account of the container
 _BUILD_TIMEOUT = 7500.0  # s; above the agent's own limit
 _LARGEST = 512 << 20  # bytes of one packed result
 
@@ -52,37 +48,15 @@ def build(
     )
 
 
-def build_here(
-    swarm: Swarm,
-    due: Build,
-    transport: Transport,
-    store: BuildStore,
-    *,
-    stop: parallel_hosts.Stop | None = None,
-) -> Iterator[parallel_hosts.Event[Prepared]]:
-    """Installs in a container on this machine what a build needs, then builds there."""
-    needs = HostNeeds(
-        swarm.name, HERE, _ROOT, swarm.distro, packages=tuple(build_needs(swarm)), container=True
-    )
-
-    def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
-        with agent_client.talk(session, verbs=_ALL_VERBS) as host:
-            first = prepared(host, needs, "", note)
-            _carry_out(host, swarm, due, store, note)
-        return Prepared((*first.steps, *due.steps))
-
-    return parallel_hosts.run([Target(HERE, "", _ROOT)], work, transport=transport, stop=stop)
-
-
 def _carry_out(
     host: Conversation, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
 ) -> None:
-    builder = swarm.hosts.get(due.builder)
+    builder = swarm.hosts[due.builder]
     request: BuildRequest = {
         "verb": "build_packages",
         "swarm": swarm.name,
-        "account": builder.user if builder else _ROOT,
-        "workspaces": list(builder.workspaces) if builder else [],
+        "account": builder.user,
+        "workspaces": list(builder.workspaces),
         "packages": list(due.keys),
         "folders": {one.name: one.folder for one in due.sources},
     }

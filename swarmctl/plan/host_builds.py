@@ -13,9 +13,6 @@ from swarmctl.swarm.resolved import Swarm
 from swarmctl.swarm.used_packages import on_host
 from swarmctl.yamltext import hostlist
 
-#: The builder that is a container on the operator's machine; no host can be called so.
-HERE = "this machine"
-
 
 @dataclass(frozen=True)
 class Build:
@@ -53,15 +50,11 @@ def builds_of(
     platforms: Mapping[str, str],
     stored: Collection[str],
     hosts: Collection[str],
-    *,
-    here: str = "",
 ) -> tuple[tuple[Build, ...], Mapping[str, Problem]]:
     """Returns the builds that are due, and by host why its packages cannot be built.
 
     ``platforms``: of the hosts that answered; ``stored``: the keys of builds that exist; ``hosts``: those
-    that are chosen, of which alone one may build; ``here``: the platform of the container on this machine,
-    which builds where no builder is alike; empty if it does not build. A host without ROS yet gets that of
-    its builder.
+    that are chosen, of which alone one may build. A host without ROS yet gets that of its builder.
     """
     due: dict[str, dict[str, str]] = {}  # missing keys by package, by platform
     users: dict[str, list[str]] = {}  # hosts by platform
@@ -76,14 +69,12 @@ def builds_of(
     for platform, keys in due.items():
         able = (one for one in swarm.builders if one in hosts and one in platforms)
         builder = next((one for one in able if _alike(platforms[one], platform)), None)
-        if builder is None and here and _alike(here, platform):
-            builder = HERE
         if builder is None:
             names = ", ".join(keys)
             problem = Problem(
                 "lacks",
                 f"a build of {names} for {platform}",
-                _advice(swarm, hosts, platforms, platform, here),
+                _advice(swarm, hosts, platforms, platform),
             )
             problems |= dict.fromkeys(users[platform], problem)
         else:
@@ -100,17 +91,13 @@ def planned(
     steps: dict[str, tuple[Step, ...]] = {}
     for build in builds:
         steps[build.builder] = (*steps.get(build.builder, ()), *build.steps)
-    here = [HostPreparation(HERE, steps[HERE])] if HERE in steps else []
-    return (
-        *here,
-        *(
-            replace(
-                host,
-                steps=(*host.steps, *steps.get(host.host, ())),
-                lacks=(*host.lacks, *([problems[host.host]] if host.host in problems else [])),
-            )
-            for host in seen
-        ),
+    return tuple(
+        replace(
+            host,
+            steps=(*host.steps, *steps.get(host.host, ())),
+            lacks=(*host.lacks, *([problems[host.host]] if host.host in problems else [])),
+        )
+        for host in seen
     )
 
 
@@ -123,15 +110,13 @@ def _alike(one: str, other: str) -> bool:
     return one == other or (without_ros(one) == without_ros(other) and without_ros(one) in (one, other))
 
 
-def _advice(
-    swarm: Swarm, hosts: Collection[str], platforms: Mapping[str, str], platform: str, here: str
-) -> str:
+def _advice(swarm: Swarm, hosts: Collection[str], platforms: Mapping[str, str], platform: str) -> str:
     name = f"name a host of {platform} under `ros.builders`"
     away = [one for one in swarm.builders if one not in hosts]
     if away:
         return f"include the builder {hostlist.written(away)}, or {name}"
-    for one, of in ((HERE, here), *((one, platforms.get(one, "")) for one in swarm.builders)):
+    for one in swarm.builders:
+        of = platforms.get(one, "")
         if of and without_ros(of) == without_ros(platform):
             return f"update ROS: the builder {one} is {of}; or {name} as well"
-    others = hostlist.written(swarm.builders) if swarm.builders else f"{HERE}, {here},"
-    return f"{name}; {others} is none"
+    return f"{name}; {hostlist.written(swarm.builders)} is none"

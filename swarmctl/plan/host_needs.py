@@ -29,7 +29,6 @@ class HostNeeds:
     pip: Mapping[str, Entries] = field(default_factory=dict)
     groups: Mapping[str, Entries] = field(default_factory=dict)
     workspaces: Mapping[str, Entries] = field(default_factory=dict)
-    container: bool = False  # it is one, so it needs no systemd
     images: Mapping[tuple[str, str], Entries] = field(default_factory=dict)  # by engine and image
 
     @property

@@ -90,7 +90,7 @@ def preparation(
     ``login``: the account whose keys a new account takes over, if it is not the one of the spec;
     ``refreshed``: the lists of packages are fresh, so what apt does not know does not exist.
     """
-    if not needs.container and (problem := preflight.unusable(has["facts"])):
+    if problem := preflight.unusable(has["facts"]):
         return HostPreparation(needs.host, problem=problem)
     steps = [*_account(needs, has, login), *_groups(needs, has)]
     lacks: list[Problem] = []

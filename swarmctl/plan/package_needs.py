@@ -23,26 +23,18 @@ def package_needs(swarm: Swarm, host: Host) -> Iterator[Need]:
     run: dict[str, Entries] = {}
     for one in on_host(swarm, host):
         _add(swarm, run, one.name, one.to_run)
-    if host.name in swarm.builders:
-        yield from build_needs(swarm, run)
-    for key, who in run.items():
-        headers = any(one.built_by and one.origin in who for one in swarm.packages.values())
-        yield _need(swarm.distro, key, who, headers=headers)
-
-
-def build_needs(swarm: Swarm, run: dict[str, Entries] | None = None) -> Iterator[Need]:
-    """Yields the needs of all builds; takes those out of ``run`` that run and build need."""
     build: dict[str, Entries] = {}
-    compiled = [one for one in in_swarm(swarm) if one.built_by]
-    for one in compiled:
-        _add(swarm, build, one.name, one.to_build)
-    if compiled:
+    if host.name in swarm.builders and (compiled := [one for one in in_swarm(swarm) if one.built_by]):
+        for one in compiled:
+            _add(swarm, build, one.name, one.to_build)
         entries = tuple(one.origin for one in compiled)
         build |= dict.fromkeys(_TOOLS, entries)
         yield from (Need("", (name,), entries) for name in _COMPILERS)
     for key, who in build.items():
-        also = run.pop(key, ()) if run is not None else ()
-        yield _need(swarm.distro, key, (*who, *also), headers=True)
+        yield _need(swarm.distro, key, (*who, *run.pop(key, ())), headers=True)
+    for key, who in run.items():
+        headers = any(one.built_by and one.origin in who for one in swarm.packages.values())
+        yield _need(swarm.distro, key, who, headers=headers)
 
 
 def _add(swarm: Swarm, found: dict[str, Entries], name: str, keys: frozenset[str]) -> None:

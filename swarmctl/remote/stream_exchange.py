@@ -14,7 +14,6 @@ from swarmctl.remote.transport import Output
 
 _CHUNK = 1 << 16
 _IDLE = 0.25  # s between two looks whether the command has ended
-_SOON = 0.005  # s, where its streams have ended
 _LINGER = 1.0  # s a finished command's streams may stay open, held by a child it left behind
 
 
@@ -22,8 +21,8 @@ _LINGER = 1.0  # s a finished command's streams may stay open, held by a child i
 class Streams:
     """The operator's ends of the pipes of a command, and how to find out its exit status.
 
-    ``status`` returns None while the command runs, and may raise ``HostError``; ``watched`` is readable when
-    it may have changed, -1 if there is no such descriptor.
+    ``status`` returns None while the command runs, and may raise ``HostError``; ``watched``, a descriptor, is
+    readable when it may have changed.
     """
 
     host: str
@@ -31,7 +30,7 @@ class Streams:
     stdout: int
     stderr: int
     status: Callable[[], int | None]
-    watched: int = -1
+    watched: int
 
     def __post_init__(self) -> None:
         for descriptor in (self.stdin, self.stdout, self.stderr):
@@ -45,12 +44,12 @@ def exchange(
     *,
     limit: int,
     timeout: float,
-    begun: float | None = None,
+    begun: float,
 ) -> Output:
     """Sends ``stdin`` and returns the output once ``enough`` accepts it, or the command has ended.
 
     Raises ``HostError`` for more than ``limit`` bytes on a stream, and ``timeout`` seconds after ``begun``,
-    a time of the monotonic clock; now by default.
+    a time of the monotonic clock.
     """
     return _Exchange(streams, stdin, enough, limit).complete(timeout, begun)
 
@@ -67,8 +66,8 @@ class _Exchange:
         self._received = {streams.stdout: bytearray(), streams.stderr: bytearray()}
         self._open = set(self._received)
 
-    def complete(self, timeout: float, begun: float | None) -> Output:
-        end = (time.monotonic() if begun is None else begun) + timeout
+    def complete(self, timeout: float, begun: float) -> Output:
+        end = begun + timeout
         ended: float | None = None
         while True:
             status = self._streams.status()  # looked at before the last bytes are taken
@@ -92,10 +91,9 @@ class _Exchange:
             poll.register(descriptor, select.POLLIN)
         if self._pending:
             poll.register(self._streams.stdin, select.POLLOUT)
-        if runs and self._streams.watched >= 0:
+        if runs:
             poll.register(self._streams.watched, select.POLLIN)
-        idle_for = _IDLE if self._open or self._streams.watched >= 0 else _SOON
-        left = max(0.0, min(idle_for, end - time.monotonic()))
+        left = max(0.0, min(_IDLE, end - time.monotonic()))
         return {descriptor for descriptor, _event in poll.poll(1000 * left)}
 
     def _feed(self) -> None:

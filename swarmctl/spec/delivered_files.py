@@ -11,7 +11,6 @@ from pathlib import Path
 from swarmctl.ros_packages.delivered import delivered_package
 from swarmctl.ros_packages.package import MANIFEST, DeliveredPackage, package_of
 from swarmctl.spec.delivered_model import PackageSource
-from swarmctl.spec.git_checkouts import NOT_FETCHED, checkout_of
 from swarmctl.spec.workspace_folders import BUILT, WorkspaceFolderError, package_folders
 from swarmctl.yamltext.project_files import ProjectFiles
 
@@ -63,13 +62,6 @@ def _add(
 
 def _from(source: PackageSource, name: str, folder: Path, files: ProjectFiles) -> Iterator[DeliveredPackage]:
     """Yields the packages of an entry. Raises ``_RefusalError``."""
-    if source.misfit is not None:
-        raise _RefusalError(source.misfit[1])
-    if source.git is not None and source.commit is not None:
-        folder = checkout_of(source.git, source.commit)
-        if not folder.is_dir():
-            raise _RefusalError(NOT_FETCHED)
-        files = replace(files, root=os.path.realpath(folder))
     place = folder / source.folder
     if reason := files.refusal(place, _ANY_SUFFIX):
         raise _RefusalError(reason)
@@ -77,9 +69,9 @@ def _from(source: PackageSource, name: str, folder: Path, files: ProjectFiles) -
         raise _RefusalError("does not exist" if not place.exists() else "is no folder")
     try:
         if source.all:
-            yield from _all_of(place, name, source.shown, files)
+            yield from _all_of(place, name, source.folder, files)
         else:
-            yield _read(name, place, source.shown, files)
+            yield _read(name, place, source.folder, files)
     except OSError as error:
         raise _RefusalError(f"cannot be read: {error.strerror or error}") from error
 

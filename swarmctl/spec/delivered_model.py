@@ -17,37 +17,15 @@ PackageFolder = Annotated[
     ),
 ]
 PackageKey = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]{0,100}$", examples=["gazebo_ros"])]
-GitAddress = Annotated[
-    str,
-    Field(
-        pattern=r"^((https?|ssh|git|file)://|/|[A-Za-z0-9._-]+@[A-Za-z0-9._-]+:)[A-Za-z0-9._~:/@%+=,-]+$",
-        max_length=400,
-        examples=["https://git.lab.example/nav.git"],
-    ),
-]
-GitCommit = Annotated[
-    str, Field(pattern=r"^[0-9a-f]{40}$", examples=["0123456789abcdef0123456789abcdef01234567"])
-]
 
 
 class PackageSource(Model):
-    """Where a ROS package is that travels with each release, or many: a folder, or a commit in git."""
+    """Where a ROS package is that travels with each release, or a workspace of several."""
 
     # `from` is a word of Python, so no attribute can be declared under this name.
-    __annotations__ = {"from": PackageFolder | None}
+    __annotations__ = {"from": PackageFolder}
     locals()["from"] = Field(
-        None,
-        description="The folder with its package.xml, from that of the spec.",
-        examples=["./src/nav"],
-    )
-    git: GitAddress | None = Field(
-        None, description="The git repository that has it, beside `commit`; fetched without questions."
-    )
-    commit: GitCommit | None = Field(None, description="The commit of `git`, all 40 digits.")
-    path: PackageFolder | None = Field(
-        None,
-        description="The folder with its package.xml in the repository; its top folder by default.",
-        examples=["src/nav"],
+        description="The folder with its package.xml, from that of the spec.", examples=["./src/nav"]
     )
     all: bool = Field(
         False,
@@ -62,24 +40,5 @@ class PackageSource(Model):
 
     @property
     def folder(self) -> str:
-        """The folder of the package, from that of the spec or of the repository."""
-        return str((self.path if self.git else getattr(self, "from")) or ".").removeprefix("./")
-
-    @property
-    def shown(self) -> str:
-        """What messages call the folder."""
-        return f"{self.git}@{(self.commit or '')[:10]}/{self.folder}" if self.git else self.folder
-
-    @property
-    def misfit(self) -> tuple[str, str] | None:
-        """The key that does not go with the others, and why; None if all is well."""
-        own = getattr(self, "from")
-        if own and self.git:
-            return "git", "a package comes from a folder or from git, not from both"
-        if not own and not self.git:
-            return "", "a package needs `from`, or `git` with `commit`"
-        if self.git and not self.commit:
-            return "git", "`git` needs a `commit`: branches and tags change"
-        if not self.git and (self.commit or self.path):
-            return ("commit" if self.commit else "path"), "it belongs to `git`"
-        return None
+        """The folder of the package, from that of the spec."""
+        return str(getattr(self, "from")).removeprefix("./")

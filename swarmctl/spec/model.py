@@ -73,11 +73,6 @@ class Ros(Model):
         description="Hosts on which `swarmctl prepare` builds packages of `packages` that need it, each "
         "for all hosts of its distribution and its kind of processor.",
     )
-    build_here: bool = Field(
-        False,
-        description="Whether `swarmctl prepare` builds packages in a container of the lab on the operator's "
-        "machine, for hosts of Debian 12 with its kind of processor that no builder is like.",
-    )
     naming: Literal["address", "hosts"] = Field(
         "address",
         description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "

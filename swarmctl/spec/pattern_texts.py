@@ -16,10 +16,6 @@ PATTERN_TEXTS: Mapping[str, str] = {
         "as `udevadm info -a` shows it"
     ),
     "^[a-z0-9][a-z0-9.+-]{1,100}$": "a Debian package has lower-case letters, digits and . + -, like htop",
-    "^((https?|ssh|git|file)://|/|[A-Za-z0-9._-]+@[A-Za-z0-9._-]+:)[A-Za-z0-9._~:/@%+=,-]+$": (
-        "a repository is https://HOST/PATH, ssh://, git@HOST:PATH, or an absolute path"
-    ),
-    "^[0-9a-f]{40}$": "a commit has 40 hexadecimal digits; `git rev-parse HEAD` prints them",
     "^[A-Za-z0-9][A-Za-z0-9._+-]{0,100}$": "a name as package.xml has it: letters, digits and . _ + -",
     "^[A-Za-z0-9][A-Za-z0-9._-]{0,100}(==[A-Za-z0-9][A-Za-z0-9.+!_-]{0,60})?$": (
         "a Python package is a name, or a name and an exact version: `numpy` or `numpy==1.24.4`"

@@ -55,7 +55,6 @@ def resolve(document: Document) -> Swarm:
         multimaster=spec.multimaster or Multimaster(),
         packages=document.packages.delivered,
         builders=spec.ros.builders,
-        build_here=spec.ros.build_here,
         time=spec.time.model_copy(update={"root": time_root(spec, index.islands)}),
         candidates=candidates_of(index),
     )

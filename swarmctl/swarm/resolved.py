@@ -292,7 +292,6 @@ class Swarm:
     candidates: Candidates = field(default_factory=Candidates, compare=False, repr=False)  # of selections
     packages: Mapping[str, DeliveredPackage] = field(default_factory=dict)
     builders: tuple[str, ...] = ()
-    build_here: bool = False  # in a container on the operator's machine
     builds: Mapping[str, Built] = field(default_factory=dict, repr=False)  # by their keys
     use_sim_time: bool = False
 

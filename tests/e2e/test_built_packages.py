@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.lab import paths
 from tests.e2e.lab_swarm import LabSwarm, Note, SshError, lab_of, quoted, until
 
 TALK = """<package format="2"><name>talk</name><version>1.0.0</version><description>d</description>
@@ -117,24 +116,6 @@ def test_a_full_disk_of_the_builder_is_named(swarm: LabSwarm) -> None:
     assert f"free space in {place}, then run the same again" in done.out
     assert not list((swarm.folder / "cache").glob("swarmctl/builds/.*"))
     assert "not built" not in swarm.plan().out
-
-
-def test_this_machine_builds_a_whole_workspace(swarm: LabSwarm, note: Note) -> None:
-    """In a container, for hosts that have built nothing; the hosts get what they have already."""
-    spec = swarm.variant("here", ("builders: [laptop]", "build_here: true"), (
-        "packages:\n  nav: {from: ./src/nav}", "packages:\n  ws: {from: ./src, all: true}"
-    ))  # fmt: skip
-    for stored in (swarm.folder / "cache").glob("swarmctl/builds/*.tar.gz"):
-        stored.unlink()
-    assert "nav is not built for it" in swarm.plan(spec).out
-    done = swarm.swarmctl("prepare", "--yes", spec=spec)
-    assert done.status == 0, done.out + done.err
-    assert "this machine: building nav" in done.err
-    for left in paths.cache().glob("builder-image-*/upper/opt/swarm/built"):
-        shutil.rmtree(left)  # the container itself stays for the next build
-    note("prepare: the package built in a container on this machine", f"{done.seconds:.1f} s", "")
-    planned = swarm.plan(spec)
-    assert planned.status == 0, planned.out + planned.err
 
 
 def test_a_workspace_of_the_host_does_not_hide_what_is_delivered(swarm: LabSwarm) -> None:

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from swarmctl.plan.host_builds import HERE, builds_of, keys_of, planned
-from swarmctl.plan.host_preparation import HostPreparation, Kind
+from swarmctl.plan.host_builds import builds_of, keys_of, planned
+from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.observed_host import NOTHING
-from swarmctl.plan.package_needs import build_needs, package_needs
+from swarmctl.plan.package_needs import package_needs
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
@@ -78,26 +78,6 @@ def test_a_host_with_another_ros_gets_no_build_of_the_builder(swarm: Swarm) -> N
     bare = DEBIAN.replace("-ros-1.15.15", "")
     for platforms in ({"laptop": DEBIAN, "pi": bare}, {"laptop": bare, "pi": DEBIAN}):
         assert not builds_of(swarm, platforms, (), tuple(ALL))[1]  # ROS is installed first
-
-
-def test_this_machine_builds_what_no_builder_does(swarm: Swarm) -> None:
-    alone = replace(swarm, builders=(), build_here=True)
-    platforms = {"laptop": DEBIAN, "pi": UBUNTU}
-    (build,), problems = builds_of(alone, platforms, (), tuple(ALL), here=DEBIAN)
-    assert (build.builder, build.hosts) == (HERE, ("laptop",))
-    assert (
-        problems["pi"].hint
-        == f"name a host of {UBUNTU} under `ros.builders`; this machine, {DEBIAN}, is none"
-    )
-    shown = planned([HostPreparation("laptop")], [build], {})
-    assert [(host.host, [step.kind for step in host.steps]) for host in shown] == [
-        (HERE, [Kind.COMPILE]),
-        ("laptop", []),
-    ]
-    (build,), _ = builds_of(swarm, ALL, (), tuple(ALL), here=DEBIAN)
-    assert build.builder == "laptop"  # a builder comes first
-    needed = {need.key or need.packages[0] for need in build_needs(alone)}
-    assert {"g++", "make", "catkin", "roscpp", "message_generation"} <= needed
 
 
 def test_a_builder_that_is_not_selected_builds_nothing(swarm: Swarm) -> None:

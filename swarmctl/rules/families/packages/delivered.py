@@ -7,37 +7,25 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.ros_packages.builds import with_dependencies
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.git_checkouts import NOT_FETCHED
-
-_FORMS = "write {from: ./src/nav}, or {git: ADDRESS, commit: 40 DIGITS, path: src/nav}"
 
 
-@rule("PKG017", "PKG019", ros1=True)
+@rule("PKG017", ros1=True)
 def delivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
     """A package under `packages` that cannot travel with a release."""
     for name, reason in context.document.packages.refused.items():
         source = context.spec.packages[name]
-        if source.misfit is not None:
-            key, message = source.misfit
-            place = ("packages", name, key) if key else ("packages", name)
-            yield Diagnostic("PKG019", f"`{name}`: {message}", context.span(*place, key=True), help=(_FORMS,))
-            continue
         if "catkin refuses" in reason:
             help_ = "correct the file: where catkin refuses one package, `rosrun` and `roslaunch` find none"
         elif source.all:
             help_ = "every folder with a package.xml in it is delivered; docs/hosts.md has the limits"
         elif "package.xml" in reason:
             help_ = f"name the folder of {name} alone; for a folder of several packages add `all: true`"
-        elif source.git is None:
-            help_ = f"name the folder in which the package.xml of {name} lies"
-        elif reason == NOT_FETCHED:
-            help_ = f"`git ls-remote {source.git}` shows whether the repository can be reached"
         else:
-            help_ = f"name under `path` the folder of the repository in which the package.xml of {name} lies"
+            help_ = f"name the folder in which the package.xml of {name} lies"
         yield Diagnostic(
             "PKG017",
-            f"`{source.shown}` {reason}",
-            context.span("packages", name, "git" if source.git else "from"),
+            f"`{source.folder}` {reason}",
+            context.span("packages", name, "from"),
             help=(help_,),
         )
 
@@ -45,7 +33,7 @@ def delivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("PKG018", ros1=True)
 def unbuildable(context: RuleContext) -> Iterator[Diagnostic]:
     """A package that has to be built, in a spec that names no builder."""
-    if context.spec.ros.builders or context.spec.ros.build_here:
+    if context.spec.ros.builders:
         return
     first = next(iter(context.spec.hosts))
     delivered = context.document.packages.delivered
@@ -59,8 +47,5 @@ def unbuildable(context: RuleContext) -> Iterator[Diagnostic]:
                 "PKG018",
                 f"`{name}` has to be built ({package.built_by} in its CMakeLists.txt), and no host builds",
                 context.span("packages", package.entry or name, key=True),
-                help=(
-                    f"name a host that builds for those of its kind: ros: {{builders: [{first}]}}",
-                    "for hosts of Debian 12 your own machine can build: ros: {build_here: true}",
-                ),
+                help=(f"name a host that builds for those of its kind: ros: {{builders: [{first}]}}",),
             )
