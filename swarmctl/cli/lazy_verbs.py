@@ -41,12 +41,6 @@ class Verb(TyperCommand):
         return _with_usual_spec(typer.main.get_group(home).commands[self._name])
 
 
-def _install_completion(*arguments: Any) -> Any:
-    from swarmctl.cli.install_completion import ask_and_install
-
-    return ask_and_install(*arguments)
-
-
 class _Option(TyperOption):
     """An option that is converted if it is given: typer imports pydantic to convert even None."""
 
@@ -88,8 +82,6 @@ class _Group(TyperGroup):
         options = super().get_params(ctx)
         for option in options:
             option.__class__ = _Option
-            if option.name == "install_completion":
-                option.callback = _install_completion
         return options
 
 

@@ -10,9 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.cli import install_completion
 from swarmctl.cli.app import Verbs
-from tests.cli.terminal import shown_by
 
 PROGRAM = Path(sys.executable).with_name("swarmctl")
 
@@ -78,51 +76,3 @@ def test_robots_and_hosts_of_the_spec(here: Path, line: str, expected: list[str]
 def test_a_wrong_spec_offers_nothing(here: Path) -> None:
     (here / "swarm.yaml").write_text("robots: [")
     assert offered("swarmctl lab unplug swarm.yaml ").strip() == ""
-
-
-@pytest.mark.parametrize("answer", ["y", "n"])
-def test_installing_shows_its_edits_and_waits_for_a_yes(tmp_path: Path, answer: str) -> None:
-    rc = tmp_path / ".bashrc"
-    rc.write_text("alias ll='ls -l'\n")
-    shown = installing(tmp_path, answer)
-    line = f"source '{tmp_path}/.bash_completions/swarmctl.sh'"
-    assert f"+{line}" in shown
-    assert "new file" in shown
-    assert (line in rc.read_text()) is (answer == "y")
-    assert rc.read_text().startswith("alias ll='ls -l'\n")
-    assert (tmp_path / ".bash_completions/swarmctl.sh").exists() is (answer == "y")
-    if answer == "y":
-        assert "is installed already" in installing(tmp_path, "y")
-
-
-def test_installing_without_a_terminal_changes_nothing(tmp_path: Path) -> None:
-    command = ["bash", "-c", f"{PROGRAM} --install-completion; true"]
-    environment = {**os.environ, "HOME": str(tmp_path)}
-    done = subprocess.run(
-        command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True
-    )
-    assert "nothing was changed" in done.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("shell", "files"),
-    [
-        ("zsh", {".zfunc/_swarmctl": "#compdef swarmctl", ".zshrc": "fpath+=~/.zfunc; "}),
-        ("fish", {".config/fish/completions/swarmctl.fish": "complete --command swarmctl"}),
-    ],
-)
-def test_each_shell_has_its_own_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, shell: str, files: dict[str, str]
-) -> None:
-    monkeypatch.setattr(install_completion, "_shell", lambda: shell)
-    monkeypatch.setenv("HOME", str(tmp_path))
-    found, changes = install_completion._changes()
-    assert found == shell
-    assert {str(Path(one.file).relative_to(tmp_path)) for one in changes} == set(files)
-    assert all(one.after.startswith(files[str(Path(one.file).relative_to(tmp_path))]) for one in changes)
-
-
-def installing(home: Path, answer: str) -> str:
-    """What a bash on a terminal shows."""
-    return shown_by(["bash", "-c", f"{PROGRAM} --install-completion; true"], f"{answer}\n", HOME=str(home))
