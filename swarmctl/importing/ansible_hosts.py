@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import posixpath
+import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from swarmctl.importing.allowed_values import is_allowed, is_secret, name_fact, number
-from swarmctl.importing.ansible_ini import ini_inventory
-from swarmctl.importing.ansible_yaml import variables_of, yaml_inventory
 from swarmctl.importing.arrangement_of_masters import arrangement, networks
 from swarmctl.importing.draft import Blank, Draft, Entry, Fact, Field, Unread
 from swarmctl.importing.env_files import OWN, is_ip, master_of
-from swarmctl.importing.inventory import COMPUTED, Inventory, Variable, Variables
+from swarmctl.importing.inventory import Variable, Variables, inventory
 from swarmctl.importing.known_drivers import type_of_group
-from swarmctl.importing.lab_folder import VARIABLES, YAML, LabFolder
+from swarmctl.importing.lab_folder import LabFolder
 from swarmctl.importing.robot_lines import unknown_line
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.launched import Place
 
+_COMPUTED = re.compile(r"\{[{%#]")  # of Jinja
 # Keys of a host, and the variables that have them; the first that is set counts.
 _HOST_KEYS: Mapping[str, tuple[str, ...]] = {
     "address": ("ansible_host", "ansible_ssh_host"),
@@ -56,69 +55,42 @@ class _Host:
 
 
 def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, RobotType]) -> Draft:
-    """Returns the draft from the inventory file at ``path`` of a folder; ``types`` are the robot types."""
-    text = folder.texts[path]
-    inventory = yaml_inventory(path, text) if path.endswith((*YAML, ".json")) else ini_inventory(path, text)
-    unread = [*inventory.unread, *_add_variable_files(inventory, folder, posixpath.dirname(path))]
-    source, called = f"the Ansible inventory {path}", Fact("lab", None, "an inventory has no name")
-    if excess := inventory.excess():
-        return Draft(source, called, unread=(Unread(Place(path, 0), excess), *unread))
+    """Returns the draft from the inventory file at ``path`` of a folder; ``types`` are the robot types.
+
+    Raises ``InventoryError``.
+    """
+    found, place = inventory(folder.texts, path), Place(path, 0)
+    unread = list(found.unread)
     hosts: list[_Host] = []
-    for name, groups in inventory.memberships().items():
-        variables = _merged(inventory, name, groups)
+    for name, variables in found.hosts.items():
         if why := _no_host(name, variables):
-            unread.append(Unread(inventory.hosts[name], f"host `{name}`: {why}"))
+            unread.append(Unread(place, f"host `{name}`: {why}"))
         else:
-            entry = _entry(name, inventory.hosts[name], variables, {one.entry.key for one in hosts})
-            hosts.append(_Host(name, entry, tuple(groups), variables))
+            entry = _entry(name, place, variables, {one.entry.key for one in hosts})
+            hosts.append(_Host(name, entry, found.groups[name], variables))
     notes = Counter(note for one in hosts for note in one.entry.notes)
     common = tuple(note for note, count in notes.items() if count > 1)
     entries = [_without(one.entry, common) for one in hosts]
-    masters, others = _masters(hosts)
+    masters, others = _masters(hosts, place)
     entries += others
     robots = tuple(_robots(hosts, types))
     arranged = arrangement([one.key for one in entries], masters, ())
     lines = [unknown_line(one.key, one.key, types.get(one.value("type"))) for one in robots]
     return Draft(
-        source,
-        called,
+        f"the Ansible inventory {path}",
+        Fact("lab", None, "an inventory has no name"),
         arranged.first,
         tuple(entries),
         robots,
         (*networks(entries), *lines),
         last=arranged.last,
-        unread=tuple(dict.fromkeys((*folder.unread, *unread, *_without_key(hosts)))),
+        unread=tuple(dict.fromkeys((*folder.unread, *unread, *_without_key(hosts, place)))),
         notes=common,
     )
 
 
 def _without(entry: Entry, common: Collection[str]) -> Entry:
     return replace(entry, notes=tuple(note for note in entry.notes if note not in common))
-
-
-def _add_variable_files(inventory: Inventory, folder: LabFolder, beside: str) -> Iterator[Unread]:
-    """Adds the variables of files beside the inventory. They win over those in it (Ansible's precedence)."""
-    for path, text in sorted(folder.texts.items()):
-        parts = posixpath.relpath(path, beside or ".").split("/")
-        if parts[0] not in VARIABLES or len(parts) < 2:
-            continue
-        name = parts[1] if len(parts) > 2 else parts[1].removesuffix(".json")
-        for suffix in YAML if len(parts) == 2 else ():
-            name = name.removesuffix(suffix)
-        variables, unread = variables_of(path, text)
-        yield from unread
-        if parts[0] == "host_vars":
-            inventory.host_variables.setdefault(name, {}).update(variables)
-        else:
-            inventory.group(name).variables.update(variables)
-
-
-def _merged(inventory: Inventory, host: str, groups: Collection[str]) -> Variables:
-    found: Variables = {}
-    for group in groups:
-        found.update(inventory.groups[group].variables)
-    found.update(inventory.host_variables.get(host, {}))
-    return found
 
 
 def _first(variables: Mapping[str, Variable], names: Collection[str]) -> Variable | None:
@@ -145,7 +117,7 @@ def _entry(name: str, place: Place, variables: Variables, taken: Collection[str]
     for key, names in _HOST_KEYS.items():
         found = next((one for one in names if one in variables), "")
         if found:
-            fields[key] = _field(key, found, variables[found])
+            fields[key] = _field(key, found, variables[found], place)
         elif key == "address":
             fields[key] = _address(name, place)
     short = name if is_ip(name) else name.partition(".")[0]
@@ -154,12 +126,12 @@ def _entry(name: str, place: Place, variables: Variables, taken: Collection[str]
     return Entry(replace(host, was=was), fields, tuple(_notes(variables)))
 
 
-def _field(key: str, variable: str, one: Variable) -> Field:
+def _field(key: str, variable: str, one: Variable, place: Place) -> Field:
     value = number(one.value) if key == "port" else one.value
     if not one.is_vault and not is_secret(variable, one.value) and is_allowed(key, value):
-        return Fact(value, one.place)
-    why = "is computed by a template" if COMPUTED.search(one.value) else f"is no {key} that a spec takes"
-    return Blank(_EXAMPLES[key], f"{variable} of {one.place} {'is encrypted' if one.is_vault else why}")
+        return Fact(value, place)
+    why = "is computed by a template" if _COMPUTED.search(one.value) else f"is no {key} that a spec takes"
+    return Blank(_EXAMPLES[key], f"{variable} {'is encrypted' if one.is_vault else why}")
 
 
 def _address(name: str, place: Place) -> Field:
@@ -172,29 +144,29 @@ def _notes(variables: Variables) -> Iterator[str]:
     """Comments about what is left out: secrets by their key, and the key file, which ssh has to know."""
     for key, one in sorted(variables.items()):
         if one.is_vault or is_secret(key, one.value):
-            yield f"left out: {key} of {one.place}, which may be a secret"
+            yield f"left out: {key}, which may be a secret"
     found = _first(variables, _KEY_FILES)
-    if found is not None and not COMPUTED.search(found.value):
-        yield f"key file {found.value} ({found.place}): write it as IdentityFile in ~/.ssh/config"
+    if found is not None and not _COMPUTED.search(found.value):
+        yield f"key file {found.value}: write it as IdentityFile in ~/.ssh/config"
 
 
-def _without_key(hosts: Collection[_Host]) -> Iterator[Unread]:
+def _without_key(hosts: Collection[_Host], place: Place) -> Iterator[Unread]:
     """Variables that a spec has no key for, or whose value a template computes."""
-    unknown: dict[str, dict[Place, None]] = {}
+    unknown: dict[str, list[str]] = {}
     for host in hosts:
         for key, one in host.variables.items():
-            if key in _READ and key not in _OF_HOSTS and COMPUTED.search(one.value):
-                yield Unread(one.place, f"{key} is computed by a template")
+            if key in _READ and key not in _OF_HOSTS and _COMPUTED.search(one.value):
+                yield Unread(place, f"{key} is computed by a template")
             elif key in _SSH_OPTIONS:
-                yield Unread(one.place, f"{key}: a jump host is `via`; other options belong in ~/.ssh/config")
+                yield Unread(place, f"{key}: a jump host is `via`; other options belong in ~/.ssh/config")
             elif key not in _READ and not one.is_vault and not is_secret(key, one.value):
-                unknown.setdefault(key, {})[one.place] = None
-    for key, places in unknown.items():
-        more = f", which is set in {len(places)} places" if len(places) > 1 else ""
-        yield Unread(next(iter(places)), f"a spec has no key for {key}{more}")
+                unknown.setdefault(key, []).append(host.name)
+    for key, (first, *more) in unknown.items():
+        others = f" and {len(more)} more" if more else ""
+        yield Unread(place, f"a spec has no key for {key} of host `{first}`{others}")
 
 
-def _masters(hosts: Collection[_Host]) -> tuple[Mapping[str, Fact], Sequence[Entry]]:
+def _masters(hosts: Collection[_Host], place: Place) -> tuple[Mapping[str, Fact], Sequence[Entry]]:
     """By host, the host of its ROS master, and the masters' hosts that the inventory does not have."""
     known = {str(one.entry.value("address")): one.entry.key for one in hosts}
     known |= {name: one.entry.key for one in hosts for name in (one.entry.key, one.name)}
@@ -209,12 +181,10 @@ def _masters(hosts: Collection[_Host]) -> tuple[Mapping[str, Fact], Sequence[Ent
             short = "master" if is_ip(address) else address.partition(".")[0]
             taken = {*known.values()}
             why = "ROS_MASTER_URI names this computer, and the inventory does not"
-            entry = Entry(
-                name_fact(short, "host", uri.place, taken, why), {"address": Fact(address, uri.place)}
-            )
+            entry = Entry(name_fact(short, "host", place, taken, why), {"address": Fact(address, place)})
             known[address] = entry.key
             others.append(entry)
-        masters[host.entry.key] = Fact(host.entry.key if address in OWN else known[address], uri.place)
+        masters[host.entry.key] = Fact(host.entry.key if address in OWN else known[address], place)
     return masters, others
 
 
@@ -231,7 +201,7 @@ def _robots(hosts: Collection[_Host], types: Collection[str]) -> Iterator[Entry]
 def _robot_type(host: _Host, types: Collection[str]) -> Fact | None:
     found = _first(host.variables, _TYPE)
     if found is not None and found.value in types:
-        return Fact(found.value, found.place)
+        return Fact(found.value, host.entry.name.place)
     for group in reversed(host.groups):
         if name := type_of_group(group, types):
             return Fact(name, host.entry.name.place, "its host is in a group that is named like this type")

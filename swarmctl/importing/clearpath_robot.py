@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import yaml
 
 from swarmctl.importing.allowed_values import is_allowed, name_fact
-from swarmctl.importing.ansible_yaml import pairs, tree_of
 from swarmctl.importing.arrangement_of_masters import arrangement, networks
 from swarmctl.importing.draft import Blank, Draft, Entry, Fact, Field, Unread
 from swarmctl.importing.lab_folder import LabFolder
 from swarmctl.importing.robot_lines import unknown_line
+from swarmctl.importing.yaml_trees import pairs, tree_of
 from swarmctl.ros_packages.launched import Place
 from swarmctl.spec.model import Mode
 

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.importing.ansible_hosts import draft_from_inventory
-from swarmctl.importing.ansible_ini import is_ini_inventory
-from swarmctl.importing.ansible_yaml import is_yaml_inventory, tree_of
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
 from swarmctl.importing.draft import Counts, Draft, Unread, counts
 from swarmctl.importing.draft_text import lines_of, text_of_lines, with_errors
 from swarmctl.importing.env_files import is_env_file
+from swarmctl.importing.inventory import InventoryError, is_ini_inventory, is_yaml_inventory
 from swarmctl.importing.lab_folder import LAUNCH, VARIABLES, YAML, LabFolder, lab_folder
 from swarmctl.importing.launched_lab import draft_from_launch
+from swarmctl.importing.yaml_trees import tree_of
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.package import NO_PACKAGES
@@ -87,7 +87,10 @@ def _draft(folder: LabFolder, kind: Kind, files: Sequence[str], types: Mapping[s
         return draft_from_launch(folder, types)
     if kind is Kind.CLEARPATH:
         return draft_from_clearpath(folder, files[0])
-    return draft_from_inventory(folder, files[0], types)
+    try:
+        return draft_from_inventory(folder, files[0], types)
+    except InventoryError as error:
+        raise DraftError(*error.args) from error
 
 
 def checked(draft: Draft, spec: Path) -> Imported:

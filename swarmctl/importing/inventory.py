@@ -1,165 +1,156 @@
-"""An Ansible inventory as values: its hosts, its groups and their variables, each with its line."""
+"""An Ansible inventory as ``ansible-inventory`` of ansible-core reads it; no script or plugin of it runs."""
 
 from __future__ import annotations
 
+import json
+import os
+import posixpath
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+import resource
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import networkx
+import yaml
 
 from swarmctl.importing.draft import Unread
+from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES
+from swarmctl.importing.yaml_trees import VAULT_FILE, pairs
 from swarmctl.ros_packages.launched import Place
 
 MAX_HOSTS = 2_000
-_MAX_GROUPS = 300
-_MAX_VALUES = 100_000  # of variables of hosts, with those of their groups
-COMPUTED = re.compile(r"\{[{%#]")  # of Jinja
-_RANGE = re.compile(r"\[([0-9]+|[A-Za-z]):([0-9]+|[A-Za-z])(?::([0-9]{1,6}))?\]", re.ASCII)
+_MEMORY = 1 << 30  # bytes
+_TIMEOUT = 60.0  # s
+_PARTS = {"hosts", "children", "vars"}
+_SECTION = re.compile(r"^\s*\[([^\[\]]+)\].*$", re.MULTILINE)
+_HOST = re.compile(r"[^\s=]+(?:\s+\w+=.*)?")
+
+
+class InventoryError(Exception):
+    """An inventory that cannot be read. The first argument is the problem, the others are what to do."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """The value of a variable as text; ``is_vault`` if it is encrypted, ``is_nested`` if it is no scalar."""
+    """The value of a variable as text, empty if it is no scalar; ``is_vault`` if it is encrypted."""
 
     value: str
-    place: Place
     is_vault: bool = False
-    is_nested: bool = False
 
 
-Variables = dict[str, Variable]
+Variables = Mapping[str, Variable]
 
 
-@dataclass
-class Group:
-    """A group of hosts."""
-
-    hosts: dict[str, Place] = field(default_factory=dict)
-    children: dict[str, None] = field(default_factory=dict)
-    variables: Variables = field(default_factory=dict)
-
-
-@dataclass
+@dataclass(frozen=True)
 class Inventory:
-    """What an inventory file has; the group ``all`` has every host."""
+    """The variables of each host, with those of its groups, and its groups, from general to specific ones."""
 
-    groups: dict[str, Group] = field(default_factory=lambda: {"all": Group()})
-    host_variables: dict[str, Variables] = field(default_factory=dict)
-    unread: list[Unread] = field(default_factory=list)
-    values: int = 0  # how many times a host, or a variable of a host, is written or expanded
-
-    def group(self, name: str) -> Group:
-        """Returns a group, a new one if there is none of this name."""
-        return self.groups.setdefault(name, Group())
-
-    def add_hosts(self, names: Sequence[str], group: str, variables: Variables, place: Place) -> str:
-        """Adds hosts with their variables to a group; says so if they are too many."""
-        self.values += len(names) * (1 + len(variables))
-        if len(self.hosts) + len(names) > MAX_HOSTS or self.is_full:
-            return "the inventory has too many hosts"
-        for name in names:
-            for one in dict.fromkeys(("all", group)):
-                self.group(one).hosts.setdefault(name, place)
-            self.host_variables.setdefault(name, {}).update(variables)
-        return ""
-
-    @property
-    def hosts(self) -> Mapping[str, Place]:
-        """Every host and the line that names it first."""
-        return self.groups["all"].hosts
-
-    @property
-    def is_full(self) -> bool:
-        """True if no further host is worth reading."""
-        return self.values > _MAX_VALUES
-
-    def excess(self) -> str:
-        """Says what the inventory has too much of to be worked out; empty if nothing."""
-        if len(self.groups) > _MAX_GROUPS:
-            return f"it has more than {_MAX_GROUPS} groups"
-        of_groups = sum(len(one.variables) for one in self.groups.values())
-        return "it has too many variables" if len(self.hosts) * of_groups > _MAX_VALUES else ""
-
-    def depths(self) -> Mapping[str, int]:
-        """The depth of each group below `all`; a group that contains itself counts once."""
-        depths = {"all": 0} | dict.fromkeys(self.groups.keys() - {"all"}, 1)
-        for _ in range(min(len(self.groups), 20)):
-            before = dict(depths)
-            for name, group in self.groups.items():
-                for child in group.children:
-                    if child != "all":
-                        depths[child] = min(max(depths.get(child, 1), depths[name] + 1), 20)
-            if depths == before:
-                break
-        return depths
-
-    def memberships(self) -> Mapping[str, list[str]]:
-        """The groups of each host, from the general to the specific; of equal ones in alphabetical order."""
-        depths = self.depths()
-        parents: dict[str, set[str]] = {name: set() for name in self.groups}
-        for name, group in self.groups.items():
-            for child in group.children:
-                parents.setdefault(child, set()).add(name)
-        found: dict[str, set[str]] = {host: {"all"} for host in self.hosts}
-        for name, group in self.groups.items():
-            above = _above(name, parents)
-            for host in group.hosts:
-                found[host] |= above
-        return {
-            host: sorted(groups, key=lambda one: (depths.get(one, 1), one)) for host, groups in found.items()
-        }
+    hosts: Mapping[str, Variables]
+    groups: Mapping[str, tuple[str, ...]]
+    unread: tuple[Unread, ...] = ()
 
 
-def _above(name: str, parents: Mapping[str, set[str]]) -> set[str]:
-    found, waiting = {name}, [name]
-    while waiting:
-        new = parents.get(waiting.pop(), set()) - found
-        found |= new
-        waiting += new
+def is_yaml_inventory(root: yaml.Node | None) -> bool:
+    """Returns True if all keys at the top of a YAML file are groups, one with hosts or children."""
+    groups = [{part for part, _, _ in pairs(value)} for _, value, _ in pairs(root)]
+    return any({"hosts", "children"} & one for one in groups) and all(one <= _PARTS for one in groups)
+
+
+def is_ini_inventory(path: str, text: str) -> bool:
+    """Returns True for a file with `ansible_` variables, or with nothing but hosts and groups of hosts."""
+    if text.startswith("#!") or path.endswith(SCRIPTS):
+        return False
+    if "ansible_" in text:
+        return True
+    first, *rest = _SECTION.split(text)
+    bodies = [
+        first,
+        *(body for name, body in zip(rest[::2], rest[1::2], strict=True) if name[-5:] != ":vars"),
+    ]
+    written = [line.strip() for body in bodies for line in body.split("\n")]
+    lines = [line for line in written if line and line[0] not in "#;"]
+    is_named = posixpath.basename(path).startswith(("inventory", "hosts"))
+    return bool(lines and (rest or is_named)) and all(map(_HOST.fullmatch, lines))
+
+
+def inventory(texts: Mapping[str, str], path: str) -> Inventory:
+    """Returns the inventory of a file in ``texts``, with variables of the files beside it.
+
+    Raises ``InventoryError``. Ansible reads copies of these files alone, in a folder of their own.
+    """
+    beside = posixpath.dirname(path)
+    variables = {
+        one: text
+        for one, text in texts.items()
+        if posixpath.relpath(one, beside or ".").split("/")[0] in VARIABLES
+    }
+    encrypted = [one for one, text in variables.items() if text.startswith(VAULT_FILE)]
+    with tempfile.TemporaryDirectory() as folder:
+        for one in ({path: texts[path]} | variables).keys() - encrypted:
+            place = Path(folder, "lab", posixpath.relpath(one, beside or "."))
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(texts[one], "utf-8", "surrogateescape")
+        found = _listed(Path(folder), posixpath.basename(path), path)
+    hosts: Mapping[str, Mapping[str, Any]] = found.pop("_meta", {}).get("hostvars", {})
+    groups = _memberships(found)
+    if len(groups) > MAX_HOSTS:
+        raise InventoryError(f"{path} has more than {MAX_HOSTS} hosts", "import a part of it")
+    return Inventory(
+        {name: {key: _variable(one) for key, one in hosts.get(name, {}).items()} for name in groups},
+        groups,
+        tuple(Unread(Place(one, 0), "the whole file is encrypted by ansible-vault") for one in encrypted),
+    )
+
+
+def _listed(folder: Path, name: str, path: str) -> dict[str, Any]:
+    """What ``ansible-inventory`` prints; its messages are not shown, as they may quote a secret."""
+    env = {key: one for key, one in os.environ.items() if not key.startswith("ANSIBLE_")}
+    env |= {
+        "ANSIBLE_CONFIG": str(folder / "ansible.cfg"),
+        "ANSIBLE_HOME": str(folder),
+        "ANSIBLE_LOCAL_TEMP": str(folder),
+        "ANSIBLE_INVENTORY_ENABLED": "ini,yaml",
+        "ANSIBLE_INVENTORY_ANY_UNPARSED_IS_FAILED": "true",
+        "ANSIBLE_INVENTORY_UNPARSED_FAILED": "true",
+    }
+    (folder / "ansible.cfg").touch()
+    try:
+        done = subprocess.run(
+            ["ansible-inventory", "--list", "-i", f"lab/{name}"],
+            cwd=folder, env=env, stdin=subprocess.DEVNULL, capture_output=True, timeout=_TIMEOUT, check=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY)),
+        )  # fmt: skip
+        return dict(json.loads(done.stdout))
+    except FileNotFoundError as error:
+        raise InventoryError(
+            f"reading the Ansible inventory {path} needs the program ansible-inventory",
+            "install ansible-core: `apt install ansible-core` or `pip install ansible-core`",
+        ) from error
+    except (subprocess.SubprocessError, OSError, ValueError, RecursionError) as error:
+        raise InventoryError(
+            f"ansible-inventory cannot read {path}", f"`ansible-inventory --list -i {path}` shows why"
+        ) from error
+
+
+def _memberships(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
+    """The groups of each host; a group comes behind those that it is a child of."""
+    below: networkx.DiGraph[str] = networkx.DiGraph()
+    for name, one in groups.items():
+        below.add_edges_from((name, child) for child in one.get("children", ()))
+    found: dict[str, tuple[str, ...]] = {}
+    for name in networkx.topological_sort(below):
+        for host in groups.get(name, {}).get("hosts", ()):
+            found[host] = (*found.get(host, ()), name)
     return found
 
 
-def expanded(pattern: str) -> tuple[str, ...] | str:
-    """Returns the host names of a pattern such as `robot[01:12]`, or says why it cannot be read."""
-    match = _RANGE.search(pattern)
-    if match is None:
-        return (pattern,)
-    parts = _range(match[1], match[2], int(match[3] or 1))
-    if isinstance(parts, str):
-        return parts
-    found: list[str] = []
-    for part in parts:
-        rest = expanded(pattern[: match.start()] + part + pattern[match.end() :])
-        if isinstance(rest, str):
-            return rest
-        found += rest
-        if len(found) > MAX_HOSTS:
-            return f"it has more than {MAX_HOSTS} hosts"
-    return tuple(found)
-
-
-def _range(first: str, last: str, step: int) -> tuple[str, ...] | str:
-    if first.isdigit() != last.isdigit() or step == 0 or len(last) > 9 or len(first) > 9:
-        return f"`[{first}:{last}]` is no range"
-    if not first.isdigit():
-        numbers = range(ord(first), ord(last) + 1, step)
-        return tuple(map(chr, numbers)) or f"`[{first}:{last}]` is no range"
-    if len(range(int(first), int(last) + 1, step)) > MAX_HOSTS:
-        return f"it has more than {MAX_HOSTS} hosts"
-    width = len(first) if first.startswith("0") else 0
-    numbers = range(int(first), int(last) + 1, step)
-    return tuple(str(one).zfill(width) for one in numbers) or f"`[{first}:{last}]` is no range"
-
-
-def without_port(name: str) -> tuple[str, str]:
-    """Returns the name and the port of a host written as `name:22` or `[address]:22`; no port: empty."""
-    match = re.fullmatch(r"\[([0-9a-fA-F:.]+)\](?::([0-9]{1,5}))?|([^:]+):([0-9]{1,5})", name, re.ASCII)
-    if match is None:
-        return name, ""
-    return match[1] or match[3], match[2] or match[4] or ""
-
-
-def computed(variables: Mapping[str, Variable]) -> Iterator[Unread]:
-    """Yields the variables that a template computes."""
-    for name, one in variables.items():
-        if COMPUTED.search(one.value):
-            yield Unread(one.place, f"{name} is computed by a template")
+def _variable(value: Any) -> Variable:
+    if isinstance(value, dict) and "__ansible_vault" in value:
+        return Variable("", is_vault=True)
+    if isinstance(value, dict) and "__ansible_unsafe" in value:
+        value = value["__ansible_unsafe"]
+    return Variable("" if isinstance(value, dict | list) else str(value))
