@@ -192,6 +192,7 @@ def opt(swarm: LabSwarm) -> Path:
     return spec
 
 
+@pytest.mark.slow
 def test_a_robot_drives_on_a_host_with_its_ros_in_opt(swarm: LabSwarm, opt: Path) -> None:
     """Master, driver, programs, status and terminals find it, and nothing is left where Debian has it."""
     done = swarm.deploy(opt)
@@ -207,6 +208,7 @@ def test_a_robot_drives_on_a_host_with_its_ros_in_opt(swarm: LabSwarm, opt: Path
     until(lambda: swarm.robot("k3")["distance"] > place + 0.1, "the robot does not drive")
 
 
+@pytest.mark.slow
 def test_a_full_disk_stops_its_host_alone(swarm: LabSwarm, opt: Path) -> None:
     spec = swarm.folder / "moved.yaml"
     spec.write_text(OPT.replace("odometry: {host: pi", "odometry: {host: laptop"))

@@ -141,6 +141,7 @@ def test_the_last_deploy_can_be_taken_back(swarm: LabSwarm, faster_k3: Path) -> 
     assert (there["prev"], there["next"]) == (again["next"], again["prev"])
 
 
+@pytest.mark.slow
 def test_a_saved_plan_is_executed_as_it_was_or_refused(
     swarm: LabSwarm, faster_k3: Path, tmp_path: Path
 ) -> None:
@@ -157,6 +158,7 @@ def test_a_saved_plan_is_executed_as_it_was_or_refused(
     assert swarm.deploy().status == 0
 
 
+@pytest.mark.slow
 def test_an_edit_by_hand_comes_home_into_the_spec(swarm: LabSwarm) -> None:
     before = swarm.pids()
     spec = swarm.variant("midnight", (K3, K3))
@@ -199,6 +201,7 @@ def test_a_file_edited_by_hand_is_named_and_repaired(swarm: LabSwarm) -> None:
     assert swarm.plan().status == 0
 
 
+@pytest.mark.slow
 def test_etc_hosts_is_repaired_inside_our_block_only(swarm: LabSwarm) -> None:
     before = swarm.pids()
     swarm.shell(
@@ -238,6 +241,7 @@ def test_a_robot_taken_out_of_the_spec_is_gone_from_its_host(swarm: LabSwarm) ->
     assert swarm.plan(without).status == 0
 
 
+@pytest.mark.slow
 def test_leader_to_central_restarts_drivers_a_moved_master_everything(
     swarm: LabSwarm,
 ) -> None:

@@ -191,6 +191,7 @@ def test_a_secret_is_for_its_program_alone(deployed: LabSwarm) -> None:
     assert TOKEN[:5] not in shown.out + shown.err
 
 
+@pytest.mark.slow
 def test_a_rotated_secret_restarts_what_reads_it(deployed: LabSwarm) -> None:
     keep_secrets(deployed, "rotated")
     steps = [(kind, target) for kind, target, _ in deployed.steps()["pi"]]
@@ -225,6 +226,7 @@ def running(swarm: LabSwarm) -> str:
     return swarm.shell("pi", "sudo podman ps --format '{{.Names}}'").strip()
 
 
+@pytest.mark.slow
 def test_status_names_an_image_that_is_missing_or_of_another_machine(
     deployed: LabSwarm, images: tuple[str, str]
 ) -> None:
@@ -240,6 +242,7 @@ def test_status_names_an_image_that_is_missing_or_of_another_machine(
         )
 
 
+@pytest.mark.slow
 def test_removed_no_container_and_no_secret_is_left(deployed: LabSwarm, images: tuple[str, str]) -> None:
     deployed.spec.write_text(SPEC.replace("IMAGE", images[0]))
     assert deployed.deploy().status == 0

@@ -93,6 +93,7 @@ def test_an_unreachable_host_fails_alone_and_soon(swarm: LabSwarm, promise: Prom
     promise("given up on a host that is cut off", seconds, CONNECT_TIMEOUT + 2)
 
 
+@pytest.mark.slow
 def test_of_two_deploys_at_the_same_moment_one_has_all_hosts(swarm: LabSwarm) -> None:
     specs = swarm.variant("faster", *ALL_FASTER), swarm.variant("slower", *ALL_SLOWER)
     wanted = releases(swarm, *specs)

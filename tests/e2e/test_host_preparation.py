@@ -258,6 +258,7 @@ def test_a_file_that_its_daemon_refuses_takes_the_change_back(deployed: LabSwarm
     assert deployed.plan().status == 0
 
 
+@pytest.mark.slow
 def test_a_sites_own_firewall_is_untouched_by_all_that_swarmctl_does(
     deployed: LabSwarm, firewall: dict[str, str]
 ) -> None:

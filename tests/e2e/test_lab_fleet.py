@@ -70,6 +70,7 @@ def test_roswtf_finds_no_fault(fleet: LabSwarm) -> None:
     assert roswtf(fleet, HOME, KINDS) == {}
 
 
+@pytest.mark.slow
 def test_all_robots_stand_on_one_map_for_rviz(fleet: LabSwarm) -> None:
     seen = view(fleet, "desk", HOME)
     assert {child: found for child, found in seen.parents.items() if len(found) != 1} == {}

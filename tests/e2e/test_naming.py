@@ -77,6 +77,7 @@ def test_the_leader_drives_all_robots_and_a_stranger_none(named: LabSwarm) -> No
     assert named.robot("k3")["distance"] == place
 
 
+@pytest.mark.slow
 def test_masters_meet_by_names_as_well(named: LabSwarm, note: Note) -> None:
     alone = named.variant("alone", (LEADING, ALONE))
     run = named.deploy(alone)

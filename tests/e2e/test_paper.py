@@ -44,6 +44,7 @@ class Conducted:
     def test_every_master_knows_just_what_the_spec_says(self, experiment: Experiment) -> None:
         experiment.settles()
 
+    @pytest.mark.slow
     def test_roswtf_finds_no_fault(self, experiment: Experiment) -> None:
         spec = experiment.spec
         nodes = {

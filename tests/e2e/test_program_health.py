@@ -126,6 +126,7 @@ def test_two_nodes_that_end_each_other_are_named_at_every_look(talking: LabSwarm
     until(lambda: "starts again in" in swarm.shell("k3-pi", log), "they fight at full speed")
 
 
+@pytest.mark.slow
 def test_a_deploy_that_repairs_a_crash_loop_begins_a_new_count(swarm: LabSwarm) -> None:
     def restarted(spec: Path) -> bool:
         message = findings(swarm, spec).get("program loop", {}).get("message", "")

@@ -145,6 +145,7 @@ def test_a_node_gets_lists_files_and_folders_of_packages(swarm: LabSwarm, spec: 
     assert written.startswith("k3-pi of koala")
 
 
+@pytest.mark.slow
 def test_a_oneshot_ends_and_its_exit_code_is_checked(swarm: LabSwarm, spec: Path) -> None:
     until(lambda: "hello" in greeting(swarm), "the oneshot did not run")
     assert "ROS_NAMESPACE=/k3/hall" in swarm.shell("k3-pi", "cat /home/robot/greet")
@@ -166,6 +167,7 @@ def state_of(swarm: LabSwarm, program: str) -> str:
     return " ".join(shown.split())
 
 
+@pytest.mark.slow
 def test_an_interactive_program_has_what_is_typed_and_its_code(swarm: LabSwarm, spec: Path) -> None:
     run = "echo yes | /opt/swarm/newswarm/current/bin/by-hand; echo code $?"
     shown = swarm.shell("k3-pi", run)
@@ -173,6 +175,7 @@ def test_an_interactive_program_has_what_is_typed_and_its_code(swarm: LabSwarm, 
     assert "code 3" in shown
 
 
+@pytest.mark.slow
 def test_a_program_can_be_launched_by_hand(swarm: LabSwarm, spec: Path) -> None:
     swarm.shell("k3-pi", "sudo systemctl stop swarm-newswarm.shout")
     launch = f"{SOURCE}; timeout -s INT 6 roslaunch /opt/swarm/newswarm/current/launch/shout.launch"

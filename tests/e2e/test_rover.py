@@ -131,6 +131,7 @@ def digest(swarm: LabSwarm, spec: Path) -> str:
     return str(built["digest"])
 
 
+@pytest.mark.slow
 def test_a_cable_pulled_during_a_flash_leaves_the_robot_standing(rover: LabSwarm, other: Path) -> None:
     with rover.begin("firmware flash", spec=other) as flashing:
         until(lambda: halfway(rover), "the board is not written")

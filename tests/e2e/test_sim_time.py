@@ -95,6 +95,7 @@ def test_robots_have_the_time_of_the_clock(simulated: LabSwarm) -> None:
     until(lambda: healthy(simulated), "the swarm does not become healthy")
 
 
+@pytest.mark.slow
 def test_dead_men_stop_robots_while_the_clock_stands_still(simulated: LabSwarm) -> None:
     """Commands and odometry go on without the clock; where commands end, so do the robots."""
     simulated.shell(DESK, f"sudo systemctl kill --signal=STOP {UNIT}")
@@ -110,6 +111,7 @@ def test_dead_men_stop_robots_while_the_clock_stands_still(simulated: LabSwarm) 
     until(lambda: both_move(simulated), "the robots do not move again")
 
 
+@pytest.mark.slow
 def test_a_restarted_master_has_simulated_time_again(simulated: LabSwarm) -> None:
     simulated.shell(DESK, f"{SOURCE}; rosparam set /use_sim_time false")
     found = troubles(simulated)[TIME]

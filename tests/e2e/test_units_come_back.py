@@ -54,6 +54,7 @@ def foreign_master(swarm: LabSwarm) -> Iterator[None]:
         swarm.shell(LEADER, f"kill -9 {pid}")
 
 
+@pytest.mark.slow
 def test_a_master_waits_for_its_port_and_comes_back(swarm: LabSwarm, promise: Promise) -> None:
     def cause() -> str:
         run = swarm.swarmctl("status", "--json", "--window", "0.5")
