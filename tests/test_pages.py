@@ -84,9 +84,9 @@ def test_its_commands_are_understood(page: Path) -> None:
         command.make_parser(context_of(command)).parse_args(args=list(rest))  # an unknown option raises
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "rules.md"], ids=name_of)
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_its_specs_are_valid(page: Path, tmp_path: Path) -> None:
-    """A part is laid over the spec beside the page, else over the example. (Rules show wrong ones.)"""
+    """A part is laid over the spec beside the page, else over the example."""
     base = page.with_name("swarm.yaml") if page.with_name("swarm.yaml").exists() else EXAMPLE
     for text in blocks(page, "yaml"):
         if re.search(r"^(version|mode|hosts|robots|links|programs|control|multimaster):", text, re.MULTILINE):

@@ -226,7 +226,7 @@ def test_every_help_names_the_exit_codes(root: Path) -> None:
         command = verb.load()
         for one in getattr(command, "commands", {"": command}).values():
             assert one.epilog.startswith("Exit codes: 0 success")
-    table = re.findall(r"^\| (\d+) \| (.+) \|$", (root / "README.md").read_text("utf-8"), re.MULTILINE)
+    table = re.findall(r"^\| (\d+) \| (.+) \|$", (root / "docs/checking.md").read_text("utf-8"), re.MULTILINE)
     assert {int(code): meaning.replace("`", "") for code, meaning in table} == exit_codes.MEANING
 
 
