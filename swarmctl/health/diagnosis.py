@@ -170,10 +170,18 @@ def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None, 
 def _stop(found: Findings, robot: ExpectedRobot, answer: Answer) -> None:
     """Names a robot that stands on purpose: it is no fault, and it does not obey."""
     if (latch := answer.latches.get(robot.name)) is not None:
-        moment = f" since {datetime.fromtimestamp(latch.since).astimezone():%Y-%m-%d %H:%M:%S}"
-        text = f"stopped by {latch.who}{moment if latch.since else ''}"
+        text = f"stopped by {latch.who}{_since(latch.since)}"
         verdict = checks.warning(text, f"`swarmctl start SPEC {robot.name}` lets it obey again")
         found.add("stop", robot.name, verdict, robot=robot)
+
+
+def _since(seconds: float) -> str:
+    """A moment in words; none if the host's number is none."""
+    try:
+        moment = datetime.fromtimestamp(seconds).astimezone()
+    except (ValueError, OverflowError, OSError):
+        return ""
+    return f" since {moment:%Y-%m-%d %H:%M:%S}" if seconds else ""
 
 
 def _robot(

@@ -17,9 +17,9 @@ from .messages import (
 )
 from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer
 from .preparation_messages import BuildAnswer, FetchBuildAnswer, InventoryAnswer, PrepareAnswer
+from .probe_messages import ProbeAnswer
 
-#: The type of the answer by verb. A probe's (``probe_messages``) is not here, since misfits
-#: count as unknown.
+#: The type of the answer by verb.
 ANSWERS: Mapping[str, type] = {
     "observe": ObserveAnswer,
     "lease": LeaseAnswer,
@@ -32,6 +32,7 @@ ANSWERS: Mapping[str, type] = {
     "undo": ConfirmAnswer,
     "remove": RemoveAnswer,
     "flash": FlashAnswer,
+    "probe": ProbeAnswer,
     "inventory": InventoryAnswer,
     "prepare": PrepareAnswer,
     "build_packages": BuildAnswer,
