@@ -7,27 +7,25 @@ from typing import Annotated
 from pydantic import Field
 
 from swarmctl.field_types import Model
+from swarmctl.text_patterns import matching
 
-PackageFolder = Annotated[
-    str,
-    Field(
-        pattern=r"^(\./)?[A-Za-z0-9_][A-Za-z0-9._+-]*(/[A-Za-z0-9_][A-Za-z0-9._+-]*)*$",
-        max_length=255,
-        examples=["./src/nav"],
-    ),
-]
-PackageKey = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]{0,100}$", examples=["gazebo_ros"])]
-GitAddress = Annotated[
-    str,
-    Field(
-        pattern=r"^((https?|ssh|git|file)://|/|[A-Za-z0-9._-]+@[A-Za-z0-9._-]+:)[A-Za-z0-9._~:/@%+=,-]+$",
-        max_length=400,
-        examples=["https://git.lab.example/nav.git"],
-    ),
-]
-GitCommit = Annotated[
-    str, Field(pattern=r"^[0-9a-f]{40}$", examples=["0123456789abcdef0123456789abcdef01234567"])
-]
+PackageFolder = Annotated[str, matching(
+    r"^(\./)?[A-Za-z0-9_][A-Za-z0-9._+-]*(/[A-Za-z0-9_][A-Za-z0-9._+-]*)*$",
+    "the path of a folder below that of the spec, like ./src/nav", max_length=255, examples=["./src/nav"],
+)]  # fmt: skip
+PackageKey = Annotated[str, matching(
+    r"^[A-Za-z0-9][A-Za-z0-9._+-]{0,100}$", "a name as package.xml has it: letters, digits and . _ + -",
+    examples=["gazebo_ros"],
+)]  # fmt: skip
+GitAddress = Annotated[str, matching(
+    r"^((https?|ssh|git|file)://|/|[A-Za-z0-9._-]+@[A-Za-z0-9._-]+:)[A-Za-z0-9._~:/@%+=,-]+$",
+    "a repository is https://HOST/PATH, ssh://, git@HOST:PATH, or an absolute path", max_length=400,
+    examples=["https://git.lab.example/nav.git"],
+)]  # fmt: skip
+GitCommit = Annotated[str, matching(
+    r"^[0-9a-f]{40}$", "a commit has 40 hexadecimal digits; `git rev-parse HEAD` prints them",
+    examples=["0123456789abcdef0123456789abcdef01234567"],
+)]  # fmt: skip
 
 
 class PackageSource(Model):
