@@ -105,11 +105,6 @@ class Diagnostic:
     def __post_init__(self) -> None:
         object.__setattr__(self, "severity", Severity.of(self.code))
 
-    @property
-    def line(self) -> str:
-        """The finding on one line: its id, its message and its place."""
-        return f"{self.code}: {self.message}" + (f", in {self.span}" if self.span else "")
-
     def to_json(self) -> dict[str, Any]:
         """Returns the finding as JSON data, without its secret."""
         found = asdict(self) | {"severity": self.severity.value}

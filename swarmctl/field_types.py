@@ -24,6 +24,7 @@ from pydantic import (
 )
 from pydantic.json_schema import JsonSchemaValue
 
+from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
 _HOSTNAME = re.compile(
@@ -213,24 +214,18 @@ class Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-Name = Annotated[
-    str,
-    Field(
-        pattern=r"^[a-z][a-z0-9-]{0,30}$",
-        description="Lower-case letters, digits and hyphens, a letter first.",
-    ),
-]
+NAME = r"^[a-z][a-z0-9-]{0,30}$"
+Name = Annotated[str, matching(
+    NAME, "names are lower-case letters, digits and hyphens, a letter first, 31 at most",
+    description="Lower-case letters, digits and hyphens, a letter first.",
+)]  # fmt: skip
 HostName = Annotated[Name, Field(examples=["k3-pi"])]
 RobotName = Annotated[Name, Field(examples=["k3"])]
 ROBOT_TYPE_NAME = r"^[a-z][a-z0-9.-]{0,30}$"
-RobotTypeName = Annotated[
-    str,
-    Field(
-        pattern=ROBOT_TYPE_NAME,
-        examples=["khepera3"],
-        description="Lower-case letters, digits, dots and hyphens, a letter first.",
-    ),
-]
+RobotTypeName = Annotated[str, matching(
+    ROBOT_TYPE_NAME, "robot types are lower-case letters, digits, dots and hyphens, a letter first",
+    examples=["khepera3"], description="Lower-case letters, digits, dots and hyphens, a letter first.",
+)]  # fmt: skip
 ComputerName = Annotated[Name, Field(examples=["raspberry-pi-4b"])]
 X_SELECTION = "x-selection"  # the word of a JSON Schema for a name in whose place a selection may stand
 
@@ -262,73 +257,85 @@ RadioUri = Annotated[str, Field(examples=[_RADIO_EXAMPLE]), AfterValidator(_radi
 TimeServer = Annotated[str, Field(examples=["ntp.lab.example"]), AfterValidator(_time_server)]
 Mac = Annotated[str, Field(examples=["10:00:e8:c5:64:37"]), AfterValidator(_mac)]
 Subnet = Annotated[str, Field(examples=["192.168.77.0/24"]), AfterValidator(_subnet)]
-Folder = Annotated[
-    str,
-    Field(pattern=r"^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$", max_length=255, examples=["/home/robot/catkin_ws"]),
-]
+Folder = Annotated[str, matching(
+    r"^(/[A-Za-z0-9_][A-Za-z0-9._-]*)+$", "write the whole path of the folder, like /home/robot/catkin_ws",
+    max_length=255, examples=["/home/robot/catkin_ws"],
+)]  # fmt: skip
 DevicePath = Annotated[str, Field(examples=["/dev/ttyS0"]), AfterValidator(_device_path)]
-Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
+ADAPTER = r"^hci[0-9]{1,2}$"
+Adapter = Annotated[str, matching(ADAPTER, "adapters are called hci0, hci1, ...", examples=["hci0"])]
 # As systemd takes them (User= and usernames in systemd.io): accounts of a directory have dots and upper case.
 # Without `$` and `@`, which are a machine's account, or the host as in `user@host`.
-Account = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]{0,31}$", examples=["robot"])]
+Account = Annotated[str, matching(
+    r"^[A-Za-z_][A-Za-z0-9_.-]{0,31}$", "accounts are letters, digits and _ . -, a letter or _ first",
+    examples=["robot"],
+)]  # fmt: skip
 Port = Annotated[int, Field(ge=1, le=65535)]
 Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
 Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200]), Unit("baud")]
 # A device writes any text here; what would be a pattern or a quote in a udev rule is left out.
-UsbText = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z0-9:._/+=@,#&()-]([A-Za-z0-9:._/+=@,#&() -]{0,62}[A-Za-z0-9:._/+=@,#&()-])?$",
-        examples=["FTDI1234"],
-    ),
-    AfterValidator(_no_path),
-]
+UsbText = Annotated[str, matching(
+    r"^[A-Za-z0-9:._/+=@,#&()-]([A-Za-z0-9:._/+=@,#&() -]{0,62}[A-Za-z0-9:._/+=@,#&()-])?$",
+    "letters, digits, blanks within and : . _ / + = @ , # & ( ) - only, 64 at most, "
+    "as `udevadm info -a` shows it", examples=["FTDI1234"],
+), AfterValidator(_no_path)]  # fmt: skip
 # As the kernel names a device of a USB port: the bus, then the ports of the hubs on the way.
-UsbPort = Annotated[str, Field(pattern=r"^[0-9]{1,3}-[0-9]{1,3}(\.[0-9]{1,3}){0,6}$", examples=["1-1.3"])]
+UsbPort = Annotated[str, matching(
+    r"^[0-9]{1,3}-[0-9]{1,3}(\.[0-9]{1,3}){0,6}$",
+    "a USB port is a bus and the ports on the way, like 1-1.3, as `udevadm info -a` shows it as KERNELS",
+    examples=["1-1.3"],
+)]  # fmt: skip
 # The kernel writes these ids in lower case, and udev compares letter by letter.
-HexId = Annotated[str, Field(pattern=r"^[0-9a-fA-F]{4}$", examples=["0403"]), AfterValidator(str.lower)]
-GraphName = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z~/][A-Za-z0-9_/]*$",
-        max_length=200,
-        description="A ROS graph name.",
-        examples=["cmd_vel"],
-    ),
-]
+HexId = Annotated[str, matching(
+    r"^[0-9a-fA-F]{4}$", "four hexadecimal digits, in quotes", examples=["0403"],
+), AfterValidator(str.lower)]  # fmt: skip
+GraphName = Annotated[str, matching(
+    r"^[A-Za-z~/][A-Za-z0-9_/]*$", "a ROS name has letters, digits, _ and /, a letter first", max_length=200,
+    description="A ROS graph name.", examples=["cmd_vel"],
+)]  # fmt: skip
 NAMESPACE = r"^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$"
-Namespace = Annotated[str, Field(pattern=NAMESPACE, max_length=200, examples=["k3/arm"])]
-FrameName = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z{][A-Za-z0-9_/{}.-]*$",
-        max_length=200,
-        description="A frame of tf; it may have placeholders.",
-        examples=["odom"],
-    ),
-]
+Namespace = Annotated[str, matching(
+    NAMESPACE, "a namespace is names of letters, digits and _ with slashes between them, like k3/arm",
+    max_length=200, examples=["k3/arm"],
+)]  # fmt: skip
+FrameName = Annotated[str, matching(
+    r"^[A-Za-z{][A-Za-z0-9_/{}.-]*$",
+    "a frame is letters, digits and _ / . -, a letter first, or has placeholders, like {frame}/odom",
+    max_length=200, description="A frame of tf; it may have placeholders.", examples=["odom"],
+)]  # fmt: skip
 MESSAGE_TYPE = r"^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$"
-TypeName = Annotated[str, Field(pattern=MESSAGE_TYPE, examples=["geometry_msgs/Twist"])]
+TypeName = Annotated[str, matching(
+    MESSAGE_TYPE, "write a message type as package/Type, like geometry_msgs/Twist",
+    examples=["geometry_msgs/Twist"],
+)]  # fmt: skip
 # As catkin takes them; NAME008 is about those that it warns of.
-PackageName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", examples=["joy"])]
-FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$", examples=["joy_node"])]
-LaunchFile = Annotated[
-    str,
-    Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$", max_length=255),
-]
+PackageName = Annotated[str, matching(
+    r"^[A-Za-z0-9][A-Za-z0-9_-]*$",
+    "ROS packages are letters, digits, _ and hyphens, a letter or digit first", examples=["joy"],
+)]  # fmt: skip
+FileName = Annotated[str, matching(
+    r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$",
+    "the file's name alone, of letters, digits and _ . + -; roslaunch searches the folders of the "
+    "package for it", examples=["joy_node"],
+)]  # fmt: skip
+LaunchFile = Annotated[str, matching(
+    r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$",
+    "the path of the file within the package's folder `launch`, of letters, digits and _ . + -",
+    max_length=255,
+)]  # fmt: skip
 #: A file by its path from the folder of the spec, or from that of a program's files.
-FilePath = Annotated[
-    str,
-    Field(
-        pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(?:/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$",
-        max_length=255,
-        examples=["config/slam.yaml"],
-    ),
-]
-EnvironmentKey = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
-Printable = Annotated[
-    str, Field(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=4096)
-]
+FilePath = Annotated[str, matching(
+    r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*(?:/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*$",
+    "a path within that folder, of letters, digits and _ . + -, like config/slam.yaml", max_length=255,
+    examples=["config/slam.yaml"],
+)]  # fmt: skip
+EnvironmentKey = Annotated[str, matching(
+    r"^[A-Za-z_][A-Za-z0-9_]*$", "environment variables are letters, digits and _, no digit first",
+)]  # fmt: skip
+Printable = Annotated[str, matching(
+    r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", "text on one line, without control characters",
+    max_length=4096,
+)]  # fmt: skip
 
 
 _PARAMETER_LIMITS = (
@@ -339,10 +346,10 @@ _PARAMETER_KINDS = (
     "a parameter is text, a finite number, true or false, or a list or mapping of these; write one of them"
 )
 # The text of a parameter may be a whole file, such as a robot_description: lines and tabs are kept.
-ParameterText = Annotated[
-    str,
-    Field(pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$", max_length=100_000),
-]
+ParameterText = Annotated[str, matching(
+    r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$",
+    "text without control characters, line ends and tabs excepted", max_length=100_000,
+)]  # fmt: skip
 
 
 def _one_word(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:

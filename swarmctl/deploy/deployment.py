@@ -15,7 +15,6 @@ from swarmctl.deploy.held_hosts import held, why
 from swarmctl.deploy.host_list_updates import write_all
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.host_transaction import HostTransaction
-from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
 from swarmctl.deploy.look import NO_SECRETS, look
 from swarmctl.deploy.motion_guard import Guard, Seen, host_error
 from swarmctl.deploy.outcome import Outcome
@@ -62,7 +61,6 @@ class Deployment:
     """A deploy of ``bundles``. First ``survey`` it, then ``change`` the hosts. Use it as a context manager.
 
     ``dependents``: what robots need beside their own drivers, all of whose hosts are in ``targets``;
-    ``launch_files``: those to be read on hosts; a host is unfit if the rules find an error in them;
     ``host_lists``: takes the lists of hosts in the survey; after a change the hosts get the present one;
     ``settles``: the survey finishes what an interrupted deploy has left on a host.
     """
@@ -79,7 +77,6 @@ class Deployment:
         parallel: int = parallel_hosts.PARALLEL,
         stop: Stop | None = None,
         secrets: Mapping[str, str] = NO_SECRETS,
-        launch_files: LaunchFiles | None = None,
         host_lists: HostLists | None = None,
         dependents: Dependents | None = None,
         settles: bool = True,
@@ -90,7 +87,6 @@ class Deployment:
         self._parallel = parallel
         self._stop = stop or Stop()
         self._secrets = secrets
-        self._launch_files = launch_files
         self._host_lists = host_lists
         self._settles = settles
         self._connections = Connections(transport, self._stop, self.verbs)
@@ -131,10 +127,7 @@ class Deployment:
                 self.errors[host] = host_error(problem)
 
     def _decide(self) -> None:
-        """Completes the plans, once all hosts are observed."""
-        if self._launch_files is not None:
-            for host, one in self._surveyed.items():
-                self._surveyed[host] = replace(one, plan=self._launch_files.checked(one.plan))
+        """Completes the plans, once all hosts are observed; those of a deploy are complete."""
 
     def _look_at_dependents(self, until: float) -> Iterator[Note]:
         """Gives plans a problem if robots in use on any host depend on what they stop."""
@@ -335,8 +328,6 @@ class Deployment:
             settled = self._settles and self._transaction("", target, say).settle(host, observed)
             if settled:
                 observed = self._observed(host, bundle)
-            if self._launch_files is not None:
-                self._launch_files.read(host, bundle)
             if self._host_lists is not None:
                 self._host_lists.read(host, target.host, observed)
         plan = reconcile(bundle, observed)

@@ -8,7 +8,6 @@ from contextlib import closing
 from swarm_agent.messages import RemoveAnswer, RemoveRequest
 
 from swarmctl.deploy.host_lists import HostLists
-from swarmctl.deploy.launch_files_on_hosts import LaunchFiles
 from swarmctl.deploy.look import NO_SECRETS, look
 from swarmctl.deploy.motion_guard import Guard, host_error
 from swarmctl.deploy.outcome import Removed
@@ -31,20 +30,17 @@ def observe(
     diff: bool = False,
     parallel: int = parallel_hosts.PARALLEL,
     secrets: Mapping[str, str] = NO_SECRETS,
-    launch_files: LaunchFiles | None = None,
     host_lists: HostLists | None = None,
 ) -> Plan:
     """Observe every host and plan it; the plan of an unreachable host contains the reason.
 
-    ``launch_files``: those to be read on hosts and checked; ``host_lists``: takes their lists of hosts.
+    ``host_lists``: takes their lists of hosts.
     """
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
         bundle = bundles[target.host]
         with agent_client.talk(session) as host:
             observed = look(host, bundle, contents=diff, secrets=secrets)
-            if launch_files is not None:
-                launch_files.read(host, bundle)
             if host_lists is not None:
                 host_lists.read(host, target.host, observed)
             return reconcile(bundle, observed, diff=diff)
@@ -56,8 +52,7 @@ def observe(
         if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped)
     }
     swarm = next(iter(bundles.values())).swarm
-    hosts = (plans[name] for name in bundles)
-    return Plan(swarm, tuple(launch_files.checked(one) for one in hosts) if launch_files else tuple(hosts))
+    return Plan(swarm, tuple(plans[name] for name in bundles))
 
 
 def planned(bundle: Bundle, result: HostPlan | HostError) -> HostPlan:

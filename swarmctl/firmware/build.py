@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from swarmctl.firmware import stack
 from swarmctl.firmware.toolchain import FirmwareError, Toolchain
 
 MCU = "atmega328p"
@@ -32,18 +31,12 @@ _WARNINGS = ["-Wall", "-Wextra"]
 
 @dataclass(frozen=True)
 class Built:
-    """A firmware on disk and its sizes in bytes: flash, static data in RAM, largest stack."""
+    """A firmware on disk and its sizes in bytes: flash, static data in RAM."""
 
     elf: Path
     hex: Path
     flash: int
     data: int
-    stack: int
-
-    @property
-    def ram(self) -> int:
-        """Bytes of RAM that it needs at most."""
-        return self.data + self.stack
 
 
 def build(name: str, sources: Mapping[str, bytes], out: Path, toolchain: Toolchain) -> Built:
@@ -56,11 +49,10 @@ def build(name: str, sources: Mapping[str, bytes], out: Path, toolchain: Toolcha
         objects = _compile_sketch(toolchain, work / "sketch", sources)
         _run([*_cxx(toolchain), "-Wl,--gc-sections", "-o", str(elf), *objects, str(core), "-lm"])
     _run([toolchain.tool("avr-objcopy"), "-O", "ihex", "-R", ".eeprom", str(elf), str(hexfile)])
-    disassembly = _run([toolchain.tool("avr-objdump"), "-d", "--no-show-raw-insn", str(elf)])
-    built = Built(elf, hexfile, *_sizes(toolchain, elf), stack.deepest(disassembly))
-    if built.flash > FLASH or built.ram > RAM:
+    built = Built(elf, hexfile, *_sizes(toolchain, elf))
+    if built.flash > FLASH or built.data > RAM:
         raise FirmwareError(
-            f"the firmware does not fit: {built.flash} of {FLASH} B flash, {built.ram} of {RAM} B RAM"
+            f"the firmware does not fit: {built.flash} of {FLASH} B flash, {built.data} of {RAM} B RAM"
         )
     return built
 

@@ -15,7 +15,6 @@ _PACKAGES = {
     "avr-g++": "gcc-avr",
     "avr-gcc-ar": "gcc-avr",
     "avr-objcopy": "binutils-avr",
-    "avr-objdump": "binutils-avr",
     "avr-size": "binutils-avr",
 }
 

@@ -10,9 +10,8 @@ from swarmctl.health.observations import Answer
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import LONGEST_LISTENING, request
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import Conversation, HostError, Session, Target, Transport
+from swarmctl.remote.transport import HostError, Session, Target, Transport
 
-Also = Callable[[Conversation, str], None]  # with the name of the host
 WINDOW = 2.0  # s of listening to a topic, unless it is slow
 _AROUND = 40.0  # s, more than the sum of the agent's own time limits before and after listening
 
@@ -24,20 +23,16 @@ def ask(
     *,
     window: float = WINDOW,
     parallel: int = parallel_hosts.PARALLEL,
-    also: Also | None = None,
 ) -> dict[str, Answer | HostError]:
     """The answer of every host of ``graph``, or the error.
 
-    ``window``: how long to listen to each topic, s. ``also`` asks further questions on the same connection.
+    ``window``: how long to listen to each topic, s.
     """
-    verbs = ("probe",) if also is None else ("probe", "launch_files")
     questions = {host.name: request(graph, host, window) for host in graph.hosts}
     patience = max(window, LONGEST_LISTENING) + _AROUND
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Answer:
-        with agent_client.talk(session, verbs=verbs, module=graph.probe) as host:
-            if also is not None:
-                also(host, target.host)
+        with agent_client.talk(session, verbs=("probe",), module=graph.probe) as host:
             data = host.ask(questions[target.host], timeout=patience)
             return answer_of(data, received=time.time())
 

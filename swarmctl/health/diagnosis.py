@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from datetime import datetime
 from types import MappingProxyType
 
-from swarmctl.diagnostics import Diagnostic
 from swarmctl.health import (
     bridge_checks,
     checks,
@@ -33,13 +32,11 @@ _AWAY = (Kind.UNREACHABLE, Kind.LOST)
 def diagnose(
     graph: ExpectedGraph,
     outcomes: Mapping[str, Answer | HostError],
-    launch_files: Mapping[str, Sequence[Diagnostic]] = MappingProxyType({}),
     launched: Mapping[tuple[str, str], Collection[str]] = MappingProxyType({}),
 ) -> Diagnosis:
     """Compares expected and observed; links symptoms to causes. A host without outcome was not probed.
 
-    ``launch_files``: what the rules find in those that were read on hosts, by host; ``launched``: the nodes
-    that launch files start, by host and program or robot.
+    ``launched``: the nodes that launch files start, by host and program or robot.
     """
     found = Findings()
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
@@ -51,8 +48,6 @@ def diagnose(
     names = node_names.compare(found, graph, answers, launched)
     for host, answer in present:
         _system(found, host, answer, answers.get(host.hub))
-        if faults := launch_files.get(host.name):
-            found.add("launch files", host.name, launched_checks.files(faults), host=host)
     masters = {host.name: answers[host.name].units.get(host.master_unit or "") for host, _ in present}
     with_master = [(host, answer) for host, answer in present if host.master_uri]
     for host, answer in sorted(with_master, key=lambda one: not one[0].is_hub):
@@ -175,10 +170,18 @@ def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None, 
 def _stop(found: Findings, robot: ExpectedRobot, answer: Answer) -> None:
     """Names a robot that stands on purpose: it is no fault, and it does not obey."""
     if (latch := answer.latches.get(robot.name)) is not None:
-        moment = f" since {datetime.fromtimestamp(latch.since).astimezone():%Y-%m-%d %H:%M:%S}"
-        text = f"stopped by {latch.who}{moment if latch.since else ''}"
+        text = f"stopped by {latch.who}{_since(latch.since)}"
         verdict = checks.warning(text, f"`swarmctl start SPEC {robot.name}` lets it obey again")
         found.add("stop", robot.name, verdict, robot=robot)
+
+
+def _since(seconds: float) -> str:
+    """A moment in words; none if the host's number is none."""
+    try:
+        moment = datetime.fromtimestamp(seconds).astimezone()
+    except (ValueError, OverflowError, OSError):
+        return ""
+    return f" since {moment:%Y-%m-%d %H:%M:%S}" if seconds else ""
 
 
 def _robot(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from swarmctl.diagnostics import Diagnostic, Severity
 from swarmctl.health import checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
@@ -113,11 +112,3 @@ def publisher(topic: str, seen: LaunchedSeen | None) -> NodeSeen | None:
     """Returns the node that publishes ``topic``, if one does."""
     nodes = seen.nodes.values() if seen is not None else ()
     return next((one for one in nodes if topic in one.publishes), None)
-
-
-def files(faults: Sequence[Diagnostic]) -> Verdict:
-    """What the rules find in the launch files of a host: the worst, and how many more there are."""
-    first = min(faults, key=lambda one: one.severity is not Severity.ERROR)
-    more = f"; {len(faults) - 1} more, which `swarmctl plan` shows" if len(faults) > 1 else ""
-    state = State.BAD if first.severity is Severity.ERROR else State.WARNING
-    return Verdict(state, f"{first.line}{more}", "; ".join(first.help))

@@ -46,6 +46,8 @@ def compare(
         hosts = [host for host in graph.hosts if host.island == island and host.name in answers]
         for node in _names(answers[host.name] for host in hosts):
             places = [place for host in hosts for place in _places(host, answers[host.name], node, launched)]
+            if not places:  # a host names units that it does not have
+                continue
             others = sorted(_elsewhere(hosts, answers, node, {one.host for one in places}))
             subject = node if len(graph.addresses) < 2 else f"{node} of {island}"
             key = found.add(CHECK, subject, verdict(node, places, others))

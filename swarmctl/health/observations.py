@@ -24,8 +24,8 @@ class UnitSeen:
     text: str
     pid: int
     restarts: int
-    restarted: int
-    skipped: bool
+    restarted: int = 0
+    skipped: bool = False
     recent: int = 0
     running: float = 0.0
     starting: float = 0.0
@@ -56,10 +56,10 @@ class ImageSeen:
 class MasterSeen:
     """The master as one host sees it. ``latency`` in s; ``run_id`` differs between two runs of a master."""
 
-    reachable: bool
-    error: str
-    run_id: str
-    latency: float
+    reachable: bool = False
+    error: str = ""
+    run_id: str = ""
+    latency: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,11 @@ class TopicSeen:
     ``age``: s since the last message when the listening ended, None before the first.
     """
 
-    count: int
-    rate: float | None
-    seconds: float
-    type: str
-    error: str
+    count: int = 0
+    rate: float | None = None
+    seconds: float = 0.0
+    type: str = ""
+    error: str = ""
     age: float | None = None
 
 
@@ -114,15 +114,15 @@ class Report:
 class NodeSeen:
     """A node: whether it is registered and answers, what it publishes and subscribes (name to type)."""
 
-    registered: bool | None
-    alive: bool | None
-    uri: str
-    pid: int
-    error: str
-    publishes: Mapping[str, str]
-    subscribes: Mapping[str, str]
-    topics: Mapping[str, TopicSeen]
-    report: Report | None
+    registered: bool | None = None
+    alive: bool | None = None
+    uri: str = ""
+    pid: int = 0
+    error: str = ""
+    publishes: Mapping[str, str] = field(default_factory=dict)
+    subscribes: Mapping[str, str] = field(default_factory=dict)
+    topics: Mapping[str, TopicSeen] = field(default_factory=dict)
+    report: Report | None = None
 
 
 @dataclass(frozen=True)
@@ -130,17 +130,17 @@ class EndedSeen:
     """How a node of a launch file ended (empty if unknown), and after how many s, if known."""
 
     exit: str
-    lasted: float | None
+    lasted: float | None = None
 
 
 @dataclass(frozen=True)
 class LaunchedSeen:
     """The nodes found of a unit. ``started`` are those that roslaunch runs; ``ended`` ones stay away."""
 
-    nodes: Mapping[str, NodeSeen]
-    started: tuple[str, ...]
-    ended: Mapping[str, EndedSeen]
-    error: str
+    nodes: Mapping[str, NodeSeen] = field(default_factory=dict)
+    started: tuple[str, ...] = ()
+    ended: Mapping[str, EndedSeen] = field(default_factory=dict)
+    error: str = ""
 
 
 @dataclass(frozen=True)
@@ -174,8 +174,8 @@ class GraphSeen:
 class SenderSeen:
     """A publisher: the host in its URI, what it publishes (name to type), why it does not answer."""
 
-    host: str
-    publishes: Mapping[str, str]
+    host: str = ""
+    publishes: Mapping[str, str] = field(default_factory=dict)
     error: str = ""
 
 
@@ -184,12 +184,12 @@ class DeviceSeen:
     """A serial device. ``usable``: drivers may open it (mode and group)."""
 
     exists: bool
-    is_device: bool
-    usable: bool
-    resolves: str
-    group: str
-    mode: int
-    nearby: tuple[str, ...]
+    is_device: bool = False
+    usable: bool = False
+    resolves: str = ""
+    group: str = ""
+    mode: int = 0
+    nearby: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ class ChangeSeen:
     who: str
     left: float
     error: str
-    holder: str | None
+    holder: str | None = None
 
 
 @dataclass(frozen=True)
@@ -232,8 +232,8 @@ class DiskSeen:
     used_by: str
     free: int
     size: int
-    inodes: int | None
-    read_only: bool
+    inodes: int | None = None
+    read_only: bool = False
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from swarmctl.resources import HostModule, templates
 
 DEPLOY_VERBS = (
     "observe",
-    "launch_files",
     "lease",
     "host_list",
     "apply",

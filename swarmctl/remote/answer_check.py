@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
 
@@ -70,8 +71,14 @@ def _object_mismatch(value: Any, expected: Any, where: str) -> str:
         return f"{where} is not an object"
     if missing := sorted(expected.__required_keys__ - value.keys()):
         return f"{where} has no `{missing[0]}`"
-    types = get_type_hints(expected)
+    types = types_of(expected)
     return _first(mismatch(value[key], types[key], f"{where}.{key}") for key in types if key in value)
+
+
+@lru_cache
+def types_of(kind: type) -> Mapping[str, Any]:
+    """The types of a class's fields by name, evaluated."""
+    return get_type_hints(kind)
 
 
 def _is_scalar(value: Any, expected: type) -> bool:

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field
 
 from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.safe_regex import bounded, groups_of
+from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
 _REQUEST = r"^[\x20-\x7e]{1,80}$"
@@ -29,9 +30,16 @@ def _pattern(value: str) -> str:
     return value
 
 
-Request = Annotated[str, Field(pattern=_REQUEST, examples=["R"])]
-Separator = Annotated[str, Field(max_length=8, pattern=_SEPARATOR, examples=[" "])]
-Head = Annotated[str, Field(pattern=_HEAD, examples=["r"])]
+Request = Annotated[str, matching(
+    _REQUEST, "a request is 1 to 80 printable ASCII characters, such as `S,{left},{right}`", examples=["R"],
+)]  # fmt: skip
+Separator = Annotated[str, matching(
+    _SEPARATOR, "a tab, blanks, or up to four signs such as `;` or `: `, without letters, digits and + - .",
+    max_length=8, examples=[" "],
+)]  # fmt: skip
+Head = Annotated[str, matching(
+    _HEAD, "1 to 16 printable ASCII characters without blanks and commas, such as `s`", examples=["r"],
+)]  # fmt: skip
 Pattern = Annotated[str, Field(max_length=200, examples=["([0-9]+)"]), AfterValidator(_pattern)]
 Timeout = Annotated[
     float,
@@ -47,9 +55,8 @@ Timeout = Annotated[
 
 
 FirmwareText = Annotated[
-    str,
+    Request,
     Field(
-        pattern=_REQUEST,
         examples=["GCtronic"],
         description="Text in the reply to `identify` without which the query is not sent: another firmware "
         "does something else with it. Its sensors are then left out.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field
 
 from swarmctl.field_types import ConsistencyError, GraphName, Model, Name, Value, fits_together
 from swarmctl.robot_types.binary_protocol import (
@@ -25,14 +25,20 @@ from swarmctl.robot_types.line_protocol import (
     Setup,
     SpeedCommand,
 )
+from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
-QueryName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
+QueryName = Annotated[
+    str, matching(r"^[a-z][a-z0-9_]{0,30}$", "lower-case letters, digits and _, a letter first, 31 at most")
+]
 ReplyTimeout = Annotated[float, Field(ge=0.01, le=2, description="Time to wait for a reply."), Unit("s")]
 Loc = tuple[str | int, ...]
 _MOST = 64  # requests, and lines, that a robot is made to know
 UNO_BOARDS = ("arduino-uno", "arduino-nano")  # an ATmega328P at 16 MHz, pins as on an UNO
-ClassName = Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9_]{0,60}$", examples=["BeetleCodec"])]
+ClassName = Annotated[str, matching(
+    r"^[A-Z][A-Za-z0-9_]{0,60}$",
+    "a class name such as `BeetleCodec`: letters, digits and _, a capital first", examples=["BeetleCodec"],
+)]  # fmt: skip
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 

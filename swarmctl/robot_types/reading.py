@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, TypeVar
 
-from pydantic import Field, StringConstraints
+from pydantic import Field
 
 from swarmctl.field_types import ConsistencyError, Model
 from swarmctl.robot_types.protocols import BinaryProtocol, DriverProtocol, QueryName
@@ -13,7 +13,7 @@ from swarmctl.units import Unit
 
 S = TypeVar("S", bound="Reading")
 Hertz = Annotated[float, Unit("Hz")]
-SensorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,30}$")]
+SensorName = QueryName
 
 
 class Reading(Model):

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, fits_together
+from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, Printable, fits_together
 from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
@@ -21,9 +21,7 @@ from swarmctl.robot_types.sensors import Sensor
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.units import Unit
 
-_TEXT = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\ufffe\uffff]*$"
-
-Text = Annotated[str, Field(pattern=_TEXT, max_length=200)]
+Text = Annotated[Printable, Field(max_length=200)]
 
 
 class Link(Model):

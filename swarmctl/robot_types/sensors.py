@@ -14,11 +14,18 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from swarmctl.field_types import ConsistencyError, Model, fits_together
 from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.reading import Hertz, Reading
+from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
-ElementName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,30}$", examples=["front_left"])]
+ElementName = Annotated[str, matching(
+    r"^[A-Za-z][A-Za-z0-9_]{0,30}$", "letters, digits and _, a letter first, 31 at most",
+    examples=["front_left"],
+)]  # fmt: skip
 Positive = Annotated[float, Field(gt=0)]
-UnitName = Annotated[str, Field(pattern=r"^[A-Za-z/%0-9^*-]{1,16}$", examples=["A"])]
+UnitName = Annotated[str, matching(
+    r"^[A-Za-z/%0-9^*-]{1,16}$", "a unit such as `m/s` or `deg` (letters, digits, / % ^ * -), 16 at most",
+    examples=["A"],
+)]  # fmt: skip
 Metre = Annotated[float, Unit("m")]
 Degrees = Annotated[float, Unit("deg")]
 Volts = Annotated[float, Unit("V")]

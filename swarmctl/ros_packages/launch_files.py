@@ -99,8 +99,6 @@ class _Run:
         """Evaluates a file, and what was given to it and is not declared."""
         shown = posixpath.join(scope.package.folder, scope.path)
         content = scope.package.contents.get(scope.path)
-        if content is None:
-            self.launched.unread[scope.package.name, scope.path] = None
         self.left -= len(content or b"") // _BYTES
         if content is None or self.left <= 0:
             return
@@ -266,10 +264,9 @@ class _Run:
         if match is None:
             return None, ""
         package, path = self.packages.get(match[1]), posixpath.normpath(match[2])
-        if package is None or package.has(path) is None:
-            self.launched.unread[match[1], path] = None
+        if package is None:
             return None, ""
-        if not package.has(path):
+        if path not in package.files:
             text = f"package `{package.name}` has no file `{path}`"
             if scope.certain:
                 place, known = self.place(scope, tag), tuple(sorted(package.files))

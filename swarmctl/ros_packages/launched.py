@@ -94,5 +94,4 @@ class Launched:
     files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
     unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
     faults: list[Fault] = field(default_factory=list)
-    unread: dict[tuple[str, str], None] = field(default_factory=dict)  # by package, unknown here
     cost: int = 0

@@ -39,10 +39,7 @@ _COMPUTED = re.compile(r"\b(?:foreach|function|macro|include|file\s*\(\s*GLOB)\b
 
 @dataclass(frozen=True)
 class Package:
-    """One package: its files by path, True for those that may be executed, and the texts that were read.
-
-    ``sought``: of a package on a host, the paths that were looked for there; all others are unknown.
-    """
+    """One package: its files by path, True for those that may be executed, and the texts that were read."""
 
     name: str
     folder: str  # as messages show it
@@ -51,12 +48,6 @@ class Package:
     contents: Mapping[str, bytes]
     to_build: frozenset[str] = frozenset()  # the part of `depends` that its build needs
     to_run: frozenset[str] = frozenset()
-    sought: frozenset[str] | None = None
-
-    def has(self, path: str) -> bool | None:
-        """True if the package has the file, False if it lacks it, None if that is not known."""
-        known = path in self.files or self.sought is None or path in self.sought
-        return path in self.files if known else None
 
     @cached_property
     def programs(self) -> frozenset[str]:
@@ -174,23 +165,16 @@ class Packages:
     """The packages that lie beside a spec or in the operator's workspaces; a name may occur twice.
 
     ``delivered`` are those that travel with a release, ``refused`` has why others cannot, both by name.
-    ``on_hosts`` are those that were read on hosts, by host and name.
     """
 
     found: tuple[Package, ...] = ()
     delivered: Mapping[str, DeliveredPackage] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
-    on_hosts: Mapping[str, Mapping[str, Package]] = field(default_factory=dict)
     by_name: Mapping[str, Package] = field(init=False)
 
     def __post_init__(self) -> None:
         """Looks packages up by name; the first of a name counts, as in ROS_PACKAGE_PATH."""
         object.__setattr__(self, "by_name", {one.name: one for one in reversed(self.found)})
-
-    def known_on(self, host: str | None) -> Mapping[str, Package]:
-        """The packages by name for what runs on ``host``: those found here hide those read there."""
-        there = self.on_hosts.get(host or "")
-        return {**there, **self.by_name} if there else self.by_name
 
 
 NO_PACKAGES = Packages()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from swarmctl.field_types import Parameter
@@ -10,18 +10,12 @@ from swarmctl.robot_types.placeholders import PlaceholderError, filled
 from swarmctl.robot_types.ros_launchable import RosLaunchable
 from swarmctl.ros_packages.launch_files import evaluate
 from swarmctl.ros_packages.launched import Launched
-from swarmctl.ros_packages.package import Package
 from swarmctl.spec.program_model import Program
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.program_values import files_folder, secrets_folder
 from swarmctl.swarm.ros_drivers import placeholder_values
 from swarmctl.yamltext.source import Loc
 
-#: The rules on what launch files contain, which may lie on hosts only.
-OF_LAUNCH_FILES = frozenset({
-    "MM017", "PKG003", "PKG004", "PKG005", "PKG006", "PKG007", "PKG008", "PKG009", "PKG010", "PKG011",
-    "PKG012", "PKG013", "PKG020", "PKG022", "TIME008", "TOPIC011",
-})  # fmt: skip
 _MAX_LAUNCHED = 50_000  # elements of all launch files together
 
 
@@ -51,26 +45,26 @@ class LaunchUse:
 
 def launch_uses(index: SwarmIndex) -> tuple[LaunchUse, ...]:
     """Returns the launch files whose packages are found; those beyond a limit of elements are left out."""
-    known, left = index.document.packages, _MAX_LAUNCHED
+    packages, left = index.document.packages.by_name, _MAX_LAUNCHED
     found: list[LaunchUse] = []
-    for use, arguments in declared_launches(index) if known.by_name or known.on_hosts else ():
-        read = evaluated(use, arguments, known.known_on(use.host), limit=left) if left > 0 else None
-        if read is not None:
-            found.append(read)
-            left -= read.launched.cost + 1
+    for use, arguments in declared_launches(index) if packages else ():
+        package, path = packages.get(use.started.package or ""), f"launch/{use.started.launch}"
+        if package is not None and path in package.files and left > 0:
+            launched = evaluate(package, path, arguments, use.namespace or "/", packages, limit=left)
+            found.append(replace(use, launched=launched))
+            left -= launched.cost + 1
     return tuple(found)
 
 
-def evaluated(
-    use: LaunchUse, arguments: Mapping[str, str | None], packages: Mapping[str, Package], *, limit: int
-) -> LaunchUse | None:
-    """The launch file with what it starts, from ``packages`` by name; None if it is in none of them."""
-    package, path = packages.get(use.started.package or ""), f"launch/{use.started.launch}"
-    if package is None or not package.has(path):
-        return None
-    return replace(
-        use, launched=evaluate(package, path, arguments, use.namespace or "/", packages, limit=limit)
-    )
+def nodes_of(uses: Iterable[LaunchUse]) -> Mapping[tuple[str, str], frozenset[str]]:
+    """The names of the nodes that launch files start for sure, by host and program or robot."""
+    return {
+        (use.host, use.name): frozenset(
+            node.name for node in use.launched.nodes if node.name is not None and node.certain
+        )
+        for use in uses
+        if use.host is not None
+    }
 
 
 def declared_launches(index: SwarmIndex) -> Iterator[tuple[LaunchUse, Mapping[str, str | None]]]:
@@ -95,12 +89,6 @@ def declared_launches(index: SwarmIndex) -> Iterator[tuple[LaunchUse, Mapping[st
             address = index.spec.hosts[known].address if known else ""
             values = placeholder_values(name, space, known or "", address, {})
             yield use, _arguments(driver, values)
-
-
-def lie_on_hosts(index: SwarmIndex) -> bool:
-    """True if the package of a launch file is not found here, so that only a host has it."""
-    packages = index.document.packages.by_name
-    return any(use.started.package not in packages for use, _ in declared_launches(index))
 
 
 def _place(index: SwarmIndex, robot: str) -> tuple[Loc, str]:

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from itertools import islice
 
 from swarmctl.diagnostics import Diagnostic, Span
-from swarmctl.rules.launch_uses import OF_LAUNCH_FILES, lie_on_hosts
 from swarmctl.rules.rulebook import RuleText, rulebook
 from swarmctl.spec.load import Document
 from swarmctl.suggest import did_you_mean
-from swarmctl.swarm.index import SwarmIndex
 from swarmctl.yamltext.limits import MAX_FINDINGS
 
 MARK = "swarmctl: allow"
@@ -65,10 +63,7 @@ def apply_suppressions(
         used.update(map(id, covering))
         if not covering:
             kept.append(finding)
-    idle = [one for one in valid if id(one) not in used]
-    if any(one.rule in OF_LAUNCH_FILES for one in idle) and lie_on_hosts(SwarmIndex(document)):
-        idle = [one for one in idle if one.rule not in OF_LAUNCH_FILES]  # may hold for what a host has
-    unused = map(_unused, idle)
+    unused = (_unused(one) for one in valid if id(one) not in used)
     return (*kept, *islice(wrong, MAX_FINDINGS), *islice(unused, MAX_FINDINGS))
 
 

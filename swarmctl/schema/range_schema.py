@@ -11,11 +11,10 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from swarmctl.field_types import X_SELECTION, Selection
+from swarmctl.field_types import NAME, X_SELECTION, Selection
 from swarmctl.yamltext.ranges import EACH, FREE
 
 _INSIDE = r"\[[0-9][0-9, -]*\]"
-_NAME = "^[a-z][a-z0-9-]{0,30}$"
 _RANGE_OF_NAMES = f"^[a-z][a-z0-9-]*{_INSIDE}[a-z0-9-]*$"
 _SCALARS = ("string", "integer", "number", "boolean")
 _ANNOTATIONS = ("description", "examples", "default")
@@ -78,9 +77,9 @@ class _Maker:
         if node.get("type") == "array" and "items" in node:
             item = node["items"]
             made["items"] = _or_range(item) if _is_scalar(item) else self.inside(item)
-        if _NAME in node.get("patternProperties", {}):
-            value = node["patternProperties"][_NAME]
-            made["patternProperties"] = {_NAME: self.outside(value), _RANGE_OF_NAMES: self.inside(value)}
+        if NAME in node.get("patternProperties", {}):
+            value = node["patternProperties"][NAME]
+            made["patternProperties"] = {NAME: self.outside(value), _RANGE_OF_NAMES: self.inside(value)}
         if "properties" in node:
             made["properties"] = {
                 key: one if key in FREE else self.outside(one) for key, one in node["properties"].items()

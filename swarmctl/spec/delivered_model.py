@@ -7,16 +7,16 @@ from typing import Annotated
 from pydantic import Field
 
 from swarmctl.field_types import Model
+from swarmctl.text_patterns import matching
 
-PackageFolder = Annotated[
-    str,
-    Field(
-        pattern=r"^(\./)?[A-Za-z0-9_][A-Za-z0-9._+-]*(/[A-Za-z0-9_][A-Za-z0-9._+-]*)*$",
-        max_length=255,
-        examples=["./src/nav"],
-    ),
-]
-PackageKey = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]{0,100}$", examples=["gazebo_ros"])]
+PackageFolder = Annotated[str, matching(
+    r"^(\./)?[A-Za-z0-9_][A-Za-z0-9._+-]*(/[A-Za-z0-9_][A-Za-z0-9._+-]*)*$",
+    "the path of a folder below that of the spec, like ./src/nav", max_length=255, examples=["./src/nav"],
+)]  # fmt: skip
+PackageKey = Annotated[str, matching(
+    r"^[A-Za-z0-9][A-Za-z0-9._+-]{0,100}$", "a name as package.xml has it: letters, digits and . _ + -",
+    examples=["gazebo_ros"],
+)]  # fmt: skip
 
 
 class PackageSource(Model):

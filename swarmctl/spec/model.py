@@ -40,6 +40,7 @@ from swarmctl.spec.install_model import Install
 from swarmctl.spec.link_model import Link
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.program_model import Megabytes, Program
+from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
 Coordinate = Annotated[float, Field(ge=-10_000, le=10_000), Unit("m")]
@@ -278,9 +279,14 @@ class Time(Model):
 class AcceptedFinding(Model):
     """A finding that is known and accepted."""
 
-    rule: Annotated[str, Field(pattern=r"^[A-Z]{2,8}[0-9]{3}$", examples=["SET001"])] = Field(
-        description="The rule, by its id."
-    )
+    rule: Annotated[
+        str,
+        matching(
+            r"^[A-Z]{2,8}[0-9]{3}$",
+            "a rule id has the form SET001; `swarmctl rules` lists them",
+            examples=["SET001"],
+        ),
+    ] = Field(description="The rule, by its id.")
     about: Name | None = Field(
         None,
         examples=["k3-pi"],

@@ -23,6 +23,7 @@ from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.ros_launchable import RosLaunchable, Words
 from swarmctl.spec.install_model import Install
 from swarmctl.spec.named_secret import Secret
+from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
 Megabytes = Annotated[int, Unit("MB")]
@@ -30,23 +31,19 @@ Megabytes = Annotated[int, Unit("MB")]
 Kind = Literal["use", "launch", "executable", "command", "container"]
 
 #: An image by its digest, or by its ID if it is in no registry: a tag may be another image tomorrow.
-Image = Annotated[
-    str,
-    Field(
-        pattern=r"^([a-z0-9][A-Za-z0-9._:/-]*@)?sha256:[0-9a-f]{64}$",
-        max_length=255,
-        examples=["docker.io/library/ros@sha256:" + "5" * 64],
-    ),
-]
-Device = Annotated[str, Field(pattern=r"^/dev/[A-Za-z0-9._/+=@,~-]+$", examples=["/dev/video0"])]
-Volume = Annotated[
-    str,
-    Field(
-        pattern=r"^/[A-Za-z0-9._/+=@,~-]*:/[A-Za-z0-9._/+=@,~-]+(:ro|:rw)?$",
-        max_length=1000,
-        examples=["/home/robot/maps:/maps:ro"],
-    ),
-]
+Image = Annotated[str, matching(
+    r"^([a-z0-9][A-Za-z0-9._:/-]*@)?sha256:[0-9a-f]{64}$",
+    "pin the image by its digest, NAME@sha256:..., as `podman images --digests` shows it", max_length=255,
+    examples=["docker.io/library/ros@sha256:" + "5" * 64],
+)]  # fmt: skip
+Device = Annotated[str, matching(
+    r"^/dev/[A-Za-z0-9._/+=@,~-]+$", "write the path of a device, like /dev/video0", examples=["/dev/video0"],
+)]  # fmt: skip
+Volume = Annotated[str, matching(
+    r"^/[A-Za-z0-9._/+=@,~-]*:/[A-Za-z0-9._/+=@,~-]+(:ro|:rw)?$",
+    "write the place on the host and in the container, like /home/robot/maps:/maps:ro", max_length=1000,
+    examples=["/home/robot/maps:/maps:ro"],
+)]  # fmt: skip
 #: Tags of the two forms of a file; brackets mark a step that is in no file.
 COPY, TEMPLATE = "[copy]", "[template]"
 
@@ -69,9 +66,11 @@ ProgramFile = Annotated[
 
 
 #: The name of a file in the folder of a program's secrets.
-SecretFile = Annotated[
-    str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}$", examples=["key.pem"], max_length=100)
-]
+SecretFile = Annotated[str, matching(
+    r"^[A-Za-z0-9_][A-Za-z0-9_.+-]{0,99}$",
+    "the file's name alone, of letters, digits and _ . + -; its folder is `{secrets}` in the command",
+    examples=["key.pem"], max_length=100,
+)]  # fmt: skip
 
 
 class ProgramSecrets(Model):

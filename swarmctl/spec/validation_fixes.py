@@ -12,13 +12,12 @@ from typing import Any
 from pydantic import BaseModel
 
 from swarmctl.diagnostics import Fix
-from swarmctl.field_types import MESSAGE_TYPE, NAMESPACE, ROBOT_TYPE_NAME
+from swarmctl.field_types import MESSAGE_TYPE, NAME, NAMESPACE, ROBOT_TYPE_NAME
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.keys_elsewhere import place_of
 from swarmctl.spec.link_model import KINDS
 from swarmctl.spec.model_lookup import FORMS, accepts, is_model, known_keys, link_keys, types_at
-from swarmctl.spec.pattern_texts import NAME
 from swarmctl.spec.references import rename_at, renaming
 from swarmctl.suggest import Guess, guess
 from swarmctl.units import UnitError

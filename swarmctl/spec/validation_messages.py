@@ -10,11 +10,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.field_types import KEY, ConsistencyError
+from swarmctl.field_types import ADAPTER, KEY, NAME, ConsistencyError
 from swarmctl.robot_types.plausibility import meant as length_meant
 from swarmctl.spec.keys_elsewhere import place_of
 from swarmctl.spec.model_lookup import accepts, described, known_keys, unit_at
-from swarmctl.spec.pattern_texts import ADAPTER, NAME, PATTERN_TEXTS
 from swarmctl.spec.validation_fixes import (
     BOOLEANS,
     NUMBERS,
@@ -33,6 +32,7 @@ from swarmctl.spec.validation_fixes import (
     without_tag,
 )
 from swarmctl.suggest import FOREIGN, did_you_mean, guess, suggestion
+from swarmctl.text_patterns import words_of
 from swarmctl.units import Unit
 from swarmctl.yamltext.edits import written
 from swarmctl.yamltext.invisible import legible
@@ -268,7 +268,7 @@ def _help_for_type(
     if kind == "model_attributes_type":  # an entry of a union, text apart by its kind
         return (f"it begins with `kind`, one of {', '.join(kinds_at(loc))}",)
     if kind == "string_type" and loc[:1] == ("hosts",) and "bluetooth" in loc:
-        return (PATTERN_TEXTS[ADAPTER],)
+        return (words_of(ADAPTER),)
     text = described(loc, model) if loc else ""
     keys = ", ".join(f"`{key}`" for key in known_keys(loc, model)) if _TYPES[kind] == "a mapping" else ""
     return tuple(filter(None, (text and f"`{loc[-1]}`: {text}", keys and f"its keys are {keys}")))
@@ -310,5 +310,5 @@ def _help_for_choice(given: Any, choices: list[str]) -> tuple[str, ...]:
 
 def _pattern_help(pattern: str, given: str) -> str:
     name = legal_name(given) if pattern == NAME else None
-    allowed = PATTERN_TEXTS[pattern]
+    allowed = words_of(pattern)
     return f"write it `{name}`: {allowed}" if name else allowed

@@ -18,7 +18,7 @@ def built(robot: str, digest: str, one: Built) -> str:
     return (
         f"{robot}: {one.hex}, firmware {digest}\n"
         f"  flash {one.flash} of {FLASH} B ({one.flash / FLASH:.0%})\n"
-        f"  RAM   {one.ram} of {RAM} B ({one.ram / RAM:.0%}): data {one.data} B, stack at most {one.stack} B"
+        f"  RAM   {one.data} of {RAM} B ({one.data / RAM:.0%}), without the stack"
     )
 
 

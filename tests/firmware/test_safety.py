@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import subprocess
 from collections.abc import Callable
 
 import pytest
@@ -11,8 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from swarmctl.firmware.build import RAM, Built
+from swarmctl.firmware.toolchain import Toolchain
 from swarmctl.lab.emulators.uno import Fault
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
+from tests.firmware import stack
 from tests.firmware.firmware_bench import Bench
 
 Benches = Callable[..., Bench]
@@ -170,13 +173,15 @@ def test_no_bytes_wedge_it(boards: Callable[..., SimulatedBoard]) -> None:
 
 
 def test_the_stack_stays_far_from_the_data(
-    bench: Benches, firmware: Built, note: Callable[[str, str, str], None]
+    bench: Benches, firmware: Built, tools: Toolchain, note: Callable[[str, str, str], None]
 ) -> None:
+    command = [tools.tool("avr-objdump"), "-d", "--no-show-raw-insn", str(firmware.elf)]
+    bound = stack.deepest(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     rover = bench()
     rover.run(3.0, (0.2, 0.5))
     rover.board.faults = Fault.LEFT_WIRE_BROKEN
     rover.run(2.0, (0.2, 0.5))
     seen = rover.board.truth.stack
     note("the rover's firmware: RAM, data and deepest stack", f"{firmware.data} + {seen} B", f"of {RAM} B")
-    assert seen <= firmware.stack <= 1.5 * seen, "the size that the build reports is a close upper bound"
-    assert firmware.ram <= RAM / 2
+    assert seen <= bound <= 1.5 * seen, "the computed stack is a close upper bound"
+    assert firmware.data + bound <= RAM / 2

@@ -60,6 +60,6 @@ def test_what_a_flash_does_can_be_read_before(golden: Callable[[Path, str], None
     writing = avrdude.writing("rover", hex_of(bytes(9156)), "/dev/swarm/rover", "arduino", 57_600)
     unit = "swarm-lab.rover.service"
     job = Job("lab", "rover", "rover-pi", unit, "/dev/swarm/rover", "0123456789ab", writing)
-    built = Built(Path("build/rover.elf"), Path("build/firmware/rover.hex"), 9156, 401, 87)
+    built = Built(Path("build/rover.elf"), Path("build/firmware/rover.hex"), 9156, 401)
     shown = [view.built("rover", job.digest, built), view.steps(job, "rover-pi (ubuntu@192.168.77.30)")]
     golden(GOLDEN / "dry-run.txt", "\n".join(shown) + "\n")

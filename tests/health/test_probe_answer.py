@@ -1,19 +1,22 @@
-"""The question fits the expected graph; whatever a host answers becomes values, never an exception."""
+"""The question fits the expected graph; whatever fits the type of the answer becomes values, no exception."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from swarm_agent.probe_messages import ProbeAnswer
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import listening, request
 from swarmctl.health.swarm_health import status
+from swarmctl.remote.answer_check import mismatch
 from swarmctl.swarm.topics import DriverTopic
 from swarmctl.views import status as view
 from tests.health.swarm_values import (
@@ -25,25 +28,40 @@ from tests.health.swarm_values import (
     graph,
 )
 
-_LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8)
-_NAMES = (
-    "units nodes topics master devices release commanders reports level message rate count seconds "
-    "registered alive restarts latency time troubles publishes subscribes nearby exists run_id reachable "
-    "senders host values commander "
-    f"/k3/driver {UNIT['k3']} /dev/swarm/k3 /k3/odom /k3/cmd_vel"
-)
-_KEYS = st.sampled_from(_NAMES.split())
-_ANYTHING = st.recursive(
-    _LEAVES,
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(_KEYS, inner, max_size=8),
-    max_leaves=40,
-)
+_INTEGERS = st.integers(-(2**63) + 1, 2**63 - 1)
+_SCALARS = {
+    str: st.text(max_size=8) | st.sampled_from(["active", "failed", "pending", "applying", "\x1b[31m"]),
+    bool: st.booleans(), int: _INTEGERS, float: _INTEGERS | st.floats(-9e18, 9e18), NoneType: st.none(),
+}  # fmt: skip
+_KEYS = st.sampled_from([
+    "/k3/driver", "/k3/odom", "/k3/cmd_vel", "/koala/driver", "/dev/swarm/k3", "k3", "koala", "commander",
+    "refused nodes", "files", UNIT["k3"], UNIT["koala"], WLAN,
+])  # fmt: skip
 
 
-@given(st.dictionaries(_KEYS, _ANYTHING, max_size=12), st.sampled_from([K3_PI, LAPTOP]))
-def test_whatever_a_host_answers_it_can_be_diagnosed_and_shown(data: dict[str, Any], host: str) -> None:
-    answer = answer_of(json.loads(json.dumps(data)), received=0.0)
-    outcomes = {**all_well(), host: answer}
+def fitting(kind: Any) -> st.SearchStrategy[Any]:
+    """JSON of the type ``kind`` of an answer."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if is_typeddict(kind):
+        parts = {name: fitting(one) for name, one in get_type_hints(kind).items()}
+        optional = {name: parts.pop(name) for name in sorted(kind.__optional_keys__)}
+        return st.fixed_dictionaries(parts, optional=optional)
+    if origin is Literal:
+        return st.sampled_from(inner)
+    if origin in (Union, UnionType):
+        return st.one_of(*map(fitting, inner))
+    if origin is list:
+        return st.lists(fitting(inner[0]), max_size=3)
+    if origin is dict:
+        return st.dictionaries(_KEYS, fitting(inner[1]), max_size=3)
+    return _SCALARS[kind]
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(fitting(ProbeAnswer), st.sampled_from([K3_PI, LAPTOP]))
+def test_whatever_fits_can_be_diagnosed_and_shown(data: dict[str, Any], host: str) -> None:
+    assert mismatch(data, ProbeAnswer) == ""
+    outcomes = {**all_well(), host: answer_of(json.loads(json.dumps(data)), received=0.0)}
     shown = status(graph(), outcomes, diagnose(graph(), outcomes))
     json.dumps(shown.to_json(), allow_nan=False)
     assert "\x1b" not in view.status(shown).plain
@@ -53,17 +71,19 @@ def test_texts_from_a_host_have_a_length() -> None:
     assert len(answer_of({"release": "x" * 10_000}).release or "") == 300
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), 10**400, -(10**400), "1", True, None])
-def test_a_number_that_is_none_is_unknown(value: Any) -> None:
-    nodes = {"/k3/driver": {"topics": {"/k3/odom": {"rate": value}}}}
-    assert answer_of({"nodes": nodes}).nodes["/k3/driver"].topics["/k3/odom"].rate is None
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 10**400, -(10**400), "1", True])
+def test_a_number_that_is_none_costs_the_hosts_answer(value: Any) -> None:
+    topic = {"count": 1, "rate": value, "age": None, "seconds": 2.0, "type": "", "error": ""}
+    nodes = {"/k3/driver": {"topics": {"/k3/odom": topic}}}
+    place = "the answer.nodes./k3/driver.topics./k3/odom.rate"
+    assert mismatch({"nodes": nodes}, ProbeAnswer) == f"{place} is not a number or null"
 
 
 def test_the_worst_status_is_the_drivers_word() -> None:
     reports = [
-        {"level": 0, "message": "fine"},
+        {"level": 0, "message": "fine", "values": {}},
         {"level": 2, "message": "bad", "values": {"commander": "laptop (/teleop)"}},
-        {"level": 1, "message": "so so"},
+        {"level": 1, "message": "so so", "values": {}},
     ]
     report = answer_of({"nodes": {"/k3/driver": {"reports": reports}}}).nodes["/k3/driver"].report
     assert report is not None

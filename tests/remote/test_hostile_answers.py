@@ -80,12 +80,6 @@ FITTING: dict[str, Any] = {
         "workspaces": {"/home/robot/ws": "built"}, "rosdep": {"tf": ["ros-tf"]}, "sources": [],
         "images": [], "wireless": [],
     },
-    "launch_files": {
-        "packages": {
-            "nav": {"folder": "/o", "has": ["a"], "digests": {"a": "0"}, "texts": {"a": ""}, "launch": []}
-        },
-        "complete": True,
-    },
     "prepare": {"step": "apt"},
     "build_packages": {"platform": "bookworm-x86_64", "sizes": {"nav": 4}},
     "fetch_build": {"data": "AAAA"},

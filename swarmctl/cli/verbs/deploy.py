@@ -130,7 +130,6 @@ def deploy(
     from swarmctl.deploy.deploy_rules import Rules
     from swarmctl.deploy.deployment import Deployment
     from swarmctl.deploy.host_transaction import Terms
-    from swarmctl.deploy.launch_files_on_hosts import launch_files_of
     from swarmctl.plan.dependent_robots import Dependents
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
@@ -169,8 +168,7 @@ def deploy(
     with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
         deployment = Deployment(
             wanted, targets, transport, rules=rules, parallel=parallel, stop=stop, secrets=secrets,
-            launch_files=launch_files_of(document), host_lists=lists, dependents=Dependents(swarm),
-            settles=not dry_run,
+            host_lists=lists, dependents=Dependents(swarm), settles=not dry_run,
         )  # fmt: skip
         found = view.executed(
             deployment, stop, lambda one: order(one.due, _impacts(document, one), sizes, consistency),

@@ -212,5 +212,4 @@ def _entry(sketch: Sketch, one: Built) -> dict[str, Any]:
         "elf": str(one.elf),
         "flash": one.flash,
         "data": one.data,
-        "stack": one.stack,
     }

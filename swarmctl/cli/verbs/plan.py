@@ -73,7 +73,6 @@ def plan(
     if offline:
         made = _offline(wanted, diff)
     else:
-        from swarmctl.deploy.launch_files_on_hosts import launch_files_of
         from swarmctl.deploy.rollout import observe
 
         secrets = options.secrets(spec, wanted)
@@ -82,7 +81,7 @@ def plan(
         with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
             made = observe(
                 wanted, targets, transport, diff=diff, parallel=parallel, secrets=secrets,
-                launch_files=launch_files_of(document), host_lists=lists,
+                host_lists=lists,
             )  # fmt: skip
     made = replace(made, single_points=single_points(impacts(SwarmIndex(document)))[:WEAKEST])
     if saved:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from swarmctl.health.swarm_health import Status
-    from swarmctl.remote.transport import Conversation, Transport
+    from swarmctl.remote.transport import Transport
 
 Look = Callable[[], "Status"]
 _AGAIN = 1.0  # s between two looks of --wait
@@ -101,13 +101,13 @@ def _look(
     parallel: int,
 ) -> Look:
     """A function that observes all hosts and diagnoses the swarm."""
-    from swarmctl.deploy.launch_files_on_hosts import launch_files_of
     from swarmctl.health import swarm_health as health
     from swarmctl.health.collect import ask
     from swarmctl.health.diagnosis import diagnose
     from swarmctl.health.expected_graph import Release, expected_graph
     from swarmctl.render.build_bundle import bundles
-    from swarmctl.rules.host_launches import host_launches
+    from swarmctl.rules.launch_uses import launch_uses, nodes_of
+    from swarmctl.swarm.index import SwarmIndex
 
     document = console.read_document(spec)
     swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
@@ -119,19 +119,11 @@ def _look(
     }
     graph = expected_graph(swarm, releases)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    launch_files = launch_files_of(document)
-
-    def read(conversation: Conversation, host: str) -> None:
-        if launch_files is not None:
-            launch_files.read(conversation, wanted[host])
+    launched = nodes_of(launch_uses(SwarmIndex(document)))
 
     def look() -> Status:
-        outcomes = ask(
-            graph, targets, transport, window=window, parallel=parallel, also=read if launch_files else None
-        )
-        found = launch_files.findings() if launch_files else {}
-        nodes = launch_files.nodes() if launch_files else host_launches(document).nodes({})
-        return health.status(graph, outcomes, diagnose(graph, outcomes, found, nodes))
+        outcomes = ask(graph, targets, transport, window=window, parallel=parallel)
+        return health.status(graph, outcomes, diagnose(graph, outcomes, launched))
 
     return look
 

@@ -16,12 +16,14 @@ from typing import Any
 
 import pytest
 from swarm_agent import unit_journal
+from swarm_agent.probe_messages import ProbeAnswer
 from swarm_agent.unit_journal import Message
 from swarm_agent.verbs import probe
 from swarm_ros1_probe import nodes
 
 from swarmctl.health.observations import SenderSeen
 from swarmctl.health.probe_answer import answer_of
+from swarmctl.remote.answer_check import mismatch
 from tests.packages.ros1_probe.ros_fakes import (
     FakeRos,
     diagnostics,
@@ -109,7 +111,9 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
         "clock": None,
     }  # fmt: skip
-    return probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
+    answer = probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
+    assert mismatch(json.loads(json.dumps(answer)), ProbeAnswer) == "", "whatever nodes and masters say"
+    return answer
 
 
 def test_a_healthy_host_reports_everything(
@@ -245,6 +249,16 @@ def test_a_sender_that_is_gone_publishes_nothing(
     assert answer["commanders"] == {"/k3/cmd_vel": ["/joystick"]}
     assert answer["senders"]["/joystick"]["publishes"] == {}
     assert answer["troubles"] == {}
+
+
+@pytest.mark.parametrize("value", [True, -1, "42", [], 1.5])
+def test_a_process_number_that_is_none_costs_no_more_than_itself(
+    prefix: Path, graph: tuple[FakeRos, str], value: Any
+) -> None:
+    with served({**graph[0].functions(), "getPid": lambda caller: [1, "", value]}) as uri:
+        answer = probed(uri)
+    assert answer["master"]["reachable"]
+    assert answer["master"]["pid"] == 0
 
 
 def test_nodes_that_nothing_connects_to_have_the_reason(prefix: Path, graph: tuple[FakeRos, str]) -> None:

@@ -16,10 +16,12 @@ from urllib.parse import urlsplit
 import pytest
 from swarm_agent import processes, unit_history, unit_journal
 from swarm_agent.errors import FailedError
+from swarm_agent.probe_messages import GraphAnswer
 from swarm_agent.processes import Process
 from swarm_agent.unit_journal import Message
 from swarm_ros1_probe import launched, name_conflicts, observe
 
+from swarmctl.remote.answer_check import mismatch
 from tests.packages.ros1_probe.ros_fakes import FakeRos, peer, publishing, served, slave
 
 UNIT = "swarm-test.map.service"
@@ -82,6 +84,7 @@ def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = 
         "advertised": "127.0.0.1", "launched": {UNIT: {"/lab/scan": 0.5, "/tf": 0.0}},
     }  # fmt: skip
     observe.observe(request, answer)  # type: ignore[arg-type]
+    assert mismatch(answer, GraphAnswer) == ""
     observe.observe_logs(answer)  # type: ignore[arg-type]
     return answer
 

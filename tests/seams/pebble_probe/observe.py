@@ -61,6 +61,7 @@ def _node(node: dict[str, Any] | None, request: NodeRequest) -> NodeAnswer:
             topic: {
                 "count": int(node["rates"][topic] * seconds),
                 "rate": node["rates"][topic],
+                "age": None,
                 "seconds": seconds,
                 "type": node["publishes"][topic],
                 "error": "",

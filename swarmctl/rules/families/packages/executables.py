@@ -68,13 +68,13 @@ def _executable(
 @rule("PKG003", ros1=True)
 def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that its package does not have."""
-    known, seen = context.document.packages, set()
-    for use, _ in declared_launches(context) if known.by_name or known.on_hosts else ():
-        package, path = known.known_on(use.host).get(use.started.package or ""), use.started.launch or ""
+    packages, seen = context.document.packages.by_name, set()
+    for use, _ in declared_launches(context) if packages else ():
+        package, path = packages.get(use.started.package or ""), use.started.launch or ""
         span = context.launch_span(use, "launch")
-        if package is None or package.has(f"launch/{path}") is not False or (package.folder, span) in seen:
+        if package is None or f"launch/{path}" in package.files or span in seen:
             continue
-        seen.add((package.folder, span))
+        seen.add(span)
         base = posixpath.basename(path)
         elsewhere = [one for one in package.files if posixpath.basename(one) == base]
         meant = guess(path, package.launch_paths())

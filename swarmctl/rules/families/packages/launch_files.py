@@ -16,14 +16,12 @@ from swarmctl.yamltext.source import Loc
 @rule("PKG004", "PKG005", "PKG006", "PKG007", ros1=True)
 def accepted(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that roslaunch refuses, or a part of which it skips."""
-    # Robots of one type have its driver's faults once for each place where the package is.
-    seen: set[tuple[Span, str, Refusal, str]] = set()
+    seen: set[tuple[Span, Refusal, str]] = set()  # robots of one type have its driver's faults once
     for use in context.launches:
         place = context.launch_span(use, "launch")
-        of = context.document.packages.known_on(use.host)[use.started.package or ""].folder
         for fault in use.launched.faults:
-            if (place, of, fault.kind, fault.subject) not in seen:
-                seen.add((place, of, fault.kind, fault.subject))
+            if (place, fault.kind, fault.subject) not in seen:
+                seen.add((place, fault.kind, fault.subject))
                 yield _finding(context, use, fault)
 
 

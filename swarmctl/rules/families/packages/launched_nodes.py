@@ -10,7 +10,7 @@ from swarmctl.rules.families.programs.declarations import IDENTITY
 from swarmctl.swarm import names
 from swarmctl.yamltext.source import Loc
 
-_MOST_NAMED = 20  # packages in one message; a launch file on a host may name any number
+_MOST_NAMED = 20  # packages in one message
 
 
 @rule("PKG008", ros1=True)
@@ -62,17 +62,16 @@ def named_nodes(context: RuleContext) -> Iterator[tuple[str, str, str, Loc]]:
 @rule("PKG009", ros1=True)
 def undeclared_packages(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file names packages that neither its package.xml nor the spec declares."""
-    seen: set[tuple[Span, str]] = set()
+    packages, seen = context.document.packages.by_name, set()
     for use in context.launches:
-        packages = context.document.packages.known_on(use.host)
-        span, of = context.launch_span(use, "launch"), packages[use.started.package or ""].folder
+        span = context.launch_span(use, "launch")
         declared = {*use.requires, *packages}
         for package in (use.started.package or "", *use.launched.packages):
             if package in packages:
                 declared |= packages[package].depends
         missing = [one for one in use.launched.packages if one not in declared]
-        if missing and (span, of) not in seen:
-            seen.add((span, of))
+        if missing and span not in seen:
+            seen.add(span)
             who = "driver" if use.is_driver else "program"
             place, named = use.launched.packages[missing[0]], missing[:_MOST_NAMED]
             more = f" and {len(missing) - len(named)} more" if len(missing) > len(named) else ""

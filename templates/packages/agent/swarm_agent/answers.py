@@ -11,16 +11,15 @@ from .messages import (
     ConfirmAnswer,
     FlashAnswer,
     HoldAnswer,
-    LaunchFilesAnswer,
     LeaseAnswer,
     ObserveAnswer,
     RemoveAnswer,
 )
 from .motion_messages import MotionAnswer, RestartAnswer, StartAnswer, StopAnswer
 from .preparation_messages import BuildAnswer, FetchBuildAnswer, InventoryAnswer, PrepareAnswer
+from .probe_messages import ProbeAnswer
 
-#: The type of the answer by verb. A probe's (``probe_messages``) is not here, since misfits
-#: count as unknown.
+#: The type of the answer by verb.
 ANSWERS: Mapping[str, type] = {
     "observe": ObserveAnswer,
     "lease": LeaseAnswer,
@@ -33,7 +32,7 @@ ANSWERS: Mapping[str, type] = {
     "undo": ConfirmAnswer,
     "remove": RemoveAnswer,
     "flash": FlashAnswer,
-    "launch_files": LaunchFilesAnswer,
+    "probe": ProbeAnswer,
     "inventory": InventoryAnswer,
     "prepare": PrepareAnswer,
     "build_packages": BuildAnswer,

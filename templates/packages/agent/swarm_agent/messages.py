@@ -324,34 +324,3 @@ class FlashAnswer(TypedDict):
 
     runs: bool
     logged: bool
-
-
-class LaunchFilesRequest(TypedDict):
-    """Launch files of ROS packages on the host. ``requires``: its workspaces, as for ``observe``; ``files``:
-    by package the paths below its folder; without paths it is only looked for; ``texts``: whether texts are
-    wanted, not only their digests."""
-
-    verb: Literal["launch_files"]
-    swarm: str
-    requires: list[str]
-    files: dict[str, list[str]]
-    texts: bool
-
-
-class PackageAnswer(TypedDict):
-    """``folder``: null without the package; ``has``: those of the paths that exist; ``digests`` or ``texts``:
-    of those that are launch files, SHA-256 of the text in UTF-8; ``launch``: the launch files that it has, if
-    it lacks one of the paths."""
-
-    folder: str | None
-    has: list[str]
-    digests: dict[str, str]
-    texts: dict[str, str]
-    launch: list[str]
-
-
-class LaunchFilesAnswer(TypedDict):
-    """``packages``: by name; ``complete``: false if it would have been too much."""
-
-    packages: dict[str, PackageAnswer]
-    complete: bool

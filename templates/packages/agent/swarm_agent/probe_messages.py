@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypedDict
+from typing import Literal, TypedDict
 
-from .messages import Drift, Transaction
+from .messages import Drift, Transaction, UnitState
 
 
 class NodeRequest(TypedDict):
@@ -148,7 +148,8 @@ class ConflictAnswer(TypedDict):
 
 
 class SenderAnswer(TypedDict, total=False):
-    """A publisher of topics that were looked up: its host, and which of them it publishes as what type.
+    """A publisher of topics that were looked up: its host in lower case, and which of them it publishes as
+    what type.
 
     ``error``: why it does not answer.
     """
@@ -175,13 +176,18 @@ class IslandsAnswer(TypedDict):
     strangers: list[StrangerAnswer]
 
 
-class SimulatedTimeAnswer(TypedDict, total=False):
-    """``used``: nodes that start now take simulated time. The rest is there if the clock was listened to:
-    its ``publishers``, the messages within ``seconds`` of the first of them, by how many s they ``moved`` the
-    time (null without two of them), the time ``now``.
-    """
+class SimulatedTimeUse(TypedDict):
+    """``used``: nodes that start now take simulated time."""
 
     used: bool
+
+
+class SimulatedTimeAnswer(SimulatedTimeUse, total=False):
+    """More than its use is there if the clock was listened to: its ``publishers``, the messages within
+    ``seconds`` of the first of them, by how many s they ``moved`` the time (null without two of them), the
+    time ``now``.
+    """
+
     publishers: list[str]
     count: int
     moved: float | None
@@ -229,6 +235,33 @@ class HistoryAnswer(TypedDict):
     log: str
 
 
+class ProbedUnit(UnitState, total=False):
+    """``restarted``: how often while the probe looked."""
+
+    restarted: int
+
+
+class DeviceExists(TypedDict):
+    """Whether a serial device is there."""
+
+    exists: bool
+
+
+class DeviceAnswer(DeviceExists, total=False):
+    """A device where ``resolves`` leads, or why there is none (``error``) and which others are ``nearby``.
+
+    ``usable``: drivers may open it (mode and group).
+    """
+
+    error: str
+    nearby: list[str]
+    resolves: str
+    is_device: bool
+    usable: bool
+    group: str
+    mode: int
+
+
 class LatchAnswer(TypedDict):
     """A latch of `swarmctl stop`."""
 
@@ -274,12 +307,12 @@ class ProbeAnswer(GraphAnswer, total=False):
     """
 
     release: str | None
-    units: dict[str, Any] | None
+    units: dict[str, ProbedUnit] | None
     history: dict[str, HistoryAnswer] | None
     stopped: dict[str, list[str]] | None
     environments: dict[str, list[str]] | None
     images: dict[str, ImageAnswer] | None
-    devices: dict[str, Any] | None
+    devices: dict[str, DeviceAnswer] | None
     latches: dict[str, LatchAnswer] | None
     change: ChangeAnswer | None
     drift: Drift | None

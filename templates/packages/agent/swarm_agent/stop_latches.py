@@ -19,6 +19,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, Iterable
 
+_LATEST = 1e11  # s since 1970, far from any clock
+
 
 class Latch(NamedTuple):
     """Who stopped a robot, and when, in s since 1970."""
@@ -76,8 +78,9 @@ def closed(home: Home) -> dict[str, Latch]:
         for name in sorted(os.listdir(_folder(home))):
             raw = files.read_json(home.outside(stop_file(home.swarm, name)))
             try:
-                found[name] = Latch(str(raw["who"]), float(raw["since"]))
-            except (TypeError, LookupError, ValueError):
+                since = float(raw["since"])
+                found[name] = Latch(str(raw["who"]), since if 0 <= since < _LATEST else 0.0)
+            except (TypeError, LookupError, ValueError, OverflowError):
                 found[name] = Latch("somebody", 0.0)
     return found
 

@@ -41,7 +41,7 @@ async def look(
             client.call(uri, "getPublications"),
             client.call(uri, "getSubscriptions"),
         )
-        found.update({"pid": pid if isinstance(pid, int) else 0, "alive": True})
+        found.update({"pid": process_of(pid), "alive": True})
         found.update({"publishes": types_of(publications), "subscribes": types_of(subscriptions)})
     except PeerError as error:
         found.update({"alive": False, "error": str(error)})
@@ -55,6 +55,11 @@ async def look(
 def seconds_of(value: Any) -> float:
     """A time to listen, s, within bounds."""
     return min(max(0.0, float(value)), LONGEST_LISTENING)
+
+
+def process_of(value: Any) -> int:
+    """A process number as a node or a master returns it; 0 if it is none."""
+    return value if type(value) is int and 0 < value < 1 << 31 else 0
 
 
 def types_of(pairs: Any) -> dict[str, str]:

@@ -88,7 +88,7 @@ async def master(uri: str) -> MasterAnswer:
         return {"reachable": False, "error": str(error)}
     return {
         "reachable": True,
-        "pid": pid if isinstance(pid, int) else 0,
+        "pid": nodes.process_of(pid),
         "run_id": clipped(run_id),
         "latency": latency,
     }
@@ -151,7 +151,7 @@ async def _sender(
     found: SenderAnswer = {"host": "", "publishes": {}}
     try:
         uri = str(await client.call(master_uri, "lookupNode", name))
-        found["host"] = clipped(place_of(uri)[0])
+        found["host"] = clipped(place_of(uri)[0].lower())
         publishes = nodes.types_of(await client.call(uri, "getPublications"))
     except PeerError as error:
         found["error"] = str(error)

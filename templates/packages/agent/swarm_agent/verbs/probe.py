@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from typing import Any, Callable, Mapping
 
     from swarm_agent.messages import Drift
-    from swarm_agent.probe_messages import ProbeAnswer, ProbeRequest
+    from swarm_agent.probe_messages import DeviceAnswer, ProbeAnswer, ProbeRequest
 
 _MOST_NAMES = 20  # adapters on one host
 _SERIAL_GROUP = "dialout"
@@ -107,7 +107,7 @@ def _boot_id() -> str:
         return file.read().strip()
 
 
-def device(path: str) -> dict[str, Any]:
+def device(path: str) -> DeviceAnswer:
     """Whether a serial device is there and open to drivers; where it is not, what else is."""
     try:
         status = os.stat(path)
@@ -115,7 +115,7 @@ def device(path: str) -> dict[str, Any]:
         nearby = sorted(os.path.basename(one) for one in glob.glob("/dev/serial/by-id/*"))
         return {
             "exists": False,
-            "error": error.strerror,
+            "error": str(error.strerror),
             "nearby": [clipped(one) for one in nearby[:_MOST_NAMES]],
         }
     try:
