@@ -272,6 +272,8 @@ Adapter = Annotated[str, Field(pattern=r"^hci[0-9]{1,2}$", examples=["hci0"])]
 # Without `$` and `@`, which are a machine's account, or the host as in `user@host`.
 Account = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_.-]{0,31}$", examples=["robot"])]
 Port = Annotated[int, Field(ge=1, le=65535)]
+# Units run without privileges, and the port of the discovery is 300 above that of the master.
+MasterPort = Annotated[int, Field(ge=1024, le=65235)]
 Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
 Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200]), Unit("baud")]
 # A device writes any text here; what would be a pattern or a quote in a udev rule is left out.
@@ -309,7 +311,7 @@ FrameName = Annotated[
 ]
 MESSAGE_TYPE = r"^[A-Za-z][A-Za-z0-9_]*/[A-Za-z][A-Za-z0-9_]*$"
 TypeName = Annotated[str, Field(pattern=MESSAGE_TYPE, examples=["geometry_msgs/Twist"])]
-# As catkin takes them; NAME008 is about those that it warns of.
+# As catkin takes them.
 PackageName = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", examples=["joy"])]
 FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.+-]*$", examples=["joy_node"])]
 LaunchFile = Annotated[
