@@ -46,7 +46,6 @@ class Joint:
     """A joint between two links."""
 
     name: str
-    kind: str
     parent: str
     child: str
     place: Place
@@ -128,8 +127,7 @@ def _joint(tag: Tag) -> Joint:
     def link(name: str) -> str:
         return next((one.attributes.get("link", "") for one in tag.children if one.name == name), "")
 
-    name, kind = tag.attributes.get("name", ""), tag.attributes.get("type", "")
-    return Joint(name, kind, link("parent"), link("child"), _place(tag))
+    return Joint(tag.attributes.get("name", ""), link("parent"), link("child"), _place(tag))
 
 
 def _no_link(root: Tag) -> Fault:

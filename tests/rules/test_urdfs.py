@@ -62,10 +62,10 @@ def found(
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    for name in ("rover_description", "lost_description"):
-        (folder / name / "meshes").mkdir(parents=True, exist_ok=True)
-        (folder / name / "package.xml").write_text(PACKAGE.format(name))
-        (folder / name / "meshes/body.stl").write_text("solid body\nendsolid body\n")
+    package = folder / "rover_description"
+    (package / "meshes").mkdir(parents=True, exist_ok=True)
+    (package / "package.xml").write_text(PACKAGE.format(package.name))
+    (package / "meshes/body.stl").write_text("solid body\nendsolid body\n")
     (folder / "own.urdf").write_text(own)
     (folder / "p3.urdf").write_text(p3)
     (folder / "swarm.yaml").write_text(text)
