@@ -271,6 +271,8 @@ Account = Annotated[str, matching(
     examples=["robot"],
 )]  # fmt: skip
 Port = Annotated[int, Field(ge=1, le=65535)]
+# Units run without privileges, and the port of the discovery is 300 above that of the master.
+MasterPort = Annotated[int, Field(ge=1024, le=65235)]
 Group = Annotated[str, Field(examples=["226.0.0.0"]), AfterValidator(_group)]
 Baud = Annotated[int, Field(ge=300, le=4_000_000, examples=[115200]), Unit("baud")]
 # A device writes any text here; what would be a pattern or a quote in a udev rule is left out.
@@ -308,7 +310,7 @@ TypeName = Annotated[str, matching(
     MESSAGE_TYPE, "write a message type as package/Type, like geometry_msgs/Twist",
     examples=["geometry_msgs/Twist"],
 )]  # fmt: skip
-# As catkin takes them; NAME008 is about those that it warns of.
+# As catkin takes them.
 PackageName = Annotated[str, matching(
     r"^[A-Za-z0-9][A-Za-z0-9_-]*$",
     "ROS packages are letters, digits, _ and hyphens, a letter or digit first", examples=["joy"],

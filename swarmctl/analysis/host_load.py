@@ -17,7 +17,6 @@ GATE_MB = 40  # its bar
 SYSTEM_MB = 200
 SMALL_MB = 1024  # computers with no more memory than this are slow as well: Raspberry Pi 1 to 3, Zero
 SMALL_NODES = 20  # that such a computer's master should serve at most; a rule of thumb
-CAREFUL = 0.8  # share of the memory above which a host begins to swap
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,6 @@ FRAMING = (
     8  # two sync bytes, length, its checksum, topic id, checksum (ROS wiki, rosserial/Overview/Protocol)
 )
 PATIENCE = 0.02  # s that a board waits for the rest of a frame
-CAREFUL = 0.7  # share of the line above which frames queue up
 _BITS = 10  # a byte takes on the line: 8N1
 _INFO = 50  # bytes of a topic's announcement beside its name and type: id, lengths, MD5 sum, buffer size
 

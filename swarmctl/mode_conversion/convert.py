@@ -211,7 +211,7 @@ def _notes(spec: Spec, plan: Arrangement) -> Iterator[str]:
         robots = "`, `".join(entry.of)
         yield f"new in `control`: `{entry.by}` commands `{robots}`, as it did without an entry"
     if spec.multimaster is not None and plan.mode not in MULTIMASTER:
-        yield f"`multimaster` stays for the way back; in mode `{plan.mode.value}` it has no effect (MODE008)"
+        yield f"`multimaster` stays for the way back; in mode `{plan.mode.value}` it has no effect"
 
 
 def _path(loc: Loc) -> str:

@@ -1,90 +1,118 @@
-"""Whether a robot type makes sense: its wheels, speeds, units and counters against each other and physics."""
+"""Whether a robot type makes sense: wheels, speed, encoders and counters against each other and physics.
+
+What is usual includes every shipped type and the robots of `tests/robot_types/field_robots.py`, with a
+margin on both sides; what is impossible contradicts physics or the size of any robot.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.robot_types.kinematics import Kinematics, Scale
-from swarmctl.robot_types.protocols import RosserialProtocol
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.robot_types.sensible_ranges import LOST_REPLIES, RANGES, Sensible
-from swarmctl.robot_types.settings import RobotSettings
 
-COUNTER_BITS = {"std_msgs/Int16": 16, "std_msgs/Int32": 32}  # of the topics of a sketch
+Place = tuple[str | int, ...]  # where in a type, or in a robot, a value stands
+_COUNTER_BITS = {"std_msgs/Int16": 16, "std_msgs/Int32": 32}  # of the topics of a sketch
 CHECK = "check its unit, and its decimal point"
 
 
 @dataclass(frozen=True)
 class Doubt:
-    """What speaks against a value: the rule, a sentence, and where in the type or the settings it stands."""
+    """What speaks against a value: the rule, a sentence, and where the value stands."""
 
     rule: str
     message: str
-    at: tuple[str | int, ...]
-    label: str = ""
+    at: Place
+    label: str
     help: str = CHECK
 
 
 @dataclass(frozen=True)
-class _Quantity:
-    """A quantity that follows from a type: its name in ``RANGES``, its sentence, and the key to look at."""
+class _Range:
+    """What is usual of a quantity, ``low`` to ``high``, and possible, ``least`` to ``most``."""
 
-    range: str
+    unit: str
+    least: float
+    low: float
+    high: float
+    most: float
+
+
+_RANGES: Mapping[str, _Range] = {
+    # From Kilobot (33 mm across) and Zooids (26 mm) to Warthog (1.2 m) and farm machines (3 m).
+    "separation": _Range(" m", 0.003, 0.01, 3, 12),
+    # From wheels of a Zooid (3 mm) to those of a tractor (0.8 m).
+    "radius": _Range(" m", 0.001, 0.002, 0.8, 2),
+    # Tracks by radius: e-puck 2.6, Husky 3.5, Koala 6.8, TurtleBot3 Waffle 8.7. Below 0.5 a robot is
+    # four times as high as wide; one of the ratio 60 has wheels like coins under a table.
+    "proportion": _Range("", 0.5, 1.2, 20, 60),
+    # From Kilobot (0.01 m/s) to Warthog (5 m/s); above 30 m/s it is a racing car.
+    "speed": _Range(" m/s", 0.0005, 0.003, 10, 30),
+    # Turning on the spot at full speed: Kilobot 0.8, TurtleBot3 2.8, Jackal 10.6, Khepera IV 15. Two
+    # turns a second are 12; above 250 (40 turns a second) tyres do not hold.
+    "turning": _Range(" rad/s", 0.01, 0.1, 60, 250),
+    # Counts of one turn of a wheel: rover 20, Duckiebot 135, Create 509, e-puck 1000, Husky 80 000.
+    "counts per turn": _Range("", 1, 6, 300_000, 20_000_000),
+    # Counts of a second at full speed: rover 49, e-puck 1000, Pioneer 3-DX 150 000.
+    "counts per second": _Range(" 1/s", 1, 10, 2_000_000, 100_000_000),
+}
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    """A quantity that follows from a type: its name in ``_RANGES``, its sentence, and the key to look at."""
+
+    name: str
     value: float
     message: str
-    at: tuple[str | int, ...]
+    at: Place
     help: str = CHECK
-
-    @property
-    def sensible(self) -> Sensible:
-        return RANGES[self.range]
 
     def doubt(self, impossible: str, unusual: str) -> Doubt | None:
         """Returns the doubt about it, under one of two rules, if there is one."""
-        if not self.sensible.unusual(self.value):
+        range_ = _RANGES[self.name]
+        if range_.low <= self.value <= range_.high:
             return None
-        rule = impossible if self.sensible.impossible(self.value) else unusual
-        return Doubt(rule, self.message, self.at, f"usual: {self.sensible.usual}", self.help)
+        rule = unusual if range_.least <= self.value <= range_.most else impossible
+        usual = f"usual: {range_.low:g} to {range_.high:g}{range_.unit}"
+        return Doubt(rule, self.message, self.at, usual, self.help)
 
 
-def doubts_about_wheels(robot_type: RobotType) -> Iterator[Doubt]:
-    """Yields what makes no sense about wheels, speeds and counters; a cause hides what follows from it."""
+def implausible_wheels(robot_type: RobotType) -> Doubt | None:
+    """Returns what makes no sense about wheels, speed and encoders; a cause hides what follows from it."""
     groups = (
-        (_size(robot_type.kinematics), "SENSE001", "SENSE002"),
-        (_motion(robot_type.kinematics), "SENSE001", "SENSE002"),
-        (_units(robot_type), "SENSE009", "SENSE010"),
+        (_size(robot_type), "SENSE001", "SENSE002"),
+        (_motion(robot_type), "SENSE001", "SENSE002"),
+        (_encoders(robot_type), "SENSE009", "SENSE010"),
     )
     for quantities, impossible, unusual in groups:
         found = [doubt for one in quantities if (doubt := one.doubt(impossible, unusual))]
         if found:
-            yield next((one for one in found if one.rule == impossible), found[0])
-            return
+            return next((one for one in found if one.rule == impossible), found[0])
+    return None
 
 
-def _size(kinematics: Kinematics) -> Iterator[_Quantity]:
-    separation, radius = kinematics.wheel_separation, kinematics.wheel_radius
-    at = ("kinematics", "wheel_separation")
-    proportion = RANGES["proportion"]
-    by_radius = (proportion.low * radius, proportion.high * radius) if radius else ()
-    help_ = _meant_beside("separation", separation, by_radius)
+def _size(robot_type: RobotType) -> Iterator[_Quantity]:
+    separation, radius = robot_type.kinematics.wheel_separation, robot_type.kinematics.wheel_radius
+    at, proportion = ("kinematics", "wheel_separation"), _RANGES["proportion"]
+    beside = (proportion.low * radius, proportion.high * radius) if radius else ()
+    help_ = _meant_beside("separation", separation, beside)
     yield _Quantity("separation", separation, f"the wheels are {separation:g} m apart", at, help_)
     if radius is not None:
+        beside = (separation / proportion.high, separation / proportion.low)
         message = f"the wheels have a radius of {radius:g} m"
-        by_separation = (separation / proportion.high, separation / proportion.low)
-        of_radius = _meant_beside("radius", radius, by_separation)
+        of_radius = _meant_beside("radius", radius, beside)
         yield _Quantity("radius", radius, message, ("kinematics", "wheel_radius"), of_radius)
         ratio = separation / radius
         message = f"wheels with a radius of {radius:g} m are {separation:g} m apart: {rounded(ratio)} radii"
         yield _Quantity("proportion", ratio, message, at, help_)
 
 
-def _meant_beside(range_: str, metres: float, beside: tuple[float, ...]) -> str:
+def _meant_beside(name: str, metres: float, beside: tuple[float, ...]) -> str:
     """Returns the advice for a length: the unit that fits the other length, else any that is sensible."""
-    sensible = RANGES[range_]
     fitting = meant(metres, *beside) if beside else CHECK
-    return fitting if fitting != CHECK else meant(metres, sensible.low, sensible.high)
+    return fitting if fitting != CHECK else meant(metres, _RANGES[name].low, _RANGES[name].high)
 
 
 def meant(metres: float, low: float, high: float) -> str:
@@ -100,165 +128,100 @@ def rounded(value: float) -> str:
     return f"{value:.0f}" if 999.5 <= value < 1e7 else f"{value:.3g}"
 
 
-def _motion(kinematics: Kinematics) -> Iterator[_Quantity]:
-    speed, at = kinematics.wheel_speed_max, ("kinematics", "wheel_speed_max")
+def _motion(robot_type: RobotType) -> Iterator[_Quantity]:
+    speed, separation = robot_type.kinematics.wheel_speed_max, robot_type.kinematics.wheel_separation
+    at = ("kinematics", "wheel_speed_max")
     yield _Quantity("speed", speed, f"the wheels go {speed:g} m/s", at)
-    if kinematics.wheel_radius is not None:
-        turns = speed / (2 * math.pi * kinematics.wheel_radius)
-        yield _Quantity(
-            "revolutions", turns, f"at {speed:g} m/s a wheel makes {rounded(turns)} turns in a second", at
-        )
-    separation = kinematics.wheel_separation
     turning = 2 * speed / separation
     message = f"at {speed:g} m/s, with wheels {separation:g} m apart, it turns at {rounded(turning)} rad/s"
     yield _Quantity("turning", turning, message, at)
 
 
-def _units(robot_type: RobotType) -> Iterator[_Quantity]:
-    """How counters and units of speed fit the wheels and the full speed."""
-    kinematics = robot_type.kinematics
-    speed, radius = kinematics.wheel_speed_max, kinematics.wheel_radius
-    counting = any(one.kind == "wheels" for one in robot_type.sensors.values())
-    for index, scale in enumerate(kinematics.scales):
-        at = ("kinematics", "scales", index)
-        if radius is not None and counting:
-            counts = 2 * math.pi * radius / scale.metres_per_count
-            message = f"a turn of a wheel is {counts:.4g} counts: {scale.metres_per_count:g} m each"
-            yield _Quantity("counts per turn", counts, message, (*at, "metres_per_count"))
-        if counting:
-            rate = speed / scale.metres_per_count
-            message = f"at {speed:g} m/s a wheel counts {rate:.4g} times in a second"
-            yield _Quantity("counts per second", rate, message, (*at, "metres_per_count"))
-        yield _speed_units(speed, scale, at)
-        if counting and speed * scale.speed_units_per_mps >= RANGES["speed units"].low:
-            ratio = scale.speed_units_per_mps * scale.metres_per_count
-            message = f"one count in a second is {rounded(ratio)} units of speed"
-            yield _Quantity("unit of counts", ratio, message, (*at, "speed_units_per_mps"))
-    sketch = robot_type.sketch
-    if sketch is not None and sketch.odometry is not None and radius is not None:
-        counts = sketch.odometry.counts_per_turn
-        place = ("protocol", "odometry", "counts_per_turn")
-        yield _Quantity("counts per turn", counts, f"a turn of a wheel is {counts:g} counts", place)
-        rate = speed * counts / (2 * math.pi * radius)
-        message = f"at {speed:g} m/s a wheel counts {rate:.4g} times in a second"
-        yield _Quantity("counts per second", rate, message, place)
+def _encoders(robot_type: RobotType) -> Iterator[_Quantity]:
+    """Counts of an encoder, by the turn of a wheel and by the second at full speed."""
+    speed, radius = robot_type.kinematics.wheel_speed_max, robot_type.kinematics.wheel_radius
+    for metres, at in _metres_per_count(robot_type):
+        if radius is not None:
+            counts = 2 * math.pi * radius / metres
+            message = f"a turn of a wheel is {counts:.4g} counts: {metres:.4g} m each"
+            yield _Quantity("counts per turn", counts, message, at)
+        message = f"at {speed:g} m/s a wheel counts {speed / metres:.4g} times in a second"
+        yield _Quantity("counts per second", speed / metres, message, at)
 
 
-def _speed_units(speed: float, scale: Scale, at: tuple[str | int, ...]) -> _Quantity:
-    """Full speed in units; the ones that are too few are the subject of `standstills`."""
-    units = max(speed * scale.speed_units_per_mps, RANGES["speed units"].low)
-    message = f"full speed, {speed:g} m/s, is {rounded(units)} units of speed"
-    return _Quantity("speed units", units, message, (*at, "speed_units_per_mps"))
+def _metres_per_count(robot_type: RobotType) -> Iterator[tuple[float, Place]]:
+    kinematics, sketch = robot_type.kinematics, robot_type.sketch
+    if sketch is not None and sketch.odometry is not None and kinematics.wheel_radius is not None:
+        turn = 2 * math.pi * kinematics.wheel_radius
+        yield turn / sketch.odometry.counts_per_turn, ("protocol", "odometry", "counts_per_turn")
+    if any(one.kind == "wheels" for one in robot_type.sensors.values()):
+        for index, scale in enumerate(kinematics.scales):
+            yield scale.metres_per_count, ("kinematics", "scales", index, "metres_per_count")
 
 
-def standstills(robot_type: RobotType, settings: RobotSettings) -> Iterator[Doubt]:
-    """Yields a full speed that is no unit, or only a few, and a slowest speed that leaves no choice."""
-    kinematics, limit = robot_type.kinematics, settings.limits.linear
-    speed = min(kinematics.wheel_speed_max, limit or math.inf)
-    of_limit = limit is not None and limit < kinematics.wheel_speed_max
-    at: tuple[str | int, ...] = ("settings", "limits", "linear")
-    sensible = RANGES["speed units"]
-    for index, scale in enumerate(kinematics.scales):
-        units = speed * scale.speed_units_per_mps
-        place = at if of_limit else ("kinematics", "scales", index, "speed_units_per_mps")
-        step = f"a unit of speed is {rounded(1 / scale.speed_units_per_mps)} m/s"
-        help_ = "raise the limit" if of_limit else "check `speed_units_per_mps`, and `wheel_speed_max`"
-        if units < sensible.least:
-            message = f"its full speed of {speed:g} m/s is rounded to 0 units of speed: it never moves"
-            yield Doubt("SENSE005", message, place, step, help_)
-            return
-        if units < sensible.low:
-            message = f"its full speed of {speed:g} m/s is {units:.2g} units of speed: it has few speeds"
-            yield Doubt("SENSE006", message, place, step, help_)
-            return
-    slowest = kinematics.wheel_speed_min
-    place = at if of_limit else ("kinematics", "wheel_speed_min")
-    if speed < slowest / 2:
-        message = (
-            f"its full speed of {speed:g} m/s is below half of its slowest, {slowest:g} m/s: it never moves"
-        )
-        yield Doubt("SENSE005", message, place, "slower commands are zero", "raise the limit")
-    elif slowest > speed / 2:
-        message = f"its slowest speed, {slowest:g} m/s, is more than half of its full speed, {speed:g} m/s"
-        yield Doubt("SENSE006", message, place, "slower commands become this or zero")
+def implausible_separation(measured: float, of_type: float) -> Doubt | None:
+    """Returns the doubt about a wheel separation that was measured on a robot.
 
-
-def wrapping_counters(robot_type: RobotType, rate: float, stretch: float = 1.0) -> Doubt | None:
-    """Returns the doubt that position counters wrap between two readings, of which ``rate`` are in a second.
-
-    ``stretch`` is the `distance_scale` of the robot, which leaves full speed in counts as it is.
+    Husky's controller takes 1.875 times its own for wheels that skid, the Koalas take 0.86 to 1.03.
     """
+    ratio = measured / of_type
+    if 0.25 <= ratio <= 4:
+        return None
+    message = f"a `wheel_separation` of {measured:g} m is {rounded(ratio)} times its type's {of_type:g} m"
+    at = ("settings", "calibration", "wheel_separation")
+    return Doubt("SENSE003", message, at, "usual: 0.5 to 2", meant(measured, of_type / 2, of_type * 2))
+
+
+def standstill(robot_type: RobotType, limit: float | None) -> Doubt | None:
+    """Returns the doubt about a full speed, or a limit (m/s), at which every command is rounded to zero."""
+    kinematics = robot_type.kinematics
+    speed = min(kinematics.wheel_speed_max, limit or math.inf)
+    of_limit = speed < kinematics.wheel_speed_max
+    at: Place = ("settings", "limits", "linear")
+    for index, scale in enumerate(kinematics.scales):
+        if speed * scale.speed_units_per_mps < 0.5:
+            message = f"its full speed of {speed:g} m/s is rounded to 0 units of speed: it never moves"
+            at = at if of_limit else ("kinematics", "scales", index, "speed_units_per_mps")
+            step = f"a unit of speed is {rounded(1 / scale.speed_units_per_mps)} m/s"
+            help_ = "raise the limit" if of_limit else "check `speed_units_per_mps`, and `wheel_speed_max`"
+            return Doubt("SENSE005", message, at, step, help_)
+    slowest = kinematics.wheel_speed_min
+    if speed < slowest / 2:
+        at = at if of_limit else ("kinematics", "wheel_speed_min")
+        half = f"half of its slowest, {slowest:g} m/s"
+        message = f"its full speed of {speed:g} m/s is below {half}: it never moves"
+        return Doubt("SENSE005", message, at, "slower commands are zero", "raise the limit")
+    return None
+
+
+def wrapping_counters(robot_type: RobotType, rate: float) -> Doubt | None:
+    """Returns the doubt that counters wrap between two readings, of which ``rate`` are in a second."""
     counted = _counters(robot_type)
     if counted is None or rate <= 0:
         return None
     bits, per_second, at = counted
     between, half = per_second / rate, 2.0 ** (bits - 1)
-    lost = LOST_REPLIES if robot_type.driver_protocol is not None else 1
-    if between * lost < half:
+    if between < half:
         return None
-
-    def faster(times: int) -> str:
-        least = math.ceil(times * per_second / half * 10) / 10
-        return (
-            f"read `odom` at {least:g} Hz or more" if least <= 50 else "check `counter_bits` and the scales"
-        )
-
-    if between >= half:
-        message = (
-            f"between two readings at {rate:g} Hz a wheel counts {between:.0f}, half a turn of its {bits}-bit"
-            " counter or more: forward looks like backward"
-        )
-        return Doubt("SENSE007", message, at, f"unclear from {half:g} on", faster(1))
+    least = math.ceil(per_second / half * 10) / 10
+    help_ = f"read `odom` at {least:g} Hz or more" if least <= 50 else "check `counter_bits` and the scales"
     message = (
-        f"after {lost - 1} lost replies at {rate:g} Hz a wheel may have counted {between * lost:.0f}, half a"
-        f" turn of its {bits}-bit counter or more"
+        f"between two readings at {rate:g} Hz a wheel counts {between:.0f}, half a turn of its {bits}-bit"
+        " counter or more: forward looks like backward"
     )
-    return Doubt("SENSE008", message, at, f"unclear from {half:g} on", faster(lost))
+    return Doubt("SENSE007", message, at, f"unclear from {half:g} on", help_)
 
 
-def _counters(robot_type: RobotType) -> tuple[int, float, tuple[str | int, ...]] | None:
+def _counters(robot_type: RobotType) -> tuple[int, float, Place] | None:
     """Bits of a position counter, its counts in a second at full speed, and where its width stands."""
     kinematics, sketch = robot_type.kinematics, robot_type.sketch
-    if sketch is not None:
-        return _counters_of_sketch(kinematics, sketch)
-    finest = min((one.metres_per_count for one in kinematics.scales), default=math.inf)
-    at = ("kinematics", "counter_bits" if "counter_bits" in kinematics.model_fields_set else "scales")
-    return kinematics.counter_bits, kinematics.wheel_speed_max / finest, at
-
-
-def _counters_of_sketch(
-    kinematics: Kinematics, sketch: RosserialProtocol
-) -> tuple[int, float, tuple[str | int, ...]] | None:
+    if sketch is None:
+        finest = min((one.metres_per_count for one in kinematics.scales), default=math.inf)
+        at = ("kinematics", "counter_bits" if "counter_bits" in kinematics.model_fields_set else "scales")
+        return kinematics.counter_bits, kinematics.wheel_speed_max / finest, at
     if sketch.odometry is None or kinematics.wheel_radius is None:
         return None
-    index, topic = next(
-        (index, one) for index, one in enumerate(sketch.publishes) if one.topic == sketch.odometry.left
-    )
-    per_metre = sketch.odometry.counts_per_turn / (2 * math.pi * kinematics.wheel_radius)
-    return (
-        COUNTER_BITS[topic.type],
-        kinematics.wheel_speed_max * per_metre,
-        ("protocol", "publishes", index, "type"),
-    )
-
-
-def doubts_about_calibration(robot_type: RobotType, settings: RobotSettings) -> Iterator[Doubt]:
-    """Yields measured values that are far from those of the type."""
-    measured, of_type = settings.calibration.wheel_separation, robot_type.kinematics.wheel_separation
-    if measured is not None:
-        ratio = measured / of_type
-        message = f"a `wheel_separation` of {measured:g} m is {rounded(ratio)} times its type's {of_type:g} m"
-        at = ("settings", "calibration", "wheel_separation")
-        help_ = meant(measured, of_type / 2, of_type * 2)
-        found = _Quantity("separation by type", ratio, message, at, help_).doubt("SENSE003", "SENSE004")
-        if found:
-            yield found
-    stretch = settings.calibration.distance_scale
-    if stretch is not None:
-        message = (
-            f"with a `distance_scale` of {stretch:g} its wheels are {stretch:g} times as large as its type's"
-        )
-        at = ("settings", "calibration", "distance_scale")
-        found = _Quantity("distance scale", stretch, message, at).doubt("SENSE003", "SENSE004")
-        if found:
-            yield found
+    index = next(index for index, one in enumerate(sketch.publishes) if one.topic == sketch.odometry.left)
+    turns = kinematics.wheel_speed_max / (2 * math.pi * kinematics.wheel_radius)
+    bits = _COUNTER_BITS[sketch.publishes[index].type]
+    return bits, turns * sketch.odometry.counts_per_turn, ("protocol", "publishes", index, "type")

@@ -10,7 +10,6 @@ from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
 _XACRO = "/xacro"  # how the namespace of xacro's elements ends
 _LIMITED = ("revolute", "prismatic")
 _TYPES = (*_LIMITED, "continuous", "fixed", "floating", "planar")
-_MOVED_BY_JOINT_STATES = (*_LIMITED, "continuous")
 
 
 @dataclass(frozen=True)
@@ -44,44 +43,25 @@ class UrdfTooLargeError(UrdfError):
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between two links; ``mimics`` if its position follows from another joint's."""
+    """A joint between two links."""
 
     name: str
-    kind: str
     parent: str
     child: str
-    mimics: bool
     place: Place
-
-    @property
-    def needs_states(self) -> bool:
-        """True if its transform is published only once `joint_states` has its name."""
-        return self.kind in _MOVED_BY_JOINT_STATES and not self.mimics
-
-
-@dataclass(frozen=True)
-class Resource:
-    """A mesh or a texture: its URI as the file has it."""
-
-    uri: str
-    place: Place
-
-    @property
-    def in_package(self) -> tuple[str, str] | None:
-        """The package and the path in it; None for any other URI."""
-        kind, separator, rest = self.uri.partition("://")
-        package, slash, path = rest.partition("/")
-        return (package, path) if kind == "package" and separator and slash and package and path else None
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """A robot's shape. ``faults`` are why its links make no tree; without any it has one ``root``."""
+    """A robot's shape. ``faults`` are why its links make no tree; without any it has one ``root``.
+
+    ``packages`` are those of its meshes and textures, each once.
+    """
 
     content: bytes = field(repr=False)
     links: Mapping[str, Place]
     joints: tuple[Joint, ...]
-    resources: tuple[Resource, ...]
+    packages: tuple[str, ...]
     faults: tuple[Fault, ...] = ()
 
     @property
@@ -90,12 +70,6 @@ class Urdf:
         children = {one.child for one in self.joints}
         roots = [name for name in self.links if name not in children]
         return roots[0] if len(roots) == 1 else ""
-
-    @property
-    def packages(self) -> tuple[str, ...]:
-        """The packages of its meshes and textures, each once."""
-        found = (one.in_package for one in self.resources)
-        return tuple(dict.fromkeys(one[0] for one in found if one is not None))
 
 
 def read_urdf(content: bytes) -> Urdf:
@@ -122,7 +96,7 @@ def read_urdf(content: bytes) -> Urdf:
         if one.name == "link" and "name" in one.attributes
     }
     faults = (*_of_elements(root), *_of_the_tree(links, joints)) if links else (_no_link(root),)
-    return Urdf(content, links, joints, tuple(_resources(root)), faults)
+    return Urdf(content, links, joints, tuple(dict.fromkeys(_packages(root))), faults)
 
 
 def _place(tag: Tag) -> Place:
@@ -153,9 +127,7 @@ def _joint(tag: Tag) -> Joint:
     def link(name: str) -> str:
         return next((one.attributes.get("link", "") for one in tag.children if one.name == name), "")
 
-    mimics = any(one.name == "mimic" for one in tag.children)
-    name, kind = tag.attributes.get("name", ""), tag.attributes.get("type", "")
-    return Joint(name, kind, link("parent"), link("child"), mimics, _place(tag))
+    return Joint(tag.attributes.get("name", ""), link("parent"), link("child"), _place(tag))
 
 
 def _no_link(root: Tag) -> Fault:
@@ -232,8 +204,11 @@ def _cycles(links: Mapping[str, Place], parents: Mapping[str, Joint]) -> Iterato
         known |= path.keys()
 
 
-def _resources(root: Tag) -> Iterator[Resource]:
+def _packages(root: Tag) -> Iterator[str]:
+    """Yields the package of each mesh and texture that lies in one."""
     for kind in ("mesh", "texture"):
         for one in root.all(kind):
-            if uri := one.attributes.get("filename", "").strip():
-                yield Resource(uri, _place(one))
+            scheme, separator, rest = one.attributes.get("filename", "").strip().partition("://")
+            package, _, path = rest.partition("/")
+            if scheme == "package" and separator and package and path:
+                yield package

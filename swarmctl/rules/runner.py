@@ -24,13 +24,12 @@ from swarmctl.rules.families.identity import rules as identity
 from swarmctl.rules.families.modes import islands
 from swarmctl.rules.families.modes import rules as modes
 from swarmctl.rules.families.multimaster import bridged_masters, bridged_nodes, bridged_topics, discovery
-from swarmctl.rules.families.naming import groups, namespaces, remaps
+from swarmctl.rules.families.naming import namespaces, remaps
 from swarmctl.rules.families.naming import rules as naming
 from swarmctl.rules.families.network import addresses, reachability
 from swarmctl.rules.families.packages import (
     delivered,
     executables,
-    interpreters,
     launch_files,
     launched_nodes,
     launched_robots,
@@ -43,7 +42,6 @@ from swarmctl.rules.families.programs import (
     declarations,
     files,
     gamepads,
-    privileges,
     recordings,
     shipped,
     starts,
@@ -105,12 +103,10 @@ _MODULES: tuple[ModuleType, ...] = (
     capabilities,
     shipped,
     gamepads,
-    privileges,
     recordings,
     values,
     delivered,
     executables,
-    interpreters,
     launch_files,
     launched_nodes,
     launched_robots,
@@ -118,7 +114,6 @@ _MODULES: tuple[ModuleType, ...] = (
     messages,
     naming,
     namespaces,
-    groups,
     remaps,
     topics,
     absolute_topics,

@@ -16,6 +16,7 @@ from swarmctl.field_types import (
     Folder,
     HostName,
     IslandName,
+    MasterPort,
     Model,
     Name,
     Namespace,
@@ -62,7 +63,7 @@ class Ros(Model):
     distro: Annotated[str, NameIn(MIDDLEWARES)] = Field(
         MIDDLEWARES.default, description="ROS distribution of every host."
     )
-    master_port: Port = Field(11311, description="TCP port of each ROS master.")
+    master_port: MasterPort = Field(11311, description="TCP port of each ROS master.")
     workspace: Folder | None = Field(
         None,
         description="A catkin workspace that lies on every host, built; its packages come before those "
@@ -117,7 +118,7 @@ class Host(Model):
         description="What programs may need of it, in words of your own: a camera, a joystick, a GPU.",
     )
     via: HostName | None = Field(None, description="Host to jump through when it cannot be reached directly.")
-    master_port: Port | None = Field(
+    master_port: MasterPort | None = Field(
         None,
         examples=[11312],
         description="TCP port of the ROS master, if this host runs one; `ros.master_port` by default.",

@@ -9,8 +9,6 @@ from swarmctl.spec.model import Spec
 from swarmctl.swarm.resolved import Island
 
 SSH = "the SSH server"
-HIGHEST = 65535
-PRIVILEGED = range(1, 1024)  # only root, or a process with CAP_NET_BIND_SERVICE
 EPHEMERAL = range(32768, 61000)  # Linux draws ports of outgoing connections here (ip_local_port_range)
 USUAL_MASTER = 11311
 

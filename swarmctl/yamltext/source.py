@@ -34,7 +34,6 @@ _STR = "tag:yaml.org,2002:str"
 _INCOMPLETE = {"YAML003", "YAML004", "YAML005", "YAML008", "YAML013"}
 
 _UNFINISHED = object()  # marks a list or mapping whose values are being built
-_ODD_KEYS = frozenset(word for word in scalars.SWITCHES if len(word) > 1)  # specs have the key `y`
 
 
 @dataclass(frozen=True)
@@ -237,8 +236,6 @@ class _Builder:
                     help=("put shared values under `defaults`",),
                 )
                 continue
-            elif key in _ODD_KEYS:
-                self._scalar(key_node)
             if key in built:
                 if not self._below_limit:
                     continue
@@ -264,12 +261,7 @@ class _Builder:
             return self._written_text(node)
         if text in scalars.WORDS:
             return scalars.WORDS[text]
-        if text[0] not in scalars.BEGINS_NUMBER and text not in scalars.SWITCHES:
-            return text
-        value = scalars.number_or_text(text)
-        if self._below_limit and (trap := scalars.trap(text, value)) is not None:
-            self.diagnostics.append(scalars.warning(text, trap, span_of(node)))
-        return value
+        return text if text[0] not in scalars.BEGINS_NUMBER else scalars.number_or_text(text)
 
     def _written_text(self, node: yaml.ScalarNode) -> str:
         """Returns a scalar that quotes or a tag declare as text."""

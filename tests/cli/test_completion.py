@@ -37,7 +37,7 @@ def test_verbs_have_their_help() -> None:
         ("swarmctl driver t", ["test"]),
         ("swarmctl status --j", ["--json"]),
         ("swarmctl validate --format sa", ["sarif"]),
-        ("swarmctl explain DEV00", [f"DEV00{number}" for number in range(1, 10)]),
+        ("swarmctl explain DEV00", [f"DEV00{number}" for number in (1, 2, 3, 4, 5, 7, 8, 9)]),
         ("swarmctl driver show kh", ["khepera3"]),
         ("swarmctl driver test kh", ["khepera3"]),
         ("swarmctl emulate kh", ["khepera3"]),

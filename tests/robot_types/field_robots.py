@@ -9,36 +9,35 @@ from typing import Any
 
 @dataclass(frozen=True)
 class FieldRobot:
-    """Lengths in m, speed in m/s, counts for one turn of a wheel; ``sensor`` is the farthest one."""
+    """Lengths in m, speed in m/s, counts for one turn of a wheel."""
 
     name: str
     separation: float
     radius: float | None
     speed: float
     counts: float | None = None
-    sensor: tuple[float, float] = (0.0, 0.0)  # forward, up
 
 
 FIELD = (
-    FieldRobot("TurtleBot 1 (Create)", 0.26, 0.033, 0.5, 508.8, (0.1, 0.3)),
-    FieldRobot("TurtleBot 2 (Kobuki)", 0.23, 0.035, 0.65, 2578.33, (0.09, 0.31)),
-    FieldRobot("TurtleBot3 Burger", 0.16, 0.033, 0.22, 4096, (0.032, 0.17)),
-    FieldRobot("TurtleBot3 Waffle", 0.287, 0.033, 0.26, 4096, (0.064, 0.12)),
-    FieldRobot("TurtleBot 4 (Create 3)", 0.233, 0.03575, 0.46, 508.8, (0.06, 0.2)),
-    FieldRobot("Husky A200", 0.5708, 0.1651, 1.0, 80_900, (0.4, 0.4)),
-    FieldRobot("Jackal", 0.37559, 0.098, 2.0, None, (0.2, 0.3)),
-    FieldRobot("Warthog", 1.1369, 0.3, 5.0, None, (0.7, 0.8)),
-    FieldRobot("Thymio II", 0.094, 0.022, 0.2, None, (0.08, 0.02)),
-    FieldRobot("Kilobot", 0.025, None, 0.01, None, (0.01, 0.02)),
-    FieldRobot("e-puck", 0.053, 0.0205, 0.1288, 1000, (0.035, 0.034)),
-    FieldRobot("Koala", 0.29, 0.0425, 0.45, 5934, (0.175, 0.05)),
-    FieldRobot("Khepera III", 0.08841, 0.0205, 0.298, 4198.4, (0.065, 0.02)),
-    FieldRobot("Khepera IV", 0.1054, 0.021, 0.814, 19_456, (0.07, 0.03)),
-    FieldRobot("Pioneer 3-DX", 0.381, 0.0975, 1.2, 76_600, (0.18, 0.2)),
-    FieldRobot("Pioneer 3-AT", 0.394, 0.111, 0.7, 34_000, (0.2, 0.25)),
-    FieldRobot("iRobot Create 2", 0.235, 0.036, 0.5, 508.8, (0.16, 0.05)),
-    FieldRobot("Duckiebot DB21", 0.1, 0.0318, 0.5, 135, (0.07, 0.08)),
-    FieldRobot("a kit with an UNO", 0.13, 0.0325, 0.5, 20, (0.1, 0.05)),
+    FieldRobot("TurtleBot 1 (Create)", 0.26, 0.033, 0.5, 508.8),
+    FieldRobot("TurtleBot 2 (Kobuki)", 0.23, 0.035, 0.65, 2578.33),
+    FieldRobot("TurtleBot3 Burger", 0.16, 0.033, 0.22, 4096),
+    FieldRobot("TurtleBot3 Waffle", 0.287, 0.033, 0.26, 4096),
+    FieldRobot("TurtleBot 4 (Create 3)", 0.233, 0.03575, 0.46, 508.8),
+    FieldRobot("Husky A200", 0.5708, 0.1651, 1.0, 80_900),
+    FieldRobot("Jackal", 0.37559, 0.098, 2.0),
+    FieldRobot("Warthog", 1.1369, 0.3, 5.0),
+    FieldRobot("Thymio II", 0.094, 0.022, 0.2),
+    FieldRobot("Kilobot", 0.025, None, 0.01),
+    FieldRobot("e-puck", 0.053, 0.0205, 0.1288, 1000),
+    FieldRobot("Koala", 0.29, 0.0425, 0.45, 5934),
+    FieldRobot("Khepera III", 0.08841, 0.0205, 0.298, 4198.4),
+    FieldRobot("Khepera IV", 0.1054, 0.021, 0.814, 19_456),
+    FieldRobot("Pioneer 3-DX", 0.381, 0.0975, 1.2, 76_600),
+    FieldRobot("Pioneer 3-AT", 0.394, 0.111, 0.7, 34_000),
+    FieldRobot("iRobot Create 2", 0.235, 0.036, 0.5, 508.8),
+    FieldRobot("Duckiebot DB21", 0.1, 0.0318, 0.5, 135),
+    FieldRobot("a kit with an UNO", 0.13, 0.0325, 0.5, 20),
 )
 
 
@@ -56,15 +55,7 @@ def as_type(robot: FieldRobot, **changed: float) -> dict[str, Any]:
         way = 2 * math.pi * robot.radius / robot.counts
         scale["metres_per_count"] = way * changed.get("metres_per_count", 1)
         sensors["odom"] = {"kind": "wheels", "read": "position"}
-    place = changed.get("place", 1)
-    x, z = robot.sensor
-    elements = [{"name": "front", "x": x * place, "y": 0.0, "z": z * place, "heading_deg": 0.0}]
-    distances = [[0, 0.5], [100, 0.02]]
-    sensors["near"] = {
-        "kind": "range", "rate": 5.0, "max_reading": 100, "distances": distances, "field_of_view_deg": 20.0,
-        "elements": elements,
-    }  # fmt: skip
-    queries = {"near": {"send": "N", "reply": "n", "values": 1}}
+    queries = {}
     if "odom" in sensors:
         queries["position"] = {"send": "P", "reply": "p", "values": 2}
     return {

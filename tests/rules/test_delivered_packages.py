@@ -183,30 +183,3 @@ def test_a_link_out_of_the_folder_stays_behind(tmp_path: Path) -> None:
     document, found = load_checked(path)
     assert document is not None, found
     assert "key" not in document.packages.delivered["nav"].files
-
-
-@pytest.mark.parametrize(
-    ("first", "interpreter"),
-    [
-        ("#!/usr/bin/env python", "python"),
-        ("#! /usr/bin/python2.7 -u", "/usr/bin/python2.7"),
-        ("#!/usr/bin/env -S python", "python"),
-        ("#!/usr/bin/env python3\r", "python3\\r"),
-        ("#!/usr/bin/env python3", ""),
-        ("#!/bin/sh", ""),
-        ("import python", ""),
-    ],
-)
-def test_an_interpreter_that_no_host_has_is_reported(tmp_path: Path, first: str, interpreter: str) -> None:
-    files = {
-        "package.xml": NAV,
-        "scripts/go.py": f"{first}\nprint()\n",
-        "src/nav/a.py": "#!/usr/bin/python\n",
-    }
-    document, found = load_checked(spec(tmp_path, files=files))
-    assert document is not None
-    messages = [one.message for one in found if one.code == "PKG021"]
-    assert bool(messages) == bool(interpreter)
-    for message in messages:
-        assert message.startswith("`scripts/go.py` of package `nav` names the interpreter")
-        assert f"`{interpreter}`" in message

@@ -1,4 +1,4 @@
-"""Packages beside a spec: messages (PKG014, PKG015), workspaces of the operator, and what is never read."""
+"""Packages beside a spec: messages (PKG014), workspaces of the operator, and what is never read."""
 
 from __future__ import annotations
 
@@ -71,13 +71,6 @@ def test_two_copies_of_a_package_that_differ(tmp_path: Path) -> None:
     assert codes(own, tmp_path / "ws") == []
     write(tmp_path / "ws/own", {"msg/Counts.msg": "int16 a\n"})
     assert codes(own, tmp_path / "ws") == ["PKG014"]
-
-
-def test_a_message_that_genmsg_refuses(tmp_path: Path) -> None:
-    own = spec(tmp_path, topic("own/Counts"))
-    write(tmp_path / "own", {"package.xml": manifest("own"), "msg/Counts.msg": "int8\n", "go.py": ""})
-    (tmp_path / "own/go.py").chmod(0o755)
-    assert codes(own) == ["PKG015"]
 
 
 def test_the_messages_of_a_package_beside_the_spec_are_known(tmp_path: Path) -> None:

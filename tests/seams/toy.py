@@ -11,7 +11,6 @@ from swarmctl.render.multimaster.base import Discovery, JoinNodes
 from swarmctl.render.part import Part
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
-from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
@@ -90,13 +89,10 @@ class Mesh:
     """A bridge process on every hub that receives topics."""
 
     settings = frozenset({"heartbeat_hz"})
-    discovery = Discovery("239.255.7.7", min_quality_hz=0.1, min_steady_hz=0.5, many=2, forget_factor=3)
+    discovery = Discovery("239.255.7.7", forget_factor=3)
     memory_mb = 10
     offsets = (50,)
     only_receivers = True
-
-    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
-        return {}
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         yield Listener(island.hub, island.master_port + 50, "the mesh", ("multimaster", "provider"))

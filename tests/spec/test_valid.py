@@ -41,7 +41,7 @@ def test_a_bluetooth_address_of_digits_needs_no_quotes(leader_spec: Path, tmp_pa
     text = leader_spec.read_text("utf-8").replace('"10:00:e8:c5:64:37"', "10:00:52:14:33:11")
     (tmp_path / "swarm.yaml").write_text(text, "utf-8")
     swarm, found = load_swarm(tmp_path / "swarm.yaml")
-    assert [(one.code, one.severity) for one in found] == [("YAML009", Severity.WARNING)]
+    assert found == ()
     assert swarm is not None
     line = swarm.robots["epuck"].line
     assert isinstance(line, RfcommLine)

@@ -212,10 +212,6 @@ def test_a_first_spec_has_their_links(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "code", "words"),
     [
-        ("address: 192.168.77.50}", "address: 192.168.77.11}", "LINK009", "that of host `pi`"),
-        ("address: 192.168.77.50}", "address: 127.0.0.1}", "LINK009", "that of host `pi`"),
-        ("address: 192.168.77.50}", "address: 192.168.99.5}", "LINK010", "no network of host `pi`"),
-        ("robot: t-1, address", "robot: t-1, latency: 0.9, address", "LINK011", "0.9 s there and back"),
         ("capacity_mbps: 8.0", "capacity_mbps: 2.5", "LINK012", "carries 2 of 2.5 Mbit/s"),
         ("e7e7e7e702", "E7E7E7E701", "ID009", "`cf-1` and robot `cf-2`"),
         ("radio://0/80/2M/e7e7e7e702", "radio://1/81/1M/E7E7E7E702", "RADIO004", "80 and 81"),

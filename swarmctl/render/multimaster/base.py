@@ -6,7 +6,7 @@ To add one, write an object with the members of ``MultimasterProvider`` and regi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Protocol, cast
 
@@ -23,9 +23,6 @@ class Discovery:
     """The limits of a provider whose masters find each other by heartbeats."""
 
     group: str  # its multicast group, unless the spec names another
-    min_quality_hz: float  # heartbeats below it give no link quality
-    min_steady_hz: float  # below it more than `many` masters go on- and offline
-    many: int
     forget_factor: float  # how many times `active_request_after` its `remove_after` is by default
 
 
@@ -65,9 +62,6 @@ class MultimasterProvider(Protocol):
     @property
     def only_receivers(self) -> bool:
         """Whether only hubs to which a topic is bridged run it; otherwise all hubs do."""
-
-    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
-        """Settings for software that the distribution cannot run: key to reason, as part of a sentence."""
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Returns the ports that it takes on the hub of ``island``."""

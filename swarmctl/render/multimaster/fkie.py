@@ -11,7 +11,7 @@ from typing import Any
 
 from swarmctl.render.bundle import ROOT, File, Unit, package
 from swarmctl.render.multimaster.base import Discovery, JoinNodes, MultimasterProvider
-from swarmctl.render.multimaster.fkie_packages import FAMILIES, PYTHON_2, Node
+from swarmctl.render.multimaster.fkie_packages import FAMILIES, Node
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
@@ -43,15 +43,10 @@ class Fkie:
     """The provider: a discovery node on every hub, and a sync node on hubs that receive topics."""
 
     settings = frozenset(Multimaster.model_fields) - {"provider", "topics"}
-    # Of master_discovery (multimaster_fkie 0.8); the steady rate is from fkie/multimaster_fkie#46.
-    discovery = Discovery("226.0.0.0", min_quality_hz=0.1, min_steady_hz=0.3, many=5, forget_factor=5)
+    discovery = Discovery("226.0.0.0", forget_factor=5)  # of master_discovery (multimaster_fkie 0.8)
     memory_mb = 120
     offsets = (DISCOVERY_OFFSET, ZEROCONF_OFFSET, DAEMON_OFFSET)
     only_receivers = False
-
-    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
-        """Reports the packages for Python 2."""
-        return {"packages": "is Python 2"} if settings.packages == PYTHON_2 else {}
 
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         """Discovery's ports, and those that fkie's GUI takes once somebody opens it."""

@@ -41,6 +41,3 @@ FAMILIES: Mapping[str, Family] = {
         Node("fkie_mas_sync", "mas-sync", "mas_sync"),
     ),
 }
-
-#: Version 0.8.12, the last one, has print statements.
-PYTHON_2 = "multimaster_fkie"

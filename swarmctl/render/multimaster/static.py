@@ -16,7 +16,6 @@ from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
-from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Host, Island, Swarm
@@ -36,10 +35,6 @@ class Static:
     memory_mb = 60
     offsets: tuple[int, ...] = ()
     only_receivers = True
-
-    def outdated(self, settings: Multimaster) -> Mapping[str, str]:
-        """Nothing: the node comes with the release."""
-        return {}
 
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Nothing: the node takes any free port."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.analysis.rosserial_load import CAREFUL, PATIENCE, Carried, RosserialBudget, rosserial_budgets
+from swarmctl.analysis.rosserial_load import PATIENCE, Carried, RosserialBudget, rosserial_budgets
 from swarmctl.diagnostics import Diagnostic
 from swarmctl.robot_types.board_limits import boards
 from swarmctl.robot_types.message_sizes import size_of
@@ -114,14 +114,13 @@ def _unknown(context: RuleContext, budget: RosserialBudget, one: Carried) -> Dia
     )
 
 
-@rule("BOARD005", "BOARD006")
+@rule("BOARD005")
 def board_lines(context: RuleContext) -> Iterator[Diagnostic]:
-    """The declared rates exceed the capacity of the board's serial link, or almost do."""
+    """The declared rates exceed the capacity of the board's serial link."""
     for budget in _budgets(context):
-        if budget.share > CAREFUL:
-            never = budget.share > 1
+        if budget.share > 1:
             yield Diagnostic(
-                "BOARD005" if never else "BOARD006",
+                "BOARD005",
                 f"the topics of `{budget.owner}` need {budget.needed:.0f} B/s one way, its link carries "
                 f"{budget.available:.0f} B/s: {budget.share:.0%}",
                 context.span(*budget.loc, "board"),

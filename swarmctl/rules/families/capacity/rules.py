@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarmctl.analysis.host_load import CAREFUL, SMALL_NODES, HostBudget
+from swarmctl.analysis.host_load import SMALL_NODES, HostBudget
 from swarmctl.analysis.network_load import CAREFUL_NETWORK, network_budgets
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 
 
-@rule("CAP001", "CAP002")
+@rule("CAP001")
 def memory(context: RuleContext) -> Iterator[Diagnostic]:
-    """A host whose processes need more memory than it has, or almost all."""
+    """A host whose processes need more memory than it has."""
     for budget in context.host_budgets:
-        if budget.share > CAREFUL:
-            never = budget.share > 1
+        if budget.share > 1:
             yield Diagnostic(
-                "CAP001" if never else "CAP002",
+                "CAP001",
                 f"host `{budget.host}` needs {budget.needed_mb} MB, a {budget.computer} has "
                 f"{budget.memory_mb} MB",
                 context.span("hosts", budget.host, key=True),

@@ -27,13 +27,6 @@ FACTORY = re.compile(r"0*[01]?|0*123456(78(9[0A]?)?)?|[fF]+")
 
 _PLACEHOLDERS = ("00:00:00:00:00:00", "ff:ff:ff:ff:ff:ff")
 _INQUIRY = re.compile(r"9e:8b:[0-3][0-9a-f]")  # lower address parts 9E8B00-9E8B3F (Bluetooth core, baseband)
-_IN_EXAMPLES = {
-    "00:11:22:33:44:55",
-    "01:23:45:67:89:ab",
-    "11:22:33:44:55:66",
-    "12:34:56:78:9a:bc",
-    "aa:bb:cc:dd:ee:ff",
-}
 
 
 @rule("LINK004")
@@ -169,9 +162,9 @@ def _shared_or_absent(context: RuleContext, index: int, usb: Usb, serial: str) -
         )
 
 
-@rule("DEV005", "DEV006")
+@rule("DEV005")
 def bluetooth_addresses(context: RuleContext) -> Iterator[Diagnostic]:
-    """A Bluetooth address that is invalid, or an example from manuals."""
+    """An invalid Bluetooth address."""
     for index, link in context.lines:
         if not isinstance(link, Bluetooth):
             continue
@@ -183,16 +176,4 @@ def bluetooth_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 label="all zeros or all ones" if link.mac in _PLACEHOLDERS else "reserved for inquiries",
                 notes=(Note(context.span("robots", link.robot, key=True), "the robot"),),
                 help=("switch the robot on; `bluetoothctl scan on` shows its address",),
-            )
-        elif link.mac in _IN_EXAMPLES or int(link.mac[:2], 16) & 1:
-            group = link.mac not in _IN_EXAMPLES
-            yield Diagnostic(
-                "DEV006",
-                f"`{link.mac}` is probably not the Bluetooth address of a robot",
-                context.span("links", index, "mac"),
-                label="a group address, since the first byte is odd"
-                if group
-                else "an example in many manuals",
-                notes=(Note(context.span("robots", link.robot, key=True), "the robot"),),
-                help=("compare it with the robot's label, or with the output of `bluetoothctl scan on`",),
             )

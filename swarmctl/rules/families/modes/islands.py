@@ -11,13 +11,11 @@ from swarmctl.swarm.modes import ROLES, hub_of
 from swarmctl.yamltext.edits import append_item, make_fix
 
 
-@rule("MODE010", "MODE014")
-def enough_islands(context: RuleContext) -> Iterator[Diagnostic]:
-    """Mode combined with no island, or with one."""
+@rule("MODE010")
+def missing_islands(context: RuleContext) -> Iterator[Diagnostic]:
+    """Mode combined without islands."""
     spec = context.spec
-    if spec.mode is not Mode.COMBINED or len(spec.islands) > 1:
-        return
-    if not spec.islands:
+    if spec.mode is Mode.COMBINED and not spec.islands:
         yield Diagnostic(
             "MODE010",
             "mode `combined` needs `islands`",
@@ -28,15 +26,6 @@ def enough_islands(context: RuleContext) -> Iterator[Diagnostic]:
                 "if each host runs its own master, write `mode: standalone`",
             ),
         )
-        return
-    [(name, island)] = spec.islands.items()
-    yield Diagnostic(
-        "MODE014",
-        f"mode `combined` with a single island, `{name}`",
-        context.span("islands", name, key=True),
-        label="the only island",
-        help=(f"write `mode: {island.mode}` for the whole swarm, or add the other islands",),
-    )
 
 
 @rule("MODE011", "MODE012")
@@ -110,40 +99,4 @@ def hubs_on_their_islands(context: RuleContext) -> Iterator[Diagnostic]:
                     append_item(context.source, ("islands", name, "hosts"), hub),
                     safe=False,
                 ),
-            )
-
-
-@rule("MODE015")
-def empty_islands(context: RuleContext) -> Iterator[Diagnostic]:
-    """An island without a robot, a program or a commander."""
-    spec = context.spec
-    if spec.mode is not Mode.COMBINED or len(context.islands) < 2:
-        return
-    working = _working(context)
-    for island in context.islands:
-        if working.isdisjoint(island.hosts):
-            yield Diagnostic(
-                "MODE015",
-                f"island `{island.name}` has no robot, no program and no commander",
-                context.span("islands", island.name, key=True),
-                label="its master has no use",
-                help=("remove it with its hosts, or assign a robot or a program to one of them",),
-            )
-
-
-@rule("MODE017")
-def ambiguous_names(context: RuleContext) -> Iterator[Diagnostic]:
-    """An island with the name of a host on another island."""
-    spec = context.spec
-    if spec.mode is not Mode.COMBINED:
-        return
-    for name, island in spec.islands.items():
-        if name in spec.hosts and name not in island.hosts:
-            yield Diagnostic(
-                "MODE017",
-                f"island `{name}` has the name of a host that is not on it",
-                context.span("islands", name, key=True),
-                label="ambiguous name",
-                notes=(Note(context.span("hosts", name, key=True), "the host"),),
-                help=("rename the island",),
             )

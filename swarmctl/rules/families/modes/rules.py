@@ -8,7 +8,7 @@ from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode
-from swarmctl.swarm.modes import MULTIMASTER, ROLES
+from swarmctl.swarm.modes import ROLES
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value, set_key
 
 Loc = tuple[str | int, ...]
@@ -143,9 +143,9 @@ def _sole_leaders(context: RuleContext) -> dict[str, str]:
     }
 
 
-@rule("MODE007", "MODE008")
-def keys_of_other_modes(context: RuleContext) -> Iterator[Diagnostic]:
-    """`islands` or `multimaster` in a mode that does not use them."""
+@rule("MODE007")
+def unused_islands(context: RuleContext) -> Iterator[Diagnostic]:
+    """`islands` in a mode that does not use them."""
     spec = context.spec
     if spec.islands and spec.mode is not Mode.COMBINED:
         yield Diagnostic(
@@ -156,31 +156,6 @@ def keys_of_other_modes(context: RuleContext) -> Iterator[Diagnostic]:
             notes=(Note(context.span("mode"), "the mode"),),
             help=("remove them, or write `mode: combined`",),
             fix=make_fix("remove `islands`", remove(context.source, ("islands",)), safe=False),
-        )
-    if spec.multimaster is not None and spec.mode not in MULTIMASTER:
-        yield Diagnostic(
-            "MODE008",
-            f"mode `{spec.mode.value}` has a single master and no `multimaster`",
-            context.span("multimaster", key=True),
-            label="has no effect",
-            notes=(Note(context.span("mode"), "the mode"),),
-            help=("remove it, or choose mode `standalone` or `combined`",),
-            fix=make_fix("remove `multimaster`", remove(context.source, ("multimaster",)), safe=False),
-        )
-
-
-@rule("MODE009")
-def lone_host(context: RuleContext) -> Iterator[Diagnostic]:
-    """Mode standalone with a single host."""
-    spec = context.spec
-    if spec.mode is Mode.STANDALONE and len(spec.hosts) == 1:
-        [host] = spec.hosts
-        yield Diagnostic(
-            "MODE009",
-            f"mode `standalone` needs several hosts, and `{host}` is the only one",
-            context.span("mode"),
-            label="one host, one master",
-            help=(f"write `mode: single-minded` and `leader: {host}`, or add the other hosts",),
         )
 
 

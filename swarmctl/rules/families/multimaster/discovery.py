@@ -1,4 +1,4 @@
-"""Discovery between masters: peer lists, filters, heartbeats and provider settings."""
+"""Discovery between masters: peer lists, filters, groups and provider settings."""
 
 from __future__ import annotations
 
@@ -141,36 +141,6 @@ def groups(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-@rule("MM005", "MM009")
-def heartbeats(context: RuleContext) -> Iterator[Diagnostic]:
-    """A heartbeat rate too low to notice a lost robot in time, or for many masters."""
-    found = discovering(context)
-    if found is None:
-        return
-    settings, limits = found
-    rate, steady = settings.heartbeat_hz, limits.min_steady_hz
-    loc = ("multimaster", "heartbeat_hz")
-    fix = make_fix("write 1.0", replace_value(context.source, loc, 1.0), safe=False)
-    if rate < limits.min_quality_hz:
-        yield Diagnostic(
-            "MM005",
-            f"with a heartbeat every {1 / rate:g} s the loss of a robot is noticed only after minutes",
-            context.span(*loc),
-            label=f"no link quality below {limits.min_quality_hz:g} Hz",
-            help=("leave it out: 1 Hz, 68 bytes a second to each other master",),
-            fix=fix,
-        )
-    elif rate < steady and len(context.islands) > limits.many:
-        yield Diagnostic(
-            "MM009",
-            f"{len(context.islands)} masters with a heartbeat every {1 / rate:.3g} s may flap",
-            context.span(*loc),
-            label="alternately online and offline",
-            help=(f"leave it out: 1 Hz; above {limits.many} masters take at least {steady:g} Hz",),
-            fix=fix,
-        )
-
-
 @rule("MM006")
 def memories(context: RuleContext) -> Iterator[Diagnostic]:
     """A master is removed before its state is requested."""
@@ -222,22 +192,3 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
                     f"remove `{key}`", remove(context.source, ("multimaster", key)), safe=not others
                 ),
             )
-
-
-@rule("MM016")
-def outdated_packages(context: RuleContext) -> Iterator[Diagnostic]:
-    """Packages for Python 2, which the ROS distribution does not run."""
-    settings = _settings(context)
-    if settings is None:
-        return
-    for key, reason in provider_of(settings).outdated(settings).items():
-        loc = ("multimaster", key)
-        default = type(settings).model_fields[key].default
-        yield Diagnostic(
-            "MM016",
-            f"`{getattr(settings, key)}` {reason}, and ROS {context.spec.ros.distro} runs Python 3",
-            context.span(*loc),
-            label="as published it does not start",
-            help=(f"leave it out: the default is `{default}`",),
-            fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=False),
-        )

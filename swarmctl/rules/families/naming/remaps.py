@@ -8,25 +8,7 @@ from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import nearest
 from swarmctl.swarm import names
-from swarmctl.yamltext.edits import make_fix, remove, rename_key
-
-
-@rule("NAME006")
-def remaps(context: RuleContext) -> Iterator[Diagnostic]:
-    """A name remapped to itself."""
-    for name, program in context.spec.programs.items():
-        node = context.program_nodes[name]
-        for old, new in program.remap.items():
-            if names.resolved(old, node, {}) == names.resolved(new, node, {}):
-                loc = ("programs", name, "remap", old)
-                yield Diagnostic(
-                    "NAME006",
-                    f"program `{name}` remaps `{old}` to itself",
-                    context.span(*loc),
-                    label=f"both are `{names.resolved(old, node, {})}`",
-                    help=("remove it, or write another name",),
-                    fix=make_fix("remove it", remove(context.source, loc), safe=False),
-                )
+from swarmctl.yamltext.edits import make_fix, rename_key
 
 
 @rule("NAME009")

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value
 from swarmctl.yamltext.source import Loc
-
-_CONVENTIONAL = re.compile("[a-z][a-z0-9_]*", re.ASCII)  # REP 144
 
 
 def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
@@ -30,9 +27,9 @@ def _graph_names(context: RuleContext) -> Iterator[tuple[str, Loc, bool]]:
         yield crossing.topic, ("multimaster", "topics", index, "topic"), False
 
 
-@rule("NAME001", "NAME002")
+@rule("NAME001")
 def spelling(context: RuleContext) -> Iterator[Diagnostic]:
-    """A name that is invalid in ROS 1, or in ROS 2."""
+    """A name with an empty part, or with no part."""
     for name, loc, is_key in _graph_names(context):
         meant = _cleaned(name)
         if meant != name:
@@ -43,14 +40,6 @@ def spelling(context: RuleContext) -> Iterator[Diagnostic]:
                 label=_flaw(name, meant),
                 help=(f"write `{meant}`",) if meant else ("add a name after it",),
                 fix=_respelt(context, loc, is_key, meant) if meant else None,
-            )
-        elif "__" in name:
-            yield Diagnostic(
-                "NAME002",
-                f"`{name}` has two underscores in a row",
-                context.span(*loc, key=is_key),
-                label="ROS reserves `__`",
-                help=("write one underscore",),
             )
 
 
@@ -73,24 +62,6 @@ def _respelt(context: RuleContext, loc: Loc, is_key: bool, name: str) -> Fix | N
     return make_fix(f"write `{name}`", edits, safe=True)
 
 
-@rule("NAME003")
-def trailing_hyphens(context: RuleContext) -> Iterator[Diagnostic]:
-    """A name that ends in a hyphen or has two in a row; hyphens become underscores in ROS."""
-    spec = context.spec
-    named: list[tuple[str, Loc, bool]] = [(spec.name, ("name",), False)]
-    for kind in ("hosts", "robots", "programs", "islands"):
-        named += [(name, (kind, name), True) for name in getattr(spec, kind) if "-" in name]
-    for name, loc, is_key in named:
-        if name.endswith("-") or "--" in name:
-            yield Diagnostic(
-                "NAME003",
-                f"`{name}` {'ends in a hyphen' if name.endswith('-') else 'has two hyphens in a row'}",
-                context.span(*loc, key=is_key),
-                label="hyphens become underscores in ROS names",
-                help=(f"write `{'-'.join(part for part in name.split('-') if part)}`",),
-            )
-
-
 @rule("NAME007")
 def crossing_names(context: RuleContext) -> Iterator[Diagnostic]:
     """A bridged topic with a relative name."""
@@ -109,28 +80,3 @@ def crossing_names(context: RuleContext) -> Iterator[Diagnostic]:
             if full
             else None,
         )
-
-
-@rule("NAME008", ros1=True)
-def package_names(context: RuleContext) -> Iterator[Diagnostic]:
-    """A package with a name that catkin takes with a warning."""
-    for name, program in context.spec.programs.items():
-        named: list[tuple[str, Loc]] = [
-            (one, ("programs", name, "requires", index)) for index, one in enumerate(program.requires)
-        ]
-        if program.package is not None:
-            named.insert(0, (program.package, ("programs", name, "package")))
-        for package, loc in named:
-            if _CONVENTIONAL.fullmatch(package):
-                continue
-            meant = re.sub("[^a-z0-9]+", "_", package.lower()).lstrip("_0123456789")
-            yield Diagnostic(
-                "NAME008",
-                f"the package name `{package}` is against the conventions of ROS",
-                context.span(*loc),
-                label="lower-case letters, digits and _, a letter first",
-                help=(
-                    *((f"write `{meant}`, if that is its name",) if meant else ()),
-                    "compare it with the package's package.xml; `rospack find NAME` looks for it on a host",
-                ),
-            )

@@ -149,9 +149,9 @@ def unclear_names(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("NET008", "NET009")
+@rule("NET008")
 def overlapping_networks(context: RuleContext) -> Iterator[Diagnostic]:
-    """Networks with overlapping subnets, with or without a common host."""
+    """Networks with overlapping subnets and a common host."""
     known = [(subnet, index) for index, subnet in context.subnets.items() if subnet is not None]
     ordered = sorted(known, key=lambda one: (one[0].version, one[0], one[1]))
     widest: list[tuple[Subnet, int]] = []  # enclosing subnets of the next one
@@ -162,19 +162,20 @@ def overlapping_networks(context: RuleContext) -> Iterator[Diagnostic]:
             if (
                 context.network_at[earlier].name != context.network_at[index].name
             ):  # otherwise ID004 reports it
-                yield _overlap(context, *sorted((earlier, index)))
+                yield from _overlap(context, *sorted((earlier, index)))
         widest.append((subnet, index))
 
 
-def _overlap(context: RuleContext, first: int, second: int) -> Diagnostic:
+def _overlap(context: RuleContext, first: int, second: int) -> Iterator[Diagnostic]:
     one, other = context.network_at[first], context.network_at[second]
     shared = context.members[first] & context.members[second]
     both = next((host for host in other.hosts if host in shared), None)
+    if both is None:
+        return
     named = [f"`{link.name}` ({context.subnets[index]})" for index, link in ((first, one), (second, other))]
-    fact = f"networks {' and '.join(named)} overlap"
-    return Diagnostic(
-        "NET009" if both is None else "NET008",
-        fact if both is None else f"{fact}, and host `{both}` is on both",
+    yield Diagnostic(
+        "NET008",
+        f"networks {' and '.join(named)} overlap, and host `{both}` is on both",
         context.span("links", second, "subnet" if other.subnet else "name"),
         label="overlapping subnet",
         notes=(Note(context.span("links", first, "subnet" if one.subnet else "name"), "the other network"),),
@@ -234,20 +235,4 @@ def jumps(context: RuleContext) -> Iterator[Diagnostic]:
                 label="no wlan or ethernet has both hosts",
                 notes=(Note(context.span("hosts", host.via, key=True), "the jump host"),),
                 help=(f"choose a host on `{networks[0][1].name}`, or add `{host.via}` to its hosts",),
-            )
-
-
-@rule("NET018")
-def optional_jumps(context: RuleContext) -> Iterator[Diagnostic]:
-    """An optional jump host of a host that is not optional."""
-    hosts = context.spec.hosts
-    for name, host in hosts.items():
-        if host.via in hosts and hosts[host.via].optional and not host.optional:
-            yield Diagnostic(
-                "NET018",
-                f"host `{name}` is reached through `{host.via}`, which is optional",
-                context.span("hosts", name, "via"),
-                label="the only way to it",
-                notes=(Note(context.span("hosts", host.via, "optional"), "optional"),),
-                help=(f"make `{name}` optional too, or remove `optional` of `{host.via}`",),
             )

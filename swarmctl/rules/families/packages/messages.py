@@ -40,22 +40,6 @@ def copies(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PKG015", ros1=True)
-def definitions(context: RuleContext) -> Iterator[Diagnostic]:
-    """A file that is no definition of a message."""
-    places = _places(context)
-    for package in context.document.packages.found:
-        loc = _place(places, package)
-        for path, error in package.definitions[1].items() if loc is not None else ():
-            yield Diagnostic(
-                "PKG015",
-                f"{package.folder}/{path}:{error.line} is no message: {error}",
-                context.span(*loc or ()),
-                label="the package does not build",
-                help=("correct the line; wiki.ros.org/msg shows the format",),
-            )
-
-
 def _places(context: RuleContext) -> Mapping[str, Loc]:
     """Where the spec names a message type first, or else a package."""
     found: dict[str, Loc] = {}

@@ -9,8 +9,6 @@ from swarmctl.diagnostics import Diagnostic, Note, Span
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.swarm.ports import (
     EPHEMERAL,
-    HIGHEST,
-    PRIVILEGED,
     SSH,
     USUAL_MASTER,
     Listener,
@@ -108,74 +106,19 @@ def _free_port(context: RuleContext, hub: str) -> int | None:
     return free_master_port(taken, master_offsets(context.spec, context.islands))
 
 
-@rule("PORT003", "PORT004", "PORT005")
-def ranges(context: RuleContext) -> Iterator[Diagnostic]:
-    """A port above 65535, one only for root, or one in the ephemeral range."""
+@rule("PORT005")
+def ephemeral_ports(context: RuleContext) -> Iterator[Diagnostic]:
+    """A port in the ephemeral range."""
     reported: set[tuple[str | int, ...]] = set()
     for one in context.listeners:
-        if not one.runs or one.what == SSH or one.loc in reported:
+        if not one.runs or one.what == SSH or one.loc in reported or one.port not in EPHEMERAL:
             continue
-        usual = f", such as {USUAL_MASTER}" if _of_a_master(one) else ""
-        if one.port > HIGHEST:
-            reported.add(one.loc)
-            yield Diagnostic(
-                "PORT003",
-                f"{one.what} of `{one.host}` would need port {one.port}; the highest is {HIGHEST}",
-                context.span(*one.loc),
-                label=_offset(context, one),
-                help=("choose a port near 11311",) if _of_a_master(one) else ("choose a lower port",),
-            )
-        elif one.port in PRIVILEGED:
-            reported.add(one.loc)
-            yield Diagnostic(
-                "PORT004",
-                f"{one.what} of `{one.host}` cannot listen on port {one.port}, which only root may use",
-                context.span(*one.loc),
-                label=f"below {PRIVILEGED.stop}",
-                help=(f"choose a port from 1024{usual}; the units run without privileges",),
-            )
-        elif one.port in EPHEMERAL:
-            reported.add(one.loc)
-            yield Diagnostic(
-                "PORT005",
-                f"port {one.port} of {one.what} of `{one.host}` may be in use by an outgoing connection",
-                context.span(*one.loc),
-                label=f"Linux assigns {EPHEMERAL[0]} to {EPHEMERAL[-1]}",
-                help=(f"choose a port below {EPHEMERAL[0]}{usual}",),
-            )
-
-
-def _offset(context: RuleContext, one: Listener) -> str:
-    """Returns how a port that is too high comes from the port of the spec."""
-    if not _of_a_master(one):
-        return "too high"
-    given = context.spec.hosts[one.host].master_port or context.spec.ros.master_port
-    return f"{one.what} uses this port + {one.port - given}"
-
-
-@rule("PORT006")
-def unused_ports(context: RuleContext) -> Iterator[Diagnostic]:
-    """A `master_port` on a host that runs no master."""
-    hubs = {island.hub for island in context.islands}
-    for name, host in context.spec.hosts.items():
-        if host.master_port is not None and name not in hubs:
-            yield Diagnostic(
-                "PORT006",
-                f"host `{name}` runs no master, so its `master_port` has no effect",
-                context.span("hosts", name, "master_port"),
-                label="has no effect",
-                notes=_hub_of(context, name),
-                help=("remove it; `ros: {master_port: ...}` sets the port of the swarm's master",),
-                fix=edits.make_fix(
-                    f"remove the `master_port` of `{name}`",
-                    edits.remove(context.document.source, ("hosts", name, "master_port")),
-                    safe=False,
-                ),
-            )
-
-
-def _hub_of(context: RuleContext, host: str) -> tuple[Note, ...]:
-    island = context.home.get(host)
-    return (
-        () if island is None else (Note(context.span("hosts", island.hub, key=True), "its master is here"),)
-    )
+        reported.add(one.loc)
+        usual = f", such as {USUAL_MASTER}" if one.loc[-1] == "master_port" else ""
+        yield Diagnostic(
+            "PORT005",
+            f"port {one.port} of {one.what} of `{one.host}` may be in use by an outgoing connection",
+            context.span(*one.loc),
+            label=f"Linux assigns {EPHEMERAL[0]} to {EPHEMERAL[-1]}",
+            help=(f"choose a port below {EPHEMERAL[0]}{usual}",),
+        )

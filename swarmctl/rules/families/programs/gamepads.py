@@ -123,26 +123,22 @@ def shared_controls(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG018", "PROG019")
-def turbo_speeds(context: RuleContext) -> Iterator[Diagnostic]:
-    """Turbo scales that turn the direction round, or that are slower than those without turbo."""
+@rule("PROG018")
+def turbo_that_reverses(context: RuleContext) -> Iterator[Diagnostic]:
+    """Turbo scales that turn the direction round."""
     for pad in _pads(context):
         for slow, fast in pad.pad.scales if pad.value(pad.pad.turbo) >= 0 else ():
             plain, turbo = pad.value(slow), pad.value(fast)
-            opposite = plain * turbo < 0
-            if not opposite and abs(turbo) >= abs(plain):
+            if plain * turbo >= 0:
                 continue
             at, other = (fast, slow) if pad.given(fast) else (slow, fast)
-            meant = -turbo if opposite else 2 * plain
             yield Diagnostic(
-                "PROG018" if opposite else "PROG019",
-                f"the turbo button of program `{pad.name}` reverses the direction"
-                if opposite
-                else f"program `{pad.name}` is slower with turbo than without",
+                "PROG018",
+                f"the turbo button of program `{pad.name}` reverses the direction",
                 pad.span(at),
                 label=f"`{other}` is {pad.shown(other)}",
                 notes=(Note(pad.span(other), f"`{other}`"),) if pad.given(other) else (),
-                help=(f"set `{fast}` too, such as {meant:g}",),
+                help=(f"set `{fast}` too, such as {-turbo:g}",),
             )
 
 

@@ -1,8 +1,7 @@
-"""URDFs beside a spec: ROS reads them, and their links, joints and meshes fit the robots that have them."""
+"""URDFs beside a spec: ROS reads them, and their frames fit the robots that have them."""
 
 from __future__ import annotations
 
-import posixpath
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,14 +10,12 @@ from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import Range
-from swarmctl.ros_packages.urdf import Fault, Place, Resource, Urdf, UrdfError, UrdfTooLargeError
+from swarmctl.ros_packages.urdf import Fault, Place, Urdf, UrdfError, UrdfTooLargeError
 from swarmctl.ros_packages.xml_tags import MAX_DEPTH, MAX_NAME, MAX_TAGS
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.swarm.topics import JOINTS, WHEEL_JOINTS
 
 _BASE = "base_link"
 _BASE_FRAME = re.compile(r"(robot_)?base_(link_|footprint_)?frame(_id)?")
-_REMOTE = ("http://", "https://")
 
 
 @dataclass(frozen=True)
@@ -108,36 +105,6 @@ def _faulty(code: str, use: _Use, fault: Fault) -> Diagnostic:
     )
 
 
-@rule("URDF004", ros1=True)
-def joints(context: RuleContext) -> Iterator[Diagnostic]:
-    """Joints that move, and whose names are not those that swarmctl's driver publishes."""
-    declared = {one.topic for one in context.endpoints if one.publishes}
-    for use, urdf in _valid(context):
-        moved = [one for one in urdf.joints if one.needs_states]
-        for robot in use.robots:
-            kind = context.driven_robots.get(robot)
-            if kind is None or f"{context.namespaces[robot]}/{JOINTS}" in declared:
-                continue
-            published = WHEEL_JOINTS if kind.kinematics.wheel_radius else ()
-            unknown = [one for one in moved if one.name not in published]
-            if not unknown:
-                continue
-            named = ", ".join(f"`{one.name}`" for one in unknown)
-            missing = [one for one in published if one not in {joint.name for joint in moved}]
-            rename = f"call the joints of its wheels {' and '.join(f'`{one}`' for one in published)}"
-            yield Diagnostic(
-                "URDF004",
-                f"nothing publishes the position of {named} of robot `{robot}` ({use.at(unknown[0].place)})",
-                use.span,
-                label="their links get no transform",
-                help=(
-                    rename if missing else "make them fixed",
-                    f"or declare the program that publishes `{JOINTS}` in `{context.namespaces[robot]}`",
-                ),
-            )
-            break
-
-
 @rule("URDF005", ros1=True)
 def frames(context: RuleContext) -> Iterator[Diagnostic]:
     """Links that do not fit the frames of the driver."""
@@ -197,42 +164,3 @@ def _sensor_frames(kind: RobotType) -> Iterator[str]:
             yield from (f"{name}_{one.name}" for one in sensor.elements)
         elif isinstance(sensor, Image):
             yield f"{name}_optical"
-
-
-@rule("URDF006", ros1=True)
-def meshes(context: RuleContext) -> Iterator[Diagnostic]:
-    """A mesh or a texture that RViz will not find."""
-    for use, urdf in _valid(context):
-        for one in urdf.resources:
-            if (problem := _lost(context, one)) is not None:
-                message, repair = problem
-                yield _unfit("URDF006", use, message, one.place, repair)
-
-
-def _lost(context: RuleContext, one: Resource) -> tuple[str, str] | None:
-    """Why RViz does not find a file, and how to repair it; None if it may find it."""
-    if one.uri.startswith(_REMOTE):
-        return None
-    if one.in_package is None:
-        travels = "put it into a package of `packages`, and write package://PACKAGE/PATH"
-        if one.uri.startswith(("/", "file://")):
-            return f"`{one.uri}` has to lie on every computer that runs RViz", travels
-        return f"`{one.uri}` is no address of a file: RViz takes no path relative to the URDF", travels
-    package, path = one.in_package
-    packages, path = context.document.packages, posixpath.normpath(path)
-    if package in packages.refused:  # PKG017 reports it
-        return None
-    if (delivered := packages.delivered.get(package)) is not None:
-        known, folder = set(delivered.files), delivered.folder
-    elif (local := packages.by_name.get(package)) is not None:
-        known, folder = set(local.files), local.folder
-    else:
-        return None
-    if path not in known:
-        return f"package `{package}` ({folder}) has no file `{path}`", "correct the path, or add the file"
-    if delivered is None and not posixpath.isabs(folder):
-        return (
-            f"package `{package}` lies beside the spec, and does not travel with the release",
-            f"packages: {{{package}: {{from: ./{folder}}}}} brings it to the host of the master",
-        )
-    return None

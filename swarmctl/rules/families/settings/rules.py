@@ -194,22 +194,6 @@ def equal_starts(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("SET007")
-def unpublished_starts(context: RuleContext) -> Iterator[Diagnostic]:
-    """A start pose of a robot whose driver is a ROS package without a gate."""
-    for name, driver in context.ros_drivers.items():
-        if context.spec.robots[name].start is None or _is_gated(context, name):
-            continue
-        why = "its driver is `ungated`" if driver.ungated else "it has no gate, as it does not move"
-        yield Diagnostic(
-            "SET007",
-            f"nothing publishes the start of robot `{name}`: {why}",
-            context.span("robots", name, "start"),
-            label="has no effect",
-            help=("remove it, or publish it by a program: static_transform_publisher of tf2_ros",),
-        )
-
-
 def _is_gated(context: RuleContext, robot: str) -> bool:
     moves = context.motions[context.spec.robots[robot].type].kind != "none"
     return moves and not context.ros_drivers[robot].ungated

@@ -188,20 +188,3 @@ def _written(one: Endpoint, context: RuleContext) -> str:
     """Returns the topic name of an endpoint as written in the spec."""
     topics = getattr(context.spec.programs[one.owner], "publishes" if one.publishes else "subscribes")
     return str(topics[one.loc[-1]].topic)
-
-
-@rule("TOPIC006")
-def echoes(context: RuleContext) -> Iterator[Diagnostic]:
-    """A program subscribes to a topic that it publishes itself."""
-    published = {(one.owner, one.topic): one for one in context.endpoints if one.publishes}
-    for one in context.endpoints:
-        other = None if one.publishes else published.get((one.owner, one.topic))
-        if other is not None and one.topic not in context.middleware.topics:
-            yield Diagnostic(
-                "TOPIC006",
-                f"program `{one.owner}` subscribes to `{one.topic}`, which it publishes itself",
-                context.span(*one.loc, "topic"),
-                label="receives its own messages",
-                notes=(Note(context.span(*other.loc, "topic"), "published here"),),
-                help=("rename one of the two, here or by `remap`",),
-            )
