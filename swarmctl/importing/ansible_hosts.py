@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from swarmctl.importing.allowed_values import is_allowed, is_secret, name_fact, number
+from swarmctl.importing.allowed_values import is_allowed, is_secret, name_fact, number, valid_name
 from swarmctl.importing.arrangement_of_masters import arrangement, networks
 from swarmctl.importing.draft import Blank, Draft, Entry, Fact, Field, Unread
 from swarmctl.importing.env_files import OWN, is_ip, master_of
@@ -83,10 +83,20 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, Robot
         tuple(entries),
         robots,
         (*networks(entries), *lines),
-        last=arranged.last,
+        last={**arranged.last, **_groups(hosts, place)},
         unread=tuple(dict.fromkeys((*folder.unread, *unread, *_without_key(hosts, place)))),
         notes=common,
     )
+
+
+def _groups(hosts: Collection[_Host], place: Place) -> Mapping[str, Field]:
+    """The groups of the inventory, with their hosts, as those of a spec."""
+    found: dict[str, list[str]] = {}
+    for host in hosts:
+        for group in host.groups:
+            if group not in ("all", "ungrouped"):
+                found.setdefault(valid_name(group, "group"), []).append(host.entry.key)
+    return {"groups": Fact(found, place)} if found else {}
 
 
 def _without(entry: Entry, common: Collection[str]) -> Entry:

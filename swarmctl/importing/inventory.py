@@ -142,9 +142,11 @@ def _memberships(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[str
     for name, one in groups.items():
         below.add_edges_from((name, child) for child in one.get("children", ()))
     found: dict[str, tuple[str, ...]] = {}
-    for name in networkx.topological_sort(below):
-        for host in groups.get(name, {}).get("hosts", ()):
-            found[host] = (*found.get(host, ()), name)
+    order = list(networkx.topological_sort(below))
+    for name in order:
+        inside = {name, *networkx.descendants(below, name)}
+        for host in (host for one in order if one in inside for host in groups.get(one, {}).get("hosts", ())):
+            found[host] = tuple(dict.fromkeys((*found.get(host, ()), name)))
     return found
 
 

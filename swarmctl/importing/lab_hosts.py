@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -12,6 +13,7 @@ from swarmctl.importing.env_files import OWN, Written, is_ip, master_of
 from swarmctl.ros_packages.launched import Machine, Place
 
 _GENERAL = {"setup", "env", "environment", "ros", "bashrc", "ros-env", "ros-setup", "local-setup"}
+_SUFFIX = re.compile(r"[-_](env|environment|setup|ros|bashrc)$")  # of scripts: k3_env.sh
 _ROS_PORT = 11311
 
 
@@ -38,6 +40,7 @@ class LabHosts:
     masters: dict[str, Fact] = field(default_factory=dict)  # the host of each host's master
     default: str = ""  # the host of nodes that name no machine
     unread: list[Unread] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def add_machine(self, machine: Machine) -> None:
         """Adds the computer of a <machine>."""
@@ -60,7 +63,7 @@ class LabHosts:
         if own is None or own.value in OWN:
             return ""
         folder, file = posixpath.split(path)
-        stem = file.partition(".")[0]
+        stem = _SUFFIX.sub("", file.partition(".")[0])
         called = posixpath.basename(folder) if valid_name(stem, "host") in _GENERAL else stem
         if named is not None and not is_ip(named.value):
             host = self.add(Mention(_short(named.value), own.value, own.place))
@@ -91,8 +94,9 @@ class LabHosts:
     def add(self, mention: Mention) -> str:
         """Adds a host, or what is new about one that is known; returns its name in the spec."""
         known = self.known(mention.name if mention.address in OWN else mention.address)
-        if not known and not mention.guess:
-            known = self.known(mention.name)
+        if not known:
+            named = self.known(mention.name)
+            known = "" if named and mention.guess and self.entries[named].name.guess else named
         if known:
             self.entries[known] = _merged(self.entries[known], mention)
         else:
@@ -136,12 +140,14 @@ def _address(mention: Mention) -> Field:
 
 def _merged(entry: Entry, mention: Mention) -> Entry:
     """Adds what is new. An IP address wins over a name, and a name over nothing."""
-    fields = {**mention.fields, **entry.fields}
+    fields, notes = {**mention.fields, **entry.fields}, (*entry.notes, *mention.notes)
     old, new = fields.get("address"), _address(mention)
     if isinstance(new, Fact) and (not isinstance(old, Fact) or (is_ip(new.value) and not is_ip(old.value))):
         fields["address"] = new
+    elif isinstance(new, Fact) and isinstance(old, Fact) and is_ip(new.value) and new.value != old.value:
+        notes = (*notes, f"left out: address {new.value} of {new.place}; check which one is right")
     order = {"address": fields.pop("address"), **fields}
-    return replace(entry, fields=order, notes=tuple(dict.fromkeys((*entry.notes, *mention.notes))))
+    return replace(entry, fields=order, notes=tuple(dict.fromkeys(notes)))
 
 
 def _short(name: str) -> str:

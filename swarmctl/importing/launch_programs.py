@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Collection, Iterator
 from typing import Any
 
@@ -38,7 +39,8 @@ def program_of(node: Node, where: dict[str, Field], taken: Collection[str]) -> E
         and is_allowed("variable", one.name)
         and not one.name.startswith(_WRITTEN_BY_SWARMCTL)
     }
-    for key, value in (("params", params), ("remap", remap), ("environment", environment)):
+    words = [escaped(word) for word in _words(node) or ()]
+    for key, value in (("args", words), ("params", params), ("remap", remap), ("environment", environment)):
         if value:
             fields[key] = Fact(value, node.place)
     namespace = (node.name or "").rpartition("/")[0].strip("/")
@@ -82,10 +84,23 @@ def _notes(node: Node, remap: Collection[str], environment: Collection[str]) -> 
     for old, _ in node.remaps:
         if old not in remap:
             yield f"left out: the remap of {old} ({node.place})"
-    if node.arguments != "":
-        yield f"left out: its args ({node.place}); a program has `params`"
+    if _words(node) is None:
+        yield f"left out: its args ({node.place})"
     for place in node.rosparams:
         yield f"left out: its rosparam ({place}); a program has `params`"
+
+
+def _words(node: Node) -> list[str] | None:
+    """The words of a node's `args`, as roslaunch splits them; None if they may not stand in a spec."""
+    try:
+        words = None if node.arguments is None else shlex.split(node.arguments)
+    except ValueError:
+        return None
+    for word in words or ():
+        name, _, value = word.partition("=")
+        if is_secret(name, word) or is_secret(name, value) or not is_allowed("text", word):
+            return None
+    return words
 
 
 def _typed(one: Setting) -> Any:

@@ -68,6 +68,7 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draf
         tuple(found.programs.values()),
         arranged.last,
         tuple(dict.fromkeys(unread)),
+        tuple(hosts.notes),
     )
 
 
@@ -113,8 +114,9 @@ def _add_scripts(folder: LabFolder, hosts: LabHosts) -> None:
         text = folder.texts[path]
         if path.endswith(LAUNCH) or not is_env_file(text):
             continue
-        env, unread = env_of(path, text)
+        env, unread, notes = env_of(path, text)
         hosts.unread += unread
+        hosts.notes += notes
         host, uri = hosts.add_script(path, env), env.get("ROS_MASTER_URI")
         if uri is not None:
             masters.append((host, uri))

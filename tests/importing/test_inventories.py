@@ -38,6 +38,13 @@ def test_both_formats_give_the_same_hosts(tmp_path: Path) -> None:
     assert data(first)["hosts"] == {"k3": {"address": "10.0.0.1", "user": "pi", "port": 2222}}
 
 
+def test_its_groups_become_groups(tmp_path: Path) -> None:
+    files = {"hosts.ini": "ws\n[Blue_Pis]\na\nb\n[robots:children]\nBlue_Pis\n"}
+    found = data(draft(lab(tmp_path, files)))
+    assert set(found["hosts"]) == {"ws", "a", "b"}
+    assert found["groups"] == {"robots": ["a", "b"], "blue-pis": ["a", "b"]}
+
+
 def test_a_template_is_not_guessed(tmp_path: Path) -> None:
     files = {"hosts.ini": '[pis]\nk3 ansible_host="{{ base }}.11"\n'}
     found = draft(lab(tmp_path, files))
@@ -129,7 +136,7 @@ def test_no_inventory_changes_the_structure(names: list[str], key: str, value: s
         found = draft(lab(Path(folder), {"hosts.ini": "[pis]\nk3-pi\n"}))
     read = data(found)
     assert SECRET not in found.text
-    assert set(read) <= {"version", "name", "mode", "leader", "hub", "hosts", "robots", "links"}
+    assert set(read) <= {"version", "name", "mode", "leader", "hub", "hosts", "robots", "links", "groups"}
     assert all(set(one) <= {"address", "user", "port"} for one in read["hosts"].values())
     assert len(read["hosts"]) == len(hosts)
 

@@ -88,6 +88,66 @@ def test_what_a_shell_computes_is_not_guessed(value: str, tmp_path: Path) -> Non
     assert data(found)["hosts"] == {"a": {"address": "a"}}
 
 
+@pytest.mark.parametrize(
+    ("files", "hosts", "said"),
+    [
+        (
+            {"a.sh": "export ROS_MASTER_URI=http://10.0.0.1:11311; export ROS_IP=10.0.0.3 # mine"},
+            {"a": {"address": "10.0.0.3"}, "master": {"address": "10.0.0.1"}},
+            "",
+        ),
+        (
+            {"a.sh": "export ROS_IP=10.0.0.3 ROS_MASTER_URI='http://10.0.0.1:11311'"},
+            {"a": {"address": "10.0.0.3"}, "master": {"address": "10.0.0.1"}},
+            "",
+        ),
+        (
+            {"a.sh": "ROS_IP=10.0.0.1\nROS_MASTER_URI=10.0.0.1"},
+            {"a": {"address": "10.0.0.1"}},
+            "# a.sh:2: ROS_MASTER_URI is read as `http://10.0.0.1:11311`; ROS needs http://HOST:PORT",
+        ),
+        (
+            {"a.sh": "ROS_HOSTNAME=http://10.0.0.1\nROS_MASTER_URI=http://10.0.0.1:11311"},
+            {"a": {"address": "10.0.0.1"}},
+            "# a.sh:1: ROS_HOSTNAME is read as `10.0.0.1`; ROS needs a name or an IP address",
+        ),
+        (
+            {
+                "k3_env.sh": "ROS_IP=10.0.0.9",
+                "m.launch": '<launch><machine name="k3" address="10.0.0.1" user="pi" /></launch>',
+            },
+            {"k3": {"address": "10.0.0.1", "user": "pi"}},
+            "# left out: address 10.0.0.9 of k3_env.sh:1; check which one is right",
+        ),
+        ({"a.sh": "ROS_IP=10.0.0.1\necho ROS_IP=10.0.0.2 > x"}, {"a": {"address": "10.0.0.1"}}, ""),
+    ],
+)
+def test_scripts_are_read_as_they_are_meant(
+    files: Mapping[str, str], hosts: object, said: str, tmp_path: Path
+) -> None:
+    found = draft(lab(tmp_path, files))
+    assert data(found)["hosts"] == hosts
+    assert said in found.text
+
+
+@pytest.mark.parametrize(
+    ("args", "kept"),
+    [
+        ("/dev/ttyUSB1 _baud:=115200", ["/dev/ttyUSB1", "_baud:=115200"]),
+        ("load pkg/Nodelet 'the manager'", ["load", "pkg/Nodelet", "the manager"]),
+        ("0.1 0 0 {a}", ["0.1", "0", "0", "{{a}}"]),
+        ("_password:=hunter2", None),
+        ("'open", None),
+    ],
+)
+def test_the_words_of_a_node_are_kept(args: str, kept: list[str] | None, tmp_path: Path) -> None:
+    node = f'<node pkg="p" type="t" name="n" args="{args}" />'
+    found = draft(lab(tmp_path, {"a.sh": "ROS_IP=10.0.0.1", "x.launch": f"<launch>{node}</launch>"}))
+    assert data(found)["programs"]["n"].get("args") == kept
+    assert ("# left out: its args (x.launch:1)" in found.text) is (kept is None)
+    assert "hunter2" not in found.text
+
+
 def test_a_variable_that_is_set_twice_is_not_guessed(tmp_path: Path) -> None:
     files = {"a.sh": "ROS_HOSTNAME=a\nif x; then\n  ROS_IP=10.0.0.1\nelse\n  ROS_IP=10.0.0.2\nfi\n"}
     assert "#   a.sh:5: ROS_IP is set more than once" in draft(lab(tmp_path, files)).text
