@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.field_types import NAMESPACE
 from swarmctl.ros_packages.substitution import FIND
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm.shipped_programs import SHIPPED
-from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value
+from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value, set_key
 
 # Set by swarmctl for each host, from its address and the mode.
 IDENTITY = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE")
@@ -87,14 +88,32 @@ def environments(context: RuleContext) -> Iterator[Diagnostic]:
         for key in program.environment:
             if key in IDENTITY:
                 loc = ("programs", name, "environment", key)
+                help_, fix = _instead(context, name, key)
                 yield Diagnostic(
                     "PROG008",
                     f"program `{name}` sets `{key}`, which swarmctl writes for every host",
                     context.span(*loc, key=True),
                     label="would override it",
-                    help=("remove it; swarmctl derives it from the host's address and the mode",),
-                    fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=False),
+                    help=(help_,),
+                    fix=fix,
                 )
+
+
+def _instead(context: RuleContext, name: str, key: str) -> tuple[str, Fix | None]:
+    """What replaces the variable ``key`` of a program: for its namespace the key of that name."""
+    program, loc = context.spec.programs[name], ("programs", name, "environment")
+    namespace = program.environment[key].strip("/")
+    if key != "ROS_NAMESPACE" or program.namespace is not None or not re.fullmatch(NAMESPACE, namespace):
+        help_ = "remove it; swarmctl derives it from the host's address and the mode"
+        return help_, make_fix(f"remove `{key}`", remove(context.source, (*loc, key)), safe=False)
+    if len(program.environment) == 1:
+        edits = rename_key(context.source, loc, "namespace"), replace_value(context.source, loc, namespace)
+    else:
+        kind = next(one for one in ("package", "command", "container", "use") if getattr(program, one))
+        added = set_key(context.source, ("programs", name), "namespace", namespace, after=kind)
+        edits = remove(context.source, (*loc, key)), added
+    title = f"write `namespace: {namespace}` instead"
+    return "the key `namespace` of a program sets it", make_fix(title, *edits, safe=True)
 
 
 @rule("PROG009", "PROG010", ros1=True)
