@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.rules.context import RuleContext, rule
@@ -94,31 +94,43 @@ def hosts_alone(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("NET006")
 def addresses_towards_hubs(context: RuleContext) -> Iterator[Diagnostic]:
     """A host on several networks whose address is not on the one that it shares with its hub."""
+    yield from _unreachable(context, _with_their_hubs(context))
+
+
+@rule("NET006")
+def addresses_towards_masters(context: RuleContext) -> Iterator[Diagnostic]:
+    """A hub whose address is not on the network that it shares with a hub it exchanges topics with."""
+    hubs = {island.name: island.hub for island in context.islands}
+    pairs = [(hubs[bridge.origin], hubs[to]) for bridge in context.bridges for to in bridge.to]
+    yield from _unreachable(context, dict.fromkeys((min(pair), max(pair)) for pair in pairs))
+
+
+def _with_their_hubs(context: RuleContext) -> Iterator[tuple[str, str]]:
     for island in context.islands:
-        strangers: dict[tuple[str, int], list[str]] = {}
-        for name in island.hosts:
-            if (
-                name == island.hub
-                or len(context.networks_of[name]) + len(context.networks_of[island.hub]) < 3
-            ):
-                continue
-            joining = [
-                index for index, link in context.networks_of[name] if island.hub in context.members[index]
-            ]
-            for one, peer in ((name, island.hub), (island.hub, name)):
-                if joining and _is_elsewhere(context, one, joining):
-                    strangers.setdefault((one, joining[0]), []).append(peer)
-        for (name, index), peers in strangers.items():
-            more = f" and {len(peers) - 1} more" if len(peers) > 1 else ""
-            yield Diagnostic(
-                "NET006",
-                f"`{name}` shares `{context.network_at[index].name}` with `{peers[0]}`{more}, "
-                f"but its address is on another network",
-                context.span("hosts", name, "address"),
-                label="advertised by its nodes",
-                notes=(Note(context.span("links", index, "name"), "the shared network"),),
-                help=(f"write the address that `{name}` has on that network, or put both on one network",),
-            )
+        yield from ((name, island.hub) for name in island.hosts if name != island.hub)
+
+
+def _unreachable(context: RuleContext, pairs: Iterable[tuple[str, str]]) -> Iterator[Diagnostic]:
+    """Of hosts that exchange messages, those whose address is not on the network that both share."""
+    strangers: dict[tuple[str, int], list[str]] = {}
+    for name, hub in pairs:
+        if len(context.networks_of[name]) + len(context.networks_of[hub]) < 3:
+            continue
+        joining = [index for index, _ in context.networks_of[name] if hub in context.members[index]]
+        for one, peer in ((name, hub), (hub, name)):
+            if joining and _is_elsewhere(context, one, joining):
+                strangers.setdefault((one, joining[0]), []).append(peer)
+    for (name, index), peers in strangers.items():
+        more = f" and {len(peers) - 1} more" if len(peers) > 1 else ""
+        yield Diagnostic(
+            "NET006",
+            f"`{name}` shares `{context.network_at[index].name}` with `{peers[0]}`{more}, "
+            f"but its address is on another network",
+            context.span("hosts", name, "address"),
+            label="advertised by its nodes",
+            notes=(Note(context.span("links", index, "name"), "the shared network"),),
+            help=(f"write the address that `{name}` has on that network, or put both on one network",),
+        )
 
 
 def _is_elsewhere(context: RuleContext, host: str, joining: list[int]) -> bool:
