@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from swarmctl.diagnostics import Diagnostic
     from swarmctl.spec.load import Document
     from swarmctl.swarm.resolved import Swarm
+    from swarmctl.views.findings.report import Checked
 
 WIDE = 240
 _NARROWEST = 40  # a table in less has no text left; the terminal folds its lines
@@ -39,12 +40,19 @@ class Colour(str, Enum):
 
 
 _colour = ContextVar("colour", default=Colour.AUTO)
+_json = ContextVar("json", default=False)
 
 
 def choose_colour(choice: Colour | None) -> None:
     """Set the colour mode of ``--color``; without it, the environment and the terminal decide."""
     if choice is not None:
         _colour.set(choice)
+
+
+def choose_json(wanted: bool) -> bool:
+    """Set whether findings that end a verb are one JSON document on stdout as well."""
+    _json.set(wanted)
+    return wanted
 
 
 def out() -> Console:
@@ -174,16 +182,24 @@ def read_document(spec: SpecFiles) -> Document:
     """The checked document of a spec; prints its findings and exits if there are errors."""
     from swarmctl.cli.spec_fixes import with_fixes_counted
     from swarmctl.rules.runner import check_files
-    from swarmctl.views.findings import human
 
     document, found = check_files(*spec.files, workspaces=spec.workspaces)
-    if document is not None:
-        print_diagnostics(found.diagnostics)
-        return document
-    report = with_fixes_counted(spec, document, found)
-    print_diagnostics(report.diagnostics)
-    err().print(human.verdict(report, passes=False))
-    show_next(spec.fix_command(report.fixable, report.more_fixable), error=True)
+    if document is None:
+        refuse(spec, with_fixes_counted(spec, document, found))
+    print_diagnostics(found.diagnostics)
+    return document
+
+
+def refuse(spec: SpecFiles, found: Checked) -> NoReturn:
+    """Print the findings of a spec with errors, with ``--json`` also as JSON on stdout, and exit."""
+    from swarmctl.views.findings import human, json
+    from swarmctl.views.findings.report import Report
+
+    print_diagnostics(found.diagnostics)
+    if _json.get():
+        print(json.render(Report((found,))), end="")
+    err().print(human.verdict(found, passes=False))
+    show_next(spec.fix_command(found.fixable, found.more_fixable), error=True)
     raise typer.Exit(exit_codes.ERROR)
 
 

@@ -67,11 +67,11 @@ LabName = Annotated[
 
 def format_of(form: _Format | None, json: bool, usual: _Format) -> _Format:
     """The format that ``--format`` and ``--json`` choose together; exits if they exclude each other."""
-    if not json:
-        return form or usual
-    if form is not None and form.value != "json":
+    if json and form is not None and form.value != "json":
         console.fail(f"--json and --format {form.value} exclude each other", code=exit_codes.USAGE)
-    return type(usual)("json")
+    chosen = type(usual)("json") if json else form or usual
+    console.choose_json(chosen.value == "json")
+    return chosen
 
 
 def _offered(context: typer.Context, incomplete: str) -> list[str]:
@@ -94,7 +94,10 @@ StopRobots = Annotated[
     bool,
     typer.Option("--stop-robots", help="Stop robots that move or are under command; they stay stopped."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+Json = Annotated[
+    bool,
+    typer.Option("--json", callback=console.choose_json, help="Print one JSON document on stdout."),
+]
 FormatJson = Annotated[bool, typer.Option("--json", help="The same as --format json.")]
 Details = Annotated[
     bool, typer.Option("--details", "-v", help="Show every host and every step, equal ones too.")

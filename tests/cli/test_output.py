@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
-from swarmctl.cli.app import Verbs
+from swarmctl.cli.app import Verbs, run
 from swarmctl.cli.finding_output import Format
 from tests import ROOT, in_process
 from tests.sizes import some_of
@@ -276,3 +276,22 @@ def test_no_width_hides_a_finding_or_a_table(columns: str, term: str) -> None:
     finding, _, table = text.partition("^^^")
     assert finding.startswith("error[SPEC003]: ")
     assert "koala" in table
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [("plan", "--offline"), ("render", "--out", "out"), ("spec",), ("status",), ("graph",),
+     ("graph", "--format", "json")],
+    ids=" ".join,
+)  # fmt: skip
+def test_a_wrong_spec_is_json_as_well(
+    verb: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "swarm.yaml").write_text("version: 1\n")
+    words = verb if "json" in verb else (*verb, "--json")
+    assert run([words[0], "swarm.yaml", *words[1:]]) == exit_codes.ERROR
+    shown = capsys.readouterr()
+    document = json.loads(shown.out)
+    assert (document["v"], document["valid"]) == (1, False)
+    assert {one["code"] for one in document["diagnostics"]} == set(re.findall(r"error\[(\w+)\]", shown.err))

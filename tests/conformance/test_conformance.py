@@ -315,6 +315,8 @@ def test_the_robot_stands_whenever_the_test_is_aborted(interrupted_after: str) -
 def test_every_emulated_robot_matches_its_shipped_type(name: str) -> None:
     """Types and emulators are written from the manuals by themselves: here they meet."""
     robot_type = with_protocol(load_catalog().types)[name]
+    unhurried = {"protocol": robot_type.protocol.model_copy(update={"reply_timeout": 2.0})}
+    robot_type = robot_type.model_copy(update=unhurried)  # the emulator may get no processor for long
     with Port(emulator(EMULATED_AS.get(name, name))) as port:
         config = config_for(robot_type, name, str(port.path), None, "")
         bench = Bench(config, lambda: open_port(config), firmware_dead_man=False, pace=FAST)

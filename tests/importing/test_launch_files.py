@@ -89,7 +89,7 @@ def test_what_a_shell_computes_is_not_guessed(value: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("files", "hosts", "said"),
+    ("files", "hosts", "shown"),
     [
         (
             {"a.sh": "export ROS_MASTER_URI=http://10.0.0.1:11311; export ROS_IP=10.0.0.3 # mine"},
@@ -123,11 +123,11 @@ def test_what_a_shell_computes_is_not_guessed(value: str, tmp_path: Path) -> Non
     ],
 )
 def test_scripts_are_read_as_they_are_meant(
-    files: Mapping[str, str], hosts: object, said: str, tmp_path: Path
+    files: Mapping[str, str], hosts: object, shown: str, tmp_path: Path
 ) -> None:
     found = draft(lab(tmp_path, files))
     assert data(found)["hosts"] == hosts
-    assert said in found.text
+    assert shown in found.text
 
 
 @pytest.mark.parametrize(

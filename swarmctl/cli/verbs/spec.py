@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, exit_codes, options
+from swarmctl.cli import console, options
 
 
 def spec(
@@ -31,16 +31,11 @@ def spec(
     from swarmctl.spec.effective_spec import flat
     from swarmctl.spec.load import load
     from swarmctl.views import effective_spec as view
-    from swarmctl.views.findings import human
 
     document, found = load(spec.files)
     found = lint(document, found) if document else in_order(found)
     if document is None or has_errors(found):
-        console.print_diagnostics(found)
-        wrong = checked(spec)
-        console.err().print(human.verdict(wrong, passes=False))
-        console.show_next(spec.fix_command(wrong.fixable, wrong.more_fixable), error=True)
-        raise typer.Exit(exit_codes.ERROR)
+        console.refuse(spec, checked(spec))
     made = flat(document, [str(file) for file in spec.files[1:]])
     if json:
         console.print_json({"v": 1, **view.json_of(made)})
