@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 from swarmctl.remote.identities import Identity, Keyring
@@ -127,20 +128,46 @@ class _Route:
     hop: paramiko.Transport | None
     timeouts: Timeouts
 
-    def open(self) -> PromptSocket | paramiko.Channel:
+    def open(self) -> PromptSocket | HopSocket:
         target = self.target
         if self.hop is None:
             limits = self.timeouts
             return dial(target, limits.connect, acknowledgement=limits.acknowledgement)
         try:
-            return self.hop.open_channel(
+            channel = self.hop.open_channel(
                 "direct-tcpip",
                 (target.address, target.port),
                 ("127.0.0.1", 0),
                 timeout=self.timeouts.channel,
             )
+            return HopSocket(channel)
         except (paramiko.SSHException, EOFError, OSError) as error:
             raise no_way_through_hop(target, str(error)) from error
+
+
+class HopSocket:
+    """A channel through a jump host, as a socket on which nothing is sent after it was closed.
+
+    `paramiko.Channel` sends what a thread has begun to send after another one has closed it. sshd ends the
+    whole connection for that ("data packet referred to nonexistent channel"), with all hosts behind the hop.
+    """
+
+    def __init__(self, channel: paramiko.Channel) -> None:
+        self._channel = channel
+        self._lock = Lock()
+
+    def send(self, data: bytes) -> int:
+        """Sends some of ``data``; returns how many bytes. Raises ``OSError``."""
+        with self._lock:
+            return self._channel.send(data)
+
+    def close(self) -> None:
+        """Closes the channel once what is being sent was sent."""
+        with self._lock:
+            self._channel.close()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._channel, name)
 
 
 class _Client(paramiko.Transport):
@@ -158,10 +185,8 @@ class _Client(paramiko.Transport):
         return ", ".join(self._offers.get(next(kinds, ""), ())) or complaint
 
 
-def _exchange_keys(
-    route: PromptSocket | paramiko.Channel, target: Target, timeouts: Timeouts
-) -> paramiko.Transport:
-    client = _Client(route, disabled_algorithms=_WEAK)
+def _exchange_keys(route: PromptSocket | HopSocket, target: Target, timeouts: Timeouts) -> paramiko.Transport:
+    client = _Client(route, disabled_algorithms=_WEAK)  # type: ignore[arg-type]  # as much of a socket as it uses
     client.set_log_channel(_LOG)
     client.banner_timeout = timeouts.banner
     client.handshake_timeout = timeouts.auth

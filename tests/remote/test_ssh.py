@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.remote.known_hosts import fingerprint
+from swarmctl.remote.ssh import HopSocket
 from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.ports import free_port
@@ -345,3 +346,30 @@ def test_weak_algorithms_are_not_spoken(spare: Path, transport: AnySsh) -> None:
 def test_nothing_is_forwarded_to_the_host(sshd: Sshd, transport: AnySsh) -> None:
     with transport.connect(sshd.target()) as session:
         assert servers.run(session, "echo [$SSH_AUTH_SOCK$DISPLAY]").stdout == b"[]\n"
+
+
+def test_nothing_is_sent_through_a_hop_that_was_closed_meanwhile() -> None:
+    """sshd ends the connection to the jump host for it, and with that all hosts behind it."""
+    done: list[str] = []
+    sending, sent = threading.Event(), threading.Event()
+
+    class Channel:
+        def send(self, data: bytes) -> int:
+            sending.set()
+            sent.wait()
+            done.append("sent")
+            return len(data)
+
+        def close(self) -> None:
+            done.append("closed")
+
+    hop = HopSocket(Channel())
+    threads = [threading.Thread(target=hop.send, args=(b"x",)), threading.Thread(target=hop.close)]
+    threads[0].start()
+    sending.wait()
+    threads[1].start()
+    threads[1].join(0.2)
+    sent.set()
+    for thread in threads:
+        thread.join()
+    assert done == ["sent", "closed"]
