@@ -11,7 +11,7 @@ _WORDS: dict[str, str] = {}
 
 def matching(pattern: str, words: str, **more: Any) -> Any:
     """Returns the ``Field`` of a text that has this pattern, with ``more`` of its parameters."""
-    _WORDS[pattern] = words
+    assert _WORDS.setdefault(pattern, words) == words, f"two descriptions of {pattern}"
     return Field(pattern=pattern, **more)
 
 

@@ -89,12 +89,18 @@ def inventory(texts: Mapping[str, str], path: str) -> Inventory:
         if posixpath.relpath(one, beside or ".").split("/")[0] in VARIABLES
     }
     encrypted = [one for one, text in variables.items() if text.startswith(VAULT_FILE)]
-    with tempfile.TemporaryDirectory() as folder:
-        for one in ({path: texts[path]} | variables).keys() - encrypted:
-            place = Path(folder, "lab", posixpath.relpath(one, beside or "."))
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(texts[one], "utf-8", "surrogateescape")
-        found = _listed(Path(folder), posixpath.basename(path), path)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            for one in ({path: texts[path]} | variables).keys() - encrypted:
+                place = Path(folder, "lab", posixpath.relpath(one, beside or "."))
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.write_text(texts[one], "utf-8", "surrogateescape")
+            found = _listed(Path(folder), posixpath.basename(path), path)
+    except OSError as error:
+        raise InventoryError(
+            f"{path} cannot be copied for ansible-inventory: {error.strerror}",
+            f"free space in {tempfile.gettempdir()}, or set TMPDIR",
+        ) from error
     hosts: Mapping[str, Mapping[str, Any]] = found.pop("_meta", {}).get("hostvars", {})
     groups = _memberships(found)
     if len(groups) > MAX_HOSTS:
