@@ -28,12 +28,12 @@ from swarmctl.deploy.rollout import observe
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
 from swarmctl.lab.lab_plan import plan_of
+from swarmctl.linter.runner import load_swarm
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File
-from swarmctl.rules.runner import load_swarm
 from tests.deploy.deploying import deploy
 
 FILES = 20

@@ -24,11 +24,11 @@ from swarmctl.deploy.outcome import Outcome
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network, processes
 from swarmctl.lab.lab_plan import plan_of
+from swarmctl.linter.runner import load_swarm
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.names import robot_namespace
 from swarmctl.swarm.resolved import Swarm
 from tests.deploy.deploying import deploy

@@ -25,8 +25,8 @@ def graph(*files: str | PathLike[str]) -> Graph[Node]:
     from pathlib import Path
 
     from swarmctl.analysis.swarm_graph import swarm_graph
-    from swarmctl.diagnostics import Severity
-    from swarmctl.rules.runner import load_checked
+    from swarmctl.linter.runner import load_checked
+    from swarmctl.rulebook import Severity
     from swarmctl.swarm.index import SwarmIndex
 
     document, found = load_checked(*map(Path, files))

@@ -6,24 +6,11 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field, replace
-from enum import Enum
 from typing import Any
 
-from swarmctl.warnings_by_id import WARNINGS
+from swarmctl.rulebook import Severity, rulebook
 
 _DIGITS = re.compile("[0-9]+")
-
-
-class Severity(str, Enum):
-    """An error prevents a deploy; a warning does not."""
-
-    ERROR = "error"
-    WARNING = "warning"
-
-    @staticmethod
-    def of(code: str) -> Severity:
-        """Returns the severity of the rule with this id, which all its findings have."""
-        return Severity.WARNING if code in WARNINGS else Severity.ERROR
 
 
 @dataclass(frozen=True, order=True)
@@ -103,7 +90,7 @@ class Diagnostic:
     secret: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "severity", Severity.of(self.code))
+        object.__setattr__(self, "severity", rulebook()[self.code].severity)
 
     def to_json(self) -> dict[str, Any]:
         """Returns the finding as JSON data, without its secret."""

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 from swarmctl.cli.app import app
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.load import load
 from tests import ROOT
 

@@ -16,8 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.cli.app import run
+from swarmctl.linter.runner import load_checked
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.rules.runner import load_checked
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.model import Computers, Spec
 from swarmctl.units import _KINDS, X_UNIT, Unit, UnitError

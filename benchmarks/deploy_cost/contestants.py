@@ -54,7 +54,7 @@ def bare(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
 
 def swarmctl(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
     """Observes, applies and confirms a bundle of the files; imports what the verb imports."""
-    import swarmctl.rules.runner  # noqa: F401
+    import swarmctl.linter.runner  # noqa: F401
     from swarmctl.deploy.host_transaction import Terms
     from swarmctl.remote.parallel_hosts import Finished, result_of
     from swarmctl.remote.ssh import SshTransport

@@ -155,8 +155,8 @@ def _changes(texts: Texts) -> list[file_writes.Change]:
 
 
 def _reader(spec: SpecFiles, render: Render, layers: tuple[Path, ...] = ()) -> Reader:
-    from swarmctl.diagnostics import Severity
-    from swarmctl.rules.runner import check_files
+    from swarmctl.linter.runner import check_files
+    from swarmctl.rulebook import Severity
     from swarmctl.spec.package_search import packages_in
 
     read, search = cache(_read), cache(packages_in)

@@ -72,7 +72,7 @@ def modes(context: typer.Context, incomplete: str) -> list[str]:
 
 def rule_ids(context: typer.Context, incomplete: str) -> list[str]:
     """The ids of all rules."""
-    from swarmctl.rules.rulebook import rulebook
+    from swarmctl.rulebook import rulebook
 
     return _beginning(incomplete.upper(), rulebook)
 

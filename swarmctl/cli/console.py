@@ -181,7 +181,7 @@ def texts_of(diagnostics: Sequence[Diagnostic]) -> dict[str, str]:
 def read_document(spec: SpecFiles) -> Document:
     """The checked document of a spec; prints its findings and exits if there are errors."""
     from swarmctl.cli.spec_fixes import with_fixes_counted
-    from swarmctl.rules.runner import check_files
+    from swarmctl.linter.runner import check_files
 
     document, found = check_files(*spec.files, workspaces=spec.workspaces)
     if document is None:

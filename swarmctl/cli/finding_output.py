@@ -71,7 +71,7 @@ def _text(report: Report, form: Format) -> str:
         verdicts = [human.verdict(one, passes=report.passes(one)) for one in report.checked]
         return "\n".join([human.findings(found, console.texts_of(found)).plain, *verdicts, ""]).lstrip("\n")
     if form is Format.SARIF:
-        from swarmctl.rules.rulebook import rulebook
+        from swarmctl.rulebook import rulebook
 
         report = replace(report, rules=rulebook())
     return FORMATS[form.value](report if form in _FOR_PEOPLE else _relative(report))

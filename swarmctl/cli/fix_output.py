@@ -13,7 +13,7 @@ from swarmctl.cli.spec_fixes import SpecFixes
 
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
-    from swarmctl.rules.fixes import Fixable, Fixed
+    from swarmctl.linter.fixes import Fixable, Fixed
 
 
 def apply_fixes(specs: Iterable[SpecFiles], *, unsafe: bool, quiet: bool) -> None:

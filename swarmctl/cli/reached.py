@@ -25,8 +25,8 @@ def read(spec: SpecFiles) -> Reach:
 
 def warn_of_errors(spec: SpecFiles) -> None:
     """Prints how many errors the spec has. It reads all of it, which takes long, so robots stop first."""
-    from swarmctl.diagnostics import Severity
-    from swarmctl.rules.runner import check_files
+    from swarmctl.linter.runner import check_files
+    from swarmctl.rulebook import Severity
 
     _, found = check_files(*spec.files, workspaces=spec.workspaces)
     if number := sum(one.severity is Severity.ERROR for one in found.diagnostics):

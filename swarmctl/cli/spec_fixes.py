@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from swarmctl.cli.spec_args import SpecFiles
     from swarmctl.diagnostics import Diagnostic
-    from swarmctl.rules.fixes import Findings, Fixable, Fixed, Texts
+    from swarmctl.linter.fixes import Findings, Fixable, Fixed, Texts
     from swarmctl.spec.load import Document
     from swarmctl.views.findings.report import Checked
 
 
 def checked(spec: SpecFiles) -> Checked:
     """The findings in a spec, and how many ``--fix`` and ``--unsafe-fixes`` would correct."""
-    from swarmctl.rules.runner import check_files
+    from swarmctl.linter.runner import check_files
 
     return with_fixes_counted(spec, *check_files(*spec.files, workspaces=spec.workspaces))
 
@@ -25,7 +25,7 @@ def checked(spec: SpecFiles) -> Checked:
 def with_fixes_counted(spec: SpecFiles, document: Document | None, found: Findings) -> Checked:
     """Like `checked`, of a spec that is loaded. What only the safe fixes show is among the findings."""
     from swarmctl.diagnostics import in_order
-    from swarmctl.rules.fixes import Stage
+    from swarmctl.linter.fixes import Stage
     from swarmctl.views.findings.report import Checked
 
     if all(one.fix is None for one in found.diagnostics):
@@ -65,13 +65,13 @@ class SpecFixes:
 
     def fixable(self, found: Findings | None = None) -> Fixable:
         """Returns the texts with fixes, and those of the findings (``found``, if known) that they correct."""
-        from swarmctl.rules.fixes import fixable
+        from swarmctl.linter.fixes import fixable
 
         return fixable(self.found_with, self.original, found)
 
     def found_with(self, texts: Texts) -> Findings:
         """Returns the findings with other texts in place of those of some files."""
-        from swarmctl.rules.runner import lint_files
+        from swarmctl.linter.runner import lint_files
 
         changed = {Path(file): text.encode() for file, text in texts.items()}
         return lint_files(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
 from swarmctl.importing.ansible_hosts import draft_from_inventory
 from swarmctl.importing.clearpath_robot import draft_from_clearpath, is_clearpath
 from swarmctl.importing.draft import Counts, Draft, Unread, counts
@@ -18,10 +18,11 @@ from swarmctl.importing.inventory import InventoryError, is_ini_inventory, is_ya
 from swarmctl.importing.lab_folder import LAUNCH, VARIABLES, YAML, LabFolder, lab_folder
 from swarmctl.importing.launched_lab import draft_from_launch
 from swarmctl.importing.yaml_trees import tree_of
+from swarmctl.linter.runner import lint_files
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.package import NO_PACKAGES
-from swarmctl.rules.runner import lint_files
+from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.yamltext.files import content
 

@@ -1,1 +1,1 @@
-"""Rules over the spec and its graph: `families/` holds them, the modules here run and explain them."""
+"""The rules: one module a family, found by its name, with the YAML file that explains them."""

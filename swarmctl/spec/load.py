@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span, apart_from, has_errors, without_echoes
+from swarmctl.diagnostics import Diagnostic, Span, apart_from, has_errors, without_echoes
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
@@ -17,6 +17,7 @@ from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.robot_types.settings import RobotSettings
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
+from swarmctl.rulebook import Severity
 from swarmctl.spec import selection_expansion
 from swarmctl.spec.beside_files import NO_FILES, BesideFiles, read_beside
 from swarmctl.spec.catalog import Catalog, load_catalog

@@ -13,7 +13,8 @@ from typing import Any
 import yaml
 from pydantic import ValidationError, create_model
 
-from swarmctl.diagnostics import Diagnostic, Severity, has_errors
+from swarmctl.diagnostics import Diagnostic, has_errors
+from swarmctl.rulebook import Severity
 from swarmctl.spec.load import Document, Draft
 from swarmctl.spec.model import Spec
 from swarmctl.yamltext.compose import pairs_of

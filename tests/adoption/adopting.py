@@ -7,10 +7,10 @@ from pathlib import Path
 
 from swarmctl.adoption.adopt import Adoption, Reader, Texts, adopt
 from swarmctl.adoption.changes import EditedFile
-from swarmctl.diagnostics import Severity
+from swarmctl.linter.runner import check_files
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.rules.runner import check_files
+from swarmctl.rulebook import Severity
 from swarmctl.spec.load import Document
 from swarmctl.swarm.resolve import resolve
 from swarmctl.yamltext.files import content

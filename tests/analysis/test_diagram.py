@@ -7,7 +7,7 @@ from hypothesis import given, settings
 
 from swarmctl.analysis.budgets import budgets_of
 from swarmctl.analysis.diagram import diagram
-from swarmctl.rules.runner import lint
+from swarmctl.linter.runner import lint
 from swarmctl.views.graph import dot, mermaid, overview
 from tests.swarm.random_swarms import Data, index_of, swarms
 

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl import __version__
+from swarmctl import __version__, rulebook
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import Verbs, run
-from swarmctl.rules import rulebook
 from tests import in_process
 from tests.rules.specs import BROKEN, spec
 
@@ -119,7 +118,7 @@ def test_no_colour_where_nobody_looks() -> None:
 
 def test_a_bug_is_one_line_and_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
-        "import swarmctl.rules.runner as runner\n"
+        "import swarmctl.linter.runner as runner\n"
         "def broken(*path, **named): raise RuntimeError('boom')\n"
         "runner.check_files = broken\n"
     )

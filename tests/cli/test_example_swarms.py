@@ -10,7 +10,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden/examples"

@@ -11,7 +11,7 @@ import yaml
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.runner import lint, load_swarm
+from swarmctl.linter.runner import lint, load_swarm
 from swarmctl.scaffold.starting_spec import starting_spec
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text

@@ -8,7 +8,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from tests import ROOT
 from tests.timing import work_at_most
 

@@ -23,12 +23,12 @@ from swarmctl.deploy import rollout
 from swarmctl.deploy.deployment import Deployment, Surveyed
 from swarmctl.deploy.outcome import Removed
 from swarmctl.health import collect
+from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.observed_host import NOTHING
 from swarmctl.plan.plan import HostPlan, Plan, Problem, Step
 from swarmctl.plan.plan import Kind as StepKind
 from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Target
-from swarmctl.rules.runner import load_swarm
 from tests.cli.test_width import Terminal
 from tests.health.swarm_values import HOSTS, all_well, nothing_deployed
 

@@ -21,13 +21,13 @@ from swarmctl.deploy.deployment import Deployment
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome, Removed
 from swarmctl.deploy.rollback import Rollback
+from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.waves import order
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.parallel_hosts import Note
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.render.bundle import Bundle, File, Unit
-from swarmctl.rules.runner import load_swarm
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, deployed, hosts
 from tests.packages.agent.fakehost import FakeHost

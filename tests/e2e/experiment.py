@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.cli import exit_codes
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
 from tests.e2e import whole_graph

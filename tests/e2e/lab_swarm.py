@@ -19,7 +19,7 @@ import pytest
 
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
 from tests.timing import PATIENCE

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.multimaster.fkie_packages import FAMILIES
-from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests.e2e.lab_masters import Registrations, allowed, crossed, due, registered
 from tests.e2e.lab_needs import workspace_with

@@ -13,9 +13,9 @@ from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.firmware import toolchain
 from swarmctl.firmware.build import RAM
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.sketch import sketch_of
-from swarmctl.rules.runner import load_swarm
 from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -24,8 +24,8 @@ from swarmctl.health.observations import (
     TopicSeen,
     UnitSeen,
 )
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
 

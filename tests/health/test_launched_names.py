@@ -11,8 +11,8 @@ from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.observations import Answer, ConflictSeen
-from swarmctl.rules.launch_uses import launch_uses, nodes_of
-from swarmctl.rules.runner import load_checked
+from swarmctl.linter.launch_uses import launch_uses, nodes_of
+from swarmctl.linter.runner import load_checked
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve
 from tests.health.swarm_values import RUNNING

@@ -9,7 +9,7 @@ import pytest
 from swarmctl.health import checks
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot, Release, expected_graph
 from swarmctl.health.observations import NodeSeen, UnitSeen
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.command_topics import COMMAND_TYPE
 from tests import ROOT
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import yaml
 
-from swarmctl.diagnostics import Severity
 from swarmctl.importing.drafting import Imported, Kind, imported
-from swarmctl.rules.runner import lint_files
+from swarmctl.linter.runner import lint_files
+from swarmctl.rulebook import Severity
 
 LABS = Path(__file__).parent / "labs"
 

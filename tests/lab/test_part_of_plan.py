@@ -6,7 +6,7 @@ from pathlib import Path
 
 from swarmctl.lab.lab_plan import plan_of
 from swarmctl.lab.part_of_plan import masters_for, part_of
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from swarmctl.diagnostics import has_errors
+from swarmctl.linter.runner import lint
 from swarmctl.mode_conversion.convert import Conversion, converted
 from swarmctl.mode_conversion.infer import infer
-from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load_text
 from swarmctl.spec.model import Mode

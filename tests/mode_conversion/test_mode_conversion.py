@@ -9,10 +9,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import has_errors
+from swarmctl.linter.runner import lint
 from swarmctl.mode_conversion.arrangement import ArrangementError
 from swarmctl.mode_conversion.convert import Conversion, converted
 from swarmctl.mode_conversion.infer import infer
-from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import Document, load_text
 from swarmctl.spec.model import Mode

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.host_builds import builds_of, keys_of, planned
 from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.observed_host import NOTHING
@@ -13,7 +14,6 @@ from swarmctl.plan.package_needs import package_needs
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from swarm_agent.preparation_messages import InventoryAnswer
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, Need, needs_of
 from swarmctl.plan.host_preparation import HostPreparation, preparation
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import load_swarm
 from tests import ROOT
 
 SPEC = """\

@@ -16,11 +16,11 @@ from typing import Any
 import pytest
 import yaml
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render import host_os
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.quoting import render
-from swarmctl.rules.runner import load_swarm
 from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -69,7 +69,7 @@ def test_golden(
 def test_two_processes_render_the_same_bytes() -> None:
     code = (
         "import sys, pathlib\n"
-        "from swarmctl.rules.runner import load_swarm; from swarmctl.render.build_bundle import bundles\n"
+        "from swarmctl.linter.runner import load_swarm; from swarmctl.render.build_bundle import bundles\n"
         "swarm, _ = load_swarm(pathlib.Path(sys.argv[1]))\n"
         "print({name: bundle.digest for name, bundle in bundles(swarm).items()})"
     )

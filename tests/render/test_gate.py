@@ -10,10 +10,10 @@ import yaml
 from swarm_command.start import Start
 from swarm_gate.config import OUTPUT, Config, parse
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.ros1.noetic import NOETIC
-from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm import names
 from tests.render.rendered import bundle_of, text_of
 

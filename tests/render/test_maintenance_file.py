@@ -11,7 +11,7 @@ from swarm_agent.maintenance_terms import Terms
 from swarm_agent.release_store import home_of
 
 from swarmctl.render.bundle import Bundle
-from swarmctl.rules.rulebook import EXAMPLE
+from swarmctl.rulebook import EXAMPLE
 from tests.render.rendered import bundle_of
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 import yaml
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.multimaster.fkie_packages import FAMILIES
-from swarmctl.rules.runner import load_swarm
 from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden"

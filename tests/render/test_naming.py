@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from swarmctl.health.expected_graph import Release, expected_graph
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.rules.runner import load_swarm
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT

@@ -18,10 +18,10 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import has_errors
+from swarmctl.linter.runner import lint
 from swarmctl.render import quoting
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.quoting import LITERALS, UnsafeValueError
-from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.swarm.resolve import resolve

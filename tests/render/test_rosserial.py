@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.rules.runner import load_swarm
 from tests import ROOT
 from tests.render.rendered import text_of
 

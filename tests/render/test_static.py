@@ -12,9 +12,9 @@ import pytest
 import yaml
 from swarm_multimaster import config
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.rules.runner import load_swarm
 from tests import ROOT
 from tests.render.rendered import text_of
 

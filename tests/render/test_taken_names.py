@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import load_swarm
 from swarmctl.swarm import names
 from tests import ROOT
 

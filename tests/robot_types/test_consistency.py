@@ -9,8 +9,8 @@ from textwrap import indent
 
 import pytest
 
+from swarmctl.linter.runner import lint_files
 from swarmctl.robot_types.robot_type import RobotType
-from swarmctl.rules.runner import lint_files
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.validation import validated
 from swarmctl.yamltext.source import parse

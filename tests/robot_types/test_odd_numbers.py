@@ -14,8 +14,8 @@ from swarm_driver.config import parse
 
 from swarmctl.analysis.budgets import budgets_of
 from swarmctl.diagnostics import has_errors
+from swarmctl.linter.runner import lint
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import lint
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.swarm.index import SwarmIndex

@@ -9,8 +9,8 @@ import yaml
 from swarm_command.authority import Authority, Sender
 from swarm_driver.config import parse
 
+from swarmctl.linter.runner import lint
 from swarmctl.render.driver_config import parameters
-from swarmctl.rules.runner import lint
 from swarmctl.spec.load import load
 from swarmctl.swarm.resolve import resolve
 from swarmctl.swarm.resolved import SwarmctlDriver

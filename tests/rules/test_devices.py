@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from swarmctl.linter.context import RuleContext
+from swarmctl.linter.runner import lint, load_swarm
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.context import RuleContext
-from swarmctl.rules.families.identity.rules import adapters_of_two_hosts, duplicate_devices
-from swarmctl.rules.runner import lint, load_swarm
+from swarmctl.rules.identity import adapters_of_two_hosts, duplicate_devices
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from tests.timing import work_at_most

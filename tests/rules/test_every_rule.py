@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.rules.rulebook import RuleText, rulebook
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
+from swarmctl.rulebook import RuleText, rulebook
 from tests.rules.specs import BROKEN, DOUBTFUL, specs_in
 
 HERE = Path(__file__).parent

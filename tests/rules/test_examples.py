@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.diagnostics import Diagnostic, Severity, has_errors
+from swarmctl.diagnostics import Diagnostic, has_errors
+from swarmctl.linter.runner import lint
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.rulebook import RuleText, example, rulebook
-from swarmctl.rules.runner import lint
+from swarmctl.rulebook import RuleText, Severity, example, rulebook
 from swarmctl.spec.load import Document, load
 from swarmctl.swarm import names
 from swarmctl.swarm.resolve import resolve

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from swarmctl.diagnostics import has_errors
+from swarmctl.linter.fixes import Findings, Texts, fixable
+from swarmctl.linter.runner import lint_files
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.fixes import Findings, Texts, fixable
-from swarmctl.rules.runner import lint_files
 from swarmctl.spec.load import load
 from swarmctl.swarm.resolve import resolve
 from swarmctl.yamltext.files import Read, content

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Span, has_errors
-from swarmctl.rules.fixes import Findings, Fixed, Stage, Texts, fixable
-from swarmctl.rules.runner import lint_files
+from swarmctl.linter.fixes import Findings, Fixed, Stage, Texts, fixable
+from swarmctl.linter.runner import lint_files
 from tests import ROOT
 from tests.rules.specs import BROKEN, specs_in
 from tests.timing import work_at_most
@@ -131,7 +131,7 @@ def test_fixing_ends_and_makes_no_spec_worse(
 def finding(message: str, line: int, start: int, end: int, text: str, *, safe: bool = True) -> Diagnostic:
     """A finding whose fix writes ``text`` over some columns of one line."""
     edit = Edit(Span("swarm.yaml", line, start, line, end), text)
-    return Diagnostic("T001", message, edit.span, fix=Fix(message, (edit,), safe))
+    return Diagnostic("NET001", message, edit.span, fix=Fix(message, (edit,), safe))
 
 
 def run(text: str, judge: Callable[[str], tuple[Diagnostic, ...]]) -> tuple[str, Fixed]:
@@ -157,7 +157,7 @@ def test_a_harmful_fix_is_left_out_and_the_others_applied() -> None:
     good, bad = finding("good", 1, 1, 2, "A"), finding("bad", 2, 1, 2, "B")
 
     def judge(text: str) -> tuple[Diagnostic, ...]:
-        wrong = (Diagnostic("T002", "new"), Diagnostic("T003", "new")) if "B" in text else (bad,)
+        wrong = (Diagnostic("NET002", "new"), Diagnostic("NET003", "new")) if "B" in text else (bad,)
         return wrong if text.startswith("A") else (good, *wrong)
 
     text, done = run("a\nb\n", judge)
@@ -202,7 +202,7 @@ def test_one_fix_that_fails_keeps_no_other_back() -> None:
 
     def judge(text: str) -> tuple[Diagnostic, ...]:
         left = tuple(one for one in fixes if one.message in text)
-        return (*left, *(Diagnostic("T002", f"new {number}") for number in range(30) if "K" in text))
+        return (*left, *(Diagnostic("NET002", f"new {number}") for number in range(30) if "K" in text))
 
     done, _ = run(text, judge)
     assert done == text.upper().replace("K", "k")

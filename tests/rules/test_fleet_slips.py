@@ -10,8 +10,8 @@ from functools import cache
 import pytest
 
 from swarmctl.diagnostics import has_errors
-from swarmctl.rules.fixes import Findings, Texts, fixable
-from swarmctl.rules.runner import lint_files
+from swarmctl.linter.fixes import Findings, Texts, fixable
+from swarmctl.linter.runner import lint_files
 from swarmctl.spec.load import load
 from swarmctl.spec.package_search import packages_in
 from swarmctl.swarm.resolve import resolve

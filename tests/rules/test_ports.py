@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.rules.runner import lint
+from swarmctl.linter.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.swarm.ports import free_master_port

@@ -12,11 +12,10 @@ import yaml
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.diagnostics import Diagnostic, Severity
-from swarmctl.rules.rulebook import FOLDER, RuleText, pitfalls, rulebook
-from swarmctl.rules.runner import RULES
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.linter.runner import RULES
+from swarmctl.rulebook import FOLDER, RuleText, Severity, pitfalls, rulebook
 from swarmctl.views.rules import page
-from swarmctl.warnings_by_id import WARNINGS
 from tests import ROOT
 
 _ID = re.compile(r"[A-Z]{2,8}[0-9]{3}")
@@ -31,7 +30,7 @@ def ids_in_the_code() -> set[str]:
     """Every string of the program that is a rule's id."""
     found = set()
     package = ROOT / "swarmctl"
-    for file in set(package.rglob("*.py")) - {package / "warnings_by_id.py"}:
+    for file in package.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and _ID.fullmatch(node.value):
                 found.add(node.value)
@@ -46,22 +45,19 @@ def test_every_rule_has_a_text_and_every_text_a_rule() -> None:
     assert set(rulebook()) == ids_in_the_code()
 
 
-def test_severity_stands_once() -> None:
-    assert set(rulebook()) >= WARNINGS, "no such rule"
-    assert {one.id for one in rulebook().values() if one.severity is Severity.WARNING} == WARNINGS
-    texts = [yaml.safe_load(one.read_text("utf-8"))["rules"] for one in FOLDER.glob("*/rules.yaml")]
-    assert not [id_ for family in texts for id_, text in family.items() if "severity" in text]
-    with pytest.raises(TypeError):
-        Diagnostic("NET004", "a host without an address", severity=Severity.ERROR)  # type: ignore[call-arg]
+def test_a_finding_has_the_severity_of_its_rule() -> None:
+    assert {one.severity for one in rulebook().values()} == set(Severity)
+    assert all(Diagnostic(id_, "").severity is rule.severity for id_, rule in rulebook().items())
 
 
 def test_a_rule_stands_beside_its_text() -> None:
-    """No check at start-up: the texts take 14 ms to load, and few commands need them."""
-    texts = {(one.parent.name, id_) for one in FOLDER.glob("*/rules.yaml") for id_ in ids_in(one)}
-    functions = {(one.find.__module__.split(".")[-2], id_) for one in RULES for id_ in one.ids}
-    assert functions - texts == set(), "no entry in rules.yaml of the function's family"
+    texts = {(one.stem, id_) for one in FOLDER.glob("*.yaml") for id_ in ids_in(one)}
+    functions = {(one.find.__module__.split(".")[-1], id_) for one in RULES for id_ in one.ids}
+    assert functions - texts == set(), "no entry in the YAML file of the function's family"
     families = {family for family, _ in functions}
-    assert {one for one in texts - functions if one[0] in families} == set(), "no function beside rules.yaml"
+    assert {one for one in texts - functions if one[0] in families} == set(), (
+        "no function beside the YAML"
+    )
 
 
 @pytest.mark.parametrize("rule", rulebook().values(), ids=lambda rule: rule.id)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.rules.rulebook import example
-from swarmctl.rules.runner import load_checked
+from swarmctl.linter.runner import load_checked
+from swarmctl.rulebook import example
 
 TYPE = """\
 title: Beetle

@@ -10,7 +10,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.load import Document, load
 from swarmctl.swarm.resolved import FixedLine, Swarm
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_CHAIN, MAX_FILES

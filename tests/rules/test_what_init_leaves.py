@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from swarmctl.rules.runner import lint
+from swarmctl.linter.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 

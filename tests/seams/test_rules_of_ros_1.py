@@ -10,8 +10,8 @@ from rich.console import Console
 from swarmctl.analysis.command_paths import command_paths
 from swarmctl.analysis.diagram import diagram
 from swarmctl.analysis.impact import impacts
-from swarmctl.rules.context import RuleContext
-from swarmctl.rules.runner import RULES, lint
+from swarmctl.linter.context import RuleContext
+from swarmctl.linter.runner import RULES, lint
 from swarmctl.spec.load import Document, load
 from swarmctl.views.graph.overview import overview
 

@@ -18,6 +18,8 @@ from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.probe_request import request
+from swarmctl.linter.context import RuleContext
+from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import Kind
 from swarmctl.plan.reconcile import reconcile
@@ -28,8 +30,6 @@ from swarmctl.render.bundle import Bundle
 from swarmctl.render.middleware import Middleware
 from swarmctl.render.multimaster.base import MultimasterProvider
 from swarmctl.resources import HostModule
-from swarmctl.rules.context import RuleContext
-from swarmctl.rules.runner import load_swarm
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.load import load
 from tests import ROOT
@@ -222,7 +222,7 @@ EXEMPT = {
     ("robot_types/ros_launchable.py", "joystick.launch"),
     ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
-    ("rules/families/programs/values.py", ".launch"),  # a rule with `ros1=True`
+    ("rules/program_files.py", ".launch"),  # a rule with `ros1=True`
     ("scaffold/robot_type_file.py", ".launch"),  # a robot type with `driver: {launch: FILE}`
     ("spec/package_search.py", ".launch"),  # the packages of ROS 1 that lie beside a spec
     ("health/checks.py", "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"),
@@ -247,7 +247,7 @@ def test_no_module_outside_knows_their_names() -> None:
         name = file.relative_to(ROOT / "swarmctl").as_posix()
         if not name.startswith(HOMES):
             wrong = {text for text in strings(file) if text in NAMES or ROS1.search(text)}
-            if not name.startswith("rules/families/"):
+            if not name.startswith("rules/"):
                 wrong |= {text for text in strings(file) if OF_ROS1_HOSTS.search(text)}
             found += [(name, text) for text in sorted(wrong) if (name, text) not in EXEMPT]
     assert found == []

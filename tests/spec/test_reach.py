@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.reach import Reach, reach_of
 from tests import ROOT
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.diagnostics import Severity, has_errors
-from swarmctl.rules.runner import lint, load_swarm
+from swarmctl.diagnostics import has_errors
+from swarmctl.linter.runner import lint, load_swarm
+from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.swarm.resolved import RfcommLine, UsbLine

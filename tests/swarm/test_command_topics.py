@@ -10,8 +10,8 @@ import yaml
 from swarmctl.analysis.diagram import diagram
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.analysis.network_load import network_budgets
+from swarmctl.linter.runner import lint
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import lint
 from swarmctl.spec.load import load
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve

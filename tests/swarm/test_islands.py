@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.rules.runner import load_swarm
+from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Bridge, Swarm
 
 BODY = """

@@ -9,8 +9,8 @@ from swarmctl.analysis.diagram import diagram
 from swarmctl.analysis.network_load import network_budgets
 from swarmctl.health.expected_bridges import bridges_of
 from swarmctl.health.expected_graph import Release, expected_graph
+from swarmctl.linter.runner import load_checked, load_swarm
 from swarmctl.render.build_bundle import bundles
-from swarmctl.rules.runner import load_checked, load_swarm
 from swarmctl.swarm.index import SwarmIndex
 
 SPEC = """

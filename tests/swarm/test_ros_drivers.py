@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.diagnostics import Diagnostic, Severity
-from swarmctl.rules.runner import load_swarm
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.linter.runner import load_swarm
+from swarmctl.rulebook import Severity
 from swarmctl.swarm.resolved import ForeignDriver, Robot, SwarmctlDriver
 
 SPEC = """

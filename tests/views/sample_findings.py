@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from swarmctl.diagnostics import (
-    Diagnostic,
-    Edit,
-    Fix,
-    Note,
-    Severity,
-    Span,
-)
-from swarmctl.rules.rulebook import RuleText
-from swarmctl.rules.runner import load_checked
+from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Span
+from swarmctl.linter.runner import load_checked
+from swarmctl.rulebook import RuleText, Severity
 from swarmctl.views.findings.report import Checked, Report
 from tests import ROOT
 
@@ -44,7 +37,7 @@ FINDINGS = (
     Diagnostic("FILE001", f"there is no file `{SPEC}.lock`", help=("did you mean `swarm.lock`?",)),
     Diagnostic("NAME001", "100% of `lab` is no name", at(SPEC, 2, 11, 16), label="`🤖 lab`: two words"),
     Diagnostic(
-        "ADDR003", "two hosts have the address `10.0.0.1`", at(SPEC, 5, 19, 27), label="also of `pi-2`",
+        "ID001", "two hosts have the address `10.0.0.1`", at(SPEC, 5, 19, 27), label="also of `pi-2`",
         notes=(
             Note(at(SPEC, 4, 19, 27), "first of `pi-1`"),
             Note(at(SHARED, 2, 19, 27), "and of `pi-1` here"),
@@ -53,7 +46,7 @@ FINDINGS = (
         fix=Fix("give `pi-2` the next address", (
             Edit(at(SPEC, 5, 19, 27), "10.0.0.2"), Edit(at(SHARED, 2, 1, 1), "# checked\n")), safe=False),
     ),
-    Diagnostic("ADDR003", "two hosts have the address `10.0.0.1`", at(SPEC, 4, 19, 27)),
+    Diagnostic("ID001", "two hosts have the address `10.0.0.1`", at(SPEC, 4, 19, 27)),
     Diagnostic(
         "SET001", "nobody reads <this> & \"that\" | it is long", at(SPEC, 6, 305, 310),
         "the end",
@@ -67,8 +60,8 @@ WARNING = Diagnostic("SET001", "`rates` are never reached", at(QUIET, 1, 1, 8))
 
 
 RULES = {
-    "ADDR003": RuleText(
-        "ADDR003", "Identity", Severity.ERROR,
+    "ID001": RuleText(
+        "ID001", "Identity", Severity.ERROR,
         what="No two hosts share an address",
         why="Both would answer, now one and now the other.",
         threads=(), manuals=(), own=True,

@@ -57,7 +57,7 @@ def shown_at(text: str, cell: int) -> str:
 def test_wide_letters_before_the_place_take_two_cells() -> None:
     line = f"name: {WIDE} lab"
     column = line.index("lab") + 1
-    found = Diagnostic("X1", "m", Span("f", 1, column, 1, column + 3))
+    found = Diagnostic("YAML001", "m", Span("f", 1, column, 1, column + 3))
     row, marks = human.findings([found], {"f": line}).plain.splitlines()[3:5]
     assert cell_len(row[: row.index("lab")]) == marks.index("^^^")
 
@@ -70,7 +70,7 @@ def test_no_line_of_source_is_wider_than_a_narrow_terminal() -> None:
 def test_two_places_far_apart_on_a_long_line_are_both_shown() -> None:
     line = "first" + " " * 300 + "second"
     found = Diagnostic(
-        "X1", "m", Span("f", 1, 306, 1, 312), notes=(Note(Span("f", 1, 1, 1, 6), "the other"),)
+        "YAML001", "m", Span("f", 1, 306, 1, 312), notes=(Note(Span("f", 1, 1, 1, 6), "the other"),)
     )
     shown = human.findings([found], {"f": line}).plain
     assert "second\n" in shown
@@ -80,7 +80,7 @@ def test_two_places_far_apart_on_a_long_line_are_both_shown() -> None:
 @given(st.text(max_size=30))
 def test_nothing_hidden_reaches_the_terminal(text: str) -> None:
     found = Diagnostic(
-        "X",
+        "YAML001",
         text,
         Span(text, 1, 1, 1, 4),
         label=text,

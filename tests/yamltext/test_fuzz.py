@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.runner import lint
+from swarmctl.linter.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from tests import ROOT
@@ -74,7 +74,7 @@ LARGE = dict(hostile_inputs.large())
 VALIDATOR = f"""
 import os, sys
 from swarmctl.__main__ import main
-from swarmctl.rules.runner import load_checked
+from swarmctl.linter.runner import load_checked
 from pathlib import Path
 sys.argv = ["swarmctl", "validate", "swarm.yaml"]
 load_checked(Path({str(ROOT / "examples/paper-leader/swarm.yaml")!r}))

@@ -13,7 +13,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.rules.runner import load_checked
+from swarmctl.linter.runner import load_checked
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_FILES, MAX_NODES
 from tests import ROOT, in_process
 from tests.sizes import some_of

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.rules.runner import lint
+from swarmctl.linter.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.link_model import Bluetooth
 from swarmctl.spec.load import Document, load, load_text

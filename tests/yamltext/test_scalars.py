@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from swarmctl.diagnostics import Severity
+from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import Catalog
 from swarmctl.spec.load import load_text
 from swarmctl.yamltext.limits import MAX_NUMBER

@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic, Span
-from swarmctl.rules.runner import lint
+from swarmctl.linter.runner import lint
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.views.escape import printable

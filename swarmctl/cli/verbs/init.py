@@ -105,8 +105,8 @@ def _known(what: str, word: str, known: Iterable[str]) -> str:
 
 def _check(text: str, spec: Path, catalog: Catalog) -> None:
     """Exit with the first error of the new spec, such as an invalid name or too many robots."""
-    from swarmctl.diagnostics import Severity
-    from swarmctl.rules.runner import lint
+    from swarmctl.linter.runner import lint
+    from swarmctl.rulebook import Severity
     from swarmctl.spec.load import load_text
 
     document, found = load_text(text, str(spec), catalog)

@@ -108,8 +108,8 @@ def _edit(document: Document, to: Mode) -> tuple[str, str]:
 
 def _wrong(document: Document, conversion: Conversion) -> list[str]:
     """The errors of the converted text."""
-    from swarmctl.diagnostics import Severity
-    from swarmctl.rules.runner import lint
+    from swarmctl.linter.runner import lint
+    from swarmctl.rulebook import Severity
     from swarmctl.spec.load import load_text
     from swarmctl.yamltext import hostlist
 

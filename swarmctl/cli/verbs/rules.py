@@ -25,7 +25,7 @@ def rules(
     json: options.FormatJson = False,
 ) -> None:
     """List the rules that check a spec."""
-    from swarmctl.rules.rulebook import pitfalls, rulebook
+    from swarmctl.rulebook import pitfalls, rulebook
     from swarmctl.views import rules as view
 
     match options.format_of(form, json, RulesFormat.TEXT):
@@ -46,7 +46,7 @@ def explain(
     ],
 ) -> None:
     """Explain one rule: what it finds, why it matters, how to fix it."""
-    from swarmctl.rules.rulebook import rulebook
+    from swarmctl.rulebook import rulebook
     from swarmctl.suggest import did_you_mean
     from swarmctl.views import rules as view
 

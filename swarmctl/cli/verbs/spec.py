@@ -27,7 +27,7 @@ def spec(
     """
     from swarmctl.cli.spec_fixes import checked
     from swarmctl.diagnostics import has_errors, in_order
-    from swarmctl.rules.runner import lint
+    from swarmctl.linter.runner import lint
     from swarmctl.spec.effective_spec import flat
     from swarmctl.spec.load import load
     from swarmctl.views import effective_spec as view

@@ -105,8 +105,8 @@ def _look(
     from swarmctl.health.collect import ask
     from swarmctl.health.diagnosis import diagnose
     from swarmctl.health.expected_graph import Release, expected_graph
+    from swarmctl.linter.launch_uses import launch_uses, nodes_of
     from swarmctl.render.build_bundle import bundles
-    from swarmctl.rules.launch_uses import launch_uses, nodes_of
     from swarmctl.swarm.index import SwarmIndex
 
     document = console.read_document(spec)

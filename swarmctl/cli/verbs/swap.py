@@ -58,7 +58,7 @@ def swap(
 def _check(spec: SpecFiles, texts: Mapping[str, str]) -> None:
     """Exit if the changed spec has errors; the spec had none."""
     from swarmctl.cli.spec_fixes import SpecFixes
-    from swarmctl.diagnostics import Severity
+    from swarmctl.rulebook import Severity
 
     found = SpecFixes(spec).found_with(texts).diagnostics
     if errors := [f"{one.code}: {one.message}" for one in found if one.severity is Severity.ERROR]:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 
-from swarmctl.diagnostics import Diagnostic, Severity
+from swarmctl.diagnostics import Diagnostic
+from swarmctl.rulebook import Severity
 from swarmctl.views.findings.report import Report, file_of, fingerprints, sentence, ways_to_fix
 
 _SEVERITY = {Severity.ERROR: "critical", Severity.WARNING: "minor"}

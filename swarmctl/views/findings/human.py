@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from rich.text import Text
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span
+from swarmctl.diagnostics import Diagnostic, Span
+from swarmctl.rulebook import Severity
 from swarmctl.views.escape import printable
 from swarmctl.views.findings.excerpt import View, clipped, covered, marked, view
 from swarmctl.views.findings.report import Checked, counted, fixes_in, remedies

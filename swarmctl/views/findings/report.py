@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from swarmctl.diagnostics import Diagnostic, Severity, Span
-from swarmctl.rules.rulebook import RuleText
+from swarmctl.diagnostics import Diagnostic, Span
+from swarmctl.rulebook import RuleText, Severity
 from swarmctl.spec.load import Document
 
 

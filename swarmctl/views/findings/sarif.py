@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
-from swarmctl.rules.rulebook import RuleText
+from swarmctl.rulebook import RuleText
 from swarmctl.version import __version__
 from swarmctl.views.findings.report import Checked, Report, fingerprints, more, sentence
 

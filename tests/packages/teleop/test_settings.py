@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from swarm_teleop.config import SETTINGS, takes
 from swarm_teleop.keyboard import CHANGES, MOVES
 
+from swarmctl.linter.runner import load_checked
 from swarmctl.resources import templates
-from swarmctl.rules.runner import load_checked
 from swarmctl.spec.program_params import shipped
 from swarmctl.swarm.shipped_programs import SHIPPED
 

@@ -1,0 +1,121 @@
+"""What the rules read: the index of one document, source positions, and analyses shared by several rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from swarmctl.analysis.host_load import HostBudget, host_budgets
+from swarmctl.analysis.listeners import listeners, robot_listeners
+from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
+from swarmctl.diagnostics import Diagnostic, Span
+from swarmctl.linter.launch_uses import LaunchUse, launch_uses
+from swarmctl.render.middleware import Middleware, middleware_of
+from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
+from swarmctl.swarm.authority import Authority
+from swarmctl.swarm.bridges import bridges_of
+from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.ports import Listener
+from swarmctl.swarm.resolved import Bridge
+from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
+from swarmctl.swarm.topic_origins import Publishers
+from swarmctl.yamltext.source import Source
+
+
+class RuleContext(SwarmIndex):
+    """The document that the rules check, with its index."""
+
+    @property
+    def source(self) -> Source:
+        """The text positions of the spec."""
+        return self.document.source
+
+    def span(self, *loc: str | int, key: bool = False) -> Span:
+        """The position of a value of the spec, or with ``key`` of its key."""
+        return self.document.span(*loc, key=key)
+
+    @cached_property
+    def middleware(self) -> Middleware:
+        """What carries the topics."""
+        return middleware_of(self.spec.ros.distro)
+
+    @cached_property
+    def messages(self) -> MessageCatalog:
+        """The message types that are known: the common ones, and those of the packages that are found."""
+        return with_messages_of(self.document.packages, common_messages())
+
+    @cached_property
+    def launches(self) -> tuple[LaunchUse, ...]:
+        """What the launch files of programs and drivers start, where their packages are found."""
+        return launch_uses(self)
+
+    def launch_span(self, use: LaunchUse, *key: str, is_key: bool = False) -> Span:
+        """The position of a key of what names a launch file, in the spec or in the file of a robot type."""
+        if use.of_type:
+            return self.document.span_of_type(use.of_type, *use.loc, *key, key=is_key)
+        return self.span(*use.loc, *key, key=is_key)
+
+    def connect(self, one: str, other: str) -> bool:
+        """True if ROS connects a publisher and a subscriber of these message types: it compares checksums."""
+        if one == other:
+            return True
+        sums = self.messages.sums
+        return self.middleware.ros1 and bool(sums.get(one)) and sums[one] == sums.get(other)
+
+    @cached_property
+    def urdfs(self) -> RobotUrdfs:
+        """The URDFs beside the spec."""
+        return urdfs_of(self.document)
+
+    @cached_property
+    def authority(self) -> Authority:
+        """Who may command each robot, as its driver will check it."""
+        return Authority(self)
+
+    @cached_property
+    def publishers(self) -> Publishers:
+        """From which islands each topic comes."""
+        return Publishers(self)
+
+    @cached_property
+    def bridges(self) -> tuple[Bridge, ...]:
+        """The topics that are bridged between islands."""
+        return bridges_of(self)
+
+    @cached_property
+    def listeners(self) -> tuple[Listener, ...]:
+        """Every port on which a host listens for the swarm."""
+        return (*listeners(self.spec, self.islands), *robot_listeners(self))
+
+    @cached_property
+    def line_budgets(self) -> Mapping[int, SerialBudget]:
+        """The load of each line, by its index in ``links``."""
+        return dict(serial_budgets(self))
+
+    @cached_property
+    def host_budgets(self) -> tuple[HostBudget, ...]:
+        """The memory use of each host whose kind of computer is declared."""
+        return tuple(host_budgets(self, self.bridges))
+
+
+Find = Callable[[RuleContext], Iterator[Diagnostic]]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A function that yields findings, with the ids under which the rulebook explains them."""
+
+    ids: tuple[str, ...]
+    find: Find
+    names: bool  # runs first: the other rules look things up by the names it checks
+    ros1: bool  # is about ROS 1, and holds for no other middleware
+
+    def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:
+        """Yields the findings of the rule."""
+        return iter(()) if self.ros1 and not context.middleware.ros1 else self.find(context)
+
+
+def rule(*ids: str, names: bool = False, ros1: bool = False) -> Callable[[Find], Rule]:
+    """Makes a function the rule that reports ``ids``; ``names`` and ``ros1`` as in `Rule`."""
+    return lambda find: Rule(ids, find, names, ros1)

@@ -1,0 +1,85 @@
+"""Memory of hosts and capacity of networks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.analysis.host_load import SMALL_NODES, HostBudget
+from swarmctl.analysis.network_load import CAREFUL_NETWORK, network_budgets
+from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.linter.context import RuleContext, rule
+
+
+@rule("CAP001")
+def memory(context: RuleContext) -> Iterator[Diagnostic]:
+    """A host whose processes need more memory than it has."""
+    for budget in context.host_budgets:
+        if budget.share > 1:
+            yield Diagnostic(
+                "CAP001",
+                f"host `{budget.host}` needs {budget.needed_mb} MB, a {budget.computer} has "
+                f"{budget.memory_mb} MB",
+                context.span("hosts", budget.host, key=True),
+                label=f"{budget.share:.0%} of its memory",
+                help=(f"it runs {_parts(budget)}; move programs to another host",),
+            )
+
+
+def _parts(budget: HostBudget) -> str:
+    return ", ".join(f"{size} MB for {what}" for what, size in budget.parts)
+
+
+@rule("CAP003")
+def small_masters(context: RuleContext) -> Iterator[Diagnostic]:
+    """A small board that runs the master of many nodes."""
+    for budget in context.host_budgets:
+        if budget.small and budget.served > SMALL_NODES:
+            yield Diagnostic(
+                "CAP003",
+                f"host `{budget.host}`, a {budget.computer}, runs the master of {budget.served} nodes; "
+                f"such a computer handles about {SMALL_NODES}",
+                context.span("hosts", budget.host, key=True),
+                label="slow to start and to reply",
+                help=(_larger(context, budget.host),),
+            )
+
+
+def _larger(context: RuleContext, hub: str) -> str:
+    """Returns the advice to use the island's host with the most memory, or a larger computer."""
+    kinds = {name: context.computer_of(name) for name in context.spec.hosts}
+    memory_of = {name: context.computers[kind].memory_mb for name, kind in kinds.items() if kind is not None}
+    best = max(context.home[hub].hosts, key=lambda host: memory_of.get(host, 0))
+    if memory_of.get(best, 0) > memory_of.get(hub, 0):
+        return f"let `{best}`, a {kinds[best]}, run the master"
+    return "run the master on a laptop or a newer board"
+
+
+@rule("CAP004", "CAP005")
+def networks(context: RuleContext) -> Iterator[Diagnostic]:
+    """The declared topics exceed the capacity of a network, or almost do."""
+    links = {link.name: index for index, link in context.networks}
+    for budget in network_budgets(context):
+        if budget.share > CAREFUL_NETWORK:
+            never = budget.share > 1
+            flows = budget.largest(3)
+            largest = ", ".join(
+                f"`{flow.topic}` {flow.bytes_per_second * 8 / 1e6:.3g} Mbit/s" for flow in flows
+            )
+            sources = {one.topic: one for one in context.endpoints if one.publishes}
+            yield Diagnostic(
+                "CAP004" if never else "CAP005",
+                f"network `{budget.network}` has to carry {budget.needed_mbps:.3g} Mbit/s, its capacity is "
+                f"{budget.capacity_mbps:g} Mbit/s",
+                context.span("links", links[budget.network], "name"),
+                label=f"{budget.share:.0%} of its capacity",
+                notes=tuple(
+                    Note(context.span(*sources[flow.topic].loc), f"from `{flow.origin}` to `{flow.to}`")
+                    for flow in flows[:1]
+                    if flow.topic in sources
+                ),
+                help=(
+                    (f"largest: {largest}; " if largest else f"{len(budget.flows)} topics share it; ")
+                    + "lower the rates, use smaller messages, or subscribe on the publisher's host",
+                    "or measure the network with iperf3, and set `capacity_mbps`",
+                ),
+            )

@@ -1,1 +1,0 @@
-"""The rules: one folder a family, with the functions that find and `rules.yaml` that explains."""

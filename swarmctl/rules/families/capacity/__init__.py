@@ -1,1 +1,0 @@
-"""Rules: host and network load."""

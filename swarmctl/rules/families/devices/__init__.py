@@ -1,1 +1,0 @@
-"""Rules: serial and Bluetooth links."""

@@ -1,1 +1,0 @@
-"""Rules: ROS packages as drivers."""

@@ -1,1 +1,0 @@
-"""Rules: files and syntax."""

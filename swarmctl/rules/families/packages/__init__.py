@@ -1,1 +1,0 @@
-"""Rules: ROS packages and launch files that lie beside the spec."""

@@ -1,1 +1,0 @@
-"""Rules: the URDFs of robots."""

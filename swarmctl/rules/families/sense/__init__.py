@@ -1,1 +1,0 @@
-"""Rules: values that make no sense."""

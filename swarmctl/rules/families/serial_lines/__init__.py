@@ -1,1 +1,0 @@
-"""Rules: load of serial and Bluetooth links."""

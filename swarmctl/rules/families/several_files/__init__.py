@@ -1,1 +1,0 @@
-"""Rules: specs in several files."""
