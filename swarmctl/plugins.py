@@ -72,12 +72,12 @@ class Registry:
 #: By ``ros.distro``: objects of ``swarmctl.render.middleware.Middleware``.
 MIDDLEWARES = Registry("swarmctl.middleware", {"noetic": "swarmctl.render.ros1.noetic:NOETIC"})
 
-#: By ``multimaster.provider``: objects of ``swarmctl.render.multimaster.base.MultimasterProvider``.
+#: By ``multimaster.provider``: objects of ``swarmctl.render.multimaster.MultimasterProvider``.
 MULTIMASTERS = Registry(
     "swarmctl.multimaster",
     {
-        "fkie": "swarmctl.render.multimaster.fkie:FKIE",
-        "static": "swarmctl.render.multimaster.static:STATIC",
+        "fkie": "swarmctl.render.ros1.multimaster.fkie:FKIE",
+        "static": "swarmctl.render.ros1.multimaster.static:STATIC",
     },
 )
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from swarmctl.analysis import swarm_graph
 from swarmctl.analysis.swarm_graph import COMMANDS, DATA, RUNS, Graph, node
 from swarmctl.render.middleware import middleware_of
-from swarmctl.spec.multimaster_model import Multimaster
+from swarmctl.render.multimaster import provider_name
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
@@ -96,7 +96,9 @@ def diagram(index: SwarmIndex) -> Diagram:
             Node(**one) for kind in _DRAWN for _, one in graph.nodes(data=True) if one["kind"] == kind
         ),
         edges=tuple(sorted(_edges(graph, {one.topic for one in bridged}), key=_rank)),
-        provider=(index.spec.multimaster or Multimaster()).provider if len(index.islands) > 1 else "",
+        provider=provider_name(index.spec.multimaster, index.spec.ros.distro)
+        if len(index.islands) > 1
+        else "",
         crossings=bridged,
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster.base import provider_of, runs_on
+from swarmctl.render.multimaster import provider_of, runs_on
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolved import Bridge
 
@@ -70,7 +70,7 @@ def host_budgets(index: SwarmIndex, bridges: Iterable[Bridge]) -> Iterator[HostB
     master_mb = middleware_of(index.spec.ros.distro).master_mb
     mastered = index.islands if master_mb else ()
     served = {island.hub: sum(nodes[host] for host in island.hosts) for island in mastered}
-    provider, islands = provider_of(index.spec.multimaster), index.islands
+    provider, islands = provider_of(index.spec.multimaster, index.spec.ros.distro), index.islands
     receiving = {to for bridge in bridges for to in bridge.to}
     joining = {one.hub for one in islands if runs_on(provider, len(islands), one.name in receiving)}
     for name in index.spec.hosts:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster.base import provider_of
+from swarmctl.render.multimaster import provider_of
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import SSH, Listener, ssh_port
@@ -16,7 +16,7 @@ def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
     """Yields every listener of a swarm, host by host in the order of the spec, then island by island."""
     for name in spec.hosts:
         yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
-    middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster)
+    middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster, spec.ros.distro)
     for island in islands:
         yield from middleware.listeners(spec, island)
         if len(islands) > 1:
@@ -25,7 +25,7 @@ def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
 
 def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
     """Returns the ports that belong to a master, counted from its own."""
-    return (0, *(provider_of(spec.multimaster).offsets if len(islands) > 1 else ()))
+    return (0, *(provider_of(spec.multimaster, spec.ros.distro).offsets if len(islands) > 1 else ()))
 
 
 def robot_listeners(index: SwarmIndex) -> Iterator[Listener]:

@@ -22,7 +22,7 @@ from functools import cache, cached_property
 import networkx as nx
 
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster.base import provider_of, runs_on
+from swarmctl.render.multimaster import provider_of, runs_on
 from swarmctl.spec.link_model import IpLink, Radio, RobotLink, Serial
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
@@ -72,7 +72,7 @@ class _Builder:
     def __init__(self, index: SwarmIndex) -> None:
         self._index, self._spec = index, index.spec
         self._masters = bool(middleware_of(index.spec.ros.distro).master_mb)
-        self._multimaster = provider_of(index.spec.multimaster)
+        self._multimaster = provider_of(index.spec.multimaster, index.spec.ros.distro)
         self._carriers = cache(self._carriers_between)
         self.graph: Graph[Node] = nx.MultiDiGraph(swarm=index.spec.name, mode=index.spec.mode.value)
         self._add_hosts()

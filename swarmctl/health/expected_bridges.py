@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster.base import provider_of
+from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Island, Robot, Swarm
 from swarmctl.swarm.topics import DIAGNOSTICS
@@ -77,5 +77,5 @@ def multimaster_of(swarm: Swarm, hub: str, units: tuple[str, ...]) -> ExpectedMu
     unit = names.unit(swarm.name, names.MULTIMASTER)
     if unit not in units:
         return None
-    nodes = provider_of(swarm.multimaster).nodes(swarm, swarm.island_of(hub))
+    nodes = provider_of(swarm.multimaster, swarm.distro).nodes(swarm, swarm.island_of(hub))
     return ExpectedMultimaster(unit, nodes.names, nodes.reporter)

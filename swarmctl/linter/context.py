@@ -11,7 +11,7 @@ from swarmctl.analysis.listeners import listeners, robot_listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses
-from swarmctl.render.middleware import Middleware, middleware_of
+from swarmctl.render.middleware import Capability, Middleware, middleware_of
 from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
@@ -60,8 +60,8 @@ class RuleContext(SwarmIndex):
         """True if ROS connects a publisher and a subscriber of these message types: it compares checksums."""
         if one == other:
             return True
-        sums = self.messages.sums
-        return self.middleware.ros1 and bool(sums.get(one)) and sums[one] == sums.get(other)
+        sums = self.messages.sums if "ros1-nodes" in self.middleware.capabilities else {}
+        return bool(sums.get(one)) and sums[one] == sums.get(other)
 
     @cached_property
     def urdfs(self) -> RobotUrdfs:
@@ -109,13 +109,14 @@ class Rule:
     ids: tuple[str, ...]
     find: Find
     names: bool  # runs first: the other rules look things up by the names it checks
-    ros1: bool  # is about ROS 1, and holds for no other middleware
+    needs: Capability | None  # holds for middlewares that have it
 
     def __call__(self, context: RuleContext) -> Iterator[Diagnostic]:
         """Yields the findings of the rule."""
-        return iter(()) if self.ros1 and not context.middleware.ros1 else self.find(context)
+        held = self.needs is None or self.needs in context.middleware.capabilities
+        return self.find(context) if held else iter(())
 
 
-def rule(*ids: str, names: bool = False, ros1: bool = False) -> Callable[[Find], Rule]:
-    """Makes a function the rule that reports ``ids``; ``names`` and ``ros1`` as in `Rule`."""
-    return lambda find: Rule(ids, find, names, ros1)
+def rule(*ids: str, names: bool = False, needs: Capability | None = None) -> Callable[[Find], Rule]:
+    """Makes a function the rule that reports ``ids``; ``names`` and ``needs`` as in `Rule`."""
+    return lambda find: Rule(ids, find, names, needs)

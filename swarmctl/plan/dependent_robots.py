@@ -14,7 +14,7 @@ from swarm_agent.motion_messages import RobotUse
 
 from swarmctl.plan.busy_robots import BUSY
 from swarmctl.plan.plan import HostPlan, Kind, Problem
-from swarmctl.render.multimaster.base import provider_of
+from swarmctl.render.multimaster import provider_of
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Commander, Robot, Swarm, island_by_host
 
@@ -112,7 +112,7 @@ class Dependents:
 
     def _needs_multimaster(self, host: str) -> _Needs:
         own = [island for island in self.swarm.islands if island.hub == host]
-        only_receivers = provider_of(self.swarm.multimaster).only_receivers
+        only_receivers = provider_of(self.swarm.multimaster, self.swarm.distro).only_receivers
 
         def needs(robot: Robot, commanders: Sequence[Commander], node: str) -> bool:
             to = self._home.get(robot.host)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,7 +13,6 @@ from swarmctl.plan.plan import HostPlan
 
 Consistency = Literal["independent", "wave", "all"]
 _STEP = re.compile(r"(?P<number>[0-9]+)(?P<percent>%?)")
-_SHARED = "env/ros.env"  # ROS_MASTER_URI and how the islands join
 
 
 @dataclass(frozen=True)
@@ -42,13 +41,14 @@ def order(
     parts: Iterable[Impact],
     serial: Sequence[str] = (),
     consistency: Consistency | None = None,
+    shared_files: Collection[str] = (),
 ) -> Order:
     """Returns the order in which the plans are executed. ``parts``: what is lost with each part of the swarm.
 
     ``serial``: sizes of the waves in hosts or percent, the last one repeated; ``consistency``: chosen here if
-    it is None, ``all`` where what all hosts must agree on changes.
+    it is None, ``all`` where one of ``shared_files`` changes, on which all hosts must agree.
     """
-    chosen = consistency or ("all" if any(map(_shared, due)) else "independent")
+    chosen = consistency or ("all" if any(_changes(plan, shared_files) for plan in due) else "independent")
     weight = {one.name: one.weight for one in parts if one.kind == "host"}
     hosts = sorted((plan.host for plan in due), key=lambda host: weight.get(host, ()))
     first = all(plan.base is None for plan in due)
@@ -63,8 +63,8 @@ def valid_size(text: str) -> bool:
     return found is not None and 0 < int(found["number"]) <= (100 if found["percent"] else 10**6)
 
 
-def _shared(plan: HostPlan) -> bool:
-    return plan.base is not None and any(step.target == _SHARED for step in plan.steps)
+def _changes(plan: HostPlan, files: Collection[str]) -> bool:
+    return plan.base is not None and any(step.target in files for step in plan.steps)
 
 
 def _sizes(serial: Sequence[str], count: int) -> list[int]:

@@ -8,7 +8,7 @@ from swarmctl.render import bluetooth, maintenance_file
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.host_os import Preparation
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.multimaster.base import provider_of, runs_on
+from swarmctl.render.multimaster import provider_of, runs_on
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
@@ -34,7 +34,7 @@ def bundles(swarm: Swarm) -> Mapping[str, Bundle]:
 def _swarm_parts(swarm: Swarm, host: Host) -> Iterator[Part]:
     """The robots, the multimaster and the programs of ``host``, in the start order of their units."""
     island, middleware = swarm.island_of(host.name), middleware_of(swarm.distro)
-    provider = provider_of(swarm.multimaster)
+    provider = provider_of(swarm.multimaster, swarm.distro)
     yield bluetooth.part(swarm, host)
     yield middleware.robots(swarm, host, island)
     yield maintenance_file.part(swarm, host)

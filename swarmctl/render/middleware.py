@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import Literal, Protocol, cast
 
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.bundle import File
@@ -77,6 +77,11 @@ class ExpectedNode:
     measured: tuple[DriverTopic, ...] = ()
 
 
+#: What a rule can be about: a master and its ``ROS_*`` variables, launch files in XML, packages that catkin
+#: builds, and the names, parameters and checksums of nodes of ROS 1.
+Capability = Literal["master", "launch-xml", "catkin", "ros1-nodes"]
+
+
 class Middleware(Protocol):
     """One middleware. Parts are pure: the same swarm gives the same bytes."""
 
@@ -89,8 +94,16 @@ class Middleware(Protocol):
         """
 
     @property
-    def ros1(self) -> bool:
-        """Whether the rules about ROS 1 apply: roslaunch, ``ROS_*`` variables, names of its nodes."""
+    def capabilities(self) -> frozenset[Capability]:
+        """What it has of that which rules are about."""
+
+    @property
+    def multimaster(self) -> str:
+        """The provider in `swarmctl.plugins.MULTIMASTERS` that a spec has which names none; or empty."""
+
+    @property
+    def shared_files(self) -> frozenset[str]:
+        """The files of a release on which all hosts must agree; they change on all hosts at once."""
 
     @property
     def topics(self) -> Mapping[str, str]:

@@ -18,7 +18,7 @@ from swarmctl.swarm.addresses import (
 )
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
-_UNFIT = (Kind.IPV6, Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
+_UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
 
 
 @rule("NET002")
@@ -45,7 +45,7 @@ def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     for name, ip in context.addresses.items():
         if ip is None or (what := kind(ip)) is Kind.ORDINARY:
             continue
-        if what in _UNFIT:
+        if what in _UNFIT or (what is Kind.IPV6 and "master" in context.middleware.capabilities):
             yield Diagnostic(
                 "NET003",
                 f"host `{name}` cannot have the address `{ip}`",

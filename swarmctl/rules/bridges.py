@@ -109,7 +109,7 @@ class _Started:
     file: tuple[str | None, str | None] = (None, None)  # package and launch file
 
 
-@rule("MM017", ros1=True)
+@rule("MM017", needs="master")
 def equal_nodes(context: RuleContext) -> Iterator[Diagnostic]:
     """A bridged topic brings a node to a master that has another node of its name.
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.render.multimaster.base import Discovery, provider_of, providers_with
+from swarmctl.render.multimaster import Discovery, provider_name, provider_of, providers_with
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.suggest import did_you_mean, nearest
 from swarmctl.swarm.modes import MULTIMASTER
@@ -26,7 +26,7 @@ def _settings(context: RuleContext) -> Multimaster | None:
 def discovering(context: RuleContext) -> tuple[Multimaster, Discovery] | None:
     """The same with the limits of the discovery; None where the provider discovers nothing (MM015)."""
     settings = _settings(context)
-    limits = provider_of(settings).discovery if settings is not None else None
+    limits = provider_of(settings, context.spec.ros.distro).discovery if settings is not None else None
     return (settings, limits) if settings is not None and limits is not None else None
 
 
@@ -177,13 +177,14 @@ def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
     settings = _settings(context)
     if settings is None:
         return
-    read = {"provider", "topics", *provider_of(settings).settings}
+    distro = context.spec.ros.distro
+    read = {"provider", "topics", *provider_of(settings, distro).settings}
     for key in type(settings).model_fields:
         if key in settings.model_fields_set and key not in read:
             others = " or ".join(f"`provider: {name}`" for name in providers_with(key))
             yield Diagnostic(
                 "MM015",
-                f"provider `{settings.provider}` does not use `{key}`",
+                f"provider `{provider_name(settings, distro)}` does not use `{key}`",
                 context.span("multimaster", key, key=True),
                 label="has no effect",
                 notes=(Note(context.span("multimaster", "provider"), "the provider"),),

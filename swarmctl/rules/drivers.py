@@ -66,7 +66,7 @@ def _span(context: RuleContext, robot: str, *loc: str | int) -> Span:
     return context.span("robots", robot, key=True)
 
 
-@rule("DRIVER002", ros1=True)
+@rule("DRIVER002", needs="launch-xml")
 def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
     """`$(...)` in a driver's text that roslaunch evaluates; it cannot be escaped."""
     for name, driver in context.ros_drivers.items():

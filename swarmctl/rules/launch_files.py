@@ -17,7 +17,7 @@ from swarmctl.yamltext.edits import make_fix, rename_key
 from swarmctl.yamltext.source import Loc
 
 
-@rule("PKG004", "PKG005", "PKG006", "PKG007", ros1=True)
+@rule("PKG004", "PKG005", "PKG006", "PKG007", needs="launch-xml")
 def accepted(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that roslaunch refuses, or a part of which it skips."""
     seen: set[tuple[Span, Refusal, str]] = set()  # robots of one type have its driver's faults once
@@ -103,7 +103,7 @@ def _unused(context: RuleContext, use: LaunchUse, key: str, fault: Fault) -> Dia
 _MOST_NAMED = 20  # packages in one message
 
 
-@rule("PKG008", ros1=True)
+@rule("PKG008", needs="master")
 def node_names(context: RuleContext) -> Iterator[Diagnostic]:
     """A node of a launch file that has the name of another node under the same master."""
     taken: dict[tuple[str, str], tuple[str, Span]] = {}
@@ -149,7 +149,7 @@ def named_nodes(context: RuleContext) -> Iterator[tuple[str, str, str, Loc]]:
             yield island.name, context.program_nodes[name], f"program `{name}`", ("programs", name)
 
 
-@rule("PKG009", ros1=True)
+@rule("PKG009", needs="launch-xml")
 def undeclared_packages(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file names packages that neither its package.xml nor the spec declares."""
     packages, seen = context.document.packages.by_name, set()
@@ -178,7 +178,7 @@ def undeclared_packages(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PKG010", ros1=True)
+@rule("PKG010", needs="master")
 def identities(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file sets a variable that swarmctl sets for every host."""
     for use in context.launches:
@@ -193,7 +193,7 @@ def identities(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PKG011", ros1=True)
+@rule("PKG011", needs="launch-xml")
 def other_machines(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that starts nodes on other hosts, or a master."""
     for use in context.launches:
@@ -219,7 +219,7 @@ def other_machines(context: RuleContext) -> Iterator[Diagnostic]:
 _FRAMES = re.compile(r"(tf|frame|frames|frame_id|link|robot_frame)_?prefix|multi_robot_name", re.I)
 
 
-@rule("PKG020", ros1=True)
+@rule("PKG020", needs="launch-xml")
 def shared_frames(context: RuleContext) -> Iterator[Diagnostic]:
     """Two robots under one master start a launch file with the same value of an argument for frames."""
     first: dict[tuple[str, str, str, str, str], LaunchUse] = {}
@@ -247,7 +247,7 @@ def shared_frames(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PKG022", ros1=True)
+@rule("PKG022", needs="launch-xml")
 def commands_past_the_gate(context: RuleContext) -> Iterator[Diagnostic]:
     """The launch file of a gated driver remaps its command topic itself, so the node ignores the gate."""
     seen = set()

@@ -99,7 +99,7 @@ _ALWAYS_THERE = {
 }
 
 
-@rule("NAME004", "NAME005", ros1=True)
+@rule("NAME004", "NAME005", needs="master")
 def nodes(context: RuleContext) -> Iterator[Diagnostic]:
     """A program's node with the name of a driver or a gate, or of a node of ROS or swarmctl."""
     spec = context.spec
@@ -225,7 +225,7 @@ def undeclared_remaps(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("NAME010", ros1=True)
+@rule("NAME010", needs="ros1-nodes")
 def remap_chains(context: RuleContext) -> Iterator[Diagnostic]:
     """A remap to a name that another remap of the program changes."""
     for name, program in context.spec.programs.items():

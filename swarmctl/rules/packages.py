@@ -22,7 +22,7 @@ from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
 
 
-@rule("PKG001", "PKG002", ros1=True)
+@rule("PKG001", "PKG002", needs="catkin")
 def executables(context: RuleContext) -> Iterator[Diagnostic]:
     """An executable that its package does not have, or that may not be executed."""
     for name, program in context.spec.programs.items():
@@ -71,7 +71,7 @@ def _executable(
         )
 
 
-@rule("PKG003", ros1=True)
+@rule("PKG003", needs="launch-xml")
 def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file that its package does not have."""
     packages, seen = context.document.packages.by_name, set()
@@ -96,7 +96,7 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-@rule("PKG016", ros1=True)
+@rule("PKG016", needs="catkin")
 def misspelt(context: RuleContext) -> Iterator[Diagnostic]:
     """A package that is nowhere, and named like one that is found but for a typing error."""
     found = context.document.packages.by_name
@@ -129,7 +129,7 @@ def _write(context: RuleContext, loc: Loc, meant: Guess) -> Fix | None:
     return make_fix(f"write `{meant.only}`", edits, safe=meant.certain)
 
 
-@rule("PKG017", ros1=True)
+@rule("PKG017", needs="catkin")
 def delivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
     """A package under `packages` that cannot travel with a release."""
     for name, reason in context.document.packages.refused.items():
@@ -150,7 +150,7 @@ def delivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-@rule("PKG018", ros1=True)
+@rule("PKG018", needs="catkin")
 def unbuildable(context: RuleContext) -> Iterator[Diagnostic]:
     """A package that has to be built, in a spec that names no builder."""
     if context.spec.ros.builders:
@@ -171,7 +171,7 @@ def unbuildable(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PKG014", ros1=True)
+@rule("PKG014", needs="catkin")
 def copies(context: RuleContext) -> Iterator[Diagnostic]:
     """Two definitions of one message that differ: nodes built with them do not connect."""
     if not context.document.packages.found:
@@ -222,7 +222,7 @@ _OF_DRIVERS = ("base_link", "odom")  # every robot has these, behind its name
 _PUBLISHERS = {"robot_state_publisher", "static_transform_publisher", "state_publisher"}
 
 
-@rule("PKG012", ros1=True)
+@rule("PKG012", needs="ros1-nodes")
 def remapped_topics(context: RuleContext) -> Iterator[Diagnostic]:
     """A name is remapped to a topic of a robot that does not exist."""
     known = {one.topic for one in context.endpoints}
@@ -263,7 +263,7 @@ def _topics_of(context: RuleContext, space: str) -> set[str]:
     return taken | set(context.sensors_of(robot))
 
 
-@rule("PKG013", ros1=True)
+@rule("PKG013", needs="ros1-nodes")
 def frames(context: RuleContext) -> Iterator[Diagnostic]:
     """A parameter names a frame that no robot of the swarm has."""
     prefixes = {namespace[1:] for namespace in context.robot_by_namespace}

@@ -106,7 +106,7 @@ def _free_port(context: RuleContext, hub: str) -> int | None:
     return free_master_port(taken, master_offsets(context.spec, context.islands))
 
 
-@rule("PORT005")
+@rule("PORT005", needs="master")
 def ephemeral_ports(context: RuleContext) -> Iterator[Diagnostic]:
     """A port in the ephemeral range."""
     reported: set[tuple[str | int, ...]] = set()

@@ -49,7 +49,7 @@ def _paths(program: Program) -> Iterator[tuple[Loc, str]]:
         yield ("params", name, "file"), path
 
 
-@rule("PROG029", ros1=True)
+@rule("PROG029", needs="launch-xml")
 def parameters(context: RuleContext) -> Iterator[Diagnostic]:
     """A file of parameters that is no YAML mapping."""
     for name, program in context.spec.programs.items():
@@ -117,7 +117,7 @@ def _swarm(context: RuleContext) -> Swarm | None:
         return None
 
 
-@rule("PROG031", ros1=True)
+@rule("PROG031", needs="launch-xml")
 def arguments(context: RuleContext) -> Iterator[Diagnostic]:
     """An argument of a launch file, or a parameter of a shipped program, that is a list or a mapping."""
     for name, program in context.spec.programs.items():
@@ -138,7 +138,7 @@ def arguments(context: RuleContext) -> Iterator[Diagnostic]:
 _NAMES = ("-O", "--output-name")
 
 
-@rule("PROG033", ros1=True)
+@rule("PROG033", needs="ros1-nodes")
 def fixed_bags(context: RuleContext) -> Iterator[Diagnostic]:
     """A bag whose name is the same after a restart; a person who starts the program chooses when."""
     for name, program in context.spec.programs.items():
@@ -180,7 +180,7 @@ _LAUNCH = (".launch", ".xml", ".test")
 _SETUP = re.compile(r"(/devel|/install)?/(local_)?setup\.(ba|z|fi)?sh$")
 
 
-@rule("PROG020", ros1=True)
+@rule("PROG020", needs="catkin")
 def search_paths(context: RuleContext) -> Iterator[Diagnostic]:
     """A search path that loses what ROS put there."""
     for name, program in context.spec.programs.items():
@@ -207,7 +207,7 @@ def _lost(key: str, value: str) -> str | None:
     return None if kept else needed
 
 
-@rule("PROG021", ros1=True)
+@rule("PROG021", needs="launch-xml")
 def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
     """A variable, a home folder or a command in a value that no shell and no roslaunch expands."""
     for name, program in context.spec.programs.items():
@@ -288,7 +288,7 @@ def _home(context: RuleContext, program: str) -> str:
     return "/root" if user == "root" else f"/home/{user}"
 
 
-@rule("PROG022", ros1=True)
+@rule("PROG022", needs="launch-xml")
 def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
     """A `launch` that names no launch file of ROS 1, or an `executable` that is one."""
     for name, program in context.spec.programs.items():
@@ -330,7 +330,7 @@ def launch_files(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG023", ros1=True)
+@rule("PROG023", needs="catkin")
 def workspaces(context: RuleContext) -> Iterator[Diagnostic]:
     """A workspace that is a file or a folder within one."""
     if context.spec.ros.workspace is not None:

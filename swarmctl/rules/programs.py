@@ -85,7 +85,7 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG008", ros1=True)
+@rule("PROG008", needs="master")
 def environments(context: RuleContext) -> Iterator[Diagnostic]:
     """An environment variable that swarmctl sets for every host."""
     for name, program in context.spec.programs.items():
@@ -120,7 +120,7 @@ def _instead(context: RuleContext, name: str, key: str) -> tuple[str, Fix | None
     return "the key `namespace` of a program sets it", make_fix(title, *edits, safe=True)
 
 
-@rule("PROG009", "PROG010", ros1=True)
+@rule("PROG009", "PROG010", needs="ros1-nodes")
 def parameters(context: RuleContext) -> Iterator[Diagnostic]:
     """A private `use_sim_time`, or an invalid parameter name."""
     for name, program in context.spec.programs.items():
@@ -152,7 +152,7 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG016", ros1=True)
+@rule("PROG016", needs="launch-xml")
 def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
     """`$(...)` in a value that roslaunch evaluates; it cannot be escaped. `$(find PACKAGE)` is meant."""
     for name, program in context.spec.programs.items():
@@ -273,7 +273,7 @@ def _use_help() -> str:
     return ", ".join(f"use: {one}" for one in SHIPPED)
 
 
-@rule("PROG025", ros1=True)
+@rule("PROG025", needs="launch-xml")
 def arguments(context: RuleContext) -> Iterator[Diagnostic]:
     """`args` that do not fit what is started, or that repeat `params`."""
     for name, program in context.spec.programs.items():
@@ -295,7 +295,7 @@ def arguments(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG026", ros1=True)
+@rule("PROG026", needs="launch-xml")
 def unread_keys(context: RuleContext) -> Iterator[Diagnostic]:
     """A key that this kind of program does not read."""
     for name, program in context.spec.programs.items():
@@ -340,7 +340,7 @@ def secrets(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG027", ros1=True)
+@rule("PROG027", needs="launch-xml")
 def placeholders(context: RuleContext) -> Iterator[Diagnostic]:
     """A placeholder that has no value."""
     for name, program in context.spec.programs.items():

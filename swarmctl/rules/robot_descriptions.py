@@ -105,7 +105,7 @@ def _faulty(code: str, use: _Use, fault: Fault) -> Diagnostic:
     )
 
 
-@rule("URDF005", ros1=True)
+@rule("URDF005", needs="ros1-nodes")
 def frames(context: RuleContext) -> Iterator[Diagnostic]:
     """Links that do not fit the frames of the driver."""
     for use, urdf in _valid(context):

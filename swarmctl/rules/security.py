@@ -118,7 +118,7 @@ def keys_beside(context: RuleContext) -> Iterator[Diagnostic]:
         )
 
 
-@rule("SEC004", ros1=True)
+@rule("SEC004", needs="master")
 def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """A public address of a host that runs ROS; ROS 1 has no authentication."""
     public = [

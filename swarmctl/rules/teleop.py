@@ -214,7 +214,7 @@ def turbo_that_reverses(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG024", ros1=True)
+@rule("PROG024", needs="ros1-nodes")
 def silent_gamepads(context: RuleContext) -> Iterator[Diagnostic]:
     """A joy_node that repeats too seldom: a stick that is held still counts as a gamepad gone."""
     read = {one.owner: one.topic for one in context.endpoints if one.type == JOY_TYPE and not one.publishes}

@@ -143,7 +143,7 @@ _PARAMETER = "/use_sim_time"
 _PUBLISHES = f"publishes: [{{topic: {CLOCK}, type: rosgraph_msgs/Clock}}]"
 
 
-@rule("TIME007", ros1=True)
+@rule("TIME007", needs="ros1-nodes")
 def clocks(context: RuleContext) -> Iterator[Diagnostic]:
     """Nodes use simulated time on an island that has no clock, or two."""
     if not context.spec.ros.use_sim_time:
@@ -178,7 +178,7 @@ def clocks(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("TIME008", ros1=True)
+@rule("TIME008", needs="ros1-nodes")
 def unread_clocks(context: RuleContext) -> Iterator[Diagnostic]:
     """A clock that no node reads, or a launch file that makes nodes read one halfway through a start."""
     if context.spec.ros.use_sim_time:

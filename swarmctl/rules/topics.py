@@ -64,7 +64,11 @@ def _of_a_driver(context: RuleContext, topic: str) -> tuple[str, str] | None:
 
 def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc | None) -> Diagnostic:
     loc = (*one.loc, "type")
-    shown = "; `rostopic type` shows it on a running system" if context.middleware.ros1 else ""
+    shown = (
+        "; `rostopic type` shows it on a running system"
+        if "master" in context.middleware.capabilities
+        else ""
+    )
     is_program = where is not None and where[0] == "programs"
     notes = () if where is None else (
         Note(context.span(*where, "type"), "the other type")
@@ -211,7 +215,7 @@ class _End:
     where: str = ""  # in a launch file
 
 
-@rule("TOPIC011", ros1=True)
+@rule("TOPIC011", needs="master")
 def absolute_topics(context: RuleContext) -> Iterator[Diagnostic]:
     """The drivers of two robots, or a driver and a program, have one absolute topic in one graph."""
     ends = [*_declared_ends(context), *_launched_ends(context)] if context.ros_drivers else []
@@ -284,7 +288,7 @@ def _has_one_source(context: RuleContext, topic: str) -> bool:
     return topic not in context.middleware.topics and topic != f"/{JOINTS}"
 
 
-@rule("TOPIC007", "TOPIC010", ros1=True)
+@rule("TOPIC007", "TOPIC010", needs="catkin")
 def message_types(context: RuleContext) -> Iterator[Diagnostic]:
     """A message type that its package does not have, or whose package looks misspelt."""
     faults: dict[str, NoMessage | None] = {}

@@ -31,9 +31,10 @@ class Crossing(Model):
 class Multimaster(Model):
     """How islands discover each other (modes standalone and combined)."""
 
-    provider: Annotated[str, NameIn(MULTIMASTERS)] = Field(
-        MULTIMASTERS.default,
-        description="`fkie` discovers by multicast; `static` knows its peers from this file.",
+    provider: Annotated[str, NameIn(MULTIMASTERS)] | None = Field(
+        None,
+        description="`fkie`, the default of ROS 1, discovers by multicast; `static` knows its peers from "
+        "this file.",
     )
     packages: Literal["fkie_multimaster", "multimaster_fkie", "fkie_mas"] = Field(
         "fkie_multimaster",

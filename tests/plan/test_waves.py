@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from swarmctl.analysis.impact import Impact
 from swarmctl.plan.plan import HostPlan, Kind, Step
 from swarmctl.plan.waves import order, valid_size
+from swarmctl.render.ros1.noetic import NOETIC
 
 HUB = Impact("host", "desk", drivers=("a", "b"), masters=("m",), shared=True)
 PARTS = (HUB, Impact("host", "k3", drivers=("a",)), Impact("host", "spare"), Impact("robot", "desk"))
@@ -51,11 +52,12 @@ def test_a_first_deploy_has_one_wave() -> None:
 
 def test_hosts_that_must_agree_change_together() -> None:
     plans = due("a", "b") + due("c", target="env/ros.env")
-    found = order(plans, ())
+    found = order(plans, (), shared_files=NOETIC.shared_files)
     assert (found.waves, found.consistency, found.together) == ((("a", "b", "c"),), "all", True)
-    assert order(plans, (), consistency="wave").consistency == "wave"
-    assert len(order(plans, (), consistency="wave").waves) == 2
-    assert order(due("a", target="env/ros.env", base=None), ()).consistency == "independent"
+    chosen = order(plans, (), (), "wave", NOETIC.shared_files)
+    assert (len(chosen.waves), chosen.consistency) == (2, "wave")
+    first = order(due("a", target="env/ros.env", base=None), (), shared_files=NOETIC.shared_files)
+    assert first.consistency == "independent"
 
 
 def test_nothing_to_do_has_no_waves() -> None:

@@ -13,7 +13,7 @@ import yaml
 from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.multimaster.fkie_packages import FAMILIES
+from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from tests import ROOT
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -55,9 +55,7 @@ def test_a_rule_stands_beside_its_text() -> None:
     functions = {(one.find.__module__.split(".")[-1], id_) for one in RULES for id_ in one.ids}
     assert functions - texts == set(), "no entry in the YAML file of the function's family"
     families = {family for family, _ in functions}
-    assert {one for one in texts - functions if one[0] in families} == set(), (
-        "no function beside the YAML"
-    )
+    assert {one for one in texts - functions if one[0] in families} == set(), "no function beside the YAML"
 
 
 @pytest.mark.parametrize("rule", rulebook().values(), ids=lambda rule: rule.id)

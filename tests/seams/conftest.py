@@ -12,7 +12,7 @@ import pytest
 
 from swarmctl.plugins import MIDDLEWARES, MULTIMASTERS
 from swarmctl.render.middleware import Middleware
-from swarmctl.render.multimaster.base import MultimasterProvider
+from swarmctl.render.multimaster import MultimasterProvider
 from tests import ROOT
 from tests.seams.toy import MESH, PEBBLE
 

@@ -28,7 +28,7 @@ from swarmctl.remote.agent_archive import agent
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.middleware import Middleware
-from swarmctl.render.multimaster.base import MultimasterProvider
+from swarmctl.render.multimaster import MultimasterProvider
 from swarmctl.resources import HostModule
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.load import load
@@ -76,6 +76,18 @@ def test_the_bundle_has_their_files_and_units(tmp_path: Path) -> None:
     ]
     assert made[HUB].requires == ("pebbled",)
     assert not [path for path in paths(made[HUB]) if re.search(r"\bros|launch|\.master\.", path)]
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_swarm_without_a_provider_has_no_file_of_ros_1(tmp_path: Path) -> None:
+    """Its middleware joins no islands, and the spec names nothing that does."""
+    swarm = swarm_of(written(tmp_path, provider=""))
+    made = bundles(swarm)
+    text = "".join(f"{file.path}\n{file.content.decode()}" for one in made.values() for file in one.files)
+    assert re.findall(r"/ros|ROS_|fkie|launch|11311|\bmaster", text) == []
+    assert {one.requires for one in made.values()} == {("pebbled",)}
+    graph = expected_graph(swarm, releases(made))
+    assert [host.multimaster for host in graph.hosts if host.multimaster] == []
 
 
 @pytest.mark.usefixtures("registered")
@@ -205,13 +217,11 @@ def test_a_probe_that_is_not_there_is_an_error_before_any_host() -> None:
 HOMES = (
     "plugins.py",
     "render/ros1/",
-    "render/multimaster/fkie",
-    "render/multimaster/static",
     "importing/",  # what labs of ROS 1 have
 )
 NAMES = {*MIDDLEWARES.names(), *MULTIMASTERS.names(), "melodic", "kinetic"}
 ROS1 = re.compile(r"^ros-noetic-|^(roscore|rosmaster|roslaunch|rospy)$|\.launch$")
-#: Rules about ROS 1 may name these; each is marked `ros1=True` or asks the middleware.
+#: Rules about ROS 1 may name these; each is marked by what it `needs` or asks the middleware.
 OF_ROS1_HOSTS = re.compile(r"/opt/ros|ROS_MASTER_URI|ROS_IP|TCPROS|\brosnode |\brostopic |\b11311\b")
 #: ROS 1 by their subject: the lab's own image, the spec's driver and examples, a word for suggestions, hints
 #: that only a swarm with masters gets.
@@ -222,7 +232,7 @@ EXEMPT = {
     ("robot_types/ros_launchable.py", "joystick.launch"),
     ("spec/model.py", "Where the others reach it; also its ROS_IP (see `ros.naming`)."),
     ("render/quoting.py", ".launch"),
-    ("rules/program_files.py", ".launch"),  # a rule with `ros1=True`
+    ("rules/program_files.py", ".launch"),  # a rule with `needs="launch-xml"`
     ("scaffold/robot_type_file.py", ".launch"),  # a robot type with `driver: {launch: FILE}`
     ("spec/package_search.py", ".launch"),  # the packages of ROS 1 that lie beside a spec
     ("health/checks.py", "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"),
@@ -254,9 +264,7 @@ def test_no_module_outside_knows_their_names() -> None:
 
 
 def test_no_module_outside_imports_ros_1_or_a_provider() -> None:
-    pattern = re.compile(
-        r"swarmctl\.render\.(ros1|multimaster\.(?!base))|render\.multimaster import (?!base)"
-    )
+    pattern = re.compile(r"swarmctl\.render\.ros1")
     outside = [
         file.relative_to(ROOT / "swarmctl").as_posix()
         for file in (ROOT / "swarmctl").rglob("*.py")

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from swarmctl.render.bundle import File, Unit
-from swarmctl.render.middleware import ExpectedDriver, ExpectedNode
-from swarmctl.render.multimaster.base import Discovery, JoinNodes
+from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode
+from swarmctl.render.multimaster import Discovery, JoinNodes
 from swarmctl.render.part import Part
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
@@ -26,7 +26,9 @@ def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> tuple[File, Unit]:
 class Pebble:
     """Nodes find each other: no master. One process per host runs all drivers."""
 
-    ros1 = False
+    capabilities: frozenset[Capability] = frozenset()
+    multimaster = ""
+    shared_files: frozenset[str] = frozenset()
     topics: Mapping[str, str] = {
         "/rosout": "rcl_interfaces/Log",
         "/parameter_events": "rcl_interfaces/ParameterEvent",

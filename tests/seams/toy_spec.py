@@ -22,10 +22,15 @@ def written(
     name: str = "newswarm",
     programs: str = "",
 ) -> Path:
-    """A spec of three islands. ``more``: keys of ``multimaster``, each with a comma behind it."""
+    """A spec of three islands.
+
+    ``more``: keys of ``multimaster``, each with a comma behind it. Without a ``provider`` there is none.
+    """
     spec = tmp_path / "swarm.yaml"
     text = SPEC.read_text("utf-8").replace("name: newswarm", f"name: {name}")
-    text += f"ros: {{distro: {distro}}}\nmultimaster: {{provider: {provider}, {more}{TOPICS}}}\n"
+    text += f"ros: {{distro: {distro}}}\n"
+    if provider:
+        text += f"multimaster: {{provider: {provider}, {more}{TOPICS}}}\n"
     spec.write_text(f"{text}programs: {{{programs}}}\n" if programs else text, "utf-8")
     return spec
 

@@ -280,7 +280,9 @@ def test_a_warning_is_a_failed_test_only_when_it_must_not_be() -> None:
 )
 def test_paths_are_relative_below_the_base(given: str, base: str, shown: str) -> None:
     span = Span(given, 1, 1, 1, 2)
-    found = Diagnostic("YAML001", "m", span, notes=(Note(span, "n"),), fix=Fix("f", (Edit(span, "t"),), safe=True))
+    found = Diagnostic(
+        "YAML001", "m", span, notes=(Note(span, "n"),), fix=Fix("f", (Edit(span, "t"),), safe=True)
+    )
     moved = relative(Report((Checked(given, None, (found,)),)), "/repo/lab", base)
     (one,) = moved.checked
     (there,) = one.diagnostics

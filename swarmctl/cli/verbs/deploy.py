@@ -134,6 +134,7 @@ def deploy(
     from swarmctl.plan.waves import order
     from swarmctl.remote.parallel_hosts import Stop
     from swarmctl.render.build_bundle import bundles
+    from swarmctl.render.middleware import middleware_of
 
     sizes = rounds.sizes(serial)
     if saved := saved_plan.read(spec):
@@ -171,7 +172,10 @@ def deploy(
             host_lists=lists, dependents=Dependents(swarm), settles=not dry_run,
         )  # fmt: skip
         found = view.executed(
-            deployment, stop, lambda one: order(one.due, _impacts(document, one), sizes, consistency),
+            deployment, stop,
+            lambda one: order(
+                one.due, _impacts(document, one), sizes, consistency, middleware_of(swarm.distro).shared_files
+            ),
             dry_run=dry_run, yes=yes, saved=saved,
         )  # fmt: skip
     absent = rollout_output.absent(found, swarm.hosts)

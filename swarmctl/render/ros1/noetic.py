@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from typing import get_args
 
 from swarmctl.render import sketch
 from swarmctl.render.bundle import File, required, workspace
-from swarmctl.render.middleware import ExpectedDriver, ExpectedNode, Master, Middleware
+from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.part import Part
 from swarmctl.render.ros1 import delivered_packages, drivers, foreign_drivers, graph, programs, release, rviz
 from swarmctl.resources import HostModule, templates
@@ -32,7 +33,9 @@ _DEBIAN_NAME = re.compile(r"[a-z0-9][a-z0-9.+-]+")
 class Noetic:
     """The middleware of ``ros: {distro: noetic}``."""
 
-    ros1 = True
+    capabilities: frozenset[Capability] = frozenset(get_args(Capability))
+    multimaster = "fkie"
+    shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
     topics = graph.TOPICS
     master_mb = 100  # a Python program; a driver takes 60, rosout is smaller
     probe = HostModule("swarm_ros1_probe.observe", templates() / "packages/ros1_probe")

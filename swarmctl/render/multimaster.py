@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol, cast
 
 from swarmctl.plugins import MULTIMASTERS
+from swarmctl.render.middleware import middleware_of
 from swarmctl.render.part import Part
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
@@ -73,12 +74,37 @@ class MultimasterProvider(Protocol):
         """Returns the nodes that a healthy hub of ``island`` shows."""
 
 
-def provider_of(settings: Multimaster | None) -> MultimasterProvider:
-    """Returns the provider that ``settings`` name, or the default one.
+class _NoProvider:
+    """What a middleware has that joins no islands, unless the spec names a provider."""
 
-    Raises KeyError if it is not registered.
-    """
-    return cast(MultimasterProvider, MULTIMASTERS.get((settings or Multimaster()).provider))
+    settings: frozenset[str] = frozenset()
+    discovery = None
+    memory_mb = 0
+    offsets: tuple[int, ...] = ()
+    only_receivers = True
+
+    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
+        return ()
+
+    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+        return Part()
+
+    def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
+        return JoinNodes(())
+
+
+_NONE = _NoProvider()
+
+
+def provider_name(settings: Multimaster | None, distro: str) -> str:
+    """Returns the provider that ``settings`` name, or that of the middleware; empty if it has none."""
+    return (settings and settings.provider) or middleware_of(distro).multimaster
+
+
+def provider_of(settings: Multimaster | None, distro: str) -> MultimasterProvider:
+    """Returns the provider called `provider_name`. Raises KeyError if it is not registered."""
+    name = provider_name(settings, distro)
+    return cast(MultimasterProvider, MULTIMASTERS.get(name)) if name else _NONE
 
 
 def providers_with(setting: str) -> Iterator[str]:
@@ -90,4 +116,4 @@ def providers_with(setting: str) -> Iterator[str]:
 
 def runs_on(provider: MultimasterProvider, islands: int, receives: bool) -> bool:
     """Returns True if a hub runs ``provider``, given the number of islands and whether it receives topics."""
-    return islands > 1 and (receives or not provider.only_receivers)
+    return provider is not _NONE and islands > 1 and (receives or not provider.only_receivers)

@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from swarmctl.render.bundle import ROOT, File, Unit, package
-from swarmctl.render.multimaster.base import Discovery, JoinNodes, MultimasterProvider
-from swarmctl.render.multimaster.fkie_packages import FAMILIES, Node
+from swarmctl.render.multimaster import Discovery, JoinNodes, MultimasterProvider
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
+from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES, Node
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster

@@ -10,7 +10,7 @@ from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Unit
-from swarmctl.render.multimaster.base import JoinNodes, MultimasterProvider
+from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
