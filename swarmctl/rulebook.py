@@ -46,7 +46,7 @@ class RuleText:
     fails: str | None
     passes: str | None
     shown: str  # why there is no example; empty if there is one
-    firm: bool  # cannot be suppressed: a spec with this finding cannot be used
+    firm: bool  # cannot be ignored: a spec with this finding cannot be used
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -67,7 +67,7 @@ class RuleText:
             "fix": self.fix,
             "fails": self.fails,
             "passes": self.passes,
-            "can_be_silenced": not self.firm,
+            "can_be_ignored": not self.firm,
         }
 
 

@@ -1,1 +1,1 @@
-"""Runs the rules over the spec and its graph; what they read, fixes and suppressions."""
+"""Runs the rules over the spec and its graph; what they read, fixes, and ignored findings."""

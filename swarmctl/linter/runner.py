@@ -15,7 +15,7 @@ from pkgutil import iter_modules
 from swarmctl.diagnostics import Diagnostic, apart_from, has_errors, in_order, without_echoes
 from swarmctl.linter.context import Rule, RuleContext
 from swarmctl.linter.fixes import Findings, Stage
-from swarmctl.linter.suppressions import apply_suppressions
+from swarmctl.linter.ignored import without_ignored
 from swarmctl.rulebook import FOLDER
 from swarmctl.spec.load import Document, Draft, document_of, draft_of
 from swarmctl.spec.package_search import Search, packages_in
@@ -36,9 +36,9 @@ RULES = tuple(_rules())  # a module of `swarmctl.rules` needs no entry in a list
 
 
 def lint(document: Document, reported: Sequence[Diagnostic] = ()) -> tuple[Diagnostic, ...]:
-    """Returns the findings of all rules in text order, without suppressed ones.
+    """Returns the findings of all rules in text order, without ignored ones.
 
-    ``reported`` are findings from loading the document; they can be suppressed too.
+    ``reported`` are findings from loading the document; they can be ignored too.
     """
     return _lint(document, reported).diagnostics
 
@@ -49,7 +49,7 @@ def _lint(document: Document, reported: Sequence[Diagnostic]) -> Findings:
     if has_errors(found):
         return Findings(Stage.NAMES, _of_sound_sections(document, found))
     found += _found(context, names=False)
-    return Findings(Stage.RULES, in_order(apply_suppressions(found, document, document.texts)))
+    return Findings(Stage.RULES, in_order(without_ignored(found, document, document.texts)))
 
 
 def _found(
@@ -72,7 +72,7 @@ def _of_sound_sections(document: Document, found: Sequence[Diagnostic]) -> tuple
     sound = without_sections(document, sections_with(found, document.source))
     found = [*found, *_found(RuleContext(sound), names=False, ended_by=(LookupError,))]
     with suppress(UnsoundError):
-        kept = apply_suppressions(found, sound, document.texts)
+        kept = without_ignored(found, sound, document.texts)
         found = [one for one in kept if one.code != "SIL001"]  # what it is about may not be found yet
     return in_order(without_echoes(found))
 

@@ -130,7 +130,7 @@ def shared_dongles(context: RuleContext) -> Iterator[Diagnostic]:
             notes=(Note(context.span("links", earlier, "uri"), f"the driver of `{other.robot}` opens it"),),
             help=(
                 f"give `{link.robot}` a Crazyradio of its own: radio://1/...",
-                "suppress this if one server opens the dongle for both",
+                "ignore this if one server opens the dongle for both",
             ),
         )
 

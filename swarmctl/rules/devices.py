@@ -148,7 +148,7 @@ def _shared_or_absent(context: RuleContext, index: int, usb: Usb, serial: str) -
             label="then no adapter matches it",
             help=(
                 f"name the USB port, and keep it: usb: {{path: 1-1.3}} {_PORT}",
-                "suppress this if `udevadm info -a` shows the number next to the adapter's ATTRS{idVendor}",
+                "ignore this if `udevadm info -a` shows the number next to the adapter's ATTRS{idVendor}",
             ),
         )
     elif usb.vendor is None and usb.product is None and FACTORY.fullmatch(serial):
@@ -251,6 +251,6 @@ def ports_of_bluetooth(context: RuleContext) -> Iterator[Diagnostic]:
                 notes=(Note(context.span("hosts", link.host, "bluetooth"), "its Bluetooth adapters"),),
                 help=(
                     "write `/dev/serial0`, with enable_uart=1 in config.txt, or use a USB adapter",
-                    "suppress this if config.txt has dtoverlay=miniuart-bt, or if Bluetooth is a USB dongle",
+                    "ignore this if config.txt has dtoverlay=miniuart-bt, or if Bluetooth is a USB dongle",
                 ),
             )

@@ -105,7 +105,7 @@ def adapters_of_two_hosts(context: RuleContext) -> Iterator[Diagnostic]:
                 notes=(Note(context.span("links", same[0], *_place(same[1])), f"on host `{same[1].host}`"),),
                 help=(
                     "write the serial number of the adapter at this host; `udevadm info -a` shows it there",
-                    "if two adapters share it, add `vendor` and `product`, or suppress this with a reason",
+                    "if two adapters share it, add `vendor` and `product`, or ignore this with a reason",
                 ),
             )
 

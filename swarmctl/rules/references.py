@@ -304,6 +304,6 @@ def replaced_types(context: RuleContext) -> Iterator[Diagnostic]:
                 else (),
                 help=(
                     f"rename yours, for example to `lab-{name}`, here and there",
-                    "or suppress this, if it is meant to replace the other",
+                    "or ignore this, if it is meant to replace the other",
                 ),
             )

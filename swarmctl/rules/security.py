@@ -136,6 +136,6 @@ def public_addresses(context: RuleContext) -> Iterator[Diagnostic]:
             label="not a private address",
             help=(
                 "put the swarm behind its own router, with addresses such as 192.168.77.10",
-                "if a firewall blocks incoming traffic, suppress this with that reason",
+                "if a firewall blocks incoming traffic, ignore this with that reason",
             ),
         )

@@ -380,7 +380,7 @@ class Spec(Model):
     multimaster: Multimaster | None = Field(
         None, description="How islands discover each other (modes standalone and combined)."
     )
-    silence: tuple[AcceptedFinding, ...] = Field(
+    ignore: tuple[AcceptedFinding, ...] = Field(
         (),
         examples=[[{"rule": "SET001", "reason": "measured, and fine"}]],
         description="Findings that are known and accepted.",

@@ -43,7 +43,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "multimaster.sync_hosts.*": (_HOSTS,),
     "multimaster.ignore_hosts.*": (_HOSTS,),
     "multimaster.topics.*.to.*": (_ISLANDS, _HOSTS),
-    "silence.*.about": COMMANDERS,
+    "ignore.*.about": COMMANDERS,
 }
 # Where selections stand; in the first of these a plain name is one too.
 _GROUPED = ("groups.*.*", "programs.*.hosts.*", "programs.*.robots.*")
@@ -73,11 +73,11 @@ def mentions(data: Any, kind: str, name: str, whole: Any = None) -> Iterator[Loc
 def undefined(data: Any, known: Mapping[str, Collection[str]]) -> Iterator[tuple[tuple[str, ...], Loc, str]]:
     """Yields each place that mentions a name that is not ``known`` by its kind, with its kinds and the name.
 
-    Kinds that ``known`` lacks, and keys that rules of their own check (of several masters, and of
-    suppressions), are left out.
+    Kinds that ``known`` lacks, and keys that rules of their own check (of several masters, and
+    `ignore`), are left out.
     """
     for pattern, kinds in _PLACES.items():
-        if not known.keys() >= set(kinds) or pattern.startswith(("multimaster", "silence")):
+        if not known.keys() >= set(kinds) or pattern.startswith(("multimaster", "ignore")):
             continue
         names = frozenset[str]().union(*(known[kind] for kind in kinds))
         steps = pattern.split(".")

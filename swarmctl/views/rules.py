@@ -54,9 +54,9 @@ def explained(rule: RuleText) -> Text:
     if rule.own:
         text.append(f"\n{_OWN}\n")
     if rule.firm:
-        text.append("\nIt cannot be suppressed.\n")
+        text.append("\nIt cannot be ignored.\n")
     else:
-        text.append(f"\nSuppress it with a reason: # swarmctl: allow {rule.id} why it is fine here\n")
+        text.append(f"\nIgnore it with a reason: # swarmctl: ignore {rule.id} why it is fine here\n")
     return text
 
 
@@ -104,7 +104,7 @@ def _section(rule: RuleText) -> Iterator[str]:
         yield f"\nPasses:\n\n```yaml\n{rule.passes}```\n"
     if rule.shown:
         yield f"\n{rule.shown}\n"
-    yield f"\n{' '.join(_grounds(rule))}{' It cannot be suppressed.' if rule.firm else ''}\n"
+    yield f"\n{' '.join(_grounds(rule))}{' It cannot be ignored.' if rule.firm else ''}\n"
 
 
 def _grounds(rule: RuleText) -> Iterator[str]:

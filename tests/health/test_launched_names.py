@@ -37,7 +37,7 @@ control:
 programs:
   left: {host: k3, package: talking, launch: eyes.launch}
   right: {host: epuck, package: talking, launch: eyes.launch}
-silence: [{rule: PKG008, reason: the test looks at what happens then}]
+ignore: [{rule: PKG008, reason: the test looks at what happens then}]
 """
 EYES = '<launch><node pkg="speech" type="say" name="eyes"/></launch>'
 

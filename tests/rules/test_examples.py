@@ -1,4 +1,4 @@
-"""Every example of the rulebook fails, passes or can be suppressed as documented."""
+"""Every example of the rulebook fails, passes or can be ignored as documented."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ def test_the_swarm_that_the_examples_change_is_right() -> None:
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
-def test_examples_fail_pass_and_are_suppressed_as_documented(rule: RuleText) -> None:
+def test_examples_fail_pass_and_are_ignored_as_documented(rule: RuleText) -> None:
     failing = summary(examined(example(), rule.fails or "")[1])
     assert (rule.id, rule.severity) in failing
     assert {code for code, severity in failing if severity is Severity.ERROR} <= {rule.id}
     document, found = examined(example(), rule.passes or "")
     assert document is not None
     assert not summary(found)
-    suppressed(rule)
+    ignored(rule)
 
 
-def suppressed(rule: RuleText) -> None:
-    """A firm rule cannot be suppressed; any other can, and the swarm is rendered."""
-    suppression = f"silence: [{{rule: {rule.id}, reason: looked at}}]"
-    document, found = examined(example(), rule.fails or "", suppression)
+def ignored(rule: RuleText) -> None:
+    """A firm rule cannot be ignored; any other can, and the swarm is rendered."""
+    ignore = f"ignore: [{{rule: {rule.id}, reason: looked at}}]"
+    document, found = examined(example(), rule.fails or "", ignore)
     codes = {code for code, _ in summary(found)}
     if rule.firm:
         assert document is None or rule.id in codes or "SIL004" in codes

@@ -1,4 +1,4 @@
-"""Doubts about robot types are shown where their text is, and can be suppressed there."""
+"""Doubts about robot types are shown where their text is, and can be ignored there."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ def test_a_doubt_is_shown_in_the_file_of_the_type(tmp_path: Path) -> None:
     assert (Path(one.span.file).name, one.span.line, one.span.column) == ("beetle.yaml", 4, 21)
 
 
-def test_a_comment_in_the_file_of_the_type_suppresses_it(tmp_path: Path) -> None:
-    comment = "0.29   # swarmctl: allow SENSE002 measured on the robot"
+def test_a_comment_in_the_file_of_the_type_ignores_it(tmp_path: Path) -> None:
+    comment = "0.29   # swarmctl: ignore SENSE002 measured on the robot"
     assert found(tmp_path, TYPE.replace("0.29", comment)) == ()
 
 
 def test_a_comment_in_the_file_of_a_type_needs_an_effect(tmp_path: Path) -> None:
-    comment = "0.0425   # swarmctl: allow SENSE002 measured on the robot"
+    comment = "0.0425   # swarmctl: ignore SENSE002 measured on the robot"
     (one,) = found(tmp_path, TYPE.replace("0.0125", comment))
     assert one.code == "SIL001"
 
 
-def test_the_spec_suppresses_it_by_the_types_name(tmp_path: Path) -> None:
-    more = "silence: [{rule: SENSE002, about: beetle, reason: measured on the robot}]\n"
+def test_the_spec_ignores_it_by_the_types_name(tmp_path: Path) -> None:
+    more = "ignore: [{rule: SENSE002, about: beetle, reason: measured on the robot}]\n"
     assert found(tmp_path, more=more) == ()
 
 

@@ -41,7 +41,7 @@ multimaster:
   ignore_hosts: [a]
   topics:
   - {to: [west, a]}
-silence:
+ignore:
 - {about: a}
 """
 
@@ -80,7 +80,7 @@ def test_a_host_is_renamed_and_no_robot_of_that_name() -> None:
         "  ignore_hosts: [new]",
         "  topics:",
         "  - {to: [west, new]}",
-        "silence:",
+        "ignore:",
         "- {about: a}",
     ]
 

@@ -55,7 +55,7 @@ links:
   - {kind: radio, host: pi, robot: cf-2, uri: radio://0/80/2M/e7e7e7e702}
 control:
   - {by: desk, of: [t-1, uav, rover]}
-silence:
+ignore:
   - {rule: RADIO005, reason: one server of ours opens the dongle for both}
 """
 

@@ -105,11 +105,11 @@ def large() -> Iterator[tuple[str, Callable[[], bytes]]]:
     yield "nul-late", lambda: b"\n" * (MAX_BYTES - 10) + b"\0"
     yield "no-utf8", lambda: b"\xff" * (MAX_BYTES - 10)
     yield "line-separators", lambda: "a: \u2028\n".encode() * 500_000
-    allow = b"# swarmctl: allow "
-    yield "suppressions", lambda: EXAMPLE.encode() + (allow + b"SET001 because\n") * 100_000
+    mark = b"# swarmctl: ignore "
+    yield "ignores", lambda: EXAMPLE.encode() + (mark + b"SET001 because\n") * 100_000
     yield (
-        "unknown-suppressions",
-        lambda: EXAMPLE.encode() + b"".join(allow + b"Z%d x\n" % n for n in range(130_000)),
+        "unknown-ignores",
+        lambda: EXAMPLE.encode() + b"".join(mark + b"Z%d x\n" % n for n in range(130_000)),
     )
     line = "{version: 1, hosts: {" + "".join(f"\u5b57{n}: {{q: 1}}, " for n in range(40_000)) + "}}"
     yield "one-wide-line-of-mistakes", line.encode

@@ -268,7 +268,7 @@ def test_an_edit_counts_the_entries_that_a_range_makes_of_its_text() -> None:
         ('programs:\n  p-[1-2]: {params: {a: "x[1-2]", b: "c[a-z]"}}',
          {"programs": {"p-1": {"params": {"a": "x1", "b": "c[a-z]"}},
                        "p-2": {"params": {"a": "x2", "b": "c[a-z]"}}}}),
-        ('silence: [{rule: A, reason: "see [1]"}]', {"silence": ({"rule": "A", "reason": "see [1]"},)}),
+        ('ignore: [{rule: A, reason: "see [1]"}]', {"ignore": ({"rule": "A", "reason": "see [1]"},)}),
         ('types: {a: {title: "x[1-2]"}}', {"types": {"a": {"title": "x[1-2]"}}}),
     ],
 )  # fmt: skip
