@@ -106,19 +106,21 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
 
 
-def without_echoes(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+def drop_redundant_warnings(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """What is wrong at a place makes a warning about the same place idle."""
     diagnostics = list(diagnostics)
     wrong = {found.span for found in diagnostics if found.severity is Severity.ERROR}
     ends = {(span.file, span.end_line, span.end_column) for span in wrong if span}
 
-    def is_echo(span: Span | None) -> bool:
+    def is_redundant(span: Span | None) -> bool:
         if span in wrong or span is None or (span.line, span.column) != (span.end_line, span.end_column):
             return span in wrong
         # nothing is written there: it is about the key before it
         return any((span.file, span.line, span.column - blanks) in ends for blanks in (0, 1))
 
-    return [found for found in diagnostics if found.severity is Severity.ERROR or not is_echo(found.span)]
+    return [
+        found for found in diagnostics if found.severity is Severity.ERROR or not is_redundant(found.span)
+    ]
 
 
 def apart_from(known: Iterable[Diagnostic], found: Iterable[Diagnostic]) -> Iterator[Diagnostic]:

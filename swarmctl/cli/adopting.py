@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarmctl.cli import console, executors, exit_codes, file_writes, options, rounds, selected
+from swarmctl.cli import console, deploy_steps, executors, exit_codes, file_writes, options, selected
 
 if TYPE_CHECKING:
     from swarmctl.adoption.adopt import Adoption, Reader, Texts
@@ -86,12 +86,12 @@ def before_deploy(
     show(adoption, quiet=quiet, overwrites=overwrites)
     if adoption.texts and writes:
         if not yes:
-            if quiet or not rounds.asks():
+            if quiet or not deploy_steps.asks():
                 console.fail(
                     "nothing was written or deployed: --adopt changes the spec, and there is nobody to ask",
                     "look at what `swarmctl adopt` prints; --yes writes it in scripts",
                 )
-            rounds.agree("Write this into the spec?")
+            deploy_steps.agree("Write this into the spec?")
         write(adoption)
     if into is not None and into.exists() and into not in spec.files:
         return replace(spec, files=(*spec.files, into))

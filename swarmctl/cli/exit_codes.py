@@ -26,7 +26,7 @@ MEANING = {
     HOSTS_FAILED: "some hosts failed",
     HOSTS_UNREACHABLE: "some hosts are unreachable, none failed",
     UNHEALTHY: "the swarm is unhealthy",
-    NOT_PROVEN: "a robot was sent its stop, but is not shown to stand",
+    NOT_PROVEN: "a stop was sent, standstill not confirmed",
     USAGE: "usage error",
     INTERRUPTED: "interrupted",
 }

@@ -53,7 +53,7 @@ class HostLogin(Protocol):
 
 
 class NamedHosts(Protocol):
-    """A swarm, resolved or only read."""
+    """Anything with hosts to log in to."""
 
     @property
     def name(self) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from swarmctl.deploy import journal
-from swarmctl.deploy.bounded_folder import BoundedFolder
+from swarmctl.deploy.lru_cache_dir import LruCacheDir
 from swarmctl.plan.host_builds import keys_of
 from swarmctl.resources import cache_folder
 from swarmctl.ros_packages.builds import Built
@@ -55,8 +55,8 @@ class BuildStore:
         self._files.keep(key, archive)
 
     @property
-    def _files(self) -> BoundedFolder:
-        return BoundedFolder(self.folder, ".tar.gz", MAX_BYTES)
+    def _files(self) -> LruCacheDir:
+        return LruCacheDir(self.folder, ".tar.gz", MAX_BYTES)
 
 
 def store() -> BuildStore:

@@ -15,8 +15,8 @@ from swarmctl.deploy.held_hosts import held, why
 from swarmctl.deploy.host_list_updates import write_all
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.host_transaction import HostTransaction
-from swarmctl.deploy.look import NO_SECRETS, look
 from swarmctl.deploy.motion_guard import Guard, Seen, host_error
+from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.deploy.rollout import planned
 from swarmctl.deploy.swarm_lease import SwarmLease
@@ -35,17 +35,17 @@ from swarmctl.remote.transport import Conversation, HostError, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
-Say = Callable[[str], None]
+OnProgress = Callable[[str], None]
 _LOOK_AGAIN = 1.0  # s between two looks at a host
 
 
 @dataclass(frozen=True)
-class Surveyed:
-    """A host before a change. ``settled``: an earlier deploy was finished or undone."""
+class ObservedHost:
+    """A host before a change. ``recovered``: an earlier deploy was finished or undone."""
 
     plan: HostPlan
     observed: Observed
-    settled: bool
+    recovered: bool
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Deployment:
 
     ``dependents``: what robots need beside their own drivers, all of whose hosts are in ``targets``;
     ``host_lists``: takes the lists of hosts in the survey; after a change the hosts get the present one;
-    ``settles``: the survey finishes what an interrupted deploy has left on a host.
+    ``recovers``: the survey finishes what an interrupted deploy has left on a host.
     """
 
     verbs: tuple[str, ...] = DEPLOY_VERBS  # of the agent
@@ -79,7 +79,7 @@ class Deployment:
         secrets: Mapping[str, str] = NO_SECRETS,
         host_lists: HostLists | None = None,
         dependents: Dependents | None = None,
-        settles: bool = True,
+        recovers: bool = True,
     ) -> None:
         self._bundles = bundles
         self._targets = targets
@@ -88,7 +88,7 @@ class Deployment:
         self._stop = stop or Stop()
         self._secrets = secrets
         self._host_lists = host_lists
-        self._settles = settles
+        self._recovers = recovers
         self._connections = Connections(transport, self._stop, self.verbs)
         self._guard = (
             Guard(
@@ -98,7 +98,7 @@ class Deployment:
             if dependents
             else None
         )  # fmt: skip
-        self._surveyed: dict[str, Surveyed] = {}
+        self._surveyed: dict[str, ObservedHost] = {}
         self._seconds: dict[str, float] = {}  # that the survey took, by host
         self.errors: dict[str, HostError] = {}
 
@@ -111,7 +111,9 @@ class Deployment:
     def survey(self) -> Iterator[Event[object]]:
         """Observes every host. Yields the events; the errors are kept in ``errors``."""
         until = time.monotonic() + self._rules.wait
-        for event in self._each(self._bundles, lambda target, say: self._waited(target, say, until)):
+        for event in self._each(
+            self._bundles, lambda target, on_progress: self._waited(target, on_progress, until)
+        ):
             if isinstance(event, Finished | Skipped):
                 found = result_of(event)
                 self._seconds[event.host] = event.seconds if isinstance(event, Finished) else 0.0
@@ -192,7 +194,7 @@ class Deployment:
             if name in self.errors:
                 yield Finished(name, self.errors[name], self._seconds[name])
             elif not (one := self._surveyed[name]).plan.steps:
-                yield Finished(name, Outcome(one.plan, settled=one.settled), self._seconds[name])
+                yield Finished(name, Outcome(one.plan, recovered=one.recovered), self._seconds[name])
         waves = [list(wave) for wave in order.waves]
         failed = self._rules.counted(self.errors)
         if not waves:
@@ -251,11 +253,13 @@ class Deployment:
     def _wave(
         self, lease: SwarmLease, wave: list[str], failed: Mapping[str, HostError], *, together: bool
     ) -> Iterator[Event[Outcome]]:
-        def commit(target: Target, say: Say) -> Outcome:
+        def commit(target: Target, on_progress: OnProgress) -> Outcome:
             one = self._surveyed[target.host]
             with self._connections.talk(target) as host:
-                units = self._transaction(lease.run, target, say).commit(host, one.plan, one.observed.kept)
-            return Outcome(one.plan, units, one.settled)
+                units = self._transaction(lease.run, target, on_progress).commit(
+                    host, one.plan, one.observed.kept
+                )
+            return Outcome(one.plan, units, one.recovered)
 
         if together and len(wave) > 1:
             yield from self._together(lease, wave, failed)
@@ -268,20 +272,22 @@ class Deployment:
         """Changes the hosts of a wave, and confirms them only if not too many have failed."""
         pending: dict[str, _Pending] = {}
 
-        def change(target: Target, say: Say) -> _Pending:
+        def change(target: Target, on_progress: OnProgress) -> _Pending:
             one = self._surveyed[target.host]
             with self._connections.talk(target) as host:
-                found = self._transaction(lease.run, target, say).change(host, one.plan, one.observed.kept)
+                found = self._transaction(lease.run, target, on_progress).change(
+                    host, one.plan, one.observed.kept
+                )
             lease.waits(target.host, found[0], self._rules.terms.confirm_within)
             return _Pending(*found)
 
-        def confirm(target: Target, say: Say) -> Outcome:
+        def confirm(target: Target, on_progress: OnProgress) -> Outcome:
             one = self._surveyed[target.host]
-            self._transaction(lease.run, target, say).confirm(pending[target.host].txid)
-            return Outcome(one.plan, pending[target.host].units, one.settled)
+            self._transaction(lease.run, target, on_progress).confirm(pending[target.host].txid)
+            return Outcome(one.plan, pending[target.host].units, one.recovered)
 
-        def undo(target: Target, say: Say) -> Outcome:
-            self._transaction(lease.run, target, say).undo(pending[target.host].txid)
+        def undo(target: Target, on_progress: OnProgress) -> Outcome:
+            self._transaction(lease.run, target, on_progress).undo(pending[target.host].txid)
             base = self._surveyed[target.host].plan.base
             back = (
                 f"it was changed and is back at release {base}" if base else "it was changed and is as before"
@@ -307,26 +313,28 @@ class Deployment:
             else:
                 yield last
 
-    def _waited(self, target: Target, say: Say, until: float) -> Surveyed:
+    def _waited(self, target: Target, on_progress: OnProgress, until: float) -> ObservedHost:
         """Observes a host until no robot is in use and all terms hold, or until the moment ``until``."""
-        found, settled, noted = self._look(target, say), False, False
+        found, recovered, noted = self._look(target, on_progress), False, False
         while (problem := found.plan.problem) and problem.kind == BUSY and time.monotonic() < until:
             if self._stop.requested:
                 break
             if not noted:
-                say(f"waiting: {problem.message}")
+                on_progress(f"waiting: {problem.message}")
                 noted = True
             time.sleep(_LOOK_AGAIN)
-            settled |= found.settled
-            found = self._look(target, say)
-        return replace(found, settled=found.settled or settled)
+            recovered |= found.recovered
+            found = self._look(target, on_progress)
+        return replace(found, recovered=found.recovered or recovered)
 
-    def _look(self, target: Target, say: Say) -> Surveyed:
+    def _look(self, target: Target, on_progress: OnProgress) -> ObservedHost:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
             observed = self._observed(host, bundle)
-            settled = self._settles and self._transaction("", target, say).settle(host, observed)
-            if settled:
+            recovered = self._recovers and self._transaction("", target, on_progress).recover_interrupted(
+                host, observed
+            )
+            if recovered:
                 observed = self._observed(host, bundle)
             if self._host_lists is not None:
                 self._host_lists.read(host, target.host, observed)
@@ -336,9 +344,9 @@ class Deployment:
             plan = reconcile(bundle, observed)
         if not plan.problem and not self._rules.overwrite_edits:
             plan = not_edited(plan, bundle, observed)
-        return Surveyed(plan if plan.problem else not_busy(plan, bundle, observed), observed, settled)
+        return ObservedHost(plan if plan.problem else not_busy(plan, bundle, observed), observed, recovered)
 
-    def _transaction(self, run: str, target: Target, say: Say) -> HostTransaction:
+    def _transaction(self, run: str, target: Target, on_progress: OnProgress) -> HostTransaction:
         def connect(anew: bool) -> AbstractContextManager[Conversation]:
             return self._connections.talk(target, anew=anew)
 
@@ -346,7 +354,7 @@ class Deployment:
             self._connections.log_in(target)
 
         return HostTransaction(
-            self._bundles[target.host], run, connect, log_in, self._stop, self._rules.terms, say,
+            self._bundles[target.host], run, connect, log_in, self._stop, self._rules.terms, on_progress,
             stop_robots=self._rules.stop_robots, secrets=self._secrets,
         )  # fmt: skip
 
@@ -362,14 +370,19 @@ class Deployment:
             return self._observed(host, bundle, motion=True)
 
     def _observed(self, host: Conversation, bundle: Bundle, *, motion: bool = False) -> Observed:
-        return look(host, bundle, secrets=self._secrets, motion=motion, stop_robots=self._rules.stop_robots)
+        return observe_host(
+            host, bundle, secrets=self._secrets, motion=motion, stop_robots=self._rules.stop_robots
+        )
 
     @property
     def _swarm(self) -> str:
         return next(iter(self._bundles.values())).swarm
 
     def _each(
-        self, hosts: Iterable[str], work: Callable[[Target, Say], parallel_hosts.R], stop: Stop | None = None
+        self,
+        hosts: Iterable[str],
+        work: Callable[[Target, OnProgress], parallel_hosts.R],
+        stop: Stop | None = None,
     ) -> Iterator[Event[parallel_hosts.R]]:
         chosen = [self._targets[name] for name in hosts]
         return parallel_hosts.each(chosen, work, parallel=self._parallel, stop=stop or self._stop)

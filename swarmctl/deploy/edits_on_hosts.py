@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from swarmctl.adoption.changes import EditedFile
-from swarmctl.deploy.look import look
+from swarmctl.deploy.observe_host import observe_host
 from swarmctl.plan.host_edits import edited_files
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Session, Target, Transport
@@ -23,7 +23,7 @@ def edits_on_hosts(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> list[EditedFile]:
         with agent_client.talk(session) as host:
-            return edited_files(bundles[target.host], look(host, bundles[target.host]))
+            return edited_files(bundles[target.host], observe_host(host, bundles[target.host]))
 
     chosen = [targets[name] for name in bundles]
     found = {

@@ -1,6 +1,6 @@
 """The change of one host, from the operator's side: applied, and confirmed after a new login.
 
-A host whose change is not confirmed goes back by itself: a release that locks its operator out does not stay.
+A host whose change is not confirmed rolls back automatically: a release that locks its operator out does not stay.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeVar
 
 from swarm_agent.messages import ApplyAnswer, ApplyRequest, ConfirmRequest, HoldAnswer, HoldRequest, UnitState
 
-from swarmctl.deploy.look import offer
+from swarmctl.deploy.observe_host import offer
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote import agent_client, operators
@@ -68,7 +68,7 @@ class HostTransaction:
         """The digest of the release that the host should have."""
         return self.bundle.digest
 
-    def settle(self, host: Conversation, observed: Observed) -> bool:
+    def recover_interrupted(self, host: Conversation, observed: Observed) -> bool:
         """Finishes what an earlier deploy left open: the same release is confirmed, another one undone.
 
         Returns False if nothing was open. Raises ``HostError`` if another operator's change waits.

@@ -16,17 +16,17 @@ from swarmctl.remote.transport import HostError
 class Outcome:
     """The result of one host: the executed plan, and the units after it.
 
-    ``settled``: whether an earlier deploy, which was interrupted, was confirmed or undone first.
+    ``recovered``: whether an earlier deploy, which was interrupted, was confirmed or undone first.
     """
 
     plan: HostPlan
     units: Mapping[str, UnitState] = field(default_factory=dict)
-    settled: bool = False
+    recovered: bool = False
 
     @property
     def changed(self) -> bool:
-        """True if the plan had steps on the host, or an earlier deploy was settled."""
-        return bool(self.plan.steps) or self.settled
+        """True if the plan had steps on the host, or an earlier deploy was recovered."""
+        return bool(self.plan.steps) or self.recovered
 
 
 @dataclass(frozen=True)

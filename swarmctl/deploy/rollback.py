@@ -10,7 +10,7 @@ from swarm_agent.history_messages import HistoryAnswer, UnitsBack
 from swarm_agent.kept_state import State
 from swarm_agent.messages import ApplyAnswer, RollbackRequest
 
-from swarmctl.deploy.deployment import Deployment, Say, Surveyed
+from swarmctl.deploy.deployment import Deployment, ObservedHost, OnProgress
 from swarmctl.deploy.histories import history
 from swarmctl.deploy.host_transaction import HostTransaction
 from swarmctl.plan.busy_robots import not_busy
@@ -66,7 +66,7 @@ class Rollback(Deployment):
             if isinstance(event, Finished | Skipped):
                 self._complete(event.host, result_of(event))
 
-    def _units_back(self, target: Target, say: Say) -> UnitsBack:
+    def _units_back(self, target: Target, on_progress: OnProgress) -> UnitsBack:
         with self._connections.talk(target) as host:
             return history(host, self._swarm, self._chosen[target.host])["units"]
 
@@ -92,19 +92,21 @@ class Rollback(Deployment):
         }
         return having or after(found, self._to)
 
-    def _look(self, target: Target, say: Say) -> Surveyed:
+    def _look(self, target: Target, on_progress: OnProgress) -> ObservedHost:
         bundle = self._bundles[target.host]
         with self._connections.talk(target) as host:
             observed = self._observed(host, bundle, motion=True)
-            settled = self._settles and self._transaction("", target, say).settle(host, observed)
-            if settled:
+            recovered = self._recovers and self._transaction("", target, on_progress).recover_interrupted(
+                host, observed
+            )
+            if recovered:
                 observed = self._observed(host, bundle, motion=True)
             self._histories[target.host] = history(host, bundle.swarm)
         plan = HostPlan(target.host, observed.digest, observed.digest or bundle.digest)
-        return Surveyed(plan, observed, settled)
+        return ObservedHost(plan, observed, recovered)
 
-    def _transaction(self, run: str, target: Target, say: Say) -> HostTransaction:
-        usual = super()._transaction(run, target, say)
+    def _transaction(self, run: str, target: Target, on_progress: OnProgress) -> HostTransaction:
+        usual = super()._transaction(run, target, on_progress)
         if target.host not in self._chosen:
             return usual
         return _HostRollback(**vars(usual), to=self._chosen[target.host])

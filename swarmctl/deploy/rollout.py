@@ -8,8 +8,8 @@ from contextlib import closing
 from swarm_agent.messages import RemoveAnswer, RemoveRequest
 
 from swarmctl.deploy.host_lists import HostLists
-from swarmctl.deploy.look import NO_SECRETS, look
 from swarmctl.deploy.motion_guard import Guard, host_error
+from swarmctl.deploy.observe_host import NO_SECRETS, observe_host
 from swarmctl.deploy.outcome import Removed
 from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.plan import HostPlan, Plan, Problem
@@ -40,7 +40,7 @@ def observe(
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
         bundle = bundles[target.host]
         with agent_client.talk(session) as host:
-            observed = look(host, bundle, contents=diff, secrets=secrets)
+            observed = observe_host(host, bundle, contents=diff, secrets=secrets)
             if host_lists is not None:
                 host_lists.read(host, target.host, observed)
             return reconcile(bundle, observed, diff=diff)

@@ -56,7 +56,7 @@ def wait_for_hosts(files: LabPaths, plan: LabPlan, progress: Callable[[str], Non
 def _cut_off(files: LabPaths) -> set[str]:
     """Returns the hosts whose network of their address was disconnected by ``cut``."""
     plan = read_state(files).plan
-    connected = network.cables(plan, files)
+    connected = network.link_states(plan, files)
     return {
         host.name
         for host in plan.hosts

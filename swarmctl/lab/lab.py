@@ -180,7 +180,7 @@ def _host_status(host: LabHost, report: Mapping[str, Any] | None) -> dict[str, A
 
 
 def _network_status(files: LabPaths, plan: LabPlan) -> list[dict[str, Any]]:
-    connected = network.cables(plan, files)
+    connected = network.link_states(plan, files)
     return [
         {
             "name": one.name,

@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from pkgutil import iter_modules
 
-from swarmctl.diagnostics import Diagnostic, apart_from, has_errors, in_order, without_echoes
+from swarmctl.diagnostics import Diagnostic, apart_from, drop_redundant_warnings, has_errors, in_order
 from swarmctl.linter.context import Rule, RuleContext
 from swarmctl.linter.fixes import Findings, Stage
 from swarmctl.linter.ignored import without_ignored
@@ -74,7 +74,7 @@ def _of_sound_sections(document: Document, found: Sequence[Diagnostic]) -> tuple
     with suppress(UnsoundError):
         kept = without_ignored(found, sound, document.texts)
         found = [one for one in kept if one.code != "SIL001"]  # what it is about may not be found yet
-    return in_order(without_echoes(found))
+    return in_order(drop_redundant_warnings(found))
 
 
 def lint_files(

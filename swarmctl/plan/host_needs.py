@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from swarmctl.plan.host_tools import TOOLS
-from swarmctl.plan.need import Entries, Need
 from swarmctl.plan.package_needs import package_needs
+from swarmctl.plan.package_requirement import Entries, PackageRequirement
 from swarmctl.render.bundle import Bundle, package, required
 from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.install_model import Install
@@ -25,7 +25,7 @@ class HostNeeds:
     host: str
     account: str
     distro: str
-    packages: tuple[Need, ...] = ()
+    packages: tuple[PackageRequirement, ...] = ()
     pip: Mapping[str, Entries] = field(default_factory=dict)
     groups: Mapping[str, Entries] = field(default_factory=dict)
     workspaces: Mapping[str, Entries] = field(default_factory=dict)
@@ -59,7 +59,10 @@ def needs_of(swarm: Swarm, host: Host, bundle: Bundle) -> HostNeeds:
         packages=(
             *_needs((*bundle.asks, *bundle.wants), entries, swarm.distro),
             *package_needs(swarm, host),
-            *(Need("", (name,), who) for name, who in _by_name((i.apt, at) for i, at in installed).items()),
+            *(
+                PackageRequirement("", (name,), who)
+                for name, who in _by_name((i.apt, at) for i, at in installed).items()
+            ),
         ),
         pip=_by_name((one.pip, at) for one, at in installed),
         groups=_groups(swarm, host),
@@ -74,13 +77,15 @@ def _workspace(requirement: str) -> Iterator[str]:
         yield name
 
 
-def _needs(requirements: Iterable[str], entries: Mapping[str, Entries], distro: str) -> Iterator[Need]:
+def _needs(
+    requirements: Iterable[str], entries: Mapping[str, Entries], distro: str
+) -> Iterator[PackageRequirement]:
     middleware = middleware_of(distro)
     for one in requirements:
         if required(one)[0] != "workspace":
             tool = TOOLS.get(one)
             packages = (tool.package,) if tool else middleware.debian_packages(one)
-            yield Need(one, packages, entries.get(one, ()))
+            yield PackageRequirement(one, packages, entries.get(one, ()))
 
 
 def _installs(swarm: Swarm, host: Host) -> Iterator[tuple[Install, str]]:

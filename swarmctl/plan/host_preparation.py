@@ -11,7 +11,7 @@ from swarm_agent.preparation_messages import InventoryAnswer
 
 from swarmctl.plan import preflight
 from swarmctl.plan.host_needs import HostNeeds
-from swarmctl.plan.need import Entries, Need
+from swarmctl.plan.package_requirement import Entries, PackageRequirement
 from swarmctl.plan.plan import Problem
 from swarmctl.render.bundle import required
 from swarmctl.render.middleware import middleware_of
@@ -94,7 +94,7 @@ def preparation(
         return HostPreparation(needs.host, problem=problem)
     steps = [*_account(needs, has, login), *_groups(needs, has)]
     lacks: list[Problem] = []
-    unknown: list[Need] = []
+    unknown: list[PackageRequirement] = []
     for need in (found for one in needs.packages for found in _resolved(one, has)):
         if _missing(need, has) and _has_use(need, has):
             chosen = next((name for name in need.packages if has["debian"].get(name) == "available"), None)
@@ -163,12 +163,12 @@ def _workspaces(needs: HostNeeds, has: InventoryAnswer) -> Iterator[Step | Probl
             yield Problem("lacks", f"the workspace {path}", hint)
 
 
-def _has_use(need: Need, has: InventoryAnswer) -> bool:
+def _has_use(need: PackageRequirement, has: InventoryAnswer) -> bool:
     """False for ``iw`` on a host without a radio: a cable connects it to the access point."""
     return need.requirement != "iw" or bool(has["wireless"])
 
 
-def _resolved(need: Need, has: InventoryAnswer) -> Iterator[Need]:
+def _resolved(need: PackageRequirement, has: InventoryAnswer) -> Iterator[PackageRequirement]:
     """What a rosdep key means on this host: by its rosdep, or the first candidate that its apt knows."""
     if not need.key:
         yield need
@@ -176,22 +176,22 @@ def _resolved(need: Need, has: InventoryAnswer) -> Iterator[Need]:
         by_rosdep = has["rosdep"].get(need.key)
         known = [one for one in need.packages if has["debian"].get(one) in ("installed", "available")]
         if by_rosdep is not None:
-            yield from (Need("", (one,), need.entries, need.key) for one in by_rosdep)
+            yield from (PackageRequirement("", (one,), need.entries, need.key) for one in by_rosdep)
         elif not need.requirement:  # a key of the table; all of its packages
-            yield from (Need("", (one,), need.entries, need.key) for one in need.packages)
+            yield from (PackageRequirement("", (one,), need.entries, need.key) for one in need.packages)
         elif known:
-            yield Need("", (known[0],), need.entries, need.key)
+            yield PackageRequirement("", (known[0],), need.entries, need.key)
         else:
             yield need
 
 
-def _missing(need: Need, has: InventoryAnswer) -> bool:
+def _missing(need: PackageRequirement, has: InventoryAnswer) -> bool:
     if need.requirement:
         return not has["facts"]["has"].get(need.requirement)
     return has["debian"].get(need.packages[0]) != "installed"
 
 
-def _no_source(need: Need, has: InventoryAnswer, distro: str) -> Problem:
+def _no_source(need: PackageRequirement, has: InventoryAnswer, distro: str) -> Problem:
     """The problem that no package source of the host has it, or that the installed package does not."""
     what = (
         f"{need.key or required(need.requirement)[1] or need.packages[0]}, needed by {_cause(need.entries)}"

@@ -8,7 +8,7 @@ from functools import lru_cache
 import yaml
 
 from swarmctl import resources
-from swarmctl.plan.need import Entries, Need
+from swarmctl.plan.package_requirement import Entries, PackageRequirement
 from swarmctl.render.bundle import package
 from swarmctl.render.middleware import middleware_of
 from swarmctl.swarm.resolved import Host, Swarm
@@ -18,7 +18,7 @@ _COMPILERS = ("g++", "make")
 _TOOLS = ("catkin", "rosgraph")  # rosgraph has the version of ROS, which is part of a platform
 
 
-def package_needs(swarm: Swarm, host: Host) -> Iterator[Need]:
+def package_needs(swarm: Swarm, host: Host) -> Iterator[PackageRequirement]:
     """Yields the needs of the packages of ``host``, and those of all builds on a builder."""
     run: dict[str, Entries] = {}
     for one in on_host(swarm, host):
@@ -29,7 +29,7 @@ def package_needs(swarm: Swarm, host: Host) -> Iterator[Need]:
             _add(swarm, build, one.name, one.to_build)
         entries = tuple(one.origin for one in compiled)
         build |= dict.fromkeys(_TOOLS, entries)
-        yield from (Need("", (name,), entries) for name in _COMPILERS)
+        yield from (PackageRequirement("", (name,), entries) for name in _COMPILERS)
     for key, who in build.items():
         yield _need(swarm.distro, key, (*who, *run.pop(key, ())), headers=True)
     for key, who in run.items():
@@ -43,12 +43,12 @@ def _add(swarm: Swarm, found: dict[str, Entries], name: str, keys: frozenset[str
         found[key] = (*found.get(key, ()), swarm.packages[name].origin)
 
 
-def _need(distro: str, key: str, entries: Entries, *, headers: bool) -> Need:
+def _need(distro: str, key: str, entries: Entries, *, headers: bool) -> PackageRequirement:
     known = system_packages().get(key, ())
     if known:
-        return Need("", known, entries, key)
+        return PackageRequirement("", known, entries, key)
     candidates = middleware_of(distro).packages_of_key(key, headers=headers)
-    return Need(package(key), candidates, tuple(dict.fromkeys(entries)), key)
+    return PackageRequirement(package(key), candidates, tuple(dict.fromkeys(entries)), key)
 
 
 @lru_cache

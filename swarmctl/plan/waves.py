@@ -19,7 +19,7 @@ _STEP = re.compile(r"(?P<number>[0-9]+)(?P<percent>%?)")
 class Order:
     """Hosts in ``waves``; those of a wave change at a time, and the next one follows if few failed.
 
-    ``independent``: each host stays changed or goes back by itself; ``wave``: the hosts of a wave stay
+    ``independent``: each host stays changed or rolls back automatically; ``wave``: the hosts of a wave stay
     changed together or go back together; ``all``: there is one wave.
     """
 

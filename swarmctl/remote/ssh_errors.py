@@ -44,7 +44,7 @@ def unknown_name(target: Target) -> HostError:
     """The name of the host has no address."""
     return HostError(
         Kind.UNREACHABLE,
-        f"{target.host}: no address is known for the name {target.address}",
+        f"{target.host}: cannot resolve {target.address}",
         "check `address` of this host in the spec, or name resolution on this machine",
     )
 

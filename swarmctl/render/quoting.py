@@ -158,7 +158,7 @@ def c(value: Any) -> str:
         return _plain(value)
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise UnsafeValueError(f"{value} is no literal of C")
+            raise UnsafeValueError(f"{value} is not a valid C literal")
         return f"{value!r}f"
     escaped = "".join(
         chr(byte) if 0x20 <= byte < 0x7F and byte not in b'\\"?' else f"\\{byte:03o}"

@@ -18,7 +18,7 @@ CHECK = "check its unit, and its decimal point"
 
 
 @dataclass(frozen=True)
-class Doubt:
+class Implausible:
     """What speaks against a value: the rule, a sentence, and where the value stands."""
 
     rule: str
@@ -69,17 +69,17 @@ class _Quantity:
     at: Place
     help: str = CHECK
 
-    def doubt(self, impossible: str, unusual: str) -> Doubt | None:
+    def doubt(self, impossible: str, unusual: str) -> Implausible | None:
         """Returns the doubt about it, under one of two rules, if there is one."""
         range_ = _RANGES[self.name]
         if range_.low <= self.value <= range_.high:
             return None
         rule = unusual if range_.least <= self.value <= range_.most else impossible
         usual = f"usual: {range_.low:g} to {range_.high:g}{range_.unit}"
-        return Doubt(rule, self.message, self.at, usual, self.help)
+        return Implausible(rule, self.message, self.at, usual, self.help)
 
 
-def implausible_wheels(robot_type: RobotType) -> Doubt | None:
+def implausible_wheels(robot_type: RobotType) -> Implausible | None:
     """Returns what makes no sense about wheels, speed and encoders; a cause hides what follows from it."""
     groups = (
         (_size(robot_type), "SENSE001", "SENSE002"),
@@ -159,7 +159,7 @@ def _metres_per_count(robot_type: RobotType) -> Iterator[tuple[float, Place]]:
             yield scale.metres_per_count, ("kinematics", "scales", index, "metres_per_count")
 
 
-def implausible_separation(measured: float, of_type: float) -> Doubt | None:
+def implausible_separation(measured: float, of_type: float) -> Implausible | None:
     """Returns the doubt about a wheel separation that was measured on a robot.
 
     Husky's controller takes 1.875 times its own for wheels that skid, the Koalas take 0.86 to 1.03.
@@ -169,10 +169,10 @@ def implausible_separation(measured: float, of_type: float) -> Doubt | None:
         return None
     message = f"a `wheel_separation` of {measured:g} m is {rounded(ratio)} times its type's {of_type:g} m"
     at = ("settings", "calibration", "wheel_separation")
-    return Doubt("SENSE003", message, at, "usual: 0.5 to 2", meant(measured, of_type / 2, of_type * 2))
+    return Implausible("SENSE003", message, at, "usual: 0.5 to 2", meant(measured, of_type / 2, of_type * 2))
 
 
-def standstill(robot_type: RobotType, limit: float | None) -> Doubt | None:
+def standstill(robot_type: RobotType, limit: float | None) -> Implausible | None:
     """Returns the doubt about a full speed, or a limit (m/s), at which every command is rounded to zero."""
     kinematics = robot_type.kinematics
     speed = min(kinematics.wheel_speed_max, limit or math.inf)
@@ -184,17 +184,17 @@ def standstill(robot_type: RobotType, limit: float | None) -> Doubt | None:
             at = at if of_limit else ("kinematics", "scales", index, "speed_units_per_mps")
             step = f"a unit of speed is {rounded(1 / scale.speed_units_per_mps)} m/s"
             help_ = "raise the limit" if of_limit else "check `speed_units_per_mps`, and `wheel_speed_max`"
-            return Doubt("SENSE005", message, at, step, help_)
+            return Implausible("SENSE005", message, at, step, help_)
     slowest = kinematics.wheel_speed_min
     if speed < slowest / 2:
         at = at if of_limit else ("kinematics", "wheel_speed_min")
         half = f"half of its slowest, {slowest:g} m/s"
         message = f"its full speed of {speed:g} m/s is below {half}: it never moves"
-        return Doubt("SENSE005", message, at, "slower commands are zero", "raise the limit")
+        return Implausible("SENSE005", message, at, "slower commands are zero", "raise the limit")
     return None
 
 
-def wrapping_counters(robot_type: RobotType, rate: float) -> Doubt | None:
+def wrapping_counters(robot_type: RobotType, rate: float) -> Implausible | None:
     """Returns the doubt that counters wrap between two readings, of which ``rate`` are in a second."""
     counted = _counters(robot_type)
     if counted is None or rate <= 0:
@@ -209,7 +209,7 @@ def wrapping_counters(robot_type: RobotType, rate: float) -> Doubt | None:
         f"between two readings at {rate:g} Hz a wheel counts {between:.0f}, half a turn of its {bits}-bit"
         " counter or more: forward looks like backward"
     )
-    return Doubt("SENSE007", message, at, f"unclear from {half:g} on", help_)
+    return Implausible("SENSE007", message, at, f"unclear from {half:g} on", help_)
 
 
 def _counters(robot_type: RobotType) -> tuple[int, float, Place] | None:

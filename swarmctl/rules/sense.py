@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.plausibility import (
-    Doubt,
+    Implausible,
     implausible_separation,
     implausible_wheels,
     standstill,
@@ -56,7 +56,7 @@ def implausible_settings(context: RuleContext) -> Iterator[Diagnostic]:
                 yield _finding(doubt, f"robots of type `{name}`", span)
 
 
-def _of_separation(kind: RobotType, settings: RobotSettings) -> Doubt | None:
+def _of_separation(kind: RobotType, settings: RobotSettings) -> Implausible | None:
     measured = settings.calibration.wheel_separation
     return implausible_separation(measured, kind.kinematics.wheel_separation) if measured else None
 
@@ -69,5 +69,5 @@ def _rate(kind: RobotType, *layers: RobotSettings) -> float:
     return last_rate(kind.sensors[ODOM].rate, ODOM, layers) if ODOM in kind.sensors else 0.0
 
 
-def _finding(doubt: Doubt, whose: str, span: Span) -> Diagnostic:
+def _finding(doubt: Implausible, whose: str, span: Span) -> Diagnostic:
     return Diagnostic(doubt.rule, f"{whose}: {doubt.message}", span, label=doubt.label, help=(doubt.help,))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from swarmctl import resources
-from swarmctl.diagnostics import Diagnostic, has_errors, without_echoes
+from swarmctl.diagnostics import Diagnostic, drop_redundant_warnings, has_errors
 from swarmctl.robot_types.any_robot_type import ROS, AnyRobotType, form_of
 from swarmctl.robot_types.codec_check import read_codec
 from swarmctl.robot_types.driver_names import DRIVERS
@@ -163,7 +163,7 @@ def _parsed_type(
     if has_errors(problems):
         return None, source, problems
     value, wrong = valid_type(source)
-    return value, source, without_echoes([*problems, *wrong])
+    return value, source, drop_redundant_warnings([*problems, *wrong])
 
 
 def valid_type(source: Source) -> tuple[AnyRobotType | None, list[Diagnostic]]:
@@ -180,4 +180,4 @@ def _parsed(
     if has_errors(problems):
         return None, source, problems
     value, wrong = validated(model, source)
-    return value, source, without_echoes([*problems, *wrong])
+    return value, source, drop_redundant_warnings([*problems, *wrong])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from swarmctl.diagnostics import Diagnostic, Span, apart_from, has_errors, without_echoes
+from swarmctl.diagnostics import Diagnostic, Span, apart_from, drop_redundant_warnings, has_errors
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.protocols import PythonProtocol
 from swarmctl.robot_types.robot_type import RobotType
@@ -212,7 +212,7 @@ def _packages_for(
 
 
 def _may_use_packages(spec: Spec, catalog: Catalog) -> bool:
-    """False spares the search."""
+    """Whether packages are needed."""
     if any(one.use is None for one in spec.programs.values()):
         return True
     if any(isinstance(one, RobotType) and one.sketch is not None for one in spec.types.values()):
@@ -256,7 +256,7 @@ def document_of(draft: Draft) -> tuple[Document | None, tuple[Diagnostic, ...]]:
     if not draft.is_complete:
         problems = [one for one in problems if one.code != _MISSING]  # a file that is not read may have it
     problems += homeless_codecs(spec, source)
-    diagnostics = without_echoes([*diagnostics, *apart_from(diagnostics, problems)])
+    diagnostics = drop_redundant_warnings([*diagnostics, *apart_from(diagnostics, problems)])
     if spec is None or has_errors(diagnostics):
         return None, tuple(diagnostics)
     return draft.document(spec, source, draft.catalog), tuple(diagnostics)

@@ -27,7 +27,7 @@ M = TypeVar("M", bound=BaseModel)
 _FIRST = 30  # entries of each list and mapping that are looked at where too many are wrong
 
 
-class Misfit(NamedTuple):
+class FieldError(NamedTuple):
     """One thing that does not fit a model: the finding, and pydantic's error; None of a summary."""
 
     finding: Diagnostic
@@ -36,14 +36,14 @@ class Misfit(NamedTuple):
 
 def validated(model: type[M], source: Source) -> tuple[M | None, list[Diagnostic]]:
     """``source`` as ``model``, or one diagnostic per thing that does not fit."""
-    value, misfits = examined(model, source)
-    return value, [one.finding for one in misfits]
+    value, errors = examined(model, source)
+    return value, [one.finding for one in errors]
 
 
-def examined(model: type[M], source: Source) -> tuple[M | None, list[Misfit]]:
+def examined(model: type[M], source: Source) -> tuple[M | None, list[FieldError]]:
     """Like `validated`, with the errors that lead to the findings."""
     known = set[Any]()  # checks that raised: the next validation goes on behind them
-    found: list[Misfit] = []
+    found: list[FieldError] = []
     while True:
         checks = len(known)
         try:
@@ -51,8 +51,8 @@ def examined(model: type[M], source: Source) -> tuple[M | None, list[Misfit]]:
         except ValidationError as errors:
             if errors.error_count() > MAX_FINDINGS:
                 many = _of_many(model, source, errors.error_count())
-                return None, [Misfit(finding, None) for finding in many]
-            found += _behind(found, _misfits(errors, source, model))
+                return None, [FieldError(finding, None) for finding in many]
+            found += _behind(found, _field_errors(errors, source, model))
             if len(known) == checks or not all(is_contradiction(one.error) for one in found):
                 return None, found
         else:
@@ -64,7 +64,7 @@ def is_contradiction(error: Any) -> bool:
     return isinstance(error.get("ctx", {}).get("error"), ConsistencyError)
 
 
-def _behind(known: Sequence[Misfit], found: Iterable[Misfit]) -> list[Misfit]:
+def _behind(known: Sequence[FieldError], found: Iterable[FieldError]) -> list[FieldError]:
     """Returns what is found in models around those with known contradictions, and not compared with these."""
     places = [without_tag(tuple(one.error["loc"])) for one in known]
 
@@ -81,7 +81,7 @@ def _of_many(model: type[M], source: Source, count: int) -> list[Diagnostic]:
         model.model_validate(_beginning(source.data))
     except ValidationError as errors:
         if errors.error_count() <= MAX_FINDINGS:
-            return [one.finding for one in _misfits(errors, source, model)]
+            return [one.finding for one in _field_errors(errors, source, model)]
     return [Diagnostic("SPEC005", f"{count} values do not fit a spec", source.span())]
 
 
@@ -91,9 +91,9 @@ def _beginning(data: Any) -> Any:
     return tuple(map(_beginning, data[:_FIRST])) if isinstance(data, tuple) else data
 
 
-def _misfits(errors: ValidationError, source: Source, model: type[M]) -> list[Misfit]:
+def _field_errors(errors: ValidationError, source: Source, model: type[M]) -> list[FieldError]:
     return [
-        Misfit(
+        FieldError(
             _with_fix(error, source, model, fix_for(error, source, model)),
             error,
         )

@@ -20,7 +20,7 @@ import typer
 from swarmctl.cli import console, options, selected
 from swarmctl.cli.app import app, run
 from swarmctl.deploy import rollout
-from swarmctl.deploy.deployment import Deployment, Surveyed
+from swarmctl.deploy.deployment import Deployment, ObservedHost
 from swarmctl.deploy.outcome import Removed
 from swarmctl.health import collect
 from swarmctl.linter.runner import load_swarm
@@ -82,13 +82,15 @@ def hosts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(options, "targets", lambda *_, **__: found)
 
 
-def looking(errors: Mapping[str, HostError]) -> Callable[..., Surveyed]:
+def looking(errors: Mapping[str, HostError]) -> Callable[..., ObservedHost]:
     """Returns a survey: hosts with these errors, and if there are any, steps on the others."""
 
-    def look(self: Deployment, target: Target, say: object) -> Surveyed:
+    def look(self: Deployment, target: Target, say: object) -> ObservedHost:
         if target.host in errors:
             raise errors[target.host]
-        return Surveyed(HostPlan(target.host, "a", "a", (STEP,) if errors else ()), NOTHING, settled=False)
+        return ObservedHost(
+            HostPlan(target.host, "a", "a", (STEP,) if errors else ()), NOTHING, recovered=False
+        )
 
     return look
 

@@ -63,7 +63,7 @@ def test_stop_imports_neither_models_nor_plans(tmp_path: Path) -> None:
     spec = tmp_path / "swarm.yaml"
     nobody = "hosts: {pi: {address: 127.0.0.1, port: 9}}"  # the discard service, which no host has today
     spec.write_text(f"version: 1\nname: s\n{nobody}\nrobots: {{k3: {{type: khepera3, host: pi}}}}\n")
-    after = "from swarmctl.cli import reached; reached.warn_of_errors = lambda spec: None"
+    after = "from swarmctl.cli import stop_targets; stop_targets.warn_of_errors = lambda spec: None"
     calls = f"{after}; run(['stop', {str(spec)!r}]); print(*sys.modules)"
     script = f"import sys; from swarmctl.cli.app import run; {calls}"
     ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

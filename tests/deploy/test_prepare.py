@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from swarmctl.deploy.prepare import Prepared, observe, prepare
-from swarmctl.plan.host_needs import HostNeeds, Need
+from swarmctl.plan.host_needs import HostNeeds
+from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from tests.packages.agent.fakehost import FakeHost
@@ -100,16 +101,18 @@ def fresh(folder: Path) -> FakeHost:
     return host
 
 
-def needs(host: str, *more: Need) -> HostNeeds:
-    joy = Need("package:joy", ("ros-noetic-joy", "python3-joy"), ("programs.joystick",))
-    extra = Need("", ("chrony",), ("hosts.k3.install",))
+def needs(host: str, *more: PackageRequirement) -> HostNeeds:
+    joy = PackageRequirement("package:joy", ("ros-noetic-joy", "python3-joy"), ("programs.joystick",))
+    extra = PackageRequirement("", ("chrony",), ("hosts.k3.install",))
     return HostNeeds("lab", host, "robot", "noetic", (joy, extra, *more), groups={"dialout": ("robots.k3",)})
 
 
 TARGETS = {name: Target(name, "192.0.2.1", "robot") for name in HOSTS}
 
 
-def run(hosts: Mapping[str, FakeHost], *more: Need) -> tuple[dict[str, Prepared | HostError], list[str]]:
+def run(
+    hosts: Mapping[str, FakeHost], *more: PackageRequirement
+) -> tuple[dict[str, Prepared | HostError], list[str]]:
     """The result by host, and the notes on progress of all."""
     wanted = {name: needs(name, *(more if name == "k3" else ())) for name in HOSTS}
     results: dict[str, Prepared | HostError] = {}
@@ -158,7 +161,9 @@ def test_a_plan_changes_nothing(hosts: dict[str, FakeHost]) -> None:
 
 
 def test_what_nobody_has_costs_only_its_host(hosts: dict[str, FakeHost]) -> None:
-    found = changed(run(hosts, Need("package:rare", ("ros-noetic-rare",), ("programs.rare",)))[0])
+    found = changed(
+        run(hosts, PackageRequirement("package:rare", ("ros-noetic-rare",), ("programs.rare",)))[0]
+    )
     assert found["epuck"] is True
     assert "no package source of the host has ros-noetic-rare" in str(found["k3"])
     assert (hosts["k3"].prefix / "debian/chrony.installed").exists()  # what it can have, it has

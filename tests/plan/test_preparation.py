@@ -10,8 +10,9 @@ import pytest
 from swarm_agent.preparation_messages import InventoryAnswer
 
 from swarmctl.linter.runner import load_swarm
-from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, Need, needs_of
+from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, needs_of
 from swarmctl.plan.host_preparation import HostPreparation, preparation
+from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.render.build_bundle import bundles
 from tests import ROOT
 
@@ -36,8 +37,8 @@ programs:
 NEEDS = HostNeeds(
     "lab", "pi", "robot", "noetic",
     packages=(
-        Need("package:joy", ("ros-noetic-joy", "python3-joy"), ("programs.joystick",)),
-        Need("chronyd", ("chrony",), ("time",)),
+        PackageRequirement("package:joy", ("ros-noetic-joy", "python3-joy"), ("programs.joystick",)),
+        PackageRequirement("chronyd", ("chrony",), ("time",)),
     ),
     pip={"numpy==1.24.4": ("programs.map.install",)},
     groups={"dialout": ("robots.k3",)},
@@ -210,7 +211,7 @@ def test_a_key_of_a_package_is_what_the_host_knows_by_it(
     found: str | None, debian: dict[str, str], by_rosdep: dict[str, list[str]], steps: list[str]
 ) -> None:
     candidates = ("ros-noetic-std-msgs", "libstd-msgs-dev", "ros-std-msgs")
-    need = Need("package:std_msgs", candidates, ("packages.nav",), "std_msgs")
+    need = PackageRequirement("package:std_msgs", candidates, ("packages.nav",), "std_msgs")
     facts = {**FIT["facts"], "has": {"package:std_msgs": found}}
     answer: InventoryAnswer = {**FIT, "facts": facts, "debian": debian, "rosdep": by_rosdep}  # type: ignore[typeddict-item]
     plan = preparation(replace(NEEDS, packages=(need,)), answer, refreshed=True)
@@ -219,7 +220,7 @@ def test_a_key_of_a_package_is_what_the_host_knows_by_it(
 
 
 def test_a_key_that_nobody_knows_can_be_skipped() -> None:
-    need = Need("package:lost", ("ros-noetic-lost",), ("packages.nav",), "lost")
+    need = PackageRequirement("package:lost", ("ros-noetic-lost",), ("packages.nav",), "lost")
     answer: InventoryAnswer = {**FIT, "rosdep": {}}  # type: ignore[typeddict-item]
     (problem,) = preparation(replace(NEEDS, packages=(need,)), answer, refreshed=True).lacks
     assert "lost, needed by packages.nav" in problem.message
@@ -247,7 +248,7 @@ IMAGE, OWN = "docker.io/library/ros@sha256:" + "1" * 64, "sha256:" + "2" * 64
 def test_images_are_pulled_after_their_engine() -> None:
     needs = HostNeeds(
         "lab", "pi", "robot", "noetic",
-        packages=(Need("podman", ("podman",), ("programs.see",)),),
+        packages=(PackageRequirement("podman", ("podman",), ("programs.see",)),),
         images={("podman", IMAGE): ("programs.see",), ("podman", OWN): ("programs.own",)},
     )  # fmt: skip
     absent: Any = {"there": False, "built_for": "", "machine": "x86_64", "error": ""}
@@ -263,7 +264,7 @@ def test_images_are_pulled_after_their_engine() -> None:
 
 
 def test_a_host_without_a_radio_needs_no_iw() -> None:
-    needs = replace(NEEDS, packages=(Need("iw", ("iw",), ("links.0",)),))
+    needs = replace(NEEDS, packages=(PackageRequirement("iw", ("iw",), ("links.0",)),))
     answer: InventoryAnswer = {**FIT, "debian": {"iw": "unknown"}}  # type: ignore[typeddict-item]
     assert preparation(needs, answer, refreshed=True).fit
     answer["wireless"] = ["wlan0"]

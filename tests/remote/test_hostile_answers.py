@@ -18,8 +18,9 @@ from swarmctl.firmware import avrdude
 from swarmctl.health import collect
 from swarmctl.health.observations import Answer
 from swarmctl.plan.dependent_robots import Dependents
-from swarmctl.plan.host_needs import HostNeeds, Need
+from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.host_preparation import HostPreparation
+from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.plan.plan import HostPlan
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.answer_check import DEEPEST, bounded, mismatch
@@ -85,7 +86,13 @@ FITTING: dict[str, Any] = {
     "fetch_build": {"data": "AAAA"},
 }  # fmt: skip
 NEEDS = HostNeeds(
-    "new", "pi", "root", "noetic", (Need("", ("chrony",), ("time",)),), {}, {"dialout": ("robots.k3",)}
+    "new",
+    "pi",
+    "root",
+    "noetic",
+    (PackageRequirement("", ("chrony",), ("time",)),),
+    {},
+    {"dialout": ("robots.k3",)},
 )
 
 

@@ -144,7 +144,7 @@ def test_kinds_of_unreachable_hosts_are_distinguished(sshd: Sshd, transport: Any
 
     assert (closed.kind, nameless.kind) == (Kind.UNREACHABLE, Kind.UNREACHABLE)
     assert "nothing listens for SSH" in closed.message
-    assert "no address is known for the name no-such-host.invalid" in nameless.message
+    assert "cannot resolve no-such-host.invalid" in nameless.message
     assert closed.retryable
     assert not closed.reached
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.plausibility import (
-    Doubt,
+    Implausible,
     implausible_separation,
     implausible_wheels,
     standstill,
@@ -25,7 +25,7 @@ CATALOG = with_protocol(load_catalog().types)
 BY_NAME = {one.name: one for one in FIELD}
 
 
-def doubts(robot_type: RobotType, rate: float = 10.0) -> Iterator[Doubt]:
+def doubts(robot_type: RobotType, rate: float = 10.0) -> Iterator[Implausible]:
     """Everything that speaks against a type."""
     found = (
         implausible_wheels(robot_type),

@@ -9,6 +9,7 @@ import typer
 from swarmctl.cli import (
     adopting,
     console,
+    deploy_steps,
     executors,
     exit_codes,
     forgotten_lab,
@@ -16,7 +17,6 @@ from swarmctl.cli import (
     next_command,
     options,
     rollout_output,
-    rounds,
     saved_plan,
     selected,
 )
@@ -136,7 +136,7 @@ def deploy(
     from swarmctl.render.build_bundle import bundles
     from swarmctl.render.middleware import middleware_of
 
-    sizes = rounds.sizes(serial)
+    sizes = deploy_steps.sizes(serial)
     if saved := saved_plan.read(spec):
         saved.check_options(overlays, limit, lab=lab, lab_name=lab_name)
         spec, lab, lab_name, limit = saved.spec, saved.lab, saved.lab_name, saved.limit
@@ -165,11 +165,11 @@ def deploy(
     stop, lists = Stop(), left_hosts.lists_of(swarm)
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     secrets = options.secrets(spec, wanted)
-    view = rounds.View("deploy", spec, swarm, where, details=details, json=json)
+    view = deploy_steps.View("deploy", spec, swarm, where, details=details, json=json)
     with executors.transport(executor, in_lab=in_lab, secrets=bool(secrets)) as transport:
         deployment = Deployment(
             wanted, targets, transport, rules=rules, parallel=parallel, stop=stop, secrets=secrets,
-            host_lists=lists, dependents=Dependents(swarm), settles=not dry_run,
+            host_lists=lists, dependents=Dependents(swarm), recovers=not dry_run,
         )  # fmt: skip
         found = view.executed(
             deployment, stop,

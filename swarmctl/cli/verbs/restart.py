@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, reached
+from swarmctl.cli import console, exit_codes, next_command, options, stop_targets
 from swarmctl.cli.verbs.stop import PARALLEL, Robots
 
 
@@ -25,8 +25,8 @@ def restart(
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
-    reach = reached.read(spec)
-    chosen, without = reached.by_host(reach, robots)
+    reach = stop_targets.read(spec)
+    chosen, without = stop_targets.by_host(reach, robots)
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
     events = robot_stop.restart(
         reach.name, chosen, targets, transport(),
@@ -52,7 +52,7 @@ def restart(
         for name in without:
             console.show(f"{name}  failed: the spec has no host with an address for it")
         next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
-    reached.warn_of_errors(spec)
+    stop_targets.warn_of_errors(spec)
     if without or missing or any(one.reached for one in errors.values()):
         raise typer.Exit(exit_codes.HOSTS_FAILED)
     raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

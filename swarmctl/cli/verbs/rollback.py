@@ -8,13 +8,13 @@ import typer
 
 from swarmctl.cli import (
     console,
+    deploy_steps,
     executors,
     exit_codes,
     forgotten_lab,
     next_command,
     options,
     rollout_output,
-    rounds,
     selected,
 )
 
@@ -64,11 +64,11 @@ def rollback(
     stop = Stop()
     targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
     together: Consistency = "independent" if keep_going else "all"
-    view = rounds.View("rollback", spec, swarm, where, details=details, json=json)
+    view = deploy_steps.View("rollback", spec, swarm, where, details=details, json=json)
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
         going_back = Rollback(
             {name: made[name] for name in names}, targets, transport,
-            to=to, dependents=Dependents(swarm), parallel=parallel, stop=stop, settles=not dry_run,
+            to=to, dependents=Dependents(swarm), parallel=parallel, stop=stop, recovers=not dry_run,
             rules=Rules(
                 None if keep_going else 0, [name for name in names if swarm.hosts[name].optional],
                 stop_robots=stop_robots,

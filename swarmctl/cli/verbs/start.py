@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from swarmctl.cli import console, exit_codes, next_command, options, reached
+from swarmctl.cli import console, exit_codes, next_command, options, stop_targets
 from swarmctl.cli.verbs.stop import PARALLEL, Robots
 
 
@@ -24,8 +24,8 @@ def start(
     from swarmctl.remote.transport import HostError
     from swarmctl.views.escape import printable
 
-    reach = reached.read(spec)
-    chosen, without = reached.by_host(reach, robots)
+    reach = stop_targets.read(spec)
+    chosen, without = stop_targets.by_host(reach, robots)
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
     results = {}
     for event in robot_stop.start(
@@ -59,7 +59,7 @@ def start(
         if not released and not errors:
             console.show("no robot was stopped")
         next_command.advise("status", spec, *next_command.where(lab=lab, lab_name=lab_name))
-    reached.warn_of_errors(spec)
+    stop_targets.warn_of_errors(spec)
     if without or any(one.reached for one in errors.values()):
         raise typer.Exit(exit_codes.HOSTS_FAILED)
     raise typer.Exit(exit_codes.HOSTS_UNREACHABLE if errors else exit_codes.OK)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swarmctl.cli import complete, console, exit_codes, next_command, options, reached
+from swarmctl.cli import complete, console, exit_codes, next_command, options, stop_targets
 
 if TYPE_CHECKING:
     from swarmctl.deploy.robot_stop import RobotStop
@@ -43,8 +43,8 @@ def stop(
     from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
     from swarmctl.remote.transport import Kind
 
-    reach = reached.read(spec)
-    chosen, without = reached.by_host(reach, robots)
+    reach = stop_targets.read(spec)
+    chosen, without = stop_targets.by_host(reach, robots)
     targets = options.targets(spec, reach, lab=lab, lab_name=lab_name)
     found = [
         robot_stop.RobotStop(
@@ -71,7 +71,7 @@ def stop(
         console.show(view.summary(found))
         where = next_command.where(lab=lab, lab_name=lab_name)
         next_command.advise("start", spec, *(robots or []), *where)
-    reached.warn_of_errors(spec)
+    stop_targets.warn_of_errors(spec)
     raise typer.Exit(_exit(found))
 
 

@@ -137,7 +137,7 @@ def set_cable(
     return concerned
 
 
-def cables(plan: LabPlan, files: LabPaths) -> dict[tuple[str, str], bool]:
+def link_states(plan: LabPlan, files: LabPaths) -> dict[tuple[str, str], bool]:
     """Returns by ``(host, network)`` whether the cable is connected."""
     links = json.loads(run(("ip", "-n", files.namespace(), "-json", "link", "show")))
     connected = {link["ifname"] for link in links if "UP" in link["flags"]}

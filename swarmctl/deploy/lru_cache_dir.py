@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True)
-class BoundedFolder:
+class LruCacheDir:
     """Files with names of the caller and one ``suffix``; of all together ``max_bytes`` are kept."""
 
     folder: Path

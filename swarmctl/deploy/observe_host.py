@@ -16,7 +16,7 @@ from swarmctl.render.bundle import Bundle
 NO_SECRETS: Mapping[str, str] = MappingProxyType({})
 
 
-def look(
+def observe_host(
     host: Conversation,
     bundle: Bundle,
     *,

@@ -9,7 +9,7 @@ Entries = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Need:
+class PackageRequirement:
     """Something that one of the Debian ``packages`` brings; without ``requirement`` the package itself.
 
     ``key``: the rosdep key of a package.xml that it is; the first of ``packages`` that apt knows counts then.
