@@ -109,7 +109,7 @@ def _robot_address(value: str) -> str:
     if ip.version == 6:
         raise ValueError(f"`{value}` is an IPv6 address; write the IPv4 address of the robot")
     if ip.is_unspecified or ip.is_multicast or int(ip) >> 28 == 0xF:
-        raise ValueError(f"`{value}` is no address of a robot; write the one that its host reaches it at")
+        raise ValueError(f"`{value}` is not an address of a robot; write the one that its host reaches it at")
     return value
 
 
@@ -118,7 +118,7 @@ def _radio_uri(value: str) -> str:
     found = _RADIO.fullmatch(value)
     if found is None:
         raise ValueError(
-            f"`{value}` is no URI of a radio; write dongle, channel, data rate and address "
+            f"`{value}` is not a URI of a radio; write dongle, channel, data rate and address "
             f"like {_RADIO_EXAMPLE}"
         )
     dongle, channel, rate, address = found.groups()
@@ -127,10 +127,10 @@ def _radio_uri(value: str) -> str:
     if int(channel) > LAST_CHANNEL:
         raise ValueError(f"a Crazyradio has the channels 0 to {LAST_CHANNEL}, not {channel}")
     if rate.upper() not in RADIO_RATES:
-        raise ValueError(f"`{rate}` is no data rate of a Crazyradio; write {', '.join(RADIO_RATES)}")
+        raise ValueError(f"`{rate}` is not a data rate of a Crazyradio; write {', '.join(RADIO_RATES)}")
     if address is not None and not re.fullmatch("[0-9a-fA-F]{10}", address):
         raise ValueError(
-            f"`{address}` is no radio address; write ten hexadecimal digits like {RADIO_ADDRESS}"
+            f"`{address}` is not a radio address; write ten hexadecimal digits like {RADIO_ADDRESS}"
         )
     return f"radio://{int(dongle)}/{int(channel)}/{rate.upper()}/{(address or RADIO_ADDRESS).upper()}"
 
@@ -162,7 +162,7 @@ def _device_path(value: str) -> str:
     if not re.fullmatch(r"/dev/[A-Za-z0-9._/:+=@,~-]+", value, re.ASCII) or ".." in value.split("/"):
         raise ValueError(f"`{value}` is not a device path; write it like /dev/ttyS0")
     if _NO_LINE.fullmatch(value):
-        raise ValueError(f"`{value}` is no serial line; write one such as /dev/ttyS0 or /dev/ttyAMA0")
+        raise ValueError(f"`{value}` is not a serial line; write one such as /dev/ttyS0 or /dev/ttyAMA0")
     if value.startswith("/dev/swarm/"):
         raise ValueError(
             f"`{value}` is a name that swarmctl assigns; identify the adapter instead: usb: {{serial: ...}}"

@@ -21,7 +21,7 @@ _LONGEST = 40  # characters of a quantity
 _NUMBER = r"[-+]?(?:[0-9]{1,15}(?:\.[0-9]{0,15})?|\.[0-9]{1,15})(?:[eE][-+]?[0-9]{1,2})?"
 _PLAIN = re.compile(_NUMBER, re.ASCII)
 _SPACE = " \u00a0\u2009\u202f"  # what publishers put before a unit reads as a blank
-# No digit in it but a square: `1.2.3`, `1_000` and `1e400` are no quantities.
+# No digit in it but a square: `1.2.3`, `1_000` and `1e400` are not quantities.
 _UNIT = r"1/[A-Za-z]+|[^\W\d_][^\d_]*[²2]?|[°\"'\u2032\u2033%][^\d]*"
 _QUANTITY = re.compile(rf"(?P<number>{_NUMBER})(?P<space>[{_SPACE}]*)(?P<unit>{_UNIT})")
 _COMMA = re.compile(
@@ -92,7 +92,7 @@ _OF_NO_KEY = ("kg", "g", "lb", "N", "Nm", "A", "mA", "Ah", "W", "K")  # right, a
 
 
 class UnitError(ValueError):
-    """Text that is no quantity of a key's kind; ``meant`` is what it should be, where that is certain."""
+    """Text that is not a quantity of a key's kind; ``meant`` is what it should be, where that is certain."""
 
     def __init__(self, message: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -170,7 +170,7 @@ class Unit:
                 f"`{value}` has a unit that swarmctl does not know; write {number} {meant}",
                 f"{number} {meant}",
             )
-        what, use = f"`{unit}` is no unit of {_a(self.kind)}", f"use one of {', '.join(self.others)}"
+        what, use = f"`{unit}` is not a unit of {_a(self.kind)}", f"use one of {', '.join(self.others)}"
         near = self._near(unit)
         return UnitError(f"{what}; did you mean `{number} {near}`?" if near else f"{what}; {use}")
 
@@ -187,7 +187,7 @@ class Unit:
         return BeforeValidator(read).__get_pydantic_core_schema__(source, handler)
 
     def _read_whole(self, value: Any) -> Any:
-        """Reads a whole number; one of a coarser unit is rounded, as 1 GiB is no whole number of MB."""
+        """Reads a whole number; one of a coarser unit is rounded, as 1 GiB is not a whole number of MB."""
         read = self.read(value)
         return round(read) if isinstance(value, str) and isinstance(read, float) else read
 

@@ -159,7 +159,7 @@ ROWS = (
     ),
     Row(
         "R20",
-        "`current` is no link to a release",
+        "`current` is not a link to a release",
         _agent(
             "transaction",
             "a_link_that_leads_nowhere_of_ours_is_put_right",
@@ -354,7 +354,7 @@ ROWS = (
     Row("R54", "a driver stands still", _DEAD_MAN),
     Row(
         "R55",
-        "a command that is no number",
+        "a command that is not a number",
         _at("packages/driver/session", "a_senseless_command_stops_the_robot_at_once"),
     ),
     Row(

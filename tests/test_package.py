@@ -148,7 +148,7 @@ def test_pip_installs_a_manual_page_for_each_verb(installed: Path) -> None:
 def test_nothing_else_is_in_it(wheel: Path) -> None:
     names = [one for one in zipfile.ZipFile(wheel).namelist() if "/data/share/man/man1/" not in one]
     assert {name.split("/")[0].split("-")[0] for name in names} == {"swarmctl"}
-    assert not [name for name in names if name.endswith(".pyc") or "_cache" in name]
+    assert not [name for name in names if name.endswith(".pyc") or "_cache/" in name]
 
 
 #: What an extra brings, and the module that imports it; nothing else may.

@@ -119,15 +119,15 @@ def test_any_text_is_read_refused_or_left_alone(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("28.5 cn", ("no unit of a length", "did you mean")),
-        ("28.5 kg", ("no unit of a length", "use one of m, cm")),
+        ("28.5 cn", ("not a unit of a length", "did you mean")),
+        ("28.5 kg", ("not a unit of a length", "use one of m, cm")),
         ("300 ms", ("is a time, and this is a length",)),
         ("28.5 CM", ("write 28.5 cm",)),
         ('11"', ("write 11 in",)),
         ("28.5 meters", ("write 28.5 m",)),
         ("28,5 cm", ("decimal point", "28.5 cm")),
         ("1,250 mm", ("1.250 mm", "or 1250 mm")),
-        ("5 MHz", ("no unit of a length",)),
+        ("5 MHz", ("not a unit of a length",)),
     ],
 )
 def test_a_wrong_unit_is_named_with_what_to_write(text: str, words: tuple[str, ...]) -> None:

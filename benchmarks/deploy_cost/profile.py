@@ -12,7 +12,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from deploy_cost.steps import Steps
-from swarmctl.deploy.look import look
+from swarmctl.deploy.observe_host import observe_host
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Conversation, HostError, Session, Target
@@ -97,8 +97,8 @@ def _round(target: Target, bundle: Bundle) -> Iterator[tuple[str, tuple[float, f
         yield "start Python", _less(python, true)
         with agent_client.talk(session) as host:
             yield "start the agent", _less(_cost(lambda: start_agent(host)), python)
-            yield "first `observe`", _cost(lambda: look(host, bundle))
-            yield "second `observe`", _cost(lambda: look(host, bundle))
+            yield "first `observe`", _cost(lambda: observe_host(host, bundle))
+            yield "second `observe`", _cost(lambda: observe_host(host, bundle))
 
 
 def of_a_deploy(deploy: Callable[[Steps], None], rounds: int) -> Costs:

@@ -226,7 +226,7 @@ def _unfit(file: EditedFile, rendered: File | None) -> str:
     if rendered is None or not file.deployed:
         return "the spec makes no such file"
     if file.text is None:
-        return "it is no text, or too large, or has a private key, so the host keeps it"
+        return "it is not text, or too large, or has a private key, so the host keeps it"
     if rendered.digest != file.deployed and not same_meaning(
         file.path, file.text, rendered.content.decode("utf-8", "replace")
     ):

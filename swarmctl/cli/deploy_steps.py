@@ -31,7 +31,7 @@ def sizes(serial: str) -> list[str]:
     found = [one.strip() for one in serial.split(",")] if serial else []
     if wrong := next((one for one in found if not valid_size(one)), None):
         console.fail(
-            f"--serial: `{wrong}` is no size of a wave", "write hosts or percent, such as 1,25%,100%"
+            f"--serial: `{wrong}` is not a size of a wave", "write hosts or percent, such as 1,25%,100%"
         )
     return found
 

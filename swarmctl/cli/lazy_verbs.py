@@ -52,7 +52,7 @@ class _BesideSpec(TyperCommand):
     """A verb of a spec and of something in it, whose SPEC may be left out in the folder of ``swarm.yaml``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Inserts SPEC if the first argument is no file."""
+        """Inserts SPEC if the first argument is not a file."""
         first = self.make_parser(ctx).parse_args(list(args))[0].get("spec")
         left_out = isinstance(first, str) and not spec_args.is_spec(first) and spec_args.usual() is not None
         return super().parse_args(ctx, [spec_args.USUAL, *args] if left_out else args)

@@ -132,7 +132,7 @@ def _sudo_password(name: str, urgent: bool) -> SudoPassword | None:
     try:
         return from_file(Path(name), _URGENT if urgent else _PATIENCE)
     except (OSError, ValueError) as error:  # of a ValueError the text may quote the file
-        reason = error.strerror if isinstance(error, OSError) else "its first line is no password"
+        reason = error.strerror if isinstance(error, OSError) else "its first line is not a password"
         place = f"{SUDO_PASSWORD_FILE}={name}"
         if urgent:
             console.err().print(f"warning: {place}: {reason}; going on without a password")

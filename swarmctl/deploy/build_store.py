@@ -25,7 +25,7 @@ MAX_UNPACKED = 512 << 20  # of one build
 
 
 class DamagedBuildError(ValueError):
-    """A build that is no archive of plain files."""
+    """A build that is not an archive of plain files."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def unpacked(archive: bytes) -> Built:
     except DamagedBuildError:
         raise
     except (tarfile.TarError, zlib.error, EOFError, OSError, ValueError) as error:
-        raise DamagedBuildError(f"it is no tar.gz: {error}") from error
+        raise DamagedBuildError(f"it is not a tar.gz: {error}") from error
     return found
 
 

@@ -1,6 +1,7 @@
 """The change of one host, from the operator's side: applied, and confirmed after a new login.
 
-A host whose change is not confirmed rolls back automatically: a release that locks its operator out does not stay.
+A host whose change is not confirmed rolls back automatically: a release that locks its operator out does
+not stay.
 """
 
 from __future__ import annotations

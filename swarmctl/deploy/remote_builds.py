@@ -87,7 +87,7 @@ def _fetched(host: Conversation, swarm: str, name: str, size: int, note: Callabl
         try:
             piece = base64.b64decode(host.ask(request)["data"], validate=True)
         except binascii.Error as error:
-            raise HostError(Kind.PROTOCOL, f"the build of {name} is no base64") from error
+            raise HostError(Kind.PROTOCOL, f"the build of {name} is not base64") from error
         if not piece:
             raise HostError(Kind.PROTOCOL, f"the build of {name} ends early", "run the same command again")
         found += piece

@@ -327,7 +327,7 @@ def _with(text: str, status: str) -> str:
 
 
 def host_of(uri: str) -> str:
-    """Returns the host in a node's URI, or the whole text if it is no URI."""
+    """Returns the host in a node's URI, or the whole text if it is not a URI."""
     try:
         return urlsplit(uri).hostname or uri
     except ValueError:

@@ -168,7 +168,7 @@ def _command_sources(found: Findings, robot: ExpectedRobot, hub: Answer | None, 
 
 
 def _stop(found: Findings, robot: ExpectedRobot, answer: Answer) -> None:
-    """Names a robot that stands on purpose: it is no fault, and it does not obey."""
+    """Names a robot that stands on purpose: it is not a fault, and it does not obey."""
     if (latch := answer.latches.get(robot.name)) is not None:
         text = f"stopped by {latch.who}{_since(latch.since)}"
         verdict = checks.warning(text, f"`swarmctl start SPEC {robot.name}` lets it obey again")

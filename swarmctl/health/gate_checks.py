@@ -56,7 +56,7 @@ def bypassed(
     if rivals := [one for one in there if one not in silent]:
         hint = f"stop {_them(rivals)}, or publish on {robot.command}"
         return bad(f"{listed(rivals)} on {gate.output}: the driver obeys it past the gate", hint)
-    # A node that subscribes from outside the robot's namespace is no driver: it records or shows commands.
+    # A node that subscribes from outside the robot's namespace is not a driver: it records or shows commands.
     own = f"{gate.node.rpartition('/')[0]}/"
     past = [
         one

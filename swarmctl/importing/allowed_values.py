@@ -84,7 +84,7 @@ def name_fact(text: str, prefix: str, place: Place | None, taken: Collection[str
 
 
 def valid_name(text: str, prefix: str) -> str:
-    """Returns text as a name of the spec: lower case, hyphens; ``prefix`` before what is no letter."""
+    """Returns text as a name of the spec: lower case, hyphens; ``prefix`` before what is not a letter."""
     name = re.sub("[^a-z0-9]+", "-", text.lower()).strip("-")
     is_reserved = name == "localhost" if prefix == "host" else name in TAKEN
     if not name[:1].isalpha() or is_reserved:

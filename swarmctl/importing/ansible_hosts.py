@@ -147,7 +147,7 @@ def _field(key: str, variable: str, one: Variable, place: Place) -> Field:
 def _address(name: str, place: Place) -> Field:
     if is_allowed("address", name):
         return Fact(name, place)  # what Ansible connects to
-    return Blank(_EXAMPLES["address"], "there is no ansible_host, and the host's name is no address")
+    return Blank(_EXAMPLES["address"], "there is no ansible_host, and the host's name is not an address")
 
 
 def _notes(variables: Variables) -> Iterator[str]:

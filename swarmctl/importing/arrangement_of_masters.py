@@ -101,7 +101,7 @@ def networks(hosts: Sequence[Entry]) -> tuple[Field, ...]:
 
 def _network(number: int, subnet: str, members: Sequence[str], are_numbers: bool) -> Fact:
     name = "lab" if number == 1 else f"lab-{number}"
-    whose = "their addresses are" if are_numbers else "those addresses that are no names are"
+    whose = "their addresses are" if are_numbers else "those addresses that are not names are"
     why = f"{whose} in {subnet}" if subnet else "nothing names their network"
     value = {"kind": "wlan", "name": name, "hosts": list(members)}
     return Fact(value, None, f"{why}; `wlan` or `ethernet`")

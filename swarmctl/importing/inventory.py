@@ -36,7 +36,7 @@ class InventoryError(Exception):
 
 @dataclass(frozen=True)
 class Variable:
-    """The value of a variable as text, empty if it is no scalar; ``is_vault`` if it is encrypted."""
+    """The value of a variable as text, empty if it is not a scalar; ``is_vault`` if it is encrypted."""
 
     value: str
     is_vault: bool = False

@@ -49,7 +49,7 @@ def driven_type(package: str, executable: str, types: Collection[str]) -> str:
 
 
 def type_of_group(group: str, types: Collection[str]) -> str:
-    """Returns the type of the robots in a group of hosts called ``group``; empty if its name is no type's."""
+    """Returns the type of the robots in a group of hosts called ``group``; empty if no type has its name."""
     words = [one for one in _words(group) if one not in {"robot", "robots", "hosts", "pis"}]
     found = _type_of(words[0]) if len(words) == 1 else ""
     return found if found in types else ""

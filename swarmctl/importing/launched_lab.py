@@ -159,7 +159,7 @@ def _why_not(node: Node) -> str:
     if node.package is None or node.executable is None or node.name is None or node.machine is None:
         return "the host only knows the package, executable, name or machine of this node"
     if not is_allowed("package", node.package) or not is_allowed("executable", node.executable):
-        return "its package or executable is no name"
+        return "its package or executable is not a name"
     return ""
 
 

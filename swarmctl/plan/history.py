@@ -134,7 +134,7 @@ def after(found: Sequence[Run], name: str) -> Mapping[str, State]:
     """
     numbers = [number for number, run in enumerate(found) if run.name.startswith(name)]
     if len(numbers) != 1:
-        raise NoWayBackError(f"`{name}` is {'no' if not numbers else 'more than one'} run of the history")
+        raise NoWayBackError(f"`{name}` is {'not a' if not numbers else 'more than one'} run of the history")
     states: dict[str, State | None] = {}
     for number, run in enumerate(found):
         for host, one in run.changes.items():

@@ -53,6 +53,6 @@ def _need(distro: str, key: str, entries: Entries, *, headers: bool) -> PackageR
 
 @lru_cache
 def system_packages() -> Mapping[str, tuple[str, ...]]:
-    """Returns the Debian packages of the known keys that are no ROS packages."""
+    """Returns the Debian packages of the known keys that are not ROS packages."""
     text = (resources.templates() / "data/system_keys.yaml").read_text("utf-8")
     return {key: tuple(names) for key, names in yaml.safe_load(text).items()}

@@ -83,7 +83,7 @@ def notes(bundle: Bundle, observed: Observed) -> Iterator[str]:
 
 
 def _version(text: str) -> tuple[int, int]:
-    """Major and minor; 0.0 for a text that is no version."""
+    """Major and minor; 0.0 for a text that is not a version."""
     found = re.match(r"(\d{1,4})\.(\d{1,4})", text, re.ASCII)
     return (int(found[1]), int(found[2])) if found else (0, 0)
 

@@ -63,11 +63,11 @@ def address_of(text: str) -> Address:
         parts = urlsplit(text)
         host, port = parts.hostname, parts.port
     except ValueError as error:
-        raise ClusterError(f"`{text}` is no address: {error}", fix) from error
+        raise ClusterError(f"`{text}` is not an address: {error}", fix) from error
     if parts.scheme not in _SCHEMES:
         raise ClusterError(f"`{text}` names no executor that swarmctl knows", fix)
     if not host or not port or parts.path or parts.query or parts.fragment or parts.username is not None:
-        raise ClusterError(f"`{text}` is no address of a scheduler", fix)
+        raise ClusterError(f"`{text}` is not an address of a scheduler", fix)
     return Address(text, host, port, parts.scheme == "dask+tls")
 
 

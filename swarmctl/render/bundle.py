@@ -19,7 +19,7 @@ ROOT = paths.ROOT
 _PACKAGE, _WORKSPACE = "package:", "workspace:"
 
 
-#: What a secret may hold that is no PIN: one line for a variable, any text for a file.
+#: What a secret may hold that is not a PIN: one line for a variable, any text for a file.
 SecretForm = Literal["line", "text"]
 
 

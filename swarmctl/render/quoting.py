@@ -81,7 +81,7 @@ def sentence(value: Any) -> str:
 
 def variable(value: Any) -> str:
     """Returns the name of an environment variable."""
-    return _fitting(value, r"[A-Za-z_][A-Za-z0-9_]*", "is no name of an environment variable")
+    return _fitting(value, r"[A-Za-z_][A-Za-z0-9_]*", "is not a name of an environment variable")
 
 
 def environment_file(value: Any) -> str:
@@ -109,13 +109,13 @@ def xml(value: Any) -> str:
 
 def word(value: Any) -> str:
     """Returns a name that needs no quoting in any format: of a package, of a file."""
-    return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is no plain name")
+    return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is not a plain name")
 
 
 def path(value: Any) -> str:
     """Returns a relative path that needs no quoting in any format."""
     part = r"[A-Za-z0-9_][A-Za-z0-9_.+-]*"
-    return _fitting(value, f"{part}(/{part})*", "is no plain path")
+    return _fitting(value, f"{part}(/{part})*", "is not a plain path")
 
 
 def udev(value: Any) -> str:
@@ -145,7 +145,7 @@ def scalar(value: Any) -> str:
     """
     if isinstance(value, float):
         if not math.isfinite(value):
-            raise UnsafeValueError(f"{value} is no number that a file may hold")
+            raise UnsafeValueError(f"{value} is not a number that a file may hold")
         return re.sub(r"^(-?[0-9]+)e", r"\1.0e", repr(value))  # YAML 1.1 wants the dot
     text = _plain(value)
     bare = isinstance(value, (bool, int)) or _YAML_WORD.fullmatch(text)

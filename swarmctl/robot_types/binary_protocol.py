@@ -40,7 +40,7 @@ def layout(value: str) -> str:
 
 def no_layout(token: str) -> str:
     """Returns the error about a token of a reply."""
-    return f"`{token}` is no layout; write a count and one of b B h H i I f, like 8H"
+    return f"`{token}` is not a layout; write a count and one of b B h H i I f, like 8H"
 
 
 def _is_place(token: str) -> bool:

@@ -190,7 +190,7 @@ class Image(Reading):
             if wrong := _reply_error(query):
                 yield ConsistencyError(wrong, *at, "reply")
             elif name in read and not _has_pixels(query):
-                wrong = f"the reply to `{name}` is no image; write `{_PIXELS}` at its end"
+                wrong = f"the reply to `{name}` is not an image; write `{_PIXELS}` at its end"
                 yield ConsistencyError(wrong, *at, "reply")
             elif name not in read and _has_pixels(query):
                 wrong = f"no sensor of kind `image` reads `{name}`, whose reply has pixels; name it under "

@@ -77,11 +77,11 @@ def _classes(text: str, path: str) -> dict[str, ast.ClassDef] | Diagnostic:
             tree = ast.parse(text, path, feature_version=_PYTHON)
     except SyntaxError as error:
         line, column = max(error.lineno or 1, 1), max(error.offset or 1, 1)
-        message = f"this is no Python 3.8: {error.msg}"
+        message = f"this is not Python 3.8: {error.msg}"
         help_ = "robots with ROS noetic have Python 3.8; write it so that it runs there"
         return Diagnostic("CODEC002", message, Span(path, line, column, line, column + 1), help=(help_,))
     except (ValueError, RecursionError, MemoryError) as error:
-        return Diagnostic("CODEC002", f"`{path}` is no Python: {error}", Span(path, 1, 1, 1, 1))
+        return Diagnostic("CODEC002", f"`{path}` is not Python: {error}", Span(path, 1, 1, 1, 1))
     return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
 
 

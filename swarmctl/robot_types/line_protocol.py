@@ -75,9 +75,9 @@ class LineExchange(Model):
     )
     pattern: Pattern | None = Field(
         None,
-        description="For a reply that is no list of numbers: what follows the head and its separator, as a "
-        "regular expression with a group for each number. Only characters and classes are repeated, and none "
-        "before what it could take itself.",
+        description="For a reply that is not a list of numbers: what follows the head and its separator, as "
+        "a regular expression with a group for each number. Only characters and classes are repeated, and "
+        "none before what it could take itself.",
     )
 
     @fits_together

@@ -197,7 +197,7 @@ class RosserialProtocol(Model):
         for key, index, one in [(key, *each) for key, topics in named for each in enumerate(topics)]:
             if not one.topic[0].isalpha() or "/" in one.topic:
                 yield ConsistencyError(
-                    f"`{one.topic}` is no name within a robot's namespace; write one word, like `lwheel`",
+                    f"`{one.topic}` is not a name within a robot's namespace; write one word, like `lwheel`",
                     key, index, "topic",
                 )  # fmt: skip
         for index, one in enumerate(self.publishes):

@@ -141,5 +141,5 @@ class RosDriver(RosLaunchable):
             if unknown is not None:
                 names = ", ".join(f"{{{one}}}" for one in PLACEHOLDERS)
                 yield ConsistencyError(
-                    f"`{{{unknown}}}` is no placeholder; write one of {names}, or `{{{{` for a brace", *loc
+                    f"`{{{unknown}}}` is not a placeholder; write one of {names}, or `{{{{` for a brace", *loc
                 )

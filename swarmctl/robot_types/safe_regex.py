@@ -36,7 +36,7 @@ def bounded(pattern: str) -> str:
         parts = list(_parts(pattern))
         re.compile(pattern)
     except re.error as error:
-        raise ValueError(f"`{pattern}` is no regular expression: {error}") from None
+        raise ValueError(f"`{pattern}` is not a regular expression: {error}") from None
     for number, part in enumerate(parts):
         for after in _followers(parts[number + 1 :]) if part.varies else ():
             if part.takes & after.takes:

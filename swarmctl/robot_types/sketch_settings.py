@@ -17,7 +17,7 @@ Pwm = Annotated[float, Field(ge=0, le=250, examples=[60.0])]  # the loop needs a
 
 # A kit's motor on a kit's wheel, with an order of magnitude to either side.
 FullSpeed = Annotated[float, Field(ge=0.05, le=20, examples=[0.6]), Unit("m/s")]
-# Less is no robot that gets going within sight; more is no ramp: wheels slip at 10 m/s².
+# Less is not a robot that gets going within sight; more is no ramp: wheels slip at 10 m/s².
 Acceleration = Annotated[float, Field(ge=0.05, le=50, examples=[1.0]), Unit("m/s²")]
 # At 255, a wheel that is 1 rad/s too slow gets all of the PWM: a switch, not a loop.
 Proportional = Annotated[float, Field(ge=0, le=255, examples=[8.0])]

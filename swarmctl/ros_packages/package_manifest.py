@@ -64,7 +64,7 @@ def _of_texts(tags: Collection[Tag]) -> Iterator[str]:
         if tag.name == "version" and not _VERSION.fullmatch(text):
             yield f"has the version {text!r} {place}; it must be three numbers, such as 1.0.0"
         if tag.name == "version" and not _VERSION.fullmatch(tag.attributes.get("compatibility", "0.0.0")):
-            yield f"has a `compatibility` {place} that is no version, such as 1.0.0"
+            yield f"has a `compatibility` {place} that is not a version, such as 1.0.0"
         if tag.name == "description" and not text and not tag.children:
             yield f"has an empty <description> {place}"
         if tag.name == "license" and not text:

@@ -36,7 +36,7 @@ def substituted(text: str, arguments: Arguments, dirname: str = "") -> str | Non
     for match in _ARGUMENT.finditer(text):
         command, *rest = match[1].split() or [""]
         if command not in _COMMANDS:
-            raise SubstitutionError(f"`$({command} ...)` is no substitution of roslaunch")
+            raise SubstitutionError(f"`$({command} ...)` is not a substitution of roslaunch")
         value = _value(command, rest, arguments, dirname) if command not in _LATER else None
         certain = certain and value is not None
         parts += [text[end : match.start()], value or ""]

@@ -30,7 +30,7 @@ class Fault:
 
 
 class UrdfError(ValueError):
-    """A file that is no URDF at all: no XML, another document, or xacro's source of one."""
+    """A file that is not a URDF at all: no XML, another document, or xacro's source of one."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(fault.text)
@@ -73,7 +73,7 @@ class Urdf:
 
 
 def read_urdf(content: bytes) -> Urdf:
-    """Returns what a file describes. Raises `UrdfError` if it is no URDF."""
+    """Returns what a file describes. Raises `UrdfError` if it is not a URDF."""
     try:
         content.decode("utf-8-sig")
         root = root_of(content)
@@ -176,7 +176,7 @@ def _of_the_tree(links: Mapping[str, Place], joints: tuple[Joint, ...]) -> Itera
             if not link:
                 yield Fault(f"joint `{one.name}` has no <{end} link=...>", one.place)
             elif link not in links:
-                yield Fault(f"joint `{one.name}` has the {end} `{link}`, which is no link", one.place)
+                yield Fault(f"joint `{one.name}` has the {end} `{link}`, which is not a link", one.place)
         first = parents.setdefault(one.child, one) if one.child else one
         if first is not one:
             yield Fault(f"link `{one.child}` is the child of `{first.name}` and of `{one.name}`", one.place)

@@ -51,7 +51,7 @@ def _paths(program: Program) -> Iterator[tuple[Loc, str]]:
 
 @rule("PROG029", needs="launch-xml")
 def parameters(context: RuleContext) -> Iterator[Diagnostic]:
-    """A file of parameters that is no YAML mapping."""
+    """A file of parameters that is not a YAML mapping."""
     for name, program in context.spec.programs.items():
         for key, path in program.file_params.items():
             content = context.document.files.content.get(path)
@@ -75,9 +75,9 @@ def _no_parameters(content: bytes) -> tuple[str, int, int] | None:
         mark = error.problem_mark
         return error.problem or "no YAML", (mark.line if mark else 0) + 1, (mark.column if mark else 0) + 1
     except (yaml.YAMLError, UnicodeDecodeError, RecursionError):
-        return "it is no text in YAML", 1, 1
+        return "it is not text in YAML", 1, 1
     if not isinstance(root, yaml.MappingNode):
-        return "it is no mapping", 1, 1
+        return "it is not a mapping", 1, 1
     return None
 
 
@@ -125,7 +125,7 @@ def arguments(context: RuleContext) -> Iterator[Diagnostic]:
             if not isinstance(value, (bool, int, float, str)):
                 yield Diagnostic(
                     "PROG031",
-                    f"`{key}` of program `{name}` is no argument of a launch file: arguments are text",
+                    f"`{key}` of program `{name}` is not an argument of a launch file: arguments are text",
                     context.span("programs", name, "params", key, key=True),
                     label="a list, a mapping or a file",
                     help=(

@@ -352,7 +352,7 @@ def placeholders(context: RuleContext) -> Iterator[Diagnostic]:
                     "PROG027",
                     f"program `{name}` has {_LACKING[unknown]} to fill in for `{{{unknown}}}`"
                     if unknown in _LACKING
-                    else f"`{{{unknown}}}` in program `{name}` is no placeholder",
+                    else f"`{{{unknown}}}` in program `{name}` is not a placeholder",
                     context.span("programs", name, *loc),
                     label="has no value",
                     help=(

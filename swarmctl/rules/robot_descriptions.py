@@ -72,7 +72,7 @@ def found(context: RuleContext) -> Iterator[Diagnostic]:
 
 @rule("URDF002", "URDF003")
 def readable(context: RuleContext) -> Iterator[Diagnostic]:
-    """A file that is no URDF, or whose links and joints are no tree."""
+    """A file that is not a URDF, or whose links and joints are no tree."""
     for use in _uses(context):
         match context.urdfs.read.get(use.path):
             case UrdfTooLargeError(fault=fault):
@@ -98,7 +98,7 @@ def _faulty(code: str, use: _Use, fault: Fault) -> Diagnostic:
     repair = converts if fault.repair == "xacro" else fault.repair
     return Diagnostic(
         code,
-        f"{use.at(fault.place)} is no URDF: {fault.text}",
+        f"{use.at(fault.place)} is not a URDF: {fault.text}",
         use.span,
         label="robot_state_publisher refuses it",
         help=(repair or f"`check_urdf {use.path}` shows what ROS reads",),

@@ -74,7 +74,7 @@ def load_catalog(
 ) -> Catalog:
     """Returns the shipped catalog with the robot types of ``beside``, the folder ``robots`` of a spec.
 
-    ``files`` are those of the spec that is read; its files ``others`` are no types.
+    ``files`` are those of the spec that is read; its files ``others`` are not types.
     """
     shipped = _shipped()
     if beside is None:

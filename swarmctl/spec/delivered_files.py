@@ -66,7 +66,7 @@ def _from(source: PackageSource, name: str, folder: Path, files: ProjectFiles) -
     if reason := files.refusal(place, _ANY_SUFFIX):
         raise _RefusalError(reason)
     if not place.is_dir():
-        raise _RefusalError("does not exist" if not place.exists() else "is no folder")
+        raise _RefusalError("does not exist" if not place.exists() else "is not a folder")
     try:
         if source.all:
             yield from _all_of(place, name, source.folder, files)

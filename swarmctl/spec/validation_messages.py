@@ -108,7 +108,7 @@ def diagnostic(error: Any, source: Source, model: type[BaseModel]) -> Diagnostic
             )
         return Diagnostic(
             "SPEC003",
-            f"{_shown(tag)} is no kind of {noun_at(loc)}",
+            f"{_shown(tag)} is not a kind of {noun_at(loc)}",
             source.span((*loc, "kind")),
             help=did_you_mean(str(tag), kinds_at(loc), "the kinds are"),
         )

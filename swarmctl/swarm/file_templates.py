@@ -41,7 +41,7 @@ def rendered(content: bytes, values: Mapping[str, object]) -> bytes:
         template = _environment().from_string(text)
         return _limited(template, values).encode()
     except TemplateSyntaxError as error:
-        message = error.message or "it is no template"
+        message = error.message or "it is not a template"
         raise TemplateError(message, error.lineno, _column(text, error.lineno, message)) from None
     except TemplateError:
         raise

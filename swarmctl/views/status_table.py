@@ -193,7 +193,7 @@ def _driver(unit: UnitSeen | None) -> str:
 def _topics(topics: Iterable[TopicRow]) -> Iterable[str]:
     """Each measured rate; that of the diagnostics only when it is low.
 
-    A topic without a declared rate may be silent for long: no message within two seconds is no fault.
+    A topic without a declared rate may be silent for long: no message within two seconds is not a fault.
     """
     for topic in topics:
         low = topic.rate is not None and topic.rate < LOWEST_SHARE * topic.expected

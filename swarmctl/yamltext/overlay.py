@@ -51,7 +51,7 @@ class _Overlay:
         for key, value in over.value:
             name = key.value if isinstance(key, yaml.ScalarNode) else None
             if name is None or new[name][0] is not key:
-                laid.append((key, value))  # building the data reports keys that are no text, or duplicate
+                laid.append((key, value))  # building the data reports keys that are not text, or duplicate
             elif name not in old and is_null(value):
                 self._nothing_there(f"`{name}`", key)
             elif name not in old:

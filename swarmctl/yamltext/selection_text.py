@@ -211,7 +211,7 @@ class _Reader:
             self.fail(f"this has more than {_MOST_NAMES} names", len(word), help_line="write globs instead")
         names = (name,) if found is None else found.names
         if not all(map(_NAME.fullmatch, names[:1])):
-            self.fail(f"`{word}` is no name", len(word), help_line=_other_form(word))
+            self.fail(f"`{word}` is not a name", len(word), help_line=_other_form(word))
         if name.count("*") > _MOST_STARS:
             self.fail(f"`{word}` has more than {_MOST_STARS} asterisks", len(word), help_line="write fewer")
         return names

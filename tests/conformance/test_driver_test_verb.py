@@ -90,7 +90,7 @@ def test_nothing_is_sent_before_the_robot_is_lifted(port: Port) -> None:
 def test_a_port_that_cannot_be_opened_is_one_line(port: Port, folder: Path) -> None:
     missing = run("beetle", "--port", str(folder / "nothing"), "--yes")
     plain = run("beetle", "--port", str(folder / "robots/beetle.yaml"), "--yes")
-    for ran, output in ((missing, "is missing"), (plain, "is no serial port")):
+    for ran, output in ((missing, "is missing"), (plain, "is not a serial port")):
         assert (ran.returncode, ran.stdout) == (exit_codes.ERROR, "")
         assert output in ran.stderr
         assert "/dev/serial/by-id" in ran.stderr

@@ -85,7 +85,7 @@ def test_all_hosts_go_back_to_the_state_after_a_run(hosts: dict[str, FakeHost]) 
     [
         (0, "", "no host has a change that could be taken back"),
         (1, "", "it was the first deploy of epuck, k3, leader"),
-        (1, "ffff", "`ffff` is no run of the history"),
+        (1, "ffff", "`ffff` is not a run of the history"),
         (2, "", ""),
     ],
 )

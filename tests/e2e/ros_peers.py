@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from tests.e2e.lab_swarm import SOURCE, LabSwarm, quoted
 
-#: What roswtf reports on every host, and why that is no fault of the swarm.
+#: What roswtf reports on every host, and why that is not a fault of the swarm.
 OF_THE_IMAGE = {
     "ROS_ROOT [/usr/share/ros] does not point to a directory": "Debian's ros-environment sets it",
     "ROS Dep database not updated": "rosdep installs what a host lacks; nothing here uses it",

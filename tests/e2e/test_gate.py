@@ -116,7 +116,7 @@ LAUNCHES = {
     "absolute": '<node pkg="vendors" type="takes" name="core" args="/cmd_vel Twist"/>',
     "stray": '<node pkg="vendors" type="takes" name="core" args="/stray_cmd_vel Twist"/>',
 }
-#: A commander that drives, then sends what is no number; it prints a line in between.
+#: A commander that drives, then sends what is not a number; it prints a line in between.
 ODD = f"""
 import rospy, time
 from geometry_msgs.msg import Twist

@@ -151,7 +151,9 @@ def test_no_inventory_changes_the_structure(names: list[str], key: str, value: s
     assert SECRET not in found.text
     assert set(read) <= {"version", "name", "mode", "leader", "hub", "hosts", "robots", "links", "groups"}
     assert all(set(one) <= {"address", "user", "port"} for one in read["hosts"].values())
-    masters = [0, 1] if key == "ros_master_uri" else [0]  # a master that is no host of the inventory is one
+    masters = (
+        [0, 1] if key == "ros_master_uri" else [0]
+    )  # a master that is not a host of the inventory is one
     assert len(read["hosts"]) - len(hosts) in masters
 
 

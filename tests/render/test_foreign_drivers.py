@@ -90,6 +90,6 @@ def test_an_unknown_placeholder_within_a_mapping_is_found(tmp_path: Path) -> Non
     spec.write_text(SPEC.replace("{frame}/odom", "{frames}/odom"))
     _, found = load_swarm(spec)
     (error,) = found
-    assert "`{frames}` is no placeholder" in error.message
+    assert "`{frames}` is not a placeholder" in error.message
     assert error.span is not None
     assert error.span.line == SPEC[: SPEC.index("odom_frame")].count("\n") + 1

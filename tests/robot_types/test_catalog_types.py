@@ -69,7 +69,7 @@ def test_settings_that_make_no_sense_or_no_safety_are_refused(settings):
         (("protocol", "set_speed", "send"), "D,{left}", "{left} and {right}"),
         (("protocol", "set_speed", "send"), "D,{left},{right}\nD,9,9", "pattern"),
         (("protocol", "queries", "proximity", "values"), 3, "has 3 values, sensor `proximity` takes 16"),
-        (("protocol", "queries", "proximity", "pattern"), "([0-9]+", "no regular expression"),
+        (("protocol", "queries", "proximity", "pattern"), "([0-9]+", "not a regular expression"),
         (("protocol", "queries", "proximity", "pattern"), "([0-9]+)", "groups, one for each of `values`"),
         (("protocol", "queries", "spare"), {"send": "S", "reply": "s"}, "no sensor reads the query `spare`"),
         (("sensors", "odom", "read"), "nothing", "none of the `queries`"),

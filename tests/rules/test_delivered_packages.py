@@ -45,7 +45,7 @@ def test_a_python_package_travels_with_all_its_files(tmp_path: Path) -> None:
     ("files", "place", "message"),
     [
         (None, "./src/other", "does not exist"),
-        (None, "./swarm.yaml", "is no folder"),
+        (None, "./swarm.yaml", "is not a folder"),
         ({"scripts/go.py": GO}, "src/nav", "has no package.xml"),
         ({"package.xml": NAV.replace(">nav<", ">navi<")}, "src/nav", "holds the package navi"),
         ({"package.xml": "<x"}, "src/nav", "names no package"),

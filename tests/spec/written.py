@@ -67,7 +67,7 @@ class Writer:
         return [f"{head}{' ' * self.chance.randint(1, 3)}{self.flow(value, indent + 1)}{self.note()}"]
 
     def entries(self, value: Any, indent: int) -> list[str]:
-        """A block whose first line is no comment, as it stands behind a dash."""
+        """A block whose first line is not a comment, as it stands behind a dash."""
         lines = self.block(value, indent)
         while lines[0].lstrip().startswith("#") or not lines[0].strip():
             lines = lines[1:]

@@ -112,7 +112,7 @@ def test_other_robots_keep_swarmctl_s_driver(robots: dict[str, Robot]) -> None:
         (
             "{robot}",
             "{rob}",
-            r"`\{rob\}` is no placeholder",
+            r"`\{rob\}` is not a placeholder",
         ),
         ("{address}", "{device}", r"`\{device\}` is not available for robot `tb3-01`"),
         ("executable: RosAria", "stops_after: 0.6", "add `executable: NODE`|has no|`executable`"),

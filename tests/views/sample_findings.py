@@ -35,7 +35,7 @@ def at(file: str, line: int, column: int, end: int) -> Span:
 
 FINDINGS = (
     Diagnostic("FILE001", f"there is no file `{SPEC}.lock`", help=("did you mean `swarm.lock`?",)),
-    Diagnostic("NAME001", "100% of `lab` is no name", at(SPEC, 2, 11, 16), label="`🤖 lab`: two words"),
+    Diagnostic("NAME001", "100% of `lab` is not a name", at(SPEC, 2, 11, 16), label="`🤖 lab`: two words"),
     Diagnostic(
         "ID001", "two hosts have the address `10.0.0.1`", at(SPEC, 5, 19, 27), label="also of `pi-2`",
         notes=(

@@ -40,7 +40,7 @@ def test_blanks_around_operators_change_nothing(words: list[str]) -> None:
         ("!!a", 1, "there are two `!`", "one of them"),
         ("a,group:x", 2, "there is no prefix `group:`", "`@x`"),
         ("tpye:x", 0, "there is no prefix `tpye:`", "did you mean `type:`?"),
-        ("type=epuck2", 0, "`type=epuck2` is no name", "`type:epuck2`"),
+        ("type=epuck2", 0, "`type=epuck2` is not a name", "`type:epuck2`"),
         ("host:", 0, "a name is missing after `host:`", "`host:lab`"),
         ("ep-[5-1]", 0, "the range 5-1 runs backwards", "`ep-[1-5]`"),
         ("((((((((((a))))))))))", 8, "parentheses are nested too deep here", "a group"),

@@ -1,4 +1,4 @@
-"""Images on a slow line: what takes long never holds up a stop, and what is no image is none.
+"""Images on a slow line: what takes long never holds up a stop, and what is not an image is none.
 
 The robot here does one thing after the other, as an e-puck does: a speed that comes while it sends an image
 is taken up when the image is out.

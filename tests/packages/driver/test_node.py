@@ -360,5 +360,5 @@ def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path, p
 
 
 def test_a_file_that_is_no_serial_port_is_called_so():
-    with pytest.raises(PortError, match=r"^/dev/null is no serial port$"):
+    with pytest.raises(PortError, match=r"^/dev/null is not a serial port$"):
         Port("/dev/null", config_for("koala").serial)

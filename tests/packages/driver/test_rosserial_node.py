@@ -16,7 +16,7 @@ from tests.timing import wait_for
 ROVER, NAME = "arduino-rover", "arduino_rover"
 STRING, STRING_MD5 = "std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1"
 INT32 = ["std_msgs/Int32", "da5909fbe378aeaf85e547e830cc1bb7"]
-#: As String has it, and bytes that are no text: nobody is to look into them.
+#: As String has it, and bytes that are not text: nobody is to look into them.
 WORDS = struct.pack("<I", 6) + b"\x00\xff\xfehi\x80"
 
 

@@ -149,7 +149,7 @@ def test_a_publisher_outside_the_peers_hosts_is_refused(uri: str) -> None:
     world.publish("b", "/b/driver", "/b/odom", uri=uri)
     world.step()
     assert world.brought("a") == set()
-    assert "which is no host of island b" in reported(world, "refused /b/odom")
+    assert "which is not a host of island b" in reported(world, "refused /b/odom")
 
 
 def test_publishers_beyond_the_limit_are_refused() -> None:

@@ -150,7 +150,7 @@ LIARS = {
     "closes at once": (lambda connection: None, "the connection ended early"),
     "endless header": (endless_header, "does not speak HTTP"),
     "no HTTP": (lambda connection: connection.sendall(b"SSH-2.0-x\r\n\r\n"), "does not speak HTTP"),
-    "a web server": (http(b"", b"404 Not Found"), "is no ROS node"),
+    "a web server": (http(b"", b"404 Not Found"), "is not a ROS node"),
     "garbage": (http(b"\xff\x00garbage"), "document type"),
     "an entity bomb": (http(BOMB), "document type"),
     "no length": (
@@ -194,7 +194,7 @@ def test_a_refusal_carries_the_peers_words() -> None:
     "uri", ["", "http://", "http://h", "rosrpc://h:x", "http://[::1", "http://h\r\nX: y:1/"]
 )
 def test_a_uri_without_a_place_is_an_error(uri: str) -> None:
-    with pytest.raises(PeerError, match="is no address"):
+    with pytest.raises(PeerError, match="is not an address"):
         call(uri)
 
 

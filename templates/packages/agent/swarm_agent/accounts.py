@@ -97,5 +97,5 @@ def _home(name: str) -> str | None:
 
 def _checked(name: str) -> str:
     if not isinstance(name, str) or not NAME.fullmatch(name):
-        raise RefusedError(f"{name!r} is no name of an account or group")
+        raise RefusedError(f"{name!r} is not a name of an account or group")
     return name

@@ -46,7 +46,7 @@ def install(names: Sequence[str], note: Callable[[str], None]) -> None:
     """Installs the packages; keeps changed settings. Raises ``RefusedError`` and ``FailedError``."""
     for name in names:
         if not NAME.fullmatch(name):
-            raise RefusedError(f"{name!r} is no name of a Debian package")
+            raise RefusedError(f"{name!r} is not a name of a Debian package")
 
     def progress(line: str) -> None:
         match = _WORTH_A_NOTE.match(line)

@@ -35,10 +35,10 @@ def pull_all(targets: Iterable[str], note: Callable[[str], None]) -> None:
 def pull(engine: str, images: Sequence[str], note: Callable[[str], None]) -> None:
     """Pulls the ``images`` that are not there. Raises ``RefusedError`` and ``FailedError``."""
     if engine not in _STORAGE:
-        raise RefusedError(f"{engine!r} is no engine of containers")
+        raise RefusedError(f"{engine!r} is not an engine of containers")
     for image in images:
         if not _IMAGE.fullmatch(image):
-            raise RefusedError(f"{image!r} is no image with a digest")
+            raise RefusedError(f"{image!r} is not an image with a digest")
     for image in images:
         _check_space(engine, image)
         name = image.partition("@")[0]
@@ -73,7 +73,7 @@ def size_of(manifest: Any) -> int:
 
 
 def digest_for(manifest: Any, machine: str) -> str:
-    """Returns the digest of the image for ``machine`` in a list of manifests; empty if it is no list."""
+    """Returns the digest of the image for ``machine`` in a list of manifests; empty if it is not a list."""
     listed = manifest.get("manifests") if isinstance(manifest, dict) else None
     for one in listed if isinstance(listed, list) else ():
         built_for = one.get("platform") if isinstance(one, dict) else None

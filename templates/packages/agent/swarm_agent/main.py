@@ -42,7 +42,7 @@ def _handle(request: dict[str, Any], payload: bytes, report: Report) -> dict[str
 def _verb(request: dict[str, Any]) -> Any:
     verb = str(request.get("verb"))
     if not verb.isidentifier():
-        raise RefusedError(f"{verb!r} is no verb")
+        raise RefusedError(f"{verb!r} is not a verb")
     return importlib.import_module("swarm_agent.verbs." + verb)
 
 

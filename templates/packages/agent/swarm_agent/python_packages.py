@@ -35,7 +35,7 @@ def install(requirements: Sequence[str], note: Callable[[str], None]) -> None:
     """Installs them for all accounts. Raises ``RefusedError`` and ``FailedError``."""
     for one in requirements:
         if not REQUIREMENT.fullmatch(one):
-            raise RefusedError(f"{one!r} is no Python package of an exact version")
+            raise RefusedError(f"{one!r} is not a Python package of an exact version")
     note(f"pip install {' '.join(requirements)}")
     command.run(
         ["python3", "-m", "pip", "install", "--no-input", *requirements],

@@ -33,7 +33,7 @@ def robot_names(values: Any) -> list[str]:
     """Returns ``values`` if they are names of robots. Raises ``RefusedError``."""
     for one in values:
         if not is_name(one, "_-", 100):
-            raise RefusedError(f"{one!r} is no robot's name", "are swarmctl and its agent of one version?")
+            raise RefusedError(f"{one!r} is not a robot's name", "are swarmctl and its agent of one version?")
     return list(values)
 
 

@@ -82,7 +82,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
 def confirm(home: Home, txid: str) -> ConfirmAnswer:
     """Makes the pending change ``txid`` the one that stays; the lock is held.
 
-    Confirming twice is no error. Raises ``RefusedError`` for another change, ``FailedError`` for one that
+    Confirming twice is not an error. Raises ``RefusedError`` for another change, ``FailedError`` for one that
     was undone.
     """
     found = record.read(home)

@@ -108,7 +108,7 @@ class _Hold:
 
 @dataclass
 class _Refused:
-    """A sender's refusals. ``behind``: who held the robot at the last one; empty for who is no commander."""
+    """A sender's refusals. ``behind``: who held the robot at the last one; empty for no commander."""
 
     sender: Sender
     count: int
@@ -185,7 +185,7 @@ class Authority:
         return False
 
     def _strangeness(self, sender: Sender) -> str:
-        """Why a sender is no commander."""
+        """Why a sender is not a commander."""
         if not self._commanders:
             return "nobody may command it"
         if sender.host is None:

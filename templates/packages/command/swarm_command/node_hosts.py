@@ -87,7 +87,7 @@ class NodeHosts:
 
 
 def _host_in(uri: str) -> str | None:
-    """Returns the host as the node advertises it, in lower case; None if the text is no URI."""
+    """Returns the host as the node advertises it, in lower case; None if the text is not a URI."""
     try:
         return urlsplit(uri).hostname
     except ValueError:

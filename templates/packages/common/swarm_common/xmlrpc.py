@@ -74,7 +74,7 @@ def place_of(uri: str) -> tuple[str, int]:
     except (ValueError, AttributeError):
         host, port = None, None
     if not host or not port or not host.isascii() or not host.isprintable() or " " in host:
-        raise NonsenseError(f"`{str(uri)[:80]}` is no address")
+        raise NonsenseError(f"`{str(uri)[:80]}` is not an address")
     return host, port
 
 
@@ -123,7 +123,7 @@ async def _reply(reader: asyncio.StreamReader, largest: int) -> bytes:
     if not status.startswith(b"HTTP/"):
         raise NonsenseError("the peer does not speak HTTP")
     if status.split(b" ")[1:2] != [b"200"]:
-        raise NonsenseError(f"the peer is no ROS node: {status[:60].decode('ascii', 'replace')}")
+        raise NonsenseError(f"the peer is not a ROS node: {status[:60].decode('ascii', 'replace')}")
     size = length_in(lines)
     if size is None:
         raise NonsenseError("the answer has no length")

@@ -122,7 +122,7 @@ def _open_error(path: str, error: Exception) -> PortError:
     if number in (errno.EAGAIN, errno.EBUSY):
         return PortError(f"{path} is in use by another program (see `fuser {path}`)", busy=True)
     if number == errno.ENOTTY:
-        return PortError(f"{path} is no serial port")
+        return PortError(f"{path} is not a serial port")
     unplugged = number in (errno.EIO, errno.ENODEV, errno.ENXIO, errno.EHOSTDOWN, errno.EHOSTUNREACH)
     return PortError(f"cannot open {path}: {_short(error)}", absent=unplugged)
 

@@ -265,7 +265,7 @@ class Session:
     def _take(self, sensor: Sensor, numbers: Values, arrived: float) -> None:
         values = numbers[sensor.first : sensor.first + sensor.count]
         if not all(math.isfinite(value) for value in values):
-            self._tally.failed(BadReplyError(f"`{sensor.name}` has a value that is no number"))
+            self._tally.failed(BadReplyError(f"`{sensor.name}` has a value that is not a number"))
             return
         if sensor.kind == "battery":
             self._charge = charge(values, sensor.settings).share

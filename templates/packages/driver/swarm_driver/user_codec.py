@@ -178,7 +178,7 @@ class UserReader:
             raise self._codec.wrong(feed, f"returns {_kind(reply)} instead of a Reply or None")
         numbers = reply.values if isinstance(reply.values, (tuple, list)) else (None,)
         if not all(_is_number(one) for one in numbers):
-            raise self._codec.wrong(feed, f"returns {_kind(reply.values)}, which are no numbers")
+            raise self._codec.wrong(feed, f"returns {_kind(reply.values)}, which are not numbers")
         if self._values is not None and len(numbers) != self._values:
             raise self._codec.wrong(feed, f"returns {len(numbers)} values instead of {self._values}")
         return Reply(tuple(numbers), reply.text)

@@ -58,7 +58,7 @@ def _objection(peer: Peer, entry: Entry, declared: str, kind: str) -> str:
     if kind not in (declared, "*"):
         return f"its type is {kind}, declared is {declared}"
     host = _host_of(entry.uri)
-    return "" if host in peer.hosts else f"it runs at `{host}`, which is no host of island {peer.island}"
+    return "" if host in peer.hosts else f"it runs at `{host}`, which is not a host of island {peer.island}"
 
 
 def may_come(peer: Peer, entry: Entry) -> bool:

@@ -26,7 +26,7 @@ class Body:
     """Holds its velocity until the next command, for ever: the worst that a vendor's driver does.
 
     ``limits`` are the fastest on each axis; 0 for an axis that it lacks. Each axis is clipped by itself, as
-    the drivers of vendors do. A command with a component that is no number is ignored.
+    the drivers of vendors do. A command with a component that is not a number is ignored.
     """
 
     def __init__(self, limits: Axes) -> None:

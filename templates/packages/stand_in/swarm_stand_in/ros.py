@@ -86,7 +86,7 @@ class _Node:
 
 
 def _ignored(_message: Any) -> None:
-    """What is no velocity: the stand-in subscribes to it, as the driver does, and stays."""
+    """What is not a velocity: the stand-in subscribes to it, as the driver does, and stays."""
 
 
 def _publisher(output: Output, kind: Any) -> Any:

@@ -94,7 +94,7 @@ def _fault(settings: Settings, pad: Pad, now: float) -> str:
         if axis >= len(pad.axes):
             return f"the joystick has no axis {axis}, only {len(pad.axes)}"
         if not math.isfinite(pad.axes[axis]):
-            return f"axis {axis} of the joystick is no number"
+            return f"axis {axis} of the joystick is not a number"
     if 0 < settings.still_timeout < now - pad.changed and pad.held(settings.deadman_button):
         return f"nothing on the joystick has changed for {settings.still_timeout:g} s"
     return ""
