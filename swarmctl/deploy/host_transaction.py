@@ -11,7 +11,14 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeVar
 
-from swarm_agent.messages import ApplyAnswer, ApplyRequest, ConfirmRequest, HoldAnswer, HoldRequest, UnitState
+from swarm_onboard.agent.messages import (
+    ApplyAnswer,
+    ApplyRequest,
+    ConfirmRequest,
+    HoldAnswer,
+    HoldRequest,
+    UnitState,
+)
 
 from swarmctl.deploy.look import offer
 from swarmctl.plan.observed_host import Observed

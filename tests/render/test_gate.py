@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from swarm_command.start import Start
-from swarm_gate.config import OUTPUT, Config, parse
+from swarm_onboard.command.start import Start
+from swarm_onboard.gate.config import OUTPUT, Config, parse
 
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
