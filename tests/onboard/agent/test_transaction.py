@@ -254,6 +254,17 @@ def test_a_unit_file_that_changes_under_its_link_is_read_again(old: FakeHost) ->
     assert old.calls() == ["daemon-reload"]
 
 
+def test_a_recovery_unit_of_another_version_is_read_again(old: FakeHost) -> None:
+    """Else systemd starts a module that the archive no longer has, and nothing is deployed."""
+    unit = old.prefix / "etc/systemd/system/swarm-recovery@new.service"
+    unit.write_text(unit.read_text().replace("swarm_onboard.agent.recovery", "recovery_of_yore"))
+
+    old.apply(bundle("1", hosts="10.0.0.3 pi\n"), base=OLD.digest, start=[], restart=["master.service"])
+
+    assert old.calls()[0] == "daemon-reload"
+    assert "swarm_onboard.agent.recovery" in unit.read_text()
+
+
 def test_a_unit_that_does_not_start_is_undone_and_named(old: FakeHost) -> None:
     (old.prefix / f"broken-khepera.service-{NEW.digest}").touch()
 

@@ -51,10 +51,16 @@ def paths(home: Home) -> tuple[str, str]:
 
 
 def install(home: Home) -> None:
-    """Writes the unit and the code that it runs to the disk, where they differ. Raises ``OSError``."""
+    """Writes the unit and the code that it runs to the disk, where they differ.
+
+    Raises ``FailedError`` and ``OSError``.
+    """
     unit, link = paths(home)
-    _put(home.outside(unit), _text(home).encode("utf-8"))
+    known, text = files.read(home.outside(unit)), _text(home).encode("utf-8")
+    _put(home.outside(unit), text)
     _keep_code(home)
+    if known not in (None, text):  # of another version, whose text systemd may have read
+        systemd.call(["systemctl", "daemon-reload"], 90)
     place = home.outside(link)
     if files.pointed(place) != unit:
         os.makedirs(os.path.dirname(place), 0o755, exist_ok=True)
