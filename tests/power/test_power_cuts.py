@@ -66,7 +66,7 @@ def test_a_host_is_whole_on_other_file_systems(system: str) -> None:
 def test_cuts_show_a_release_that_was_not_synced(tmp_path: Path) -> None:
     for folder in ("swarmctl", "templates", "schemas", "tests/power", "tests/onboard/agent"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("__init__.py", "timing.py", "packages/__init__.py"):
+    for name in ("__init__.py", "timing.py", "onboard/__init__.py"):
         shutil.copy(ROOT / "tests" / name, tmp_path / "tests" / name)
     files = tmp_path / "templates/onboard/swarm_onboard/agent/files.py"
     text = files.read_text()
