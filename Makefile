@@ -62,7 +62,7 @@ lint: $(VENV)/.dev ## style, types, Python 3.8 on robots, and who may import who
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/vermin --quiet --no-tips --target=3.8- templates/packages
+	$(BIN)/vermin --quiet --no-tips --target=3.8- templates/onboard
 	$(BIN)/lint-imports
 
 fuzz: $(VENV)/.dev ## many more hostile specs than make test has
@@ -125,7 +125,7 @@ test-tools:
 
 races: $(VENV)/.dev ## 1 000 races of a confirmation against its deadline, 50 of two operators on the same hosts
 	SWARM_RACES=$${SWARM_RACES:-1000} SWARM_DEPLOY_RACES=$${SWARM_DEPLOY_RACES:-50} \
-	  $(BIN)/pytest $(UNLIMITED) -q tests/packages/agent/test_confirm.py tests/deploy/test_two_operators.py -k "agree or at_once"
+	  $(BIN)/pytest $(UNLIMITED) -q tests/onboard/agent/test_confirm.py tests/deploy/test_two_operators.py -k "agree or at_once"
 
 scorecard: $(VENV)/.dev lab-tools ## what a deploy promises under 61 faults: the table, with the tests that show it (needs root)
 	@$(BIN)/python -m tests.scorecard

@@ -19,7 +19,7 @@ from typing import Any
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, processes
 from tests import ROOT
-from tests.packages.gate.ros_host import Node, RosHost, run_isolated, wait_until
+from tests.onboard.gate.ros_host import Node, RosHost, run_isolated, wait_until
 
 ADDED, RESIDENT = 2.0, 40.0  # bars: ms of the median, MB
 CPU = 5.0  # % of one core at 20 commands a second
@@ -30,9 +30,9 @@ INSIDE = "--inside"
 
 def measured(disk: Path, commands: int) -> dict[str, Any]:
     """The figures, from inside the namespaces of the host."""
-    from tests.packages.gate.faults import COMMAND, NAMESPACE, PARAMETERS
+    from tests.onboard.gate.faults import COMMAND, NAMESPACE, PARAMETERS
 
-    host = RosHost(disk, PARAMETERS, ROOT / "tests/packages/gate/nodes")
+    host = RosHost(disk, PARAMETERS, ROOT / "tests/onboard/gate/nodes")
     gate = host.gate()
     robots = {
         COMMAND: host.node("robot.py", NAMESPACE, OUTPUT),

@@ -10,12 +10,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from swarmctl import resources
-
-sys.path.append(
-    str(resources.templates() / "packages/driver")
-)  # what runs on robots is no package of swarmctl
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     from motion_quality import page, papers, paths, robots, verdict

@@ -30,7 +30,7 @@ from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.remote import recorded_hosts
 
 BAR = 2.5  # times less of the operator's CPU time with workers

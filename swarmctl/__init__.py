@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from swarmctl import resources
 from swarmctl.version import __version__
 
 if TYPE_CHECKING:
@@ -13,8 +12,6 @@ if TYPE_CHECKING:
     from swarmctl.analysis.swarm_graph import Graph, Node
 
 __all__ = ["__version__", "graph"]
-
-resources.make_robot_packages_importable()
 
 
 def graph(*files: str | PathLike[str]) -> Graph[Node]:

@@ -1,9 +1,10 @@
 """Folders of the files that swarmctl ships: beside the package in a checkout, inside it in a wheel."""
 
 import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+import swarm_onboard
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -19,8 +20,13 @@ def cache_folder() -> Path:
 
 
 def templates() -> Path:
-    """Returns the folder of robot types, host templates and the packages that run on hosts."""
+    """Returns the folder of robot types and host templates."""
     return _folder("templates")
+
+
+def onboard() -> Path:
+    """Returns the folder of the package `swarm_onboard`, which runs on hosts."""
+    return Path(swarm_onboard.__path__[0])
 
 
 def schemas() -> Path:
@@ -34,14 +40,3 @@ class HostModule:
 
     name: str
     folder: Path
-
-
-def make_robot_packages_importable() -> None:
-    """Let swarmctl import the packages that it shares with robots: the agent's types, the driver.
-
-    They are shipped as files and not installed; in a checkout and in a wheel they are imported from there.
-    """
-    for package in sorted((templates() / "packages").glob("*/swarm_*")):
-        path = str(package.parent)
-        if path not in sys.path:
-            sys.path.append(path)

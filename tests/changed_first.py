@@ -19,7 +19,7 @@ from tests import ROOT
 #: Where the tests of a path are, if its folder has another name: the first that matches.
 HOMES = (
     (r"swarmctl/([^/]+)/.*", r"tests/\1"),
-    (r"templates/packages/([^/]+)/.*", r"tests/packages/\1"),
+    (r"templates/onboard/swarm_onboard/(?:nodes/)?([^/]+?)s?/.*", r"tests/onboard/\1"),
     (r"templates/host/.*", "tests/host_scripts"),
     (r"templates/(robots|data)/.*", "tests/robot_types"),
     (r"templates/firmware/.*", "tests/firmware"),

@@ -30,7 +30,7 @@ class Row:
 
 
 def _agent(file: str, *names: str) -> tuple[str, ...]:
-    return tuple(f"tests/packages/agent/test_{file}.py::test_{name}" for name in names)
+    return tuple(f"tests/onboard/agent/test_{file}.py::test_{name}" for name in names)
 
 
 def _at(file: str, *names: str) -> tuple[str, ...]:
@@ -355,12 +355,12 @@ ROWS = (
     Row(
         "R55",
         "a command that is not a number",
-        _at("packages/driver/session", "a_senseless_command_stops_the_robot_at_once"),
+        _at("onboard/driver/session", "a_senseless_command_stops_the_robot_at_once"),
     ),
     Row(
         "R56",
         "a serial line fails",
-        _at("packages/driver/session", "every_fault_in_every_state_ends_standing_still_and_recovers")
+        _at("onboard/driver/session", "every_fault_in_every_state_ends_standing_still_and_recovers")
         + _at("e2e/driver_unit", "a_pulled_cable_restarts_nothing_and_stops_the_robot"),
     ),
     Row(

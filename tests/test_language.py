@@ -38,9 +38,9 @@ FOLDERS = (
         "swarmctl/*/",
         "swarmctl/cli/verbs/",
         "templates/*/",
-        "templates/packages/*/",
+        "templates/onboard/swarm_onboard/*/",
         "tests/*/",
-        "tests/packages/*/",
+        "tests/onboard/*/",
     ),
     *("benchmarks/", "docs/", "examples/"),
 )

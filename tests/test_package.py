@@ -72,9 +72,9 @@ def ran(program: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProces
 
 
 def test_what_it_reads_lies_inside_the_wheel(installed: Path, tmp_path: Path) -> None:
-    code = "from swarmctl import resources; print(resources.templates()); print(resources.schemas())"
+    code = "from swarmctl.resources import *; print(templates(), onboard(), schemas(), sep='\\n')"
     folders = [Path(line) for line in ran(installed / "python", "-c", code, cwd=tmp_path).stdout.splitlines()]
-    assert len(folders) == 2
+    assert len(folders) == 3
     for folder in folders:
         assert folder.is_relative_to(installed.parent)
         assert any(folder.iterdir())
@@ -121,8 +121,6 @@ def test_every_module_of_it_can_be_imported(installed: Path, tmp_path: Path) -> 
     """``driver test`` imports the driver's packages only when it runs: a missing one is not seen before."""
     code = """
 import importlib, pkgutil, swarmctl
-from swarmctl.resources import make_robot_packages_importable
-make_robot_packages_importable()
 for module in pkgutil.walk_packages(swarmctl.__path__, "swarmctl."):
     if not module.name.endswith(".__main__"):
         importlib.import_module(module.name)
@@ -133,10 +131,14 @@ for module in pkgutil.walk_packages(swarmctl.__path__, "swarmctl."):
 
 def test_every_template_and_schema_is_in_it(wheel: Path, root: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
-    for folder in ("templates", "schemas"):
-        for file in (root / folder).rglob("*"):
-            if file.is_file() and not {"__pycache__", ".ruff_cache", ".mypy_cache"} & set(file.parts):
+    onboard = root / "templates/onboard"
+    shipped = [*(root / "schemas").rglob("*"), *(root / "templates").rglob("*")]
+    for file in shipped:
+        if file.is_file() and not {"__pycache__", ".ruff_cache", ".mypy_cache"} & set(file.parts):
+            if not file.is_relative_to(onboard):
                 assert f"swarmctl/data/{file.relative_to(root)}" in packed
+            elif file.name != "ruff.toml":
+                assert str(file.relative_to(onboard)) in packed
 
 
 def test_pip_installs_a_manual_page_for_each_verb(installed: Path) -> None:
@@ -147,7 +149,7 @@ def test_pip_installs_a_manual_page_for_each_verb(installed: Path) -> None:
 
 def test_nothing_else_is_in_it(wheel: Path) -> None:
     names = [one for one in zipfile.ZipFile(wheel).namelist() if "/data/share/man/man1/" not in one]
-    assert {name.split("/")[0].split("-")[0] for name in names} == {"swarmctl"}
+    assert {name.split("/")[0].split("-")[0] for name in names} == {"swarmctl", "swarm_onboard"}
     assert not [name for name in names if name.endswith(".pyc") or "_cache/" in name]
 
 
@@ -168,8 +170,7 @@ def test_it_names_every_package_that_it_imports(wheel: Path, root: Path) -> None
         for module in imports(file)
         if OF_EXTRAS.get(module) != str(file.relative_to(package))
     }
-    shipped = {one.parent.name for one in (root / "templates/packages").glob("*/*/__init__.py")}
-    foreign = imported - set(sys.stdlib_module_names) - {"swarmctl"} - shipped
+    foreign = imported - set(sys.stdlib_module_names) - {"swarmctl", "swarm_onboard"}
     owners = packages_distributions()
     assert {
         module for module in foreign if not names & {canonical(one) for one in owners.get(module, [])}

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.ports import free_port
 from tests.remote import sshd
 

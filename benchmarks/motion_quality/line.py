@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 
-from swarm_driver.config import Serial
+from swarm_onboard.driver.config import Serial
 
 from swarmctl.lab.emulators import Robot
 from swarmctl.lab.emulators.robot import NoticesPort

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from swarm_driver.config import Config, Kinematics, parse
-from swarm_driver.protocols import RosserialProtocol
+from swarm_onboard.driver.config import Config, Kinematics, parse
+from swarm_onboard.driver.protocols import RosserialProtocol
 
 from motion_quality.papers import FORMULAS, Formula, OnBoard
 from motion_quality.paths import Wheels

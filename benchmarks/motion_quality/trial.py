@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 
-from swarm_command.command_mailbox import CommandMailbox
-from swarm_driver.actuators import ActuatorSettings
-from swarm_driver.config import Config
-from swarm_driver.driver import Driver, Phase
-from swarm_driver.kinematics import Pose
-from swarm_driver.relay import Outgoing, Parameter
-from swarm_rosserial.topics import MessageType
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.driver.actuators import ActuatorSettings
+from swarm_onboard.driver.config import Config
+from swarm_onboard.driver.driver import Driver, Phase
+from swarm_onboard.driver.kinematics import Pose
+from swarm_onboard.driver.relay import Outgoing, Parameter
+from swarm_onboard.rosserial.topics import MessageType
 
 from motion_quality.line import Clock, TimedLine
 from motion_quality.papers import Formula
@@ -114,7 +114,7 @@ class Ride:
         self._commands.put((twist.linear, 0.0, 0.0), (0.0, 0.0, twist.angular), arrived=moment)
 
     def _pass_until(self, end: float) -> None:
-        """Let time pass, as ``swarm_driver.driver.run`` does."""
+        """Let time pass, as ``swarm_onboard.driver.driver.run`` does."""
         while self._clock.now < end:
             wait = self._driver.step()
             self._clock.now = max(self._clock.now, min(end, self._clock.now + wait))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from swarm_agent.host_list_messages import HostLogin as StoredLogin
+    from swarm_onboard.agent.host_list_messages import HostLogin as StoredLogin
 
     from swarmctl.cli.ssh_targets import HostLogin
     from swarmctl.deploy.host_lists import HostLists

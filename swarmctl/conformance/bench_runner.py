@@ -6,8 +6,8 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from swarm_driver.link import FAILED_EXCHANGE, LinkLostError
-from swarm_driver.port import PortError
+from swarm_onboard.driver.link import FAILED_EXCHANGE, LinkLostError
+from swarm_onboard.driver.port import PortError
 
 from swarmctl.conformance import (
     board_motion_checks,

@@ -10,16 +10,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 
-from swarm_driver.config import Config
-from swarm_driver.kinematics import Odometry, Pose, within_limits
-from swarm_driver.link import BytePort, LinkLostError
-from swarm_driver.port import PortError
-from swarm_driver.protocols import RosserialProtocol
-from swarm_driver.relay import Relay
-from swarm_driver.rosserial_robot import COMMAND
-from swarm_driver.wheels import Wheels
-from swarm_rosserial import frames
-from swarm_rosserial.conversation import (
+from swarm_onboard.driver.config import Config
+from swarm_onboard.driver.kinematics import Odometry, Pose, within_limits
+from swarm_onboard.driver.link import BytePort, LinkLostError
+from swarm_onboard.driver.port import PortError
+from swarm_onboard.driver.protocols import RosserialProtocol
+from swarm_onboard.driver.relay import Relay
+from swarm_onboard.driver.rosserial_robot import COMMAND
+from swarm_onboard.driver.wheels import Wheels
+from swarm_onboard.rosserial import frames
+from swarm_onboard.rosserial.conversation import (
     GREETING,
     Conversation,
     Event,
@@ -29,8 +29,8 @@ from swarm_rosserial.conversation import (
     Received,
     UnsendableError,
 )
-from swarm_rosserial.messages import TWIST_MD5, TWIST_TYPE, BadMessageError, Log, twist
-from swarm_rosserial.topics import MessageType
+from swarm_onboard.rosserial.messages import TWIST_MD5, TWIST_TYPE, BadMessageError, Log, twist
+from swarm_onboard.rosserial.topics import MessageType
 
 from swarmctl.conformance.motion_base import Fixes, Motion, NoBoard, NotStoppedError, Pace
 from swarmctl.conformance.serial_bench import SerialBench

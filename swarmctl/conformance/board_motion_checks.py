@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarm_driver.link import LinkLostError
-from swarm_rosserial import frames
+from swarm_onboard.driver.link import LinkLostError
+from swarm_onboard.rosserial import frames
 
 from swarmctl.conformance.board_bench import COMMAND_REFRESH_S, STANDSTILL, BoardBench
 from swarmctl.conformance.motion_checks import slow_speed

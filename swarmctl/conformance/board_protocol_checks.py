@@ -7,12 +7,12 @@ from dataclasses import replace
 from itertools import pairwise
 from statistics import median
 
-from swarm_driver.link import LinkLostError
-from swarm_driver.rosserial_robot import COMMAND
-from swarm_driver.sketch_drift import Drift
-from swarm_rosserial import frames
-from swarm_rosserial.messages import TWIST_TYPE
-from swarm_rosserial.topics import Topic
+from swarm_onboard.driver.link import LinkLostError
+from swarm_onboard.driver.rosserial_robot import COMMAND
+from swarm_onboard.driver.sketch_drift import Drift
+from swarm_onboard.rosserial import frames
+from swarm_onboard.rosserial.messages import TWIST_TYPE
+from swarm_onboard.rosserial.topics import Topic
 
 from swarmctl.conformance.board_bench import BoardBench, type_of
 from swarmctl.conformance.board_motion_checks import first_count

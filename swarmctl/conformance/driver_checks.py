@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from swarm_command.command_mailbox import CommandMailbox
-from swarm_driver.actuators import ActuatorSettings
-from swarm_driver.driver import Driver, Phase
-from swarm_driver.kinematics import Pose
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.driver.actuators import ActuatorSettings
+from swarm_onboard.driver.driver import Driver, Phase
+from swarm_onboard.driver.kinematics import Pose
 
 from swarmctl.conformance.motion_base import Wheeled
 from swarmctl.conformance.results import Result, Verdict

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from swarm_driver.config import Config, parse
-from swarm_driver.port import Port, PortError
+from swarm_onboard.driver.config import Config, parse
+from swarm_onboard.driver.port import Port, PortError
 
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType

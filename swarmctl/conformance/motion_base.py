@@ -7,11 +7,11 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from swarm_driver.config import Config
-from swarm_driver.link import BytePort
-from swarm_driver.relay import Outgoing, Parameter, Relay
-from swarm_driver.user_codec import InterruptionError
-from swarm_rosserial.topics import MessageType
+from swarm_onboard.driver.config import Config
+from swarm_onboard.driver.link import BytePort
+from swarm_onboard.driver.relay import Outgoing, Parameter, Relay
+from swarm_onboard.driver.user_codec import InterruptionError
+from swarm_onboard.rosserial.topics import MessageType
 
 
 class NotStoppedError(Exception):

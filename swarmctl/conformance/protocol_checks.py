@@ -6,10 +6,10 @@ import time
 from collections.abc import Iterator
 from statistics import median
 
-from swarm_driver import readings
-from swarm_driver.codec import Values
-from swarm_driver.config import Actuator, Sensor
-from swarm_driver.link import FAILED_EXCHANGE, LinkLostError
+from swarm_onboard.driver import readings
+from swarm_onboard.driver.codec import Values
+from swarm_onboard.driver.config import Actuator, Sensor
+from swarm_onboard.driver.link import FAILED_EXCHANGE, LinkLostError
 
 from swarmctl.conformance.results import Result, Verdict
 from swarmctl.conformance.robot_bench import Bench

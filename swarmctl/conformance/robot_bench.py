@@ -6,16 +6,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from swarm_driver.codec import Reply, Request
-from swarm_driver.config import Config, Scale, Sensor
-from swarm_driver.kinematics import STANDSTILL, Counters, Units, wheel_units
-from swarm_driver.line_protocol import firmware_version
-from swarm_driver.link import FAILED_EXCHANGE, BytePort, Link, LinkLostError
-from swarm_driver.polled_robot import PolledProtocol, linked
-from swarm_driver.port import PortError
-from swarm_driver.protocols import PythonProtocol, RosserialProtocol
-from swarm_driver.relay import Relay
-from swarm_driver.tally import Tally
+from swarm_onboard.driver.codec import Reply, Request
+from swarm_onboard.driver.config import Config, Scale, Sensor
+from swarm_onboard.driver.kinematics import STANDSTILL, Counters, Units, wheel_units
+from swarm_onboard.driver.line_protocol import firmware_version
+from swarm_onboard.driver.link import FAILED_EXCHANGE, BytePort, Link, LinkLostError
+from swarm_onboard.driver.polled_robot import PolledProtocol, linked
+from swarm_onboard.driver.port import PortError
+from swarm_onboard.driver.protocols import PythonProtocol, RosserialProtocol
+from swarm_onboard.driver.relay import Relay
+from swarm_onboard.driver.tally import Tally
 
 from swarmctl.conformance.motion_base import (
     Fixes,

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from swarm_driver.config import Config
-from swarm_driver.link import BytePort
-from swarm_driver.port import PortError
+from swarm_onboard.driver.config import Config
+from swarm_onboard.driver.link import BytePort
+from swarm_onboard.driver.port import PortError
 
 from swarmctl.conformance.motion_base import Pace
 from swarmctl.conformance.timed_port import TimedPort

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from swarm_driver.link import BytePort
+from swarm_onboard.driver.link import BytePort
 
 MOST_KEPT = 512  # received bytes
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from swarm_agent.messages import FlashAnswer, FlashRequest
+from swarm_onboard.agent.messages import FlashAnswer, FlashRequest
 
 from swarmctl.firmware import avrdude
 from swarmctl.remote import agent_client, operators, parallel_hosts

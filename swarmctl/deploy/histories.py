@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarm_agent.history_messages import ChangeEntry, HistoryAnswer, HistoryRequest
-from swarm_agent.kept_state import State
+from swarm_onboard.agent.history_messages import ChangeEntry, HistoryAnswer, HistoryRequest
+from swarm_onboard.agent.kept_state import State
 
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.parallel_hosts import Event

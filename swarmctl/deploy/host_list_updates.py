@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, closing
 
-from swarm_agent.host_list_messages import HostListAnswer, HostListRequest
+from swarm_onboard.agent.host_list_messages import HostListAnswer, HostListRequest
 
 from swarmctl.deploy.host_lists import HostLists, Wanted, ask
 from swarmctl.remote import agent_client, operators, parallel_hosts

@@ -13,8 +13,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from pydantic import TypeAdapter, ValidationError
-from swarm_agent.host_list import digest_of
-from swarm_agent.host_list_messages import (
+from swarm_onboard.agent.host_list import digest_of
+from swarm_onboard.agent.host_list_messages import (
     HostListAnswer,
     HostListRequest,
     HostListState,

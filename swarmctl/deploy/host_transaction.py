@@ -12,7 +12,14 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeVar
 
-from swarm_agent.messages import ApplyAnswer, ApplyRequest, ConfirmRequest, HoldAnswer, HoldRequest, UnitState
+from swarm_onboard.agent.messages import (
+    ApplyAnswer,
+    ApplyRequest,
+    ConfirmRequest,
+    HoldAnswer,
+    HoldRequest,
+    UnitState,
+)
 
 from swarmctl.deploy.observe_host import offer
 from swarmctl.plan.observed_host import Observed

@@ -8,8 +8,8 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from swarm_agent.host_list_messages import HostLogin
-from swarm_agent.manifest_json import ManifestData
+from swarm_onboard.agent.host_list_messages import HostLogin
+from swarm_onboard.agent.manifest_json import ManifestData
 
 from swarmctl.plan.observed_host import NOTHING, Observed
 from swarmctl.remote.answer_check import mismatch

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from swarm_agent.motion_messages import MotionAnswer, MotionRequest, RobotUse
+from swarm_onboard.agent.motion_messages import MotionAnswer, MotionRequest, RobotUse
 
 from swarmctl.plan.dependent_robots import Dependent, Dependents, Stops, problems
 from swarmctl.plan.plan import Problem

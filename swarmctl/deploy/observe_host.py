@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
-from swarm_agent.messages import ObserveRequest
+from swarm_onboard.agent.messages import ObserveRequest
 
 from swarmctl.plan.observed_host import Observed, from_answer
 from swarmctl.remote.transport import Conversation

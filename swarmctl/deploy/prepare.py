@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from swarm_agent.preparation_messages import InventoryAnswer, InventoryRequest, PrepareRequest
+from swarm_onboard.agent.preparation_messages import InventoryAnswer, InventoryRequest, PrepareRequest
 
 from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.host_preparation import HostPreparation, Kind, Step, preparation

@@ -9,7 +9,7 @@ import io
 import tarfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from swarm_agent.preparation_messages import BuildAnswer, BuildRequest, FetchBuildRequest
+from swarm_onboard.agent.preparation_messages import BuildAnswer, BuildRequest, FetchBuildRequest
 
 from swarmctl.deploy.build_store import BuildStore, DamagedBuildError
 from swarmctl.deploy.prepare import Prepared

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from swarm_agent.motion_messages import (
+from swarm_onboard.agent.motion_messages import (
     RestartAnswer,
     RestartRequest,
     RobotMotion,

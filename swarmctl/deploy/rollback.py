@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from swarm_agent.history_messages import HistoryAnswer, UnitsBack
-from swarm_agent.kept_state import State
-from swarm_agent.messages import ApplyAnswer, RollbackRequest
+from swarm_onboard.agent.history_messages import HistoryAnswer, UnitsBack
+from swarm_onboard.agent.kept_state import State
+from swarm_onboard.agent.messages import ApplyAnswer, RollbackRequest
 
 from swarmctl.deploy.deployment import Deployment, ObservedHost, OnProgress
 from swarmctl.deploy.histories import history

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 
-from swarm_agent.messages import RemoveAnswer, RemoveRequest
+from swarm_onboard.agent.messages import RemoveAnswer, RemoveRequest
 
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.motion_guard import Guard, host_error

@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from types import TracebackType
 
-from swarm_agent.lease import SECONDS
-from swarm_agent.messages import LeaseAnswer, LeaseRequest
+from swarm_onboard.agent.lease import SECONDS
+from swarm_onboard.agent.messages import LeaseAnswer, LeaseRequest
 
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.connections import Connections

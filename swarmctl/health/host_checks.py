@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from swarm_agent import record
+from swarm_onboard.agent import record
 
 from swarmctl.health import checks
 from swarmctl.health.checks import Verdict

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from swarm_agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
+from swarm_onboard.agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
 
 from swarmctl.health.checks import RESTART_WINDOW
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot

@@ -15,7 +15,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from swarmctl.lab.emulators.robot import AT_REST
-from swarmctl.resources import templates
+from swarmctl.render import shipped_files
 from swarmctl.robot_types.motion import motion_of
 from swarmctl.robot_types.ros_robot_type import RosRobotType
 from swarmctl.swarm import names
@@ -131,13 +131,9 @@ def files(stand_ins: Iterable[StandIn]) -> Iterator[StandInFile]:
 
 
 def _node() -> Iterator[StandInFile]:
-    folder = templates() / "packages/stand_in"
-    for path in sorted(folder.rglob("*")):
-        if path.suffix in (".py", ".xml"):
-            place = f"{SHARE}/{PACKAGE}/{path.relative_to(folder)}"
-            yield StandInFile(
-                place, path.read_text(), executable=path.parent == folder and path.suffix == ".py"
-            )
+    for file in shipped_files.folder("stand_in"):
+        place = f"{SHARE}/{PACKAGE}/{file.path.partition('/')[2]}"
+        yield StandInFile(place, file.content.decode(), executable=file.mode == 0o755)
 
 
 def _starters(package: str, members: Iterable[StandIn]) -> Iterator[StandInFile]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from swarm_agent.motion_gate import hint
-from swarm_agent.motion_messages import RobotUse
+from swarm_onboard.agent.motion_gate import hint
+from swarm_onboard.agent.motion_messages import RobotUse
 
 from swarmctl.plan.busy_robots import BUSY
 from swarmctl.plan.plan import HostPlan, Kind, Problem

@@ -13,8 +13,8 @@ from heapq import heapify, heappop, heappush
 from itertools import pairwise
 from typing import Any
 
-from swarm_agent.history_messages import ChangeEntry, HistoryAnswer, UnitsBack
-from swarm_agent.kept_state import State
+from swarm_onboard.agent.history_messages import ChangeEntry, HistoryAnswer, UnitsBack
+from swarm_onboard.agent.kept_state import State
 
 from swarmctl.plan.plan import Kind, Step
 from swarmctl.yamltext import hostlist

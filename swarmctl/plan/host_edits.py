@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from swarm_agent.paths import ROOT
+from swarm_onboard.agent.paths import ROOT
 
 from swarmctl.adoption.changes import EditedFile
 from swarmctl.plan.observed_host import Observed

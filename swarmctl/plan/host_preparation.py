@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
-from swarm_agent.preparation_messages import InventoryAnswer
+from swarm_onboard.agent.preparation_messages import InventoryAnswer
 
 from swarmctl.plan import preflight
 from swarmctl.plan.host_needs import HostNeeds

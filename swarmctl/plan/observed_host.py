@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from swarm_agent.host_list_messages import HostListState
-from swarm_agent.manifest_json import FileData, ManifestData
-from swarm_agent.messages import (
+from swarm_onboard.agent.host_list_messages import HostListState
+from swarm_onboard.agent.manifest_json import FileData, ManifestData
+from swarm_onboard.agent.messages import (
     BlockDrift,
     Facts,
     FileDrift,
@@ -16,7 +16,7 @@ from swarm_agent.messages import (
     SecretState,
     Transaction,
 )
-from swarm_agent.messages import UnitState as UnitData
+from swarm_onboard.agent.messages import UnitState as UnitData
 
 from swarmctl.render.bundle import Bundle
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarm_agent.messages import Facts
+from swarm_onboard.agent.messages import Facts
 
 from swarmctl.plan.host_tools import TOOLS
 from swarmctl.plan.observed_host import Observed

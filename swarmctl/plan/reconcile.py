@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Iterator, Sequence
 
-from swarm_agent.paths import READERS
+from swarm_onboard.agent.paths import READERS
 
 from swarmctl.health import unit_conditions
 from swarmctl.plan import host_edits, preflight

@@ -12,7 +12,7 @@ from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 
-from swarmctl.resources import HostModule, templates
+from swarmctl.resources import HostModule, onboard
 
 DEPLOY_VERBS = (
     "observe",
@@ -28,10 +28,9 @@ DEPLOY_VERBS = (
     "restart",
     "motion",
 )
-_PACKAGES = {"swarm_agent": "packages/agent", "swarm_common": "packages/common"}
 ROLLBACK_VERBS = ("observe", "history", "motion", "lease", "rollback", "hold", "confirm", "undo")
 #: What the host runs later, out of the archive of a verb.
-_PROGRAMS = dict.fromkeys(("apply", "remove", "rollback"), "swarm_agent.recovery")
+_PROGRAMS = dict.fromkeys(("apply", "remove", "rollback"), "recovery")
 
 Folders = Mapping[str, Path]  # by package
 #: One thread at a time: ``ast.parse`` of Python 3.11 fails where threads interleave (python/cpython#106905).
@@ -57,9 +56,10 @@ def agent(verbs: tuple[str, ...] = DEPLOY_VERBS, module: HostModule | None = Non
 
 @lru_cache
 def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
-    folders = {package: templates() / folder for package, folder in _PACKAGES.items()}
-    names = ["swarm_agent.main", "swarm_agent.compiled", *(f"swarm_agent.verbs.{verb}" for verb in verbs)]
+    folders = {onboard().name: onboard().parent}
+    names = ["main", "compiled", *(f"verbs.{verb}" for verb in verbs)]
     names += [program for verb, program in _PROGRAMS.items() if verb in verbs]
+    names = [f"swarm_onboard.agent.{name}" for name in names]
     if module is not None:
         folders[module.name.partition(".")[0]] = module.folder
         names.append(module.name)

@@ -17,8 +17,8 @@ from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from typing import Any
 
-from swarm_agent.answers import ANSWERS
-from swarm_agent.manifest import NAME as MANIFEST
+from swarm_onboard.agent.answers import ANSWERS
+from swarm_onboard.agent.manifest import NAME as MANIFEST
 
 from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
 from swarmctl.remote.answer_check import bounded, mismatch
@@ -34,7 +34,7 @@ from swarmctl.remote.transport import (
     SudoSession,
     WorkerSession,
 )
-from swarmctl.resources import HostModule, templates
+from swarmctl.resources import HostModule, onboard
 
 CHANGE_TIMEOUT = 300.0  # s for a change of the host; above the sum of the agent's own steps
 _PACKED = b"z:"
@@ -191,7 +191,7 @@ def command(nonce: str, digest: str, size: int, *, become: bool = True, password
 @lru_cache
 def _loader() -> str:
     """The loader as one line: csh ends a quoted word at a line's end."""
-    lines = (templates() / "packages/agent/loader.py").read_text(encoding="utf-8").splitlines(keepends=True)
+    lines = (onboard() / "agent/loader.py").read_text(encoding="utf-8").splitlines(keepends=True)
     source = "".join(line for line in lines if not line.startswith("#"))
     return f"exec({json.dumps(source)})"
 

@@ -1,4 +1,4 @@
-"""Compares JSON from a host with the type that it should have (swarm_agent.messages)."""
+"""Compares JSON from a host with the type that it should have (swarm_onboard.agent.messages)."""
 
 from __future__ import annotations
 

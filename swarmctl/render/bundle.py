@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
-from swarm_agent import paths
-from swarm_agent.manifest import FORMAT
-from swarm_agent.manifest_json import ManifestData
+from swarm_onboard.agent import paths
+from swarm_onboard.agent.manifest import FORMAT
+from swarm_onboard.agent.manifest_json import ManifestData
 
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.manifest import digest_of, file_data, manifest_bytes, release_digest, unit_data

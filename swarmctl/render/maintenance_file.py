@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from swarm_agent.maintenance_terms import FILE
+from swarm_onboard.agent.maintenance_terms import FILE
 
 from swarmctl.render.bundle import File
 from swarmctl.render.part import Part

@@ -1,4 +1,4 @@
-"""The manifest of a release, in the types that the agent reads (swarm_agent.manifest_json)."""
+"""The manifest of a release, in the types that the agent reads (swarm_onboard.agent.manifest_json)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from json.encoder import encode_basestring_ascii as _quoted
 
-from swarm_agent.manifest_json import FileData, ManifestData, UnitData
+from swarm_onboard.agent.manifest_json import FileData, ManifestData, UnitData
 
 
 def digest_of(content: bytes) -> str:

@@ -1,17 +1,19 @@
-"""What lands on a host as it stands in `templates/`: tools, and the packages of shipped programs."""
+"""What lands on a host as it stands here: tools, and the ROS packages of shipped programs."""
 
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 from swarmctl import resources
 from swarmctl.render.bundle import File
 
-#: A folder of a release -> the packages of `templates/packages` whose files it holds, side by side.
-_FOLDERS = {
+#: A ROS package of `swarm_onboard/nodes` -> the packages of `swarm_onboard` that its programs need.
+_NEEDS = {
     "drivers": ("driver", "command", "rosserial", "common"),
     "gate": ("gate", "command", "common"),
     "multimaster": ("multimaster", "common"),
+    "stand_in": ("stand_in",),
     "teleop": ("teleop",),
 }
 
@@ -24,14 +26,19 @@ def text(path: str) -> bytes:
 
 @cache
 def folder(name: str) -> tuple[File, ...]:
-    """Returns the files of one folder of a release, as in `templates/`; scripts stay executable."""
-    return tuple(file for package in _FOLDERS[name] for file in below(f"packages/{package}", name))
+    """Returns the files of one ROS package, in a folder of its name; scripts stay executable."""
+    onboard = resources.onboard()
+    inside = f"{name}/{onboard.name}"
+    return (
+        *below(onboard / "nodes" / name, name),
+        File(f"{inside}/__init__.py", (onboard / "__init__.py").read_bytes()),
+        *(file for package in _NEEDS[name] for file in below(onboard / package, f"{inside}/{package}")),
+    )
 
 
 @cache
-def below(source: str, target: str) -> tuple[File, ...]:
-    """Returns the files below one folder of `templates/`, by their paths below ``target``."""
-    root = resources.templates() / source
+def below(root: Path, target: str) -> tuple[File, ...]:
+    """Returns the files below ``root``, by their paths below ``target``."""
     return tuple(
         File(
             f"{target}/{path.relative_to(root)}",

@@ -6,6 +6,7 @@ import hashlib
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from swarmctl import resources
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File
 from swarmctl.render.quoting import render
@@ -114,7 +115,7 @@ def sketch(name: str, settings: FirmwareSettings) -> Sketch:
     """Returns the sketch called ``name`` as a folder for the Arduino IDE, with ``<name>.ino`` in it."""
     texts = {
         file.path.removeprefix(f"{TEMPLATE}/"): file.content
-        for file in shipped_files.below(f"firmware/{TEMPLATE}", TEMPLATE)
+        for file in shipped_files.below(resources.templates() / "firmware" / TEMPLATE, TEMPLATE)
         if not file.path.endswith(".j2")
     }
     texts[CONFIG] = render(f"firmware/{TEMPLATE}/{CONFIG}", **settings.values())

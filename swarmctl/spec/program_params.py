@@ -47,9 +47,9 @@ class Setting:
 
 @cache
 def shipped() -> Mapping[str, Mapping[str, Setting]]:
-    """Returns the settings of shipped programs by name (templates/packages/teleop/settings.yaml)."""
+    """Returns the settings of shipped programs by name (swarm_onboard/teleop/settings.yaml)."""
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    data = yaml.load((resources.templates() / "packages/teleop/settings.yaml").read_text("utf-8"), loader)
+    data = yaml.load((resources.onboard() / "teleop/settings.yaml").read_text("utf-8"), loader)
     return {
         program: {name: Setting(**fields) for name, fields in settings.items()}
         for program, settings in data.items()

@@ -3,8 +3,8 @@
 An exception is a failed exchange: /diagnostics reports it with its line, and the robot is still stopped.
 """
 
-from swarm_driver.codec import BadReplyError, Reply, Request
-from swarm_driver.line_protocol import LineBuffer
+from swarm_onboard.driver.codec import BadReplyError, Reply, Request
+from swarm_onboard.driver.line_protocol import LineBuffer
 
 
 class OwnCodec:

@@ -16,8 +16,8 @@ from motion_quality.paths import Leg, Manoeuvre, Place, Twist
 from motion_quality.robots import Entrant
 from motion_quality.trial import Ride, place_of
 from motion_quality.verdict import Row
-from swarm_driver import rosserial_robot, session
-from swarm_driver.config import Kinematics, Scale
+from swarm_onboard.driver import rosserial_robot, session
+from swarm_onboard.driver.config import Kinematics, Scale
 
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.spec.catalog import load_catalog

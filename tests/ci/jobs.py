@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tests import ROOT
 
-THIS_CHECKOUT = f'PYTHONPATH={ROOT} exec python -m swarmctl "$@"'  # as a script
+THIS_CHECKOUT = f'PYTHONPATH={ROOT}:{ROOT}/templates/onboard exec python -m swarmctl "$@"'  # as a script
 
 
 def ran(script: str, folder: Path, env: dict[str, str]) -> subprocess.CompletedProcess[str]:

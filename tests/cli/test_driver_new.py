@@ -123,8 +123,8 @@ def test_a_wrong_value_is_an_error_that_names_it(protocol: str, right: str, wron
 
 def test_the_new_codec_handles_lines_of_text() -> None:
     """The skeleton is a complete codec: numbers in, bytes out, and back."""
-    from swarm_driver.protocols import PythonProtocol
-    from swarm_driver.user_codec import UserCodec
+    from swarm_onboard.driver.protocols import PythonProtocol
+    from swarm_onboard.driver.user_codec import UserCodec
 
     file = written("python").with_suffix(".py").resolve()
     protocol = PythonProtocol(0.2, file, "AntCodec", {}, True, {"position": 2})
@@ -137,8 +137,8 @@ def test_the_new_codec_handles_lines_of_text() -> None:
 
 
 def test_the_new_codec_knows_every_example_query() -> None:
-    from swarm_driver.protocols import PythonProtocol
-    from swarm_driver.user_codec import UserCodec
+    from swarm_onboard.driver.protocols import PythonProtocol
+    from swarm_onboard.driver.user_codec import UserCodec
 
     file = written("python")
     file.write_text(_EXAMPLE.sub(r"\1", filled(file.read_text(), "python")))

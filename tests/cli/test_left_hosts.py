@@ -8,15 +8,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from swarm_agent.host_list_messages import HostLogin
+from swarm_onboard.agent.host_list_messages import HostLogin
 
 from swarmctl.cli import exit_codes, options, ssh_targets
 from swarmctl.cli.app import run
 from swarmctl.cli.ssh_targets import NamedHosts
 from swarmctl.deploy import journal
 from swarmctl.remote.transport import HostError, Kind, Session, Target
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 
 HOST_LIST = "opt/swarm/newswarm/state/hosts.json"
 LOGIN = HostLogin(address="192.0.2.7", user="ann", port=2222, via=None, declared=["user"])

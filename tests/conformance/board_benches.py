@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from swarm_driver.config import Config
+from swarm_onboard.driver.config import Config
 
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, Checks, run_checks
 from swarmctl.conformance.board_bench import BoardBench

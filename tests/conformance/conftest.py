@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from swarm_driver import user_codec
+from swarm_onboard.driver import user_codec
 
 from tests.timing import PATIENCE
 

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-import swarm_driver.session
-from swarm_command.command_mailbox import CommandMailbox
-from swarm_command.dead_man import DeadMan
-from swarm_driver.config import Kinematics, Scale
-from swarm_driver.kinematics import Units
-from swarm_driver.link import BytePort
+import swarm_onboard.driver.session
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
+from swarm_onboard.driver.config import Kinematics, Scale
+from swarm_onboard.driver.kinematics import Units
+from swarm_onboard.driver.link import BytePort
 
 from swarmctl.conformance import driver_checks, motion_checks, protocol_checks
 from swarmctl.conformance.bench_runner import POLLED_CHECKS, run_checks
@@ -160,7 +160,7 @@ def test_a_refused_setup_request_fails(setup: str, verdict: Verdict, text: str) 
 
 
 def test_a_driver_without_limits_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(swarm_driver.session, "wheel_units", unlimited)
+    monkeypatch.setattr(swarm_onboard.driver.session, "wheel_units", unlimited)
     results = tried("", driver_checks.driver_dead_man_stops)
     assert results["limits"].verdict is Verdict.FAIL
     assert "S,2500,2500" in results["limits"].figure
@@ -174,7 +174,7 @@ def test_a_driver_without_dead_man_is_detected(
     def late(commands: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
         return DeadMan(commands, factor * timeout, clock)
 
-    monkeypatch.setattr(swarm_driver.session, "DeadMan", late)
+    monkeypatch.setattr(swarm_onboard.driver.session, "DeadMan", late)
     results = of_a_class(tmp_path) if own else tried("", driver_checks.driver_dead_man_stops)
     assert results["limits"].verdict is Verdict.OK
     assert results["dead-man of the driver"].verdict is Verdict.FAIL
@@ -215,7 +215,7 @@ def test_a_user_codec_without_counters_is_a_warning(tmp_path: Path) -> None:
 def test_a_driver_with_a_user_codec_without_limits_is_detected(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(swarm_driver.session, "wheel_units", unlimited)
+    monkeypatch.setattr(swarm_onboard.driver.session, "wheel_units", unlimited)
     assert of_a_class(tmp_path)["limits"].verdict is not Verdict.OK
 
 

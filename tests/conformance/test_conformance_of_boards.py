@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-import swarm_driver.rosserial_robot
-from swarm_command.command_mailbox import CommandMailbox
-from swarm_command.dead_man import DeadMan
+import swarm_onboard.driver.rosserial_robot
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.dead_man import DeadMan
 
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, run_checks
 from swarmctl.conformance.board_bench import type_of
@@ -126,7 +126,7 @@ def test_an_unnamed_sketch_is_not_the_one_of_the_spec() -> None:
 
 def test_a_driver_without_limits_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        swarm_driver.rosserial_robot, "within_limits", lambda linear, angular, _: (linear, angular)
+        swarm_onboard.driver.rosserial_robot, "within_limits", lambda linear, angular, _: (linear, angular)
     )
     found, _ = checked("dead-man of the driver", Rover())
     assert found["limits"].verdict is FAIL
@@ -139,7 +139,7 @@ def test_a_driver_without_dead_man_is_detected(
     def late(commands: CommandMailbox, timeout: float, clock: Callable[[], float]) -> DeadMan:
         return DeadMan(commands, factor * timeout, clock)
 
-    monkeypatch.setattr(swarm_driver.rosserial_robot, "DeadMan", late)
+    monkeypatch.setattr(swarm_onboard.driver.rosserial_robot, "DeadMan", late)
     found, _ = checked("dead-man of the driver", Rover())
     assert (found["limits"].verdict, found["dead-man of the driver"].verdict) == (OK, FAIL)
     assert text in found["dead-man of the driver"].figure

@@ -16,7 +16,7 @@ from swarmctl.plan.waves import Consistency, order
 from swarmctl.remote.parallel_hosts import Event
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.bundle import Bundle
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 
 
 def deploy(

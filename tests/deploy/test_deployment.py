@@ -24,7 +24,7 @@ from tests.deploy.test_rollout import (
     hosts,
     hosts_in,
 )
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 
 __all__ = ["hosts"]
 FAST = dict.fromkeys(HOSTS, "speed: 2\n")

@@ -11,7 +11,7 @@ from swarmctl.deploy.edits_on_hosts import edits_on_hosts
 from swarmctl.remote.transport import HostError, Kind
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 
 __all__ = ["hosts"]
 EDIT = "speed: 7  # the carpet is slow\n"

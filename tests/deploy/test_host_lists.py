@@ -8,14 +8,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
-from swarm_agent.host_list_messages import HostLogin
+from swarm_onboard.agent.host_list_messages import HostLogin
 
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.rollout import observe
 from swarmctl.render.bundle import Bundle
 from tests.deploy import test_rollout as rollouts
 from tests.deploy.deploying import deploy
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 
 hosts = rollouts.hosts
 LIST = "opt/swarm/new/state/hosts.json"

@@ -22,8 +22,8 @@ from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle
 from tests.deploy.deploying import after_the_change, deploy, fails
 from tests.deploy.test_rollout import TARGETS, bundles, deployed
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 from tests.timing import PATIENCE
 
 AWAY = HostError(Kind.UNREACHABLE, "no route to k3")

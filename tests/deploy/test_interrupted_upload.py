@@ -19,8 +19,8 @@ from swarmctl.remote.transport import HostError, Kind, Output, Session, Target
 from swarmctl.render.bundle import Bundle, File
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, bundles, deployed
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalChannel, LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalChannel, LocalSession
 
 OLD = bundles()["k3"]
 NEW = replace(

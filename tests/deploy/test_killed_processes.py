@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_agent import lease
-from swarm_agent.release_store import Home
+from swarm_onboard.agent import lease
+from swarm_onboard.agent.release_store import Home
 
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome
@@ -29,7 +29,7 @@ from swarmctl.remote.ssh_channel import SshChannel
 from swarmctl.remote.transport import Target
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, bundles, deployed
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.remote import sshd
 from tests.timing import PATIENCE
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_agent.paths import stop_file
+from swarm_onboard.agent.paths import stop_file
 
 from swarmctl.deploy import rollout
 from swarmctl.deploy.deploy_rules import Rules
@@ -30,8 +30,8 @@ from swarmctl.remote.transport import HostError, Kind
 from swarmctl.render.bundle import Bundle, File, Unit
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, deployed, hosts
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.test_stop import running
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.test_stop import running
 from tests.timing import PATIENCE
 
 __all__ = ["hosts"]

@@ -26,8 +26,8 @@ from swarmctl.remote.transport import HostError, Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.views.history import history_text
 from tests.deploy.deploying import after_the_change, deploy, fails
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 
 PIN = "4971"
 TERMS = Terms(healthy_for=0.1, healthy_within=5)

@@ -14,8 +14,8 @@ from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 
 HOSTS = ("k3", "epuck")
 # debian/NAME.source: apt knows it; .new: after an update; .installed: it is there. Its text lies at `brings`.

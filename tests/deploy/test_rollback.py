@@ -19,7 +19,7 @@ from swarmctl.remote.transport import HostError, Kind
 from swarmctl.views.history import history_text
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 
 __all__ = ["hosts"]
 

@@ -20,8 +20,8 @@ from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle, File, Unit, package
 from tests.deploy.deploying import deploy
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 
 HOSTS = ("leader", "k3", "epuck")
 

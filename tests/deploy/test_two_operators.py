@@ -16,7 +16,7 @@ from swarmctl.remote.transport import HostError, Kind
 from swarmctl.render.bundle import Bundle
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, deployed, hosts
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.timing import PATIENCE, Promise, wait_for, withheld
 
 __all__ = ["hosts"]

@@ -18,8 +18,8 @@ from swarmctl.remote.transport import Kind
 from swarmctl.render.bundle import Bundle, File
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, bundles, deployed
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.test_stop import running
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.test_stop import running
 
 QUIET = {"commander": "", "measured": False, "zero_at": 1.0, "still_since": None}
 

@@ -42,7 +42,7 @@ LAPTOP, PI = "laptop", "pi"
 OUT = 2.0  # s for which a cable or a network is out
 KEPT = 6.0  # s within which a network delivers what it has kept
 WRITTEN = 100.0  # looks at the robots in a second, at least, where the page gets the figures
-RAISE_IN_LOOP = Path(__file__).parents[1] / "packages/driver/raise_in_loop.py"
+RAISE_IN_LOOP = Path(__file__).parents[1] / "onboard/driver/raise_in_loop.py"
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import math
 import struct
 from itertools import pairwise
 
-from swarm_rosserial.conversation import Conversation, Event, Phase, Received
-from swarm_rosserial.messages import Log
-from swarm_rosserial.topics import MessageType
+from swarm_onboard.rosserial.conversation import Conversation, Event, Phase, Received
+from swarm_onboard.rosserial.messages import Log
+from swarm_onboard.rosserial.topics import MessageType
 
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 

@@ -23,8 +23,8 @@ from swarmctl.lab.emulators.uno_rover import SimulatedBoard
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.sketch import FirmwareSettings, sketch
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 from tests.timing import PATIENCE
 
 UNIT = "swarm-new.rover.service"

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 
 import serial
-from swarm_rosserial import frames
+from swarm_onboard.rosserial import frames
 
 from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.lab.emulators.uno_rover import SimulatedBoard

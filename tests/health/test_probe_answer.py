@@ -10,7 +10,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from swarm_agent.probe_messages import ProbeAnswer
+from swarm_onboard.agent.probe_messages import ProbeAnswer
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.probe_answer import answer_of
@@ -95,7 +95,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
     assert sent == {
         "verb": "probe",
         "swarm": "newswarm",
-        "module": "swarm_ros1_probe.observe",
+        "module": "swarm_onboard.ros1_probe.observe",
         "units": [WLAN, UNIT["k3"], "swarm-newswarm.target"],
         "master": "http://192.168.77.10:11311",
         "nodes": [

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from swarm_agent import stop_latches
-from swarm_agent.release_store import Home
+from swarm_onboard.agent import stop_latches
+from swarm_onboard.agent.release_store import Home
 
 from swarmctl.cli.next_command import completing
 from swarmctl.cli.spec_args import file

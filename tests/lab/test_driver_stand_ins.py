@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from swarm_stand_in.config import load
+from swarm_onboard.stand_in.config import load
 
 from swarmctl.lab.driver_stand_ins import files, state_in
 from swarmctl.lab.emulators.emulator_lookup import build_robot

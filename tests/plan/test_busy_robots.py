@@ -11,7 +11,7 @@ from swarmctl.plan.busy_robots import not_busy
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind, Step
 from swarmctl.render.bundle import Unit
-from tests.packages.agent.fakehost import bundle
+from tests.onboard.agent.fakehost import bundle
 
 BUNDLE = replace(bundle("1"), units=(Unit("k3.service", (), robot="k3"), Unit("master.service", ())))
 GONE: Any = {"units": [{"name": "old.service", "needs": [], "robot": "old", "digest": "d"}], "files": {}}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from swarm_agent.motion_messages import RobotUse
+from swarm_onboard.agent.motion_messages import RobotUse
 
 from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.dependent_robots import Dependents, problems

@@ -10,7 +10,7 @@ import pytest
 from swarmctl.plan.observed_host import Observed, UnitState
 from swarmctl.plan.reconcile import reconcile
 from swarmctl.render.bundle import Bundle, File
-from tests.packages.agent.fakehost import bundle
+from tests.onboard.agent.fakehost import bundle
 
 OLD = bundle("1")
 RUNS = {unit.name: UnitState("active") for unit in OLD.units}

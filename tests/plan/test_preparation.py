@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from swarm_agent.preparation_messages import InventoryAnswer
+from swarm_onboard.agent.preparation_messages import InventoryAnswer
 
 from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, needs_of

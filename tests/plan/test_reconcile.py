@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from swarm_agent.messages import Transaction
+from swarm_onboard.agent.messages import Transaction
 
 from swarmctl.plan.observed_host import NOTHING, Observed, UnitState
 from swarmctl.plan.plan import HostPlan, Kind

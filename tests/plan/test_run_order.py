@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given
 from hypothesis import strategies as st
-from swarm_agent.history_messages import ChangeEntry
+from swarm_onboard.agent.history_messages import ChangeEntry
 
 from swarmctl.plan.history import before_last, runs
 from swarmctl.plan.history import state_of as state

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.power import isolated, tracer
 from tests.power.disk import Disk, Snapshot, identity
 from tests.power.host_states import LAST, STATES, Finding, boot, look

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from swarmctl.render.bundle import Bundle, File
-from tests.packages.agent.fakehost import FakeHost, bundle
+from tests.onboard.agent.fakehost import FakeHost, bundle
 from tests.timing import PATIENCE
 
 SECRETS = ("mqtt", "wifi")

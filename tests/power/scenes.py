@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.render.bundle import Bundle
-from tests.packages.agent.fakehost import BOOT, NO_SECRETS, FakeHost, message_for
+from tests.onboard.agent.fakehost import BOOT, NO_SECRETS, FakeHost, message_for
 from tests.power.host_states import BETWEEN, FIRST, MORE_FILES, NEW, OLD, SECOND, recovery
 
 TXID, EARLIER = "0123456789abcdef", "e" * 16

@@ -6,6 +6,7 @@ A part of ``make power-cuts``. Each run is a process of its own, whose mounts an
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -24,7 +25,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(LACKS), reason=f"power c
 def cut(*options: str, system: str = "ext4", root: Path = ROOT) -> list[dict[str, Any]]:
     """Returns the rows of a run on a file system."""
     command = [sys.executable, "-m", "tests.power", "--json", f"--system={system}", "--jobs=1", *options]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    environment = {**os.environ, "PYTHONPATH": str(root / "templates/onboard")}
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, check=False)
     assert done.stdout, done.stderr
     rows: list[dict[str, Any]] = json.loads(done.stdout)
     return rows
@@ -62,11 +64,11 @@ def test_a_host_is_whole_on_other_file_systems(system: str) -> None:
 
 
 def test_cuts_show_a_release_that_was_not_synced(tmp_path: Path) -> None:
-    for folder in ("swarmctl", "templates", "schemas", "tests/power", "tests/packages/agent"):
+    for folder in ("swarmctl", "templates", "schemas", "tests/power", "tests/onboard/agent"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("__init__.py", "timing.py", "packages/__init__.py"):
+    for name in ("__init__.py", "timing.py", "onboard/__init__.py"):
         shutil.copy(ROOT / "tests" / name, tmp_path / "tests" / name)
-    files = tmp_path / "templates/packages/agent/swarm_agent/files.py"
+    files = tmp_path / "templates/onboard/swarm_onboard/agent/files.py"
     text = files.read_text()
     assert text.count("library.syncfs(descriptor) != 0") == 1
     files.write_text(text.replace("library.syncfs(descriptor) != 0", "False"))

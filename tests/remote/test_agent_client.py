@@ -20,8 +20,8 @@ from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.ssh_limits import Timeouts
 from swarmctl.remote.transport import HostError, Kind, Output, Session
 from swarmctl.render.bundle import Bundle, File, Unit
-from swarmctl.resources import templates
-from tests.packages.agent.local_session import LocalSession
+from swarmctl.resources import onboard
+from tests.onboard.agent.local_session import LocalSession
 from tests.remote import sshd as servers
 from tests.remote.captured_wire import proxy
 from tests.remote.conftest import with_paramiko
@@ -133,7 +133,7 @@ def compiled(prefix: Path) -> Path:
 
 def started(prefix: Path, size: int = 0, *python: str) -> subprocess.CompletedProcess[bytes]:
     """One agent that answers one request, as the loader starts it in this Python."""
-    loader = (templates() / "packages/agent/loader.py").read_text("utf-8")
+    loader = (onboard() / "agent/loader.py").read_text("utf-8")
     words = ["cafe", agent_client.agent().digest, str(size)]
     return subprocess.run(
         [sys.executable, "-I", "-S", *python, "-c", loader, *words],
@@ -147,7 +147,7 @@ def test_the_host_compiles_the_agent_once(prefix: Path) -> None:
     started(prefix, len(agent_client.agent().archive))
     second = started(prefix, 0, "-v")
     assert b'"release":null' in second.stdout or b"z:" in second.stdout
-    of_the_agent = [line for line in second.stderr.splitlines() if b"swarm_agent" in line]
+    of_the_agent = [line for line in second.stderr.splitlines() if b"swarm_onboard.agent" in line]
     assert any(compiled(prefix).name.encode() in line for line in of_the_agent)
     assert not any(re.search(rb"[.]py\b", line) for line in of_the_agent)
 

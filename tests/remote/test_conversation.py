@@ -11,7 +11,7 @@ import pytest
 
 from swarmctl.remote import agent_client
 from swarmctl.remote.transport import HostError, Kind
-from tests.packages.agent.fakehost import FakeHost, bundle, payload_of, request_for
+from tests.onboard.agent.fakehost import FakeHost, bundle, payload_of, request_for
 from tests.remote import sshd as servers
 from tests.remote.conftest import AnySsh
 from tests.timing import PATIENCE, wait_for

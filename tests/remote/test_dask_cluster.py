@@ -22,7 +22,7 @@ from tests import ROOT
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, bundles, changed, deployed, hosts
 from tests.in_process import swarmctl
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.remote.test_workers import Hosts, question, targets
 from tests.timing import wait_for
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from swarm_agent.answers import ANSWERS
+from swarm_onboard.agent.answers import ANSWERS
 
 from swarmctl.deploy import flash, prepare, rollout
 from swarmctl.deploy.outcome import Outcome, Removed
@@ -29,7 +29,7 @@ from swarmctl.spec.model import Mode
 from swarmctl.swarm.resolved import Swarm
 from tests.deploy.deploying import deploy
 from tests.health.swarm_values import graph
-from tests.packages.agent.fakehost import bundle
+from tests.onboard.agent.fakehost import bundle
 
 RELEASE = bundle("1")
 PI = {"pi": Target("pi", "10.0.0.1", "root")}

@@ -23,7 +23,7 @@ from swarmctl.remote.transport import HostError, Kind, Output, Session, Target
 from swarmctl.remote.workers import Place, Workers
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
-from tests.packages.agent.fakehost import FakeHost
+from tests.onboard.agent.fakehost import FakeHost
 from tests.timing import PATIENCE, wait_for
 
 __all__ = ["hosts"]

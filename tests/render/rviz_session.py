@@ -20,7 +20,7 @@ from typing import Any
 
 import yaml
 
-from tests.packages.gate.ros_host import ENVIRONMENT, PLACE, URI, RosHost, wait_until
+from tests.onboard.gate.ros_host import ENVIRONMENT, PLACE, URI, RosHost, wait_until
 from tests.timing import PATIENCE
 
 SCREEN = "127.0.0.1:7"

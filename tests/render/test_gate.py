@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from swarm_command.start import Start
-from swarm_gate.config import OUTPUT, Config, parse
+from swarm_onboard.command.start import Start
+from swarm_onboard.gate.config import OUTPUT, Config, parse
 
 from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles

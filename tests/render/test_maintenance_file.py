@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 import yaml
-from swarm_agent import maintenance_terms
-from swarm_agent.maintenance_terms import Terms
-from swarm_agent.release_store import home_of
+from swarm_onboard.agent import maintenance_terms
+from swarm_onboard.agent.maintenance_terms import Terms
+from swarm_onboard.agent.release_store import home_of
 
 from swarmctl.render.bundle import Bundle
 from swarmctl.rulebook import EXAMPLE

@@ -14,7 +14,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from swarm_teleop import config as teleop_config
+from swarm_onboard.teleop import config as teleop_config
 
 from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
@@ -79,7 +79,7 @@ def test_golden(
 
 def test_a_host_gets_only_what_its_own_programs_need(rendered: Mapping[str, Bundle]) -> None:
     laptop, pi = (set(files_of(rendered[host])) for host in ("laptop", "pi"))
-    assert {"bin/ros-client", "bin/has-packages", "bin/keys", "teleop/settings.yaml"} <= laptop
+    assert {"bin/ros-client", "bin/has-packages", "bin/keys", "teleop/teleop_key.py"} <= laptop
     assert "bin/ros-client" in pi
     assert not any(path.startswith("teleop/") or path == "bin/has-packages" for path in pi)
 

@@ -56,9 +56,9 @@ def test_golden_of_our_driver(path: str, ours: Bundle, golden: Callable[[Path, s
 def test_our_driver_needs_no_package_of_rosserial(ours: Bundle) -> None:
     assert "package:rosserial_python" not in ours.requires
     assert {"rospy", "pyserial"} <= set(ours.requires)
-    assert "drivers/swarm_rosserial/frames.py" in [one.path for one in ours.files]
+    assert "drivers/swarm_onboard/rosserial/frames.py" in [one.path for one in ours.files]
     [unit] = (one for one in ours.units if one.name == UNIT)
-    assert {"params/rover.yaml", "drivers/swarm_driver/rosserial_robot.py"} <= set(unit.needs)
+    assert {"params/rover.yaml", "drivers/swarm_onboard/driver/rosserial_robot.py"} <= set(unit.needs)
 
 
 def test_the_host_needs_rosserial_python_and_no_driver(bundle: Bundle) -> None:

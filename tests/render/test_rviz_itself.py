@@ -13,7 +13,7 @@ from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, processes
 from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
-from tests.packages.gate.ros_host import run_isolated
+from tests.onboard.gate.ros_host import run_isolated
 
 pytestmark = [
     pytest.mark.lab,

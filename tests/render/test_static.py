@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 import yaml
-from swarm_multimaster import config
+from swarm_onboard.multimaster import config
 
 from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
@@ -94,11 +94,11 @@ def test_the_unit_needs_its_node_and_parameters_but_no_driver(
     unit = next(one for one in bundle.units if one.name == UNIT)
     paths = {file.path for file in bundle.files}
     assert (
-        {PARAMS, "multimaster/static_multimaster.py", "multimaster/swarm_multimaster/bridge.py"}
+        {PARAMS, "multimaster/static_multimaster.py", "multimaster/swarm_onboard/multimaster/bridge.py"}
         <= set(unit.needs)
         <= paths
     )
-    assert "drivers/swarm_driver/driver.py" not in unit.needs
+    assert "drivers/swarm_onboard/driver/driver.py" not in unit.needs
 
 
 def test_the_node_comes_with_all_that_it_imports(tmp_path: Path) -> None:
@@ -113,7 +113,10 @@ def test_the_node_comes_with_all_that_it_imports(tmp_path: Path) -> None:
     swarm, found = load_swarm(tmp_path / "swarm.yaml")
     assert swarm is not None, found
     paths = {file.path for file in bundles(swarm)["desk"].files}
-    assert {"multimaster/swarm_common/__init__.py", "multimaster/swarm_common/systemd.py"} <= paths
+    assert {
+        "multimaster/swarm_onboard/common/__init__.py",
+        "multimaster/swarm_onboard/common/systemd.py",
+    } <= paths
     assert "drivers/serial_driver.py" not in paths
 
 

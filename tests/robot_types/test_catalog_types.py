@@ -7,15 +7,15 @@ import ast
 import pytest
 import yaml
 from pydantic import ValidationError
-from swarm_driver.config import parse
+from swarm_onboard.driver.config import parse
 
-from swarmctl.resources import templates
+from swarmctl.resources import onboard, templates
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.settings import RobotSettings, merged
 from swarmctl.spec.catalog import load_catalog
-from tests.packages.driver.fakes import TYPES, config_for, params_for, ros_name
+from tests.onboard.driver.fakes import TYPES, config_for, params_for, ros_name
 
 
 def type_data(name: str):
@@ -164,8 +164,6 @@ def test_the_link_may_set_another_baud_rate():
     assert params["serial"]["baud"] == 38400
 
 
-@pytest.mark.parametrize(
-    "file", sorted((templates() / "packages/driver").rglob("*.py")), ids=lambda file: file.name
-)
+@pytest.mark.parametrize("file", sorted((onboard() / "driver").rglob("*.py")), ids=lambda file: file.name)
 def test_drivers_are_written_for_the_python_of_ros_noetic(file):
     ast.parse(file.read_text(), feature_version=(3, 8))

@@ -10,7 +10,7 @@ from pathlib import Path
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from swarm_driver.config import parse
+from swarm_onboard.driver.config import parse
 
 from swarmctl.analysis.budgets import budgets_of
 from swarmctl.diagnostics import has_errors

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from swarm_command.authority import Authority, Sender
-from swarm_driver.config import parse
+from swarm_onboard.command.authority import Authority, Sender
+from swarm_onboard.driver.config import parse
 
 from swarmctl.linter.runner import lint
 from swarmctl.render.driver_config import parameters

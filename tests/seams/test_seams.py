@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
-from swarm_agent.messages import Facts
+from swarm_onboard.agent.messages import Facts
 
 from swarmctl.analysis.host_load import host_budgets
 from swarmctl.diagnostics import Diagnostic
@@ -204,8 +204,10 @@ def test_an_installed_package_brings_its_probe(tmp_path: Path, installed: Path) 
     assert graph.probe.folder == installed
     with zipfile.ZipFile(io.BytesIO(agent(("probe",), graph.probe).archive)) as archive:
         names = set(archive.namelist())
-        assert {"pebble_probe/observe.py", "pebble_probe/daemon.py", "swarm_agent/clip.py"} <= names
-    assert not [name for name in names if name.startswith(("swarm_ros1_probe", "swarm_common/xmlrpc"))]
+        assert {"pebble_probe/observe.py", "pebble_probe/daemon.py", "swarm_onboard/agent/clip.py"} <= names
+    assert not [
+        name for name in names if name.startswith(("swarm_onboard/ros1_probe", "swarm_onboard/common/xmlrpc"))
+    ]
 
 
 def test_a_probe_that_is_not_there_is_an_error_before_any_host() -> None:

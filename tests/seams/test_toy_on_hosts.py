@@ -23,8 +23,8 @@ from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles
 from swarmctl.views import status as view
 from tests.deploy.deploying import deploy
-from tests.packages.agent.fakehost import FakeHost
-from tests.packages.agent.local_session import LocalSession
+from tests.onboard.agent.fakehost import FakeHost
+from tests.onboard.agent.local_session import LocalSession
 from tests.seams.toy_spec import HUB, SILENT, swarm_of, written
 
 PATH = "nav_msgs/msg/Path"

@@ -15,7 +15,7 @@ from swarmctl.cli import complete, console, exit_codes, options, selected
 from swarmctl.cli.verbs.driver_types import Folder, the_type
 
 if TYPE_CHECKING:
-    from swarm_driver.config import Config
+    from swarm_onboard.driver.config import Config
 
     from swarmctl.conformance.results import Result
     from swarmctl.robot_types.robot_type import RobotType

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
-from swarm_agent.paths import stop_file
+from swarm_onboard.agent.paths import stop_file
 
 from swarmctl.render import shipped_files, sketch
 from swarmctl.render.bundle import File, Unit

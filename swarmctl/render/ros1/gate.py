@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from swarm_agent.paths import stop_file
+from swarm_onboard.agent.paths import stop_file
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Unit

@@ -11,7 +11,7 @@ from swarmctl.render.bundle import File, required, workspace
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.part import Part
 from swarmctl.render.ros1 import delivered_packages, drivers, foreign_drivers, graph, programs, release, rviz
-from swarmctl.resources import HostModule, templates
+from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, master_loc
@@ -38,7 +38,7 @@ class Noetic:
     shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
     topics = graph.TOPICS
     master_mb = 100  # a Python program; a driver takes 60, rosout is smaller
-    probe = HostModule("swarm_ros1_probe.observe", templates() / "packages/ros1_probe")
+    probe = HostModule("swarm_onboard.ros1_probe.observe", onboard().parent)
 
     def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
         """Returns the environment, the master on a hub, and the drivers."""

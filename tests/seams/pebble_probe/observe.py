@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from swarm_agent.clip import clipped
+from swarm_onboard.agent.clip import clipped
 
 from . import daemon
 
 if TYPE_CHECKING:
-    from swarm_agent.probe_messages import (
+    from swarm_onboard.agent.probe_messages import (
         GraphAnswer,
         NodeAnswer,
         NodeRequest,

@@ -1,0 +1,45 @@
+"""``hold``: wait until the units of a pending change keep running; undo it if they do not."""
+
+from __future__ import annotations
+
+from swarm_onboard.agent import lock, record, rollback, steady_units, systemd
+from swarm_onboard.agent.errors import FailedError, RefusedError
+from swarm_onboard.agent.manifest import release_name
+from swarm_onboard.agent.record import Record
+from swarm_onboard.agent.release_store import Home, home_of
+from swarm_onboard.agent.rpc import Report
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from swarm_onboard.agent.messages import HoldAnswer, HoldRequest
+
+_LONGEST = 600.0  # s
+
+
+def handle(request: HoldRequest, payload: bytes, report: Report) -> HoldAnswer:
+    """Returns the states of the units. Raises ``FailedError`` if the change is undone, or was before."""
+    home = home_of(request["swarm"])
+    txid = release_name(request["txid"])
+    seconds, within = (min(max(value, 0.0), _LONGEST) for value in (request["seconds"], request["within"]))
+    with lock.held_for(home, request):  # an agent whose connection was lost may still be at work
+        found = _undone_without(home, txid, "", report)
+    units = [unit for unit in home.manifest(found.next).units if unit in found.touched]
+    if trouble := steady_units.trouble(units, seconds, within):
+        with lock.held_for(home, request):
+            found = _undone_without(home, txid, trouble, report)
+    return {"units": systemd.states(home.manifest(found.next).units)}
+
+
+def _undone_without(home: Home, txid: str, trouble: str, report: Report) -> Record:
+    """Returns the record if the change is pending without ``trouble``, or confirmed; undoes an open one."""
+    found = record.read(home)
+    if found.txid != txid:
+        raise RefusedError("another deploy followed", "`swarmctl plan` shows the result")
+    if found.state == record.APPLIED or (found.left(home) and not trouble):
+        return found
+    if not found.open:
+        raise FailedError(found.error)
+    because = trouble or rollback.cause(home, found)
+    report.detach()
+    report.note(f"undoing: {because}")
+    raise rollback.undo(home, found, because)

@@ -1,0 +1,132 @@
+"""``probe``: how the host's part of the swarm is doing, without changing or joining anything.
+
+The middleware's own module, which ``ProbeRequest`` names, observes the graph. A part that fails does not
+affect the others: the answer has it in ``troubles``, with the reason.
+"""
+
+from __future__ import annotations
+
+import glob
+import grp
+import importlib
+import os
+import stat
+import time
+
+from swarm_onboard.agent import (
+    deployed,
+    host_resources,
+    images,
+    lock,
+    process_environment,
+    stop_latches,
+    systemd,
+    unit_history,
+)
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.agent.release_store import Home, home_of
+from swarm_onboard.agent.rpc import Report
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Callable, Mapping
+
+    from swarm_onboard.agent.messages import Drift
+    from swarm_onboard.agent.probe_messages import DeviceAnswer, ProbeAnswer, ProbeRequest
+
+_MOST_NAMES = 20  # adapters on one host
+_SERIAL_GROUP = "dialout"
+
+
+def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer:
+    """Returns what runs on the host. A part that fails is missing in the answer."""
+    home = home_of(request["swarm"])
+    answer: ProbeAnswer = {"troubles": {}}
+
+    def part(name: str, find: Callable[[], Any]) -> Any:
+        try:
+            return find()
+        except RefusedError as error:
+            answer["troubles"][name] = clipped(error.message, 300)
+        except Exception as error:  # noqa: BLE001  (whatever it is, it must not take the other parts' answers away)
+            answer["troubles"][name] = clipped(f"{type(error).__name__}: {error}")
+        return None
+
+    def states() -> dict[str, Any]:
+        return systemd.states([str(unit) for unit in request["units"]])
+
+    work = part("load", host_resources.work)
+    before = answer["units"] = part("units", states)
+    answer["history"] = part(
+        "journal", lambda: unit_history.restarts(home, before or {}, float(request["restart_window"]))
+    )
+    answer["stopped"] = part("processes", lambda: unit_history.stopped(list(before or {})))
+    answer["environments"] = part("environments", lambda: process_environment.differences(home, before or {}))
+    answer["images"] = part(
+        "images", lambda: {unit: images.look(one) for unit, one in request["images"].items()}
+    )
+    answer["release"] = part("release", home.current)
+    answer["change"] = part("change", lambda: {**deployed.last_change(home), "holder": lock.holder(home)})
+    answer["drift"] = part("files", lambda: _drift(home))
+    answer["disks"] = part("disks", lambda: host_resources.disks(home))
+    answer["memory"] = part("memory", host_resources.memory)
+    answer["temperature"] = part("temperature", lambda: host_resources.temperature(home))
+    answer["latches"] = part(
+        "latches", lambda: {name: one._asdict() for name, one in stop_latches.closed(home).items()}
+    )
+    answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
+    part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
+    answer["busy"] = part("load", lambda: host_resources.work().share_since(work)) if work else None
+    answer["units"] = _with_restarts(before, part("units", states))
+    part("conflicts", lambda: importlib.import_module(request["module"]).observe_logs(answer))
+    answer["boot_id"] = part("boot_id", _boot_id)
+    answer["time"] = time.time()
+    return answer
+
+
+def _drift(home: Home) -> Drift | None:
+    digest = home.current()
+    return None if digest is None else deployed.drift(home, digest, home.known_manifest(digest))
+
+
+def _with_restarts(
+    before: Mapping[str, Any] | None, after: Mapping[str, Any] | None
+) -> dict[str, Any] | None:
+    """The states of now, with how often each unit was restarted while the probe looked."""
+    if before is None or after is None:
+        return None
+    return {
+        unit: {**state, "restarted": max(0, state["restarts"] - before[unit]["restarts"])}
+        for unit, state in after.items()
+    }
+
+
+def _boot_id() -> str:
+    with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
+        return file.read().strip()
+
+
+def device(path: str) -> DeviceAnswer:
+    """Whether a serial device is there and open to drivers; where it is not, what else is."""
+    try:
+        status = os.stat(path)
+    except OSError as error:
+        nearby = sorted(os.path.basename(one) for one in glob.glob("/dev/serial/by-id/*"))
+        return {
+            "exists": False,
+            "error": str(error.strerror),
+            "nearby": [clipped(one) for one in nearby[:_MOST_NAMES]],
+        }
+    try:
+        group = grp.getgrgid(status.st_gid).gr_name
+    except KeyError:
+        group = str(status.st_gid)
+    return {
+        "exists": True,
+        "resolves": os.path.realpath(path),
+        "is_device": stat.S_ISCHR(status.st_mode),
+        "usable": group == _SERIAL_GROUP and status.st_mode & 0o060 == 0o060,
+        "group": group,
+        "mode": stat.S_IMODE(status.st_mode),
+    }

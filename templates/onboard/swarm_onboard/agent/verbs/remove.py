@@ -1,0 +1,32 @@
+"""``remove``: take the swarm off the host."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+
+from swarm_onboard.agent import lease, lock, motion_gate, recovery_unit, withdrawal
+from swarm_onboard.agent.errors import FailedError
+from swarm_onboard.agent.release_store import home_of
+from swarm_onboard.agent.rpc import Report
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from swarm_onboard.agent.messages import RemoveAnswer, RemoveRequest
+
+
+def handle(request: RemoveRequest, payload: bytes, report: Report) -> RemoveAnswer:
+    """Takes the swarm off the host. Raises ``RefusedError`` and ``FailedError``."""
+    home = home_of(request["swarm"])
+    if not os.path.isdir(home.path):
+        return {"removed": False}
+    with lease.held_for(home, request):
+        manifest = home.known_manifest(home.current())
+        units, who = manifest.units if manifest else [], lock.operator_in(request)
+        motion_gate.clear(home, units, stop=bool(request.get("stop_robots")), who=who, note=report.note)
+        report.detach()
+        with suppress(OSError, FailedError):  # a swarm can be removed from a full disk, too
+            recovery_unit.install(home)
+            recovery_unit.watch(home)
+        withdrawal.withdraw(home, lock.operator_in(request), report.note)
+    return {"removed": True}

@@ -1,0 +1,44 @@
+"""``stop``: latch robots so that they stand, and show from their wheels that they do.
+
+Takes no lock: it is done while a deploy runs, too.
+"""
+
+from __future__ import annotations
+
+import time
+
+from swarm_onboard.agent import robot_motion, stop_latches
+from swarm_onboard.agent.release_store import home_of
+from swarm_onboard.agent.rpc import Report
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from swarm_onboard.agent.motion_messages import RobotMotion, StopAnswer, StopRequest
+
+_LONGEST = 10.0  # s
+UNGUARDED = "neither a driver of swarmctl nor a gate is deployed for it here: nothing stops its wheels"
+
+
+def handle(request: StopRequest, payload: bytes, report: Report) -> StopAnswer:
+    """Latches robots, wakes their drivers and gates, and waits for what shows that the robots stand."""
+    began = time.monotonic()
+    home = home_of(request["swarm"])
+    named = stop_latches.robot_names(request["robots"])
+    if home.current() is None:
+        return {"deployed": False, "elapsed": 0.0, "robots": {}}
+    running = robot_motion.sockets(home)
+    robots = list(dict.fromkeys([*named, *(running if request["others"] else ())]))
+    trouble = {one: UNGUARDED for one in robots if one not in running and not robot_motion.guarded(home, one)}
+    latch = stop_latches.Latch(str(request["who"])[:200], round(time.time(), 3))
+    trouble.update(stop_latches.close(home, [one for one in robots if one not in trouble], latch))
+    latched = [one for one in robots if one not in trouble]
+    queried = {one: running[one] for one in latched if one in running}
+    answers = robot_motion.ask(
+        queried, min(float(request["patience"]), _LONGEST), lambda found: robot_motion.proven(found, queried)
+    )
+    stop_latches.sync(home, latched)
+    found: dict[str, RobotMotion] = {}
+    for one in robots:
+        found[one] = robot_motion.motion(answers.get(one), began, latched=one in latched)
+        found[one]["trouble"] = trouble.get(one, found[one]["trouble"])
+    return {"deployed": True, "elapsed": round(time.monotonic() - began, 3), "robots": found}

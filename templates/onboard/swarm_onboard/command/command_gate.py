@@ -1,0 +1,41 @@
+"""Passes the commands of all senders to the authority; those that it admits go to the mailbox."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Callable, Sequence
+
+from swarm_onboard.command.authority import Authority, Sender, Standing
+from swarm_onboard.command.command_mailbox import CommandMailbox
+
+_LONGEST_NAME = 200
+
+
+class CommandGate:
+    """The one way for commands from other nodes, in whichever thread they arrive."""
+
+    def __init__(
+        self, authority: Authority, commands: CommandMailbox, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._authority = authority
+        self._commands = commands
+        self._clock = clock
+        self._lock = threading.Lock()
+
+    def give(
+        self, node: str, host: str | None, linear: Sequence[float], angular: Sequence[float], arrived: float
+    ) -> None:
+        """Passes a command on or refuses it.
+
+        The decision and the transfer are atomic, so no command overtakes a higher one.
+        """
+        sender = Sender(node[:_LONGEST_NAME], host)
+        with self._lock:
+            if self._authority.admits(sender, self._clock()):
+                self._commands.put(linear, angular, arrived)
+
+    def standing(self) -> Standing:
+        """Returns who is obeyed and who was refused."""
+        with self._lock:
+            return self._authority.standing(self._clock())

@@ -1,0 +1,105 @@
+"""Runs a node that moves a robot: its parameter file, its loop in a thread of its own, its exit status.
+
+The loop starts before ROS is imported and ends with a stop of the robot, whatever happens in between.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import faulthandler
+import os
+import sys
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Callable, Protocol, Sequence, TypeVar
+
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.process import TerminatedError, UnregisteredError, end_on_signals, watch
+from swarm_onboard.common.parameters import ConfigError
+from swarm_onboard.common.systemd import Notifier
+
+_LONGEST_WAIT = 1.0  # s
+
+
+class Settings(Protocol):
+    """What every parameter file has."""
+
+    @property
+    def namespace(self) -> str:
+        """The ROS namespace of the robot."""
+
+
+class Node(Protocol):
+    """What differs between such nodes."""
+
+    @property
+    def commands(self) -> CommandMailbox:
+        """Its commands; stopping them ends its loop."""
+
+    def run(self, beat: Callable[[], None], longest_wait: float) -> None:
+        """Moves the robot until the commands are stopped, then stops it.
+
+        Calls ``beat`` at least every ``longest_wait`` seconds.
+        """
+
+    def join(self, loop: Future[None]) -> None:
+        """Connects to ROS; returns when the master knows the node, however long that takes.
+
+        ``loop`` is done when ``run`` has returned.
+        """
+
+    def leave(self) -> None:
+        """Disconnects from ROS."""
+
+
+Parameters = TypeVar("Parameters", bound=Settings)
+
+
+def main(
+    arguments: Sequence[str],
+    description: str,
+    load: Callable[[Path], Parameters],
+    node: Callable[[Parameters, Notifier], Node],
+) -> int:
+    """Runs the node that ``node`` makes of the file ``--config``. Returns the exit status of the program.
+
+    ``load`` reads the file and may raise ``ConfigError``.
+    """
+    faulthandler.enable()  # systemd's watchdog sends SIGABRT: the journal then says where the node hung
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")
+    options = parser.parse_args([argument for argument in arguments if ":=" not in argument])
+    try:
+        config = load(options.config)
+    except ConfigError as error:
+        print(error, file=sys.stderr)
+        return 1
+    os.environ.setdefault("ROS_NAMESPACE", config.namespace)
+    end_on_signals()
+    try:
+        notifier = Notifier()
+        _run(node(config, notifier), notifier)
+    except TerminatedError:
+        pass
+    except UnregisteredError as error:
+        print(error, file=sys.stderr)
+        return os.EX_TEMPFAIL
+    return 0
+
+
+def _run(node: Node, notifier: Notifier) -> None:
+    """Runs until a signal ends the node. An exception in its loop is raised here, after the last stop."""
+    wait = min(_LONGEST_WAIT, notifier.interval or _LONGEST_WAIT)
+    with contextlib.ExitStack() as stack:
+        stack.callback(node.leave)
+        pool = stack.enter_context(ThreadPoolExecutor(1, "loop"))
+        stack.callback(node.commands.stop)  # a signal at any moment from here on ends the loop
+        stack.callback(notifier.stopping)
+        loop = pool.submit(node.run, notifier.beat, wait)
+        notifier.ready()  # a master that is away may take as long as it takes
+        from swarm_onboard.command.ros import await_sim_time, forgotten  # noqa: PLC0415  importing ROS takes longer than a stop may
+
+        await_sim_time()
+        node.join(loop)
+        watch(loop, forgotten)

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""The driver node of a robot on a serial line: ``serial_driver.py --config FILE [name:=value ...]``.
+
+The thread that owns the line starts first: a robot is stopped even while the master cannot be reached.
+"""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Callable
+
+from swarm_onboard.command import runner
+from swarm_onboard.command.authority import Authority
+from swarm_onboard.command.command_gate import CommandGate
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.report import Level
+from swarm_onboard.command.reporter import Reporter
+from swarm_onboard.command.stop_latch import StopLatch
+from swarm_onboard.common.systemd import Notifier
+from swarm_onboard.driver.actuators import ActuatorSettings
+from swarm_onboard.driver.codec import Values
+from swarm_onboard.driver.config import Config, Sensor, load
+from swarm_onboard.driver.driver import Driver, run
+from swarm_onboard.driver.kinematics import Pose
+from swarm_onboard.driver.port import Port
+from swarm_onboard.driver.relay import Mailbox
+from swarm_onboard.driver.ros_relay import RosRelay
+
+if TYPE_CHECKING:
+    from swarm_onboard.driver.ros import RosSink
+
+
+class News(Reporter):
+    """Forwards a driver's data to ROS once connected, and its events to the journal and systemd."""
+
+    ros: RosSink | None
+
+    def odometry(self, pose: Pose) -> None:
+        if self.ros:
+            self.ros.odometry(pose)
+
+    def reading(self, sensor: Sensor, values: Values) -> None:
+        if self.ros:
+            self.ros.reading(sensor, values)
+
+    def event(self, level: Level, text: str) -> None:
+        print(f"{level.name}: {text}", file=sys.stderr, flush=True)
+        self._notifier.status(text)
+
+
+class DriverNode:
+    """The driver of one robot, as ``runner`` runs it."""
+
+    def __init__(self, config: Config, notifier: Notifier) -> None:
+        self.commands = CommandMailbox()
+        self._latch = StopLatch(config.stop_file, self.commands)
+        self._config = config
+        self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
+        self._news = News(notifier)
+        self._outputs = ActuatorSettings(config.actuators, self.commands.ring)
+        self._relay = RosRelay(Mailbox(self.commands.ring))
+        self._driver = Driver(
+            config,
+            self.commands,
+            self._news,
+            self._outputs,
+            self._relay,
+            open_port=lambda: Port(config.port, config.serial),
+            standing=self._senders.standing,
+        )
+
+    def run(self, beat: Callable[[], None], longest_wait: float) -> None:
+        run(self._driver, self.commands, self._latch, beat, longest_wait)
+
+    def join(self, loop: Future[None]) -> None:
+        # Importing ROS takes longer than stopping the robot.
+        from swarm_onboard.driver import ros  # noqa: PLC0415
+
+        self._news.ros = ros.join(self._config, self.commands, self._senders, self._outputs)
+        for complaint in self._news.ros.left_out:
+            print(complaint, file=sys.stderr, flush=True)
+        self._relay.join()
+
+    def leave(self) -> None:
+        self._news.leave()
+
+
+if __name__ == "__main__":
+    sys.exit(runner.main(sys.argv[1:], "Drive a robot on a serial line.", load, DriverNode))

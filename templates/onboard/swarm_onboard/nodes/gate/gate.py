@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""The gate in front of a robot's driver: ``gate.py --config FILE [name:=value ...]``.
+
+However it ends, but by SIGKILL, its last message is a zero; after that, `send_zero.py` sends one.
+"""
+
+from __future__ import annotations
+
+import sys
+from concurrent import futures
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Callable
+
+from swarm_onboard.command import runner
+from swarm_onboard.command.authority import Authority
+from swarm_onboard.command.command_gate import CommandGate
+from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.limits import Velocity
+from swarm_onboard.command.reporter import Reporter
+from swarm_onboard.command.stop_latch import StopLatch
+from swarm_onboard.common.systemd import Notifier
+from swarm_onboard.gate.config import COMMAND, Config, load
+from swarm_onboard.gate.gate import Gate, run
+from swarm_onboard.gate.odometry import OdometryWatch
+from swarm_onboard.gate.power import PowerWatch
+from swarm_onboard.gate.wiring import WiringWatch
+
+if TYPE_CHECKING:
+    from swarm_onboard.gate.ros import RosSink
+
+_LAST_ZERO = 2.0  # s that a shutdown by ROS waits for it
+
+
+class Output(Reporter):
+    """Forwards velocities to ROS once connected."""
+
+    ros: RosSink | None
+
+    def send(self, velocity: Velocity) -> None:
+        if self.ros:
+            self.ros.send(velocity)
+
+    def receivers(self) -> int:
+        return self.ros.receivers() if self.ros else 0
+
+    def flush(self) -> None:
+        if self.ros:
+            self.ros.flush()
+
+
+class GateNode:
+    """The gate of one robot, as ``runner`` runs it."""
+
+    def __init__(self, config: Config, notifier: Notifier) -> None:
+        self.commands = CommandMailbox()
+        self._latch = StopLatch(config.stop_file, self.commands)
+        self._config = config
+        self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
+        self._wiring = WiringWatch(config)
+        self._output = Output(notifier)
+        self._odometry = OdometryWatch(config.odometry) if config.odometry else None
+        known = config.battery or config.docked
+        self._power = PowerWatch(config.battery, config.docked) if known else None
+        self._gate = Gate(
+            config, self.commands, self._output, standing=self._senders.standing, wiring=self._wiring.latest,
+            odometry=self._odometry, power=self._power,
+        )  # fmt: skip
+
+    def run(self, beat: Callable[[], None], longest_wait: float) -> None:
+        run(self._gate, self.commands, self._latch, beat, longest_wait)
+
+    def join(self, loop: Future[None]) -> None:
+        def end() -> None:
+            """Runs when ROS shuts this node down, before it closes the connections."""
+            self.commands.stop()
+            futures.wait([loop], _LAST_ZERO)
+
+        # Importing ROS takes longer than systemd should wait.
+        from swarm_onboard.command.ros import ended, subscribe  # noqa: PLC0415
+        from swarm_onboard.gate import ros  # noqa: PLC0415
+
+        self._output.ros = ros.join(self._config, greet=self._gate.greet, end=end)
+        for complaint in self._output.ros.left_out:
+            print(complaint, file=sys.stderr, flush=True)
+        subscribe(COMMAND, self._senders)
+        self._wiring.start(ros.system_state, ended)
+        if self._odometry is not None:
+            ros.read_odometry(self._odometry)
+        if self._power is not None:
+            ros.read_power(self._power)
+
+    def leave(self) -> None:
+        self._output.leave()
+
+
+if __name__ == "__main__":
+    # Where there is numpy, genpy/message.py imports it, for types of values that this node never has: 14 MB
+    # and 0.1 s. None makes that an ImportError, which genpy expects.
+    sys.modules["numpy"] = None  # type: ignore[assignment]
+    sys.exit(runner.main(sys.argv[1:], "Decide which commands reach a robot's driver.", load, GateNode))

@@ -1,0 +1,175 @@
+"""Reads the state of a ROS 1 graph without joining it: nothing is registered, so nothing is left behind.
+
+Topics are TCPROS (wiki.ros.org/ROS/TCPROS). Waits and answers are bounded, each failure is a ``PeerError``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+import xmlrpc.client
+from typing import TYPE_CHECKING, Any
+
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.common.tcpros import Cursor, number, packed, read_header
+from swarm_onboard.common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import StatusAnswer
+
+CALLER = "/swarmctl_probe"
+CALL_SECONDS = 2.0
+_LARGEST_REPLY = 16 << 20  # the system state of some thousand robots
+_ANY = {"md5sum": "*", "type": "*", "tcp_nodelay": "1"}
+_LARGEST_HEADER = 64 << 10
+_LARGEST_FLOW = 32 << 20  # bytes of one topic after which a measurement ends early, and of one message
+_FOR_A_RATE = 2  # messages
+_LARGEST_KEPT = 64 << 10  # of one message
+_SMALL = 64  # bytes of a message that is always kept
+
+
+async def call(uri: str, method: str, *arguments: Any, seconds: float = CALL_SECONDS) -> Any:
+    """The value that a master or a node returns for ``method``. Raises ``PeerError``."""
+    return await call_plainly(uri, method, CALLER, *arguments, seconds=seconds)
+
+
+async def call_plainly(uri: str, method: str, *arguments: Any, seconds: float = CALL_SECONDS) -> Any:
+    """As ``call``, for a server whose methods take no name of the caller: roslaunch."""
+    body = xmlrpc.client.dumps(arguments, method).encode("utf-8")
+    return _value_in(await bounded(seconds, post(uri, body, Names(), _LARGEST_REPLY)))
+
+
+def _value_in(reply: bytes) -> Any:
+    """The third part of the ``[code, message, value]`` in an XML-RPC reply."""
+    try:
+        ((code, message, value),) = loads(reply)[0]
+    except xmlrpc.client.Fault as fault:
+        raise PeerError(f"it refused: {clipped(fault.faultString)}") from None
+    except (TypeError, ValueError):
+        raise NonsenseError("the answer is not that of a ROS node") from None
+    if code != 1:
+        raise PeerError(clipped(message))
+    return value
+
+
+async def _connect(host: str, port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    return await asyncio.open_connection(await Names().address_of(host), port, limit=PIECE)
+
+
+class Flow:
+    """What came over a topic: how many messages, since when, and the first one if it was wanted.
+
+    ``first_small`` and ``last_small``: the first and the last message of up to 64 bytes.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self.count = 0
+        self.type = ""
+        self.first_body = self.first_small = self.last_small = b""
+        self._first = self._last = 0.0
+
+    def tick(self, now: float) -> None:
+        """Counts a message at ``now``."""
+        self._first = self._first if self.count else now
+        self._last = now
+        self.count += 1
+
+    def rate(self, now: float) -> float | None:
+        """Hz, from the intervals between messages, less once the next is overdue; None before the second."""
+        intervals, seen = self.count - 1, self._last - self._first
+        if intervals < 1:
+            return None
+        overdue = max(0.0, now - self._last - seen / intervals)
+        return intervals / max(seen + overdue, 1e-3)
+
+    def age(self, now: float) -> float | None:
+        """Seconds since the last message; None before the first."""
+        return now - self._last if self.count else None
+
+
+async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, caller: str = CALLER) -> None:
+    """Counts the messages of the node at ``uri`` on ``topic`` for ``flow.seconds``. Raises ``PeerError``.
+
+    Large messages end it early; ``flow.seconds`` is then the time that it took. Of two listeners of one name
+    on one topic, rospy closes the connection of the first: ``caller`` sets them apart.
+    """
+    protocol = await call(uri, "requestTopic", topic, [["TCPROS"]])
+    try:
+        name, host, port = protocol
+        host, port = place_of(
+            f"http://{host}:{int(port)}" if ":" not in host else f"http://[{host}]:{int(port)}"
+        )
+    except (TypeError, ValueError):
+        raise PeerError("it does not offer this topic over TCPROS") from None
+    if name != "TCPROS":
+        raise PeerError("it does not offer this topic over TCPROS")
+    reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
+    try:
+        writer.write(packed({"callerid": caller, "topic": topic, **_ANY}))
+        flow.type = await bounded(CALL_SECONDS, _greeted(reader), "no answer to the connection header")
+        began = time.monotonic()
+        end = began + flow.seconds
+        try:
+            await asyncio.wait_for(_count(reader, flow, end, keep_first), flow.seconds)
+            flow.seconds = min(flow.seconds, time.monotonic() - began)
+        except asyncio.TimeoutError:
+            pass
+        except (asyncio.IncompleteReadError, OSError):
+            raise PeerError("the publisher closed the connection") from None
+    finally:
+        writer.close()
+
+
+async def _greeted(reader: asyncio.StreamReader) -> str:
+    """The type that the publisher names in its header."""
+    fields = await read_header(reader, _LARGEST_HEADER)
+    if "error" in fields:
+        raise PeerError(f"it refused: {clipped(fields['error'])}")
+    return clipped(fields.get("type", ""))
+
+
+async def _count(reader: asyncio.StreamReader, flow: Flow, end: float, keep_first: bool) -> None:
+    taken = 0
+    # A flood of tiny messages never waits, so the clock is read here too.
+    while time.monotonic() < end and (taken <= _LARGEST_FLOW or flow.count < _FOR_A_RATE):
+        size = number(await reader.readexactly(4))
+        taken += 4 + size
+        if size > _LARGEST_FLOW:
+            raise PeerError(f"it sends a message of more than {_LARGEST_FLOW >> 20} MB")
+        kept = keep_first and not flow.count and size <= _LARGEST_KEPT
+        wanted = size if kept or size <= _SMALL else 0
+        body = await reader.readexactly(wanted)
+        await _skip(reader, size - wanted)
+        if size <= _SMALL:
+            flow.first_small, flow.last_small = flow.first_small or body, body
+        flow.tick(time.monotonic())
+        flow.first_body = flow.first_body or (body if kept else b"")
+
+
+async def _skip(reader: asyncio.StreamReader, size: int) -> None:
+    while size:
+        piece = await reader.readexactly(min(size, PIECE))
+        size -= len(piece)
+
+
+def diagnostics_in(body: bytes) -> list[StatusAnswer]:
+    """The statuses of a serialised diagnostic_msgs/DiagnosticArray, as far as anyone will read them."""
+    cursor = Cursor(body)
+    cursor.take(12)  # sequence number, stamp
+    cursor.text()  # frame
+    statuses: list[StatusAnswer] = []
+    for _ in range(cursor.number()):
+        level = cursor.take(1)[0]
+        name, message, hardware = (clipped(cursor.text()) for _ in range(3))
+        pairs = [(clipped(cursor.text(), 40), clipped(cursor.text())) for _ in range(cursor.number())]
+        statuses.append(
+            {
+                "level": level,
+                "name": name,
+                "message": message,
+                "hardware": hardware,
+                "values": dict(pairs[:40]),
+            }
+        )
+    return statuses[:8]

@@ -1,0 +1,158 @@
+"""The nodes of units whose names the operator does not know: those of launch files and of foreign programs.
+
+roslaunch itself reports its nodes, dead ones too (roslaunch/server.py: ``list_processes``). For topics that
+none of these has, as in a program without roslaunch, the nodes on this host that have them count.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, Container, Iterable, Mapping, Sequence
+
+from swarm_onboard.agent import processes, unit_history, unit_journal
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.errors import RefusedError
+from swarm_onboard.common.xmlrpc import PeerError, place_of
+from swarm_onboard.ros1_probe import client, nodes
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import (
+        EndedAnswer,
+        GraphAnswer,
+        LaunchedAnswer,
+        NodeAnswer,
+        NodeRequest,
+        ProbeRequest,
+    )
+
+Running = Mapping[str, int]  # by unit, its process of roslaunch; 0 if it has none
+
+_MOST_NODES = 100  # of one unit
+_MOST_PUBLISHERS = 20  # of one topic
+_NAME = re.compile(r"(.+)-\d+")  # roslaunch adds a number to the name of a node's process
+_STARTED = re.compile(r"process\[([^\[\]]+)-\d+\]: started with pid")
+_ENDED = re.compile(r"\[([^\[\]]+)-\d+\] process has (finished cleanly|died)(?:.*?exit code (-?\d+))?")
+
+
+def running(request: ProbeRequest, answer: GraphAnswer) -> Running:
+    """Finds roslaunch among the processes of each unit whose nodes are to be found."""
+    try:
+        found = unit_history.running([str(unit) for unit in request["launched"]])
+    except RefusedError as error:
+        answer["troubles"]["launched"] = clipped(error.message)
+        return {}
+    return {
+        unit: next((one.pid for one in members if _is_roslaunch(one.words)), 0)
+        for unit, members in found.items()
+    }
+
+
+def _is_roslaunch(words: Iterable[str]) -> bool:
+    return any(PurePath(word).name == "roslaunch" for word in list(words)[:2])
+
+
+async def look(request: ProbeRequest, answer: GraphAnswer, found: Running) -> None:
+    """Adds the nodes of each unit. One that is not found does not affect the others."""
+    await asyncio.gather(*(_unit(request, answer, unit, pid) for unit, pid in found.items()))
+
+
+async def _unit(request: ProbeRequest, answer: GraphAnswer, unit: str, pid: int) -> None:
+    entry: LaunchedAnswer = {"nodes": {}, "starts": {}, "ended": {}, "error": ""}
+    answer["launched"][unit] = entry
+    topics = request["launched"][unit]
+    try:
+        if pid:
+            entry["starts"], dead = await _by_roslaunch(pid)
+            entry["ended"] = {one: {"exit": "", "lasted": None} for one in dead if one not in entry["starts"]}
+            await _look(request, topics, list(entry["starts"]), entry)
+        had = {topic for one in entry["nodes"].values() for topic in _topics(one)}
+        if set(topics) - had:
+            await _look(request, topics, await _by_topics(request, set(topics) - had), entry)
+    except (PeerError, OSError) as error:
+        entry["error"] = clipped(error)
+
+
+def _topics(node: NodeAnswer) -> list[str]:
+    return [*node.get("publishes", {}), *node.get("subscribes", {})]
+
+
+async def _look(
+    request: ProbeRequest, topics: Mapping[str, float], names: Sequence[str], entry: LaunchedAnswer
+) -> None:
+    listening = {topic: seconds for topic, seconds in topics.items() if seconds > 0}
+    requests: list[NodeRequest] = [{"name": name, "topics": listening} for name in names[:_MOST_NODES]]
+    master = request["master"]
+    await asyncio.gather(*(nodes.look(master, one, entry["nodes"], published_only=True) for one in requests))
+
+
+async def _by_roslaunch(pid: int) -> tuple[dict[str, int], dict[str, int]]:
+    """The nodes that roslaunch runs, and those that have ended and stay away, with the number of starts."""
+    ports = processes.listening_ports(pid)
+    if not ports:
+        raise PeerError("roslaunch does not listen yet")
+    lists = await client.call_plainly(f"http://127.0.0.1:{ports[0]}/", "list_processes")
+    try:
+        active, dead = lists
+        return _starts(active), _starts(dead)
+    except (TypeError, ValueError, LookupError):
+        raise PeerError("the answer of roslaunch makes no sense") from None
+
+
+def _starts(entries: Any) -> dict[str, int]:
+    """The starts by node, in what roslaunch returns of its processes, such as ``[["k3/scan-2", 1]]``."""
+    matches = ((_NAME.fullmatch(str(name)), int(starts)) for name, starts in entries[:_MOST_NODES])
+    return {clipped(f"/{match.group(1)}"): starts for match, starts in matches if match}
+
+
+async def _by_topics(request: ProbeRequest, wanted: Container[str]) -> list[str]:
+    """The nodes that advertise this host and publish or subscribe one of the topics ``wanted``."""
+    state = await client.call(request["master"], "getSystemState", seconds=3 * client.CALL_SECONDS)
+    try:
+        found = [str(one) for side in state[:2] for topic, names in side if topic in wanted
+                 for one in names[:_MOST_PUBLISHERS]]  # fmt: skip
+    except (TypeError, ValueError, LookupError):
+        raise PeerError("the master's system state makes no sense") from None
+    names = list(dict.fromkeys(found))
+    places = await asyncio.gather(*(_place(request["master"], name) for name in names))
+    own = str(request["advertised"]).lower()
+    return [name for name, place in zip(names, places) if place == own]
+
+
+async def _place(master: str, node: str) -> str:
+    """The host in a node's URI; empty if the node is gone."""
+    try:
+        return place_of(str(await client.call(master, "lookupNode", node)))[0].lower()
+    except PeerError:
+        return ""
+
+
+def add_endings(answer: GraphAnswer, found: Running) -> None:
+    """Adds how the ended nodes ended, from what roslaunch has logged."""
+    for unit, entry in answer["launched"].items():
+        if not entry["ended"]:
+            continue
+        try:
+            lines = unit_journal.messages(unit, 0.0, found[unit])
+        except RefusedError as error:
+            answer["troubles"]["launched"] = clipped(error.message)
+            return
+        endings = endings_in(lines)
+        entry["ended"] = {name: endings.get(name, ended) for name, ended in entry["ended"].items()}
+
+
+def endings_in(lines: Iterable[unit_journal.Message]) -> dict[str, EndedAnswer]:
+    """How each node ended for the last time, as roslaunch logged it."""
+    starts: dict[str, float] = {}
+    found: dict[str, EndedAnswer] = {}
+    for line in lines:
+        started, ended = _STARTED.search(line.text), _ENDED.search(line.text)
+        if started:
+            starts[f"/{started.group(1)}"] = line.time
+        elif ended:
+            name = f"/{ended.group(1)}"
+            code = "0" if ended.group(2) == "finished cleanly" else ended.group(3)
+            lasted = line.time - starts[name] if name in starts else None
+            found[name] = {"exit": f"exit code {code}" if code else "", "lasted": lasted}
+    return found

@@ -1,0 +1,68 @@
+"""Nodes that another node of the same name has ended, as the logs of their units have it.
+
+The master ends a registered node when another one registers under its name (rosmaster/registrations.py),
+with a reason that rospy and roscpp log.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from typing import TYPE_CHECKING, Iterable
+
+from swarm_onboard.agent import unit_journal
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.errors import RefusedError
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import ConflictAnswer, ProbeAnswer
+
+_REASON = re.compile(r"\[(/[^\]\s]+)\] Reason: new node registered with same name")
+_MOST_UNITS = 20  # whose logs are read
+_LONGEST = 10.0  # s for all logs
+
+
+def add(answer: ProbeAnswer) -> None:
+    """Adds the conflicts of the units that were restarted, do not run, or have lost a node.
+
+    The states of the units are the last ones of the probe: one that was ended during it counts, too.
+    """
+    began = time.monotonic()
+    answer["conflicts"] = {}
+    for unit, since in _suspicious(answer)[:_MOST_UNITS]:
+        if time.monotonic() - began > _LONGEST:
+            answer["troubles"]["conflicts"] = "the logs of the units took too long to read"
+            return
+        try:
+            found = conflicts_in(unit_journal.messages(unit, since), time.time())
+        except RefusedError as error:
+            answer["troubles"]["conflicts"] = clipped(error.message)
+            return
+        if found:
+            answer["conflicts"][unit] = found
+
+
+def _suspicious(answer: ProbeAnswer) -> list[tuple[str, float]]:
+    """Units to look at, each with the time from which on its log counts."""
+    units, launched = answer.get("units") or {}, answer.get("launched") or {}
+    lost = {
+        unit for unit, one in launched.items() if one["ended"] or max(one["starts"].values(), default=1) > 1
+    }
+    restarted = {unit for unit, state in units.items() if state["restarted"] or state["active"] != "active"}
+    return [
+        (unit, one["since"])
+        for unit, one in (answer.get("history") or {}).items()
+        if unit in lost or unit in restarted or one["recent"]
+    ]
+
+
+def conflicts_in(lines: Iterable[unit_journal.Message], now: float) -> dict[str, ConflictAnswer]:
+    """How often each node was ended by another of its name, and how long before ``now``, s."""
+    found: dict[str, ConflictAnswer] = {}
+    for line in lines:
+        match = _REASON.search(line.text)
+        if match:
+            name = clipped(match.group(1))
+            count = found[name]["count"] if name in found else 0
+            found[name] = {"count": count + 1, "ago": max(0.0, now - line.time)}
+    return found

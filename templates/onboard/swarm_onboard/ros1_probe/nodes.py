@@ -1,0 +1,86 @@
+"""A node of a ROS 1 graph: whether it is registered and answers, its topics and their rates."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import TYPE_CHECKING, Any
+
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.common.xmlrpc import PeerError
+from swarm_onboard.ros1_probe import client
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import NodeAnswer, NodeRequest, TopicAnswer
+
+LONGEST_LISTENING = 15.0  # s for one topic
+_MOST_TOPICS = 20  # of one node
+_DIAGNOSTICS = "/diagnostics"
+
+
+async def look(
+    master_uri: str, request: NodeRequest, answers: dict[str, NodeAnswer], *, published_only: bool = False
+) -> None:
+    """Adds one node: whether it is registered and alive, its topics, and their rates.
+
+    ``published_only``: leave out those topics of ``request`` that it does not publish.
+    """
+    name = str(request["name"])
+    found: NodeAnswer = {"registered": None, "alive": None, "error": "", "topics": {}}
+    answers[name] = found
+    try:
+        uri = str(await client.call(master_uri, "lookupNode", name))
+    except PeerError as error:
+        found.update({"registered": False, "error": str(error)})
+        return
+    found.update({"registered": True, "uri": clipped(uri)})
+    try:
+        pid, publications, subscriptions = await asyncio.gather(
+            client.call(uri, "getPid"),
+            client.call(uri, "getPublications"),
+            client.call(uri, "getSubscriptions"),
+        )
+        found.update({"pid": process_of(pid), "alive": True})
+        found.update({"publishes": types_of(publications), "subscribes": types_of(subscriptions)})
+    except PeerError as error:
+        found.update({"alive": False, "error": str(error)})
+        return
+    wanted = [one for one in request["topics"].items() if not published_only or one[0] in found["publishes"]]
+    await asyncio.gather(
+        *(_topic(uri, topic, seconds_of(listening), found) for topic, listening in wanted[:_MOST_TOPICS])
+    )
+
+
+def seconds_of(value: Any) -> float:
+    """A time to listen, s, within bounds."""
+    return min(max(0.0, float(value)), LONGEST_LISTENING)
+
+
+def process_of(value: Any) -> int:
+    """A process number as a node or a master returns it; 0 if it is none."""
+    return value if type(value) is int and 0 < value < 1 << 31 else 0
+
+
+def types_of(pairs: Any) -> dict[str, str]:
+    """The type by topic, in what a node returns for its publications. Raises ``PeerError``."""
+    try:
+        return {clipped(topic): clipped(kind) for topic, kind in pairs[:200]}
+    except (TypeError, ValueError):
+        raise PeerError("its list of topics makes no sense") from None
+
+
+async def _topic(uri: str, topic: str, seconds: float, node: NodeAnswer) -> None:
+    flow = client.Flow(seconds)
+    entry: TopicAnswer = {
+        "count": 0, "rate": None, "age": None, "seconds": seconds, "type": "", "error": "",
+    }  # fmt: skip
+    node["topics"][topic] = entry
+    try:
+        await client.listen(uri, topic, flow, keep_first=topic == _DIAGNOSTICS)
+        if flow.first_body:
+            node["reports"] = client.diagnostics_in(flow.first_body)
+    except PeerError as error:
+        entry["error"] = str(error)
+    now = time.monotonic()
+    entry.update({"count": flow.count, "rate": flow.rate(now), "age": flow.age(now)})
+    entry.update({"seconds": flow.seconds, "type": flow.type})

@@ -1,0 +1,62 @@
+"""Whether nodes of an island take simulated time, and whether its clock moves (wiki.ros.org/Clock)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.common.xmlrpc import PeerError
+from swarm_onboard.ros1_probe import client
+from swarm_onboard.ros1_probe.nodes import seconds_of
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import GraphAnswer, SimulatedTimeAnswer
+
+PARAMETER, CLOCK = "/use_sim_time", "/clock"
+_TIME = 8  # bytes of a rosgraph_msgs/Clock: s and ns, 32 bits each, little-endian
+_MOST_NAMES = 20  # publishers
+
+
+async def look(uri: str, listening: Any, answer: GraphAnswer) -> None:
+    """Adds the parameter of the master at ``uri``; listens to the clock for ``listening`` s, unless 0."""
+    try:
+        is_set = bool(await client.call(uri, "hasParam", PARAMETER))
+        used = is_set and bool(await client.call(uri, "getParam", PARAMETER))
+        found: SimulatedTimeAnswer = {"used": used}
+        answer["simulated_time"] = found
+        if listening:
+            await _clock(uri, seconds_of(listening), found)
+    except PeerError as error:
+        answer["troubles"]["simulated time"] = str(error)
+
+
+async def _clock(uri: str, seconds: float, found: SimulatedTimeAnswer) -> None:
+    found["publishers"] = await _publishers(uri)
+    found["count"], found["moved"], found["seconds"], found["error"] = 0, None, seconds, ""
+    if not found["publishers"]:
+        return
+    flow = client.Flow(seconds)
+    try:
+        node = str(await client.call(uri, "lookupNode", found["publishers"][0]))
+        await client.listen(node, CLOCK, flow, caller=f"{client.CALLER}_time")
+    except PeerError as error:
+        found["error"] = str(error)
+    found["count"], found["seconds"] = flow.count, flow.seconds
+    if flow.count > 1 and len(flow.first_small) == len(flow.last_small) == _TIME:
+        found["moved"] = stamp_of(flow.last_small) - stamp_of(flow.first_small)
+    if flow.count and len(flow.last_small) == _TIME:
+        found["now"] = stamp_of(flow.last_small)
+
+
+async def _publishers(uri: str) -> list[str]:
+    state = await client.call(uri, "getSystemState", seconds=3 * client.CALL_SECONDS)
+    try:
+        names = {str(topic): nodes for topic, nodes in state[0]}.get(CLOCK, [])
+        return [clipped(name) for name in sorted(names)[:_MOST_NAMES]]
+    except (TypeError, ValueError, LookupError):
+        raise PeerError("the master's system state makes no sense") from None
+
+
+def stamp_of(body: bytes) -> float:
+    """The time in a serialised rosgraph_msgs/Clock, s."""
+    return int.from_bytes(body[:4], "little") + int.from_bytes(body[4:8], "little") / 1e9

@@ -1,0 +1,491 @@
+"""A host is old or new, whatever happens on the way, and the next deploy completes what a dead one began."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.onboard.agent.fakehost import FakeHost, bundle, decode, payload_of, request_for
+from tests.sizes import some_of
+from tests.timing import PATIENCE
+
+OLD = bundle("1")
+NEW = bundle("2", units=("master", "khepera"), hosts="10.0.0.2 pi\n")
+CHANGE = {
+    "base": OLD.digest,
+    "stop": ["koala.service"],
+    "restart": ["master.service"],
+    "start": ["khepera.service"],
+}
+
+BEFORE_RECORD = ["lock", "preflight", "stage", "sync", "verify", "publish"]
+BEFORE_FLIP = [*BEFORE_RECORD, "record", "stop"]
+UNDOABLE = ["stop", "flip", "switch", "links", "blocks", "reload", "start"]
+AFTER_FLIP = ["flip", "switch", "links", "blocks", "reload", "start", "done", "collect"]
+TAKEN = ["publish", "stop", "links", "done"]
+
+
+@pytest.fixture
+def host(tmp_path: Path) -> FakeHost:
+    return FakeHost(tmp_path)
+
+
+@pytest.fixture
+def old(host: FakeHost) -> FakeHost:
+    assert host.apply(OLD).answer["release"] == OLD.digest
+    host.calls()
+    return host
+
+
+def runs(host: FakeHost, release: str, units: tuple[str, ...]) -> None:
+    """Nothing of another release is left."""
+    seen = host.observe()
+    assert seen["release"] == release
+    assert seen["drift"] == {"files": {}, "links": {}, "blocks": {}}
+    assert seen["staging"] == []
+    assert seen["lock"] is None
+    assert seen["transaction"]["state"] in ("", "applied", "undone")
+    assert sorted(host.units()) == sorted(f"{unit}.service" for unit in units)
+
+
+def test_a_first_deploy_brings_everything(host: FakeHost) -> None:
+    reply = host.apply(OLD)
+
+    assert {name: unit["active"] for name, unit in host.observe()["units"].items()} == {
+        "master.service": "active",
+        "koala.service": "active",
+    }
+    assert reply.answer["previous"] is None
+    runs(host, OLD.digest, ("master", "koala"))
+    assert host.read("/etc/hosts") == b"127.0.0.1 localhost\n# >>> swarm new\n10.0.0.1 pi\n# <<< swarm new\n"
+    link = host.prefix / "etc/systemd/system/koala.service"
+    assert str(link.readlink()) == "/opt/swarm/new/current/units/koala.service"
+
+
+def test_a_change_touches_the_units_it_names_and_no_other(old: FakeHost) -> None:
+    later = bundle("1", hosts="10.0.0.3 pi\n")
+    before = (old.prefix / "units/koala.service").read_text()
+
+    old.apply(later, base=OLD.digest, start=[], restart=["master.service"])
+
+    assert old.units() == {"master.service": later.digest, "koala.service": OLD.digest}
+    assert (old.prefix / "units/koala.service").read_text() == before
+    assert old.calls() == [
+        "stop -- master.service",
+        "reset-failed -- master.service",
+        "start -- master.service",
+    ]
+
+
+def test_units_stop_before_the_flip_and_start_in_manifest_order(
+    old: FakeHost,
+) -> None:
+    old.apply(NEW, **{**CHANGE, "start": ["khepera.service"], "restart": ["master.service"]})
+
+    assert old.calls() == [
+        "stop -- koala.service master.service",
+        "daemon-reload",
+        "reset-failed -- master.service khepera.service",
+        "start -- master.service khepera.service",
+    ]
+    assert set(old.units().values()) == {NEW.digest}
+
+
+@pytest.mark.parametrize("boot", [0, 1], ids=["agent killed", "power cut"])
+@pytest.mark.parametrize("step", some_of(BEFORE_FLIP + AFTER_FLIP, TAKEN))
+def test_what_a_dead_agent_left_is_undone_without_a_person(old: FakeHost, step: str, boot: int) -> None:
+    before = old.outside()
+    assert old.apply(NEW, f"after:{step}", **CHANGE).status == 137
+    old.boot(boot)
+
+    assert old.recover() == 0
+
+    kept = step in ["done", "collect"]
+    if kept:
+        runs(old, NEW.digest, ("master", "khepera"))
+    else:
+        assert old.outside() == before
+        seen = old.observe()
+        assert (seen["release"], seen["drift"]) == (OLD.digest, {"files": {}, "links": {}, "blocks": {}})
+    assert old.observe()["transaction"]["state"] == ("applied" if kept or step in BEFORE_RECORD else "undone")
+    assert not (old.prefix / "opt/swarm/new/state/open").exists()
+
+
+@pytest.mark.parametrize("step", some_of(BEFORE_FLIP + AFTER_FLIP, TAKEN))
+def test_after_a_kill_at_any_step_the_next_deploy_completes(old: FakeHost, step: str) -> None:
+    old.apply(NEW, f"after:{step}", **CHANGE)
+    old.recover()
+    base = old.observe()["release"]
+
+    done = {"stop": [], "restart": [], "start": []} if base == NEW.digest else {}
+    reply = old.apply(NEW, **{**CHANGE, **done, "base": base})
+
+    assert reply.answer["release"] == NEW.digest, reply.error
+    runs(old, NEW.digest, ("master", "khepera"))
+    assert set(old.units().values()) == {NEW.digest}
+    assert "10.0.0.2" in old.outside()["hosts"]
+
+
+@pytest.mark.parametrize("step", some_of(["record", "stop", *AFTER_FLIP[:-2]], TAKEN))
+def test_a_deploy_undoes_what_a_dead_agent_left_before_anything_else(old: FakeHost, step: str) -> None:
+    old.apply(NEW, f"after:{step}", **CHANGE)
+
+    reply = old.apply(NEW, **CHANGE)  # planned for the old release
+
+    assert reply.answer["release"] == NEW.digest, reply.error
+    runs(old, NEW.digest, ("master", "khepera"))
+    assert set(old.units().values()) == {NEW.digest}
+
+
+def test_what_ran_runs_again_once_a_dead_agent_s_change_is_undone(old: FakeHost) -> None:
+    old.apply(NEW, "after:stop", **CHANGE)
+    assert sorted(old.units()) == []
+
+    old.recover()
+
+    assert old.units() == {"master.service": OLD.digest, "koala.service": OLD.digest}
+
+
+def test_at_boot_the_start_of_the_swarm_is_queued_and_not_waited_for(old: FakeHost) -> None:
+    bootable = bundle("1b", boots=True)
+    old.apply(bootable, base=OLD.digest, start=[], restart=[])
+    old.apply(NEW, "after:flip", **{**CHANGE, "base": bootable.digest})
+    old.boot(1)
+    old.calls()
+
+    old.recover()
+
+    assert [line for line in old.calls() if line.startswith("start")] == ["start --no-block -- swarm.target"]
+
+
+@pytest.mark.parametrize("step", some_of(UNDOABLE, TAKEN))
+def test_a_failure_after_the_first_stop_brings_the_old_release_back(old: FakeHost, step: str) -> None:
+    before = old.outside()
+
+    reply = old.apply(NEW, f"error:{step}", **CHANGE)
+
+    assert reply.error["kind"] == "failed"
+    assert "the disk is full" in reply.error["message"]
+    assert f"undone, release {OLD.digest} runs again" in reply.error["message"]
+    assert old.outside() == before
+    runs(old, OLD.digest, ("master", "koala"))
+    assert set(old.units().values()) == {OLD.digest}
+
+
+@pytest.mark.parametrize("step", some_of(UNDOABLE, TAKEN))
+def test_a_failed_first_deploy_leaves_the_host_as_it_was(host: FakeHost, step: str) -> None:
+    before = host.outside()
+
+    reply = host.apply(OLD, f"error:{step}")
+
+    assert reply.error["message"].endswith("undone, the host is as before")
+    assert host.outside() == before
+    runs(host, None, ())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("boot", [0, 1], ids=["agent killed", "power cut"])
+@pytest.mark.parametrize("step", some_of(["undo-stop", "undo-flip", "undo-outside", "undone"], ["undo-flip"]))
+def test_an_interrupted_undo_is_completed_and_its_cause_is_kept(old: FakeHost, step: str, boot: int) -> None:
+    before = old.outside()
+    assert old.apply(NEW, f"error:start,after:{step}", **CHANGE).status == 137
+    old.boot(boot)
+
+    assert old.recover() == 0
+
+    last = old.observe()["transaction"]
+    assert (last["state"], last["prev"]) == ("undone", OLD.digest)
+    assert "the disk is full" in last["error"]
+    assert old.outside() == before
+
+
+@pytest.mark.parametrize("step", ["undo-stop", "undo-flip", "undo-outside"])
+def test_a_recovery_that_is_interrupted_is_done_at_the_next_boot(old: FakeHost, step: str) -> None:
+    before = old.outside()
+    old.apply(NEW, "after:links", **CHANGE)
+    old.boot(1)
+    assert old.recover(f"after:{step}") == 137
+    old.boot(2)
+
+    assert old.recover() == 0
+
+    assert old.outside() == before
+    assert old.observe()["transaction"]["state"] == "undone"
+
+
+@pytest.mark.parametrize("step", ["stop", "flip", "reload"])
+def test_a_failed_deploy_after_a_kill_restores_the_first_release(old: FakeHost, step: str) -> None:
+    old.apply(NEW, f"after:{step}", **CHANGE)
+
+    reply = old.apply(NEW, "error:start", **CHANGE)
+
+    assert f"undone, release {OLD.digest} runs again" in reply.error["message"]
+    runs(old, OLD.digest, ("master", "koala"))
+    assert set(old.units().values()) == {OLD.digest}
+
+
+def test_an_undo_reloads_what_the_dead_agent_had_reloaded(old: FakeHost) -> None:
+    old.apply(NEW, "after:reload", **CHANGE)
+    old.calls()
+
+    old.recover()
+
+    assert "daemon-reload" in old.calls()
+
+
+def test_a_fixed_link_is_read_even_if_that_deploy_died(old: FakeHost) -> None:
+    (old.prefix / "etc/systemd/system/koala.service").unlink()
+    old.apply(OLD, "after:links", base=OLD.digest, start=[])
+    assert "daemon-reload" not in old.calls()
+
+    old.recover()
+
+    assert "daemon-reload" in old.calls()
+
+
+def test_a_unit_file_that_changes_under_its_link_is_read_again(old: FakeHost) -> None:
+    later = bundle("2")
+
+    old.apply(later, base=OLD.digest, start=[])
+
+    assert old.calls() == ["daemon-reload"]
+
+
+def test_a_recovery_unit_of_another_version_is_read_again(old: FakeHost) -> None:
+    """Else systemd starts a module that the archive no longer has, and nothing is deployed."""
+    unit = old.prefix / "etc/systemd/system/swarm-recovery@new.service"
+    unit.write_text(unit.read_text().replace("swarm_onboard.agent.recovery", "recovery_of_yore"))
+
+    old.apply(bundle("1", hosts="10.0.0.3 pi\n"), base=OLD.digest, start=[], restart=["master.service"])
+
+    assert old.calls()[0] == "daemon-reload"
+    assert "swarm_onboard.agent.recovery" in unit.read_text()
+
+
+def test_a_unit_that_does_not_start_is_undone_and_named(old: FakeHost) -> None:
+    (old.prefix / f"broken-khepera.service-{NEW.digest}").touch()
+
+    reply = old.apply(NEW, **CHANGE)
+
+    assert "Job for khepera.service failed" in reply.error["message"]
+    runs(old, OLD.digest, ("master", "koala"))
+
+
+def test_a_unit_that_does_not_stop_is_undone_before_anything_changed(old: FakeHost) -> None:
+    (old.prefix / "sticky-koala.service").touch()
+
+    reply = old.apply(NEW, **CHANGE)
+
+    assert "Job for koala.service timed out" in reply.error["message"]
+    assert old.observe()["release"] == OLD.digest
+
+
+@pytest.mark.parametrize("step", ["stage", "sync", "verify"])
+def test_a_full_disk_while_staging_changes_nothing(old: FakeHost, step: str) -> None:
+    reply = old.apply(NEW, f"error:{step}", **CHANGE)
+
+    assert reply.error["kind"] == "failed"
+    assert "the disk is full" in reply.error["message"]
+    assert old.calls() == []
+    assert old.observe()["release"] == OLD.digest
+    assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
+    runs(old, NEW.digest, ("master", "khepera"))
+
+
+def test_a_damaged_release_is_repaired_under_its_own_name(old: FakeHost) -> None:
+    release = old.prefix / f"opt/swarm/new/releases/{OLD.digest}"
+    (release / "params/koala.yaml").write_text("speed: 99\n")
+    (release / "hosts").unlink()
+    (release / "stray").touch()
+    assert old.observe()["drift"]["files"] == {
+        "params/koala.yaml": "changed",
+        "hosts": "missing",
+        "stray": "extra",
+    }
+
+    old.apply(OLD, base=OLD.digest, start=[], restart=["koala.service"])
+
+    runs(old, OLD.digest, ("master", "koala"))
+
+
+@pytest.mark.parametrize("target", ["releases/ffffffffffffffff", "/etc", "releases/../../..", "x"])
+def test_a_link_that_leads_nowhere_of_ours_is_put_right(host: FakeHost, target: str) -> None:
+    host.apply(OLD)
+    current = host.prefix / "opt/swarm/new/current"
+    current.unlink()
+    current.symlink_to(target)
+    assert host.apply(NEW, base=host.observe()["release"]).answer["release"] == NEW.digest
+    assert host.observe()["release"] == NEW.digest
+    assert host.observe()["drift"] == {"files": {}, "links": {}, "blocks": {}}
+
+
+def test_a_folder_in_place_of_the_link_is_refused(host: FakeHost) -> None:
+    host.apply(OLD)
+    current = host.prefix / "opt/swarm/new/current"
+    current.unlink()
+    current.mkdir()
+    host.calls()
+    reply = host.apply(NEW, base=None)
+    assert reply.error["kind"] == "refused"
+    assert "current is a folder, and swarmctl needs a link there" in reply.error["message"]
+    assert host.calls() == []
+
+
+def test_a_bad_release_is_not_tried_again_after_another_bad_one(host: FakeHost) -> None:
+    host.apply(OLD)
+    for unit, release in (("khepera.service", NEW), ("master.service", OLD)):
+        (host.prefix / f"broken-{unit}-{release.digest}").touch()
+    changes = {"stop": ["koala.service"], "restart": ["master.service"], "start": ["khepera.service"]}
+    reply = host.apply(NEW, base=OLD.digest, **changes)
+    message = reply.error["message"]
+    first, _, then = message.partition(f"undone, release {OLD.digest} is in place again; but ")
+    assert "Job for khepera.service failed" in first
+    assert "Job for master.service failed" in then
+    assert host.observe()["release"] == OLD.digest
+    host.calls()
+    assert host.recover() == 0
+    assert host.calls() == []  # nothing is tried again
+
+
+def test_links_and_blocks_that_went_astray_are_put_right(old: FakeHost) -> None:
+    system = old.prefix / "etc/systemd/system"
+    (system / "koala.service").unlink()
+    (system / "ghost.service").symlink_to("/opt/swarm/new/current/units/ghost.service")
+    (old.prefix / "etc/hosts").write_bytes(b"127.0.0.1 localhost\n")
+    assert old.observe()["drift"] == {
+        "files": {},
+        "links": {
+            "/etc/systemd/system/koala.service": "missing",
+            "/etc/systemd/system/ghost.service": "extra",
+        },
+        "blocks": {"/etc/hosts": "missing"},
+    }
+
+    old.apply(OLD, base=OLD.digest, start=[])
+
+    runs(old, OLD.digest, ("master", "koala"))
+    assert "daemon-reload" in old.calls()
+
+
+def test_an_earlier_release_on_the_host_needs_no_upload(old: FakeHost) -> None:
+    old.apply(NEW, **CHANGE)
+
+    back = request_for(OLD, base=NEW.digest, stop=["khepera.service"], restart=["master.service"])
+    assert old.ask(back).answer["release"] == OLD.digest
+
+    runs(old, OLD.digest, ("master", "koala"))
+
+
+def test_the_current_release_and_two_before_it_are_kept(host: FakeHost) -> None:
+    releases = [bundle(str(number)) for number in range(6)]
+    for before, after in zip([None, *releases], releases, strict=False):
+        host.apply(after, base=before.digest if before else None, start=[])
+
+    assert host.observe()["releases"] == sorted(release.digest for release in releases[-3:])
+
+
+def test_a_plan_for_another_release_is_refused(old: FakeHost) -> None:
+    reply = old.apply(NEW, **{**CHANGE, "base": NEW.digest})
+
+    assert reply.error["kind"] == "refused"
+    assert reply.error["message"].startswith("stale plan")
+    assert old.calls() == []
+
+
+def test_only_one_deploys_at_a_time_and_the_other_learns_who(old: FakeHost) -> None:
+    (old.prefix / "opt/swarm/new/state/lock").write_text('{"who": "anna@desk", "pid": 7}')
+    with (old.prefix / "opt/swarm/new/state/lock").open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        assert old.observe()["lock"] == "anna@desk (process 7)"
+        reply = old.apply(NEW, **CHANGE)
+
+    assert reply.error["message"] == "locked by anna@desk (process 7)"
+    assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
+
+
+def test_of_two_deploys_at_once_one_wins(old: FakeHost) -> None:
+    (old.prefix / "slow").touch()
+    with old.begin(request_for(NEW, **CHANGE), payload_of(NEW)) as first:
+        assert first.stdout is not None
+        first.stdout.readline()
+        first.stdout.readline()
+        second = old.apply(NEW, **CHANGE, who="bob", wait=0)
+        first.stdout.read()
+
+    assert second.error["message"].startswith("locked by someone@laptop (process ")
+    runs(old, NEW.digest, ("master", "khepera"))
+
+
+def test_what_belongs_to_others_is_not_overwritten(host: FakeHost) -> None:
+    (host.prefix / "etc/systemd/system/koala.service").write_text("# by hand\n")
+    before = host.outside()
+
+    reply = host.apply(OLD)
+
+    assert (
+        reply.error["message"] == "/etc/systemd/system/koala.service exists and does not belong to swarm new"
+    )
+    assert host.outside() == before
+
+
+def test_a_host_without_systemd_is_refused(host: FakeHost) -> None:
+    (host.prefix / "run/systemd/system").rmdir()
+
+    assert host.apply(OLD).error["message"] == "this host does not run systemd"
+
+
+def test_once_begun_a_deploy_outlives_its_connection(old: FakeHost) -> None:
+    (old.prefix / "slow").touch()
+    with old.begin(request_for(NEW, **CHANGE), payload_of(NEW)) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.strip() and decode(line.strip()).get("note", "").startswith("stopping"):
+                break
+        process.stdout.close()
+        process.send_signal(signal.SIGHUP)
+        process.wait(PATIENCE)
+
+    runs(old, NEW.digest, ("master", "khepera"))
+    assert old.observe()["transaction"]["state"] == "applied"
+
+
+def test_a_deploy_that_nobody_waits_for_does_not_begin(old: FakeHost) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    with old.begin(request_for(NEW, **CHANGE), payload_of(NEW), stdout=writer) as process:
+        os.close(writer)
+        process.wait(PATIENCE)
+
+    assert old.calls() == []
+    assert old.observe()["transaction"]["next"] == OLD.digest
+    assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
+
+
+def test_a_removed_swarm_leaves_nothing(old: FakeHost) -> None:
+    assert old.ask({"verb": "remove", "swarm": "new"}).answer == {"removed": True}
+
+    assert old.outside() == {"hosts": "127.0.0.1 localhost"}
+    assert old.units() == {}
+    assert list((old.prefix / "opt").iterdir()) == []
+    assert old.ask({"verb": "remove", "swarm": "new"}).answer == {"removed": False}
+
+
+def test_removing_one_swarm_leaves_the_other(old: FakeHost) -> None:
+    (old.prefix / "opt/swarm/other").mkdir()
+
+    old.ask({"verb": "remove", "swarm": "new"})
+
+    assert [path.name for path in (old.prefix / "opt/swarm").iterdir()] == ["other"]
+
+
+@pytest.mark.parametrize("step", ["stop", "flip", "links"])
+def test_a_half_deployed_swarm_can_be_removed(old: FakeHost, step: str) -> None:
+    old.apply(NEW, f"after:{step}", **CHANGE)
+
+    assert old.ask({"verb": "remove", "swarm": "new"}).answer == {"removed": True}
+
+    assert old.outside() == {"hosts": "127.0.0.1 localhost"}
+    assert old.units() == {}
