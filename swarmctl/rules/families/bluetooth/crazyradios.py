@@ -7,8 +7,8 @@ from itertools import combinations
 
 from swarmctl.analysis.radio_load import dongle_budgets
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.links.radio_link import Radio
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.link_model import Radio
 
 _WIDE = 2_000_000  # bit/s at which a channel takes 2 MHz instead of 1 (nRF24LU1+ product specification)
 

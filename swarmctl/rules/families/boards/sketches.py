@@ -10,7 +10,6 @@ from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, clashes
 from swarmctl.rules.context import RuleContext, rule
 from swarmctl.rules.families.serial_lines.rules import BAUDS
-from swarmctl.spec.link_model import Serial
 
 
 @rule("BOARD010")
@@ -68,7 +67,7 @@ def sketch_limits(context: RuleContext) -> Iterator[Diagnostic]:
     for index, link, kind in context.native_lines:
         if kind.sketch is None or not kind.sketch.firmware:
             continue
-        declared = link.baud if isinstance(link, Serial) else None
+        declared = link.own_baud
         dead_man = kind.sketch.firmware_timeout
         if trouble := wrong_baud(declared or kind.link.baud, dead_man):
             good = ", ".join(map(str, good_bauds(BAUDS, dead_man)))

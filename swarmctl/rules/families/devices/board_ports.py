@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.links.serial_link import Serial
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.link_model import Serial
 
 _BOARD_PORTS = ("/dev/ttyS0", "/dev/ttyAMA0", "/dev/serial0")
 _BOARD_LIMIT = 460800  # rosserial#552: 921600 fails on the UART of a Raspberry Pi 3

@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.link_model import Bluetooth, Serial, Usb
 
 _NUMBERED = ("/dev/ttyUSB", "/dev/ttyACM")
 _BY_ID = "/dev/serial/by-id/"

@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.serial_link import Serial
 from swarmctl.rules.context import RuleContext, rule
-from swarmctl.spec.link_model import Bluetooth, Serial
 
 SERIAL = "SERIAL-OF-"  # what `init` writes before the robot's name
 MAC = "02:00:00:00:"  # of what `init` writes; no device has a locally administered one (IEEE 802)

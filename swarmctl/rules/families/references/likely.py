@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
+from swarmctl.links.link_base import NetworkLink
 from swarmctl.rules.context import RuleContext
-from swarmctl.spec.link_model import NetworkLink
 from swarmctl.spec.model import Mode
 from swarmctl.spec.references import at, mentions
 from swarmctl.spec.sound_sections import UnsoundError
