@@ -27,12 +27,10 @@ class RfcommLine:
 
     @property
     def path(self) -> str:
-        """The device, such as /dev/rfcomm0."""
         return f"/dev/rfcomm{self.index}"
 
     @property
     def title(self) -> str:
-        """What it is, in a sentence."""
         return f"the Bluetooth line to {self.mac}"
 
 
@@ -62,18 +60,14 @@ class Bluetooth(Line):
 
     @classmethod
     def first_value(cls, number: int, robot: str, dongle: int) -> str:
-        """Returns an address that no robot has."""
         return f"02:00:00:00:{number // 100:02}:{number % 100:02}"
 
     def served_by(self, adapters: tuple[str, ...]) -> str | None:
-        """Returns the adapter as declared, else the first of the host."""
         return self.adapter or next(iter(adapters), None)
 
     def moving(self, host: str) -> str:
-        """Returns what a person has to do when the link moves to ``host``."""
         return f"pair `{self.robot}` with a Bluetooth adapter of `{host}`"
 
     def device_of(self, number: int, channel: int, adapter: str) -> Device:
-        """Returns the rfcomm device with ``number``, bound to the robot's channel."""
         pin = self.pin.secret if self.pin else None
         return RfcommLine(self.mac, self.channel or channel, number, adapter, pin)

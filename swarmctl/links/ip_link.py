@@ -52,15 +52,12 @@ class IpLink(RobotLink):
 
     @classmethod
     def first_value(cls, number: int, robot: str, dongle: int) -> str:
-        """Returns an address in the network of a new spec."""
         return f"192.168.77.{100 + number}"
 
     def label(self, adapter: str | None, port: int | None) -> str:
-        """Returns the robot's address, with its port if known."""
         return f"{self.address}:{port}" if port is not None else self.address
 
     def values(self, ends: Ends) -> dict[str, str | int]:
-        """Returns address, ports, and with a port of the robot a URI."""
         values: dict[str, str | int] = {"link_address": self.address}
         values |= dict(zip(("local_port", "local_port_2"), ends.local_ports, strict=False))
         if ends.port is not None:
@@ -72,9 +69,7 @@ class IpLink(RobotLink):
         return f"{self.kind}://{self.address}:{port}"
 
     def moving(self, host: str) -> str:
-        """Returns what a person has to do when the link moves to ``host``."""
         return f"check that `{host}` reaches `{self.robot}` at {self.address}: `ping {self.address}` there"
 
     def check(self, host: str) -> str:
-        """Returns what to check on ``host`` if the robot does not answer."""
         return f"on {host}: ping -c 3 {self.address}; without an answer it is off or elsewhere"

@@ -6,7 +6,6 @@ The class of a kind of link declares its keys in a spec, and answers what other 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import Field
@@ -39,8 +38,7 @@ class NetworkLink(Model):
     )
 
 
-@dataclass(frozen=True)
-class Ends:
+class Ends(NamedTuple):
     """What a driver uses of a link: the device at the host, bits per second, and the ports at both ends."""
 
     device: str = ""

@@ -27,7 +27,6 @@ class Radio(RobotLink):
 
     @classmethod
     def first_value(cls, number: int, robot: str, dongle: int) -> str:
-        """Returns a URI with a channel and an address of its own."""
         return f"radio://{dongle}/{2 * number % LAST_CHANNEL}/2M/E7E7E7{number:04}"
 
     @property
@@ -51,21 +50,16 @@ class Radio(RobotLink):
         return self.uri.split("/")[5]
 
     def served_by(self, adapters: tuple[str, ...]) -> str | None:
-        """Returns the Crazyradio."""
         return self.dongle
 
     def label(self, adapter: str | None, port: int | None) -> str:
-        """Returns the Crazyradio and the channel."""
         return f"{self.dongle}, channel {self.channel}"
 
     def values(self, ends: Ends) -> dict[str, str | int]:
-        """Returns the URI."""
         return {"uri": self.uri}
 
     def moving(self, host: str) -> str:
-        """Returns what a person has to do when the link moves to ``host``."""
         return f"plug a Crazyradio for `{self.robot}` into `{host}` as its {self.dongle}"
 
     def check(self, host: str) -> str:
-        """Returns what to check if the robot does not answer."""
         return f"switch the robot on, and plug in the Crazyradio; both must have the values of {self.uri}"

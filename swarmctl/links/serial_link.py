@@ -45,7 +45,6 @@ class UsbLine:
 
     @property
     def title(self) -> str:
-        """What it is, in a sentence."""
         if self.usb.path:
             return f"the USB adapter in port {self.usb.path}"
         return f"the USB adapter with serial number {self.usb.serial}"
@@ -92,27 +91,22 @@ class Serial(Line):
 
     @classmethod
     def first_value(cls, number: int, robot: str, dongle: int) -> str:
-        """Returns a serial number that no adapter has."""
         return f"SERIAL-OF-{robot.upper()}"
 
     @property
     def own_baud(self) -> int | None:
-        """Bits per second, where the link declares them."""
         return self.baud
 
     @property
     def line_kind(self) -> str:
-        """The kind of its adapter: usb, usb-ftdi or uart."""
         if self.usb is None:
             return "uart"
         return "usb-ftdi" if self.usb.vendor == FTDI else "usb"
 
     def label(self, adapter: str | None, port: int | None) -> str:
-        """Returns the fixed device, else usb."""
         return self.device or "usb"
 
     def device_of(self, number: int, channel: int, adapter: str) -> Device:
-        """Returns the device. Raises ValueError if the link names none."""
         if self.usb is not None:
             return UsbLine(self.usb, f"/dev/swarm/{self.robot}")  # the path that a udev rule gives it
         if self.device is not None:
