@@ -94,6 +94,7 @@ MULTIMASTERS = Registry(
 )
 
 #: By the ``kind`` of a link: subclasses of ``NetworkLink`` or ``RobotLink`` of ``swarmctl.links.link_base``.
+#: The built-in ones are imported with the model of a spec.
 LINK_KINDS = Registry(
     "swarmctl.link",
     {

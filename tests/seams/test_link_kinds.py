@@ -133,7 +133,7 @@ def test_its_keys_are_checked(folder: Path) -> None:
     assert "`nod`" in messages(folder, SPEC.replace("node: 4", "nod: 4"))[0]
 
 
-def test_a_robot_without_it_is_told_how_to_write_it(folder: Path) -> None:
+def test_the_finding_of_a_robot_without_it_shows_how_to_write_it(folder: Path) -> None:
     (finding,) = (one for one in lint(read(folder, SPEC.replace(ARM, ""))) if one.code == "LINK001")
     assert finding.help == (
         "add to `links`: {kind: can, host: pi-1, robot: arm, interface: can0, node: ...}",
