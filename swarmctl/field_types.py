@@ -219,6 +219,14 @@ Name = Annotated[str, matching(
     NAME, "names are lower-case letters, digits and hyphens, a letter first, 31 at most",
     description="Lower-case letters, digits and hyphens, a letter first.",
 )]  # fmt: skip
+
+
+class Secret(Model):
+    """A secret by name; its value never stands in a spec."""
+
+    secret: Name = Field(description="The name under which the secret is kept.", examples=["epuck-pin"])
+
+
 HostName = Annotated[Name, Field(examples=["k3-pi"])]
 RobotName = Annotated[Name, Field(examples=["k3"])]
 ROBOT_TYPE_NAME = r"^[a-z][a-z0-9.-]{0,30}$"

@@ -1,4 +1,4 @@
-"""The middlewares and multimaster providers that a spec can name: built-in ones and those of other packages.
+"""The middlewares, multimaster providers and kinds of links that a spec can name, also of other packages.
 
 A package adds one by an entry point in its pyproject.toml, a program by ``MULTIMASTERS.register(...)``:
 
@@ -10,7 +10,7 @@ A name leads to an object that is imported on first use, so a spec can be read w
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -32,6 +32,11 @@ class Registry:
         self._loaded: dict[str, Any] = {}
 
     @property
+    def built_in(self) -> Mapping[str, str]:
+        """Where the built-in plugins are, by name."""
+        return self._built_in
+
+    @property
     def default(self) -> str:
         """The name of the first built-in plugin."""
         return next(iter(self._built_in))
@@ -46,7 +51,14 @@ class Registry:
 
     def names(self) -> tuple[str, ...]:
         """Returns every name that a spec can use, built-in names first."""
-        return tuple(dict.fromkeys((*self._built_in, *self._loaded, *self._entry_points())))
+        return tuple(self)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yields every name that a spec can use, built-in names first; entry points are read last."""
+        yield from self._built_in
+        others = [name for name in self._loaded if name not in self._built_in]
+        yield from others
+        yield from (name for name in self._entry_points() if name not in (*self._built_in, *others))
 
     def get(self, name: str) -> Any:
         """Returns the plugin called ``name``. Raises KeyError if there is none."""
@@ -78,6 +90,21 @@ MULTIMASTERS = Registry(
     {
         "fkie": "swarmctl.render.ros1.multimaster.fkie:FKIE",
         "static": "swarmctl.render.ros1.multimaster.static:STATIC",
+    },
+)
+
+#: By the ``kind`` of a link: subclasses of ``NetworkLink`` or ``RobotLink`` of ``swarmctl.links.link_base``.
+#: The built-in ones are imported with the model of a spec.
+LINK_KINDS = Registry(
+    "swarmctl.link",
+    {
+        "wlan": "swarmctl.links.wlan_link:Wlan",
+        "ethernet": "swarmctl.links.ethernet_link:Ethernet",
+        "serial": "swarmctl.links.serial_link:Serial",
+        "bluetooth": "swarmctl.links.bluetooth_link:Bluetooth",
+        "udp": "swarmctl.links.udp_link:Udp",
+        "tcp": "swarmctl.links.tcp_link:Tcp",
+        "radio": "swarmctl.links.radio_link:Radio",
     },
 )
 

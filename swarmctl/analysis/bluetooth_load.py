@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from swarmctl.analysis.serial_load import SerialLoad
-from swarmctl.spec.link_model import Bluetooth
+from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.swarm.index import SwarmIndex
 
 MOST = 7  # active members of a piconet

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from swarmctl.analysis.serial_load import line_kind
+from swarmctl.links.ip_link import IpLink
 from swarmctl.render.middleware import middleware_of
-from swarmctl.spec.link_model import Bluetooth, IpLink, Serial
 from swarmctl.swarm.index import SwarmIndex
 
 
@@ -93,8 +92,6 @@ def _hops(index: SwarmIndex, by: str, origin: str, to: str, robot: str) -> Itera
         yield Hop("adapter", f"{link.host}/{adapter}")
     if isinstance(link, IpLink) and (network := index.ends_of(link).network) is not None:
         yield Hop("network", network.name)
-    if isinstance(link, (Serial, Bluetooth)):
-        yield Hop("line", robot, line_kind(link))
-    elif link is not None:
-        yield Hop("line", robot, link.kind)
+    if link is not None:
+        yield Hop("line", robot, link.line_kind)
     yield Hop("robot", robot, index.spec.robots[robot].type)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from swarmctl.analysis.rosserial_load import message_bytes
 from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
-from swarmctl.spec.link_model import IpLink
+from swarmctl.links.ip_link import IpLink
 from swarmctl.swarm.index import SwarmIndex
 
-_HEADERS = {"udp": 42, "tcp": 66}  # bytes of Ethernet and IP, and of UDP or TCP with its time stamp
 _SEGMENT = 1448
 
 
@@ -70,4 +69,4 @@ def _computed(index: SwarmIndex, link: IpLink, rates: Mapping[str, float]) -> fl
     command = index.command_topics.get(link.robot)
     if command is not None:
         flows.append((rates.get(link.robot, COMMAND_RATE), message_bytes(command.type, None) or 0))
-    return sum(rate * (size + _HEADERS[link.kind] * -(-size // _SEGMENT)) for rate, size in flows)
+    return sum(rate * (size + link.header_bytes * -(-size // _SEGMENT)) for rate, size in flows)

@@ -13,9 +13,6 @@ from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.recordings import Recording, recording_of
 
-# Mbit/s between two hosts. 802.11g carries about 22, and a packet goes to the access point and on from there;
-# a Raspberry Pi up to 3B has fast ethernet, 94 with TCP.
-CAPACITY = {"wlan": 10.0, "ethernet": 90.0}
 CAREFUL_NETWORK = 0.7
 _TCP_HEADERS = 66  # bytes of ethernet, IP and TCP with its time stamp, for each of the segments below
 _SEGMENT = 1448
@@ -83,7 +80,7 @@ def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
             flow = Flow(f"{one.kind} link of {one.robot}", one.host, one.robot, one.needed_mbps * 1e6 / 8)
             carried.setdefault(one.network, []).append(flow)
     for _, link in index.networks:
-        capacity = link.capacity_mbps or CAPACITY[link.kind]
+        capacity = link.capacity_mbps or link.usual_mbps
         yield NetworkBudget(link.name, link.kind, capacity, tuple(carried.get(link.name, ())))
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
-from swarmctl.spec.link_model import Radio
+from swarmctl.links.radio_link import Radio
 from swarmctl.swarm.index import SwarmIndex
 
 _PACKET_BITS = 8 * (1 + 5 + 32 + 2) + 9  # preamble, address, payload, checksum, and the control field

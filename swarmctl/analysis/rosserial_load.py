@@ -15,7 +15,6 @@ from swarmctl.robot_types.board_limits import Board, boards
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.robot_types.protocols import RosserialProtocol
-from swarmctl.spec.link_model import Serial
 from swarmctl.spec.program_model import Program
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.yamltext.source import Loc
@@ -130,9 +129,8 @@ def rosserial_budgets(index: SwarmIndex) -> Iterator[RosserialBudget]:
     for _, link, robot_type in index.native_lines:
         if robot_type.sketch is not None and robot_type.sketch.board in boards():
             kind = spec.robots[link.robot].type
-            own = link.baud if isinstance(link, Serial) else None
             loc = ("types", kind, "protocol") if kind in spec.types else ("robots", link.robot, "type")
-            yield _budget("robot", link.robot, loc, own or robot_type.link.baud, robot_type.sketch)
+            yield _budget("robot", link.robot, loc, link.own_baud or robot_type.link.baud, robot_type.sketch)
 
 
 def program_budget(name: str, program: Program) -> RosserialBudget:

@@ -10,29 +10,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from swarmctl.links.link_base import Delay, Line
+from swarmctl.links.link_kinds import kinds
 from swarmctl.robot_types.effective_settings import equipped, rates_of, waits_of
 from swarmctl.robot_types.protocols import DriverProtocol, length_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sensors import Range, Sensor, Wheels
-from swarmctl.spec.link_model import Bluetooth, Serial
 from swarmctl.swarm.command_topics import COMMAND
 from swarmctl.swarm.index import SwarmIndex
 
-FTDI = "0403"  # vendor id of Future Technology Devices International (usb.ids)
 COMMAND_RATE = 10.0  # Hz of commands if no program declares its rate
 MOST_COMMANDS = 50.0  # Hz; a driver sends a new speed at most every 20 ms
 LEAST_COMMANDS = 5.0  # Hz; it repeats an unchanged speed after 200 ms
 _OFTEN = 2.0  # Hz; a slower sensor does not matter for the load of a line
 _SIXTEEN_BITS = len("-32768")
 CAREFUL = 0.7  # share of its time above which a late reply delays the next exchange
-
-# Seconds between the end of a request and its reply. An FTDI adapter forwards its buffer when its latency
-# timer expires (AN232B-04): 16 ms, or the 1 ms that our udev rule sets, and a USB frame of 1 ms. An unknown
-# adapter counts as one with its default timer; none is faster than such a frame. By Bluetooth, an e-puck
-# answers for all its sensors of few bytes in one exchange at about 30 Hz (epuck_driver's launch file), of
-# which 20 ms carry no bytes; request and reply take at least four slots of 625 us.
-USUAL_DELAY = {"usb": 0.016, "usb-ftdi": 0.002, "uart": 0.002, "bluetooth": 0.020}
-LEAST_DELAY = {"usb": 0.001, "usb-ftdi": 0.001, "uart": 0.0, "bluetooth": 0.0025}
 
 
 @dataclass(frozen=True)
@@ -56,7 +48,7 @@ class Exchange:
 class SerialLoad:
     """The exchanges on a line; one value for all robots with the same type, rates and kind of line."""
 
-    kind: str  # usb, usb-ftdi, uart or bluetooth
+    kind: str  # of the line, such as usb-ftdi or bluetooth
     baud: int
     bits: int  # a byte takes on the line, with its start, parity and stop bits
     reply_timeout: float  # s
@@ -77,9 +69,14 @@ class SerialLoad:
         """The exchange with the longest wait for its reply; None if no reply needs time of its own."""
         return max((one for one in self.exchanges if one.wait), key=lambda one: one.wait, default=None)
 
+    @cached_property
+    def delay(self) -> Delay:
+        """The time between a request and its reply, by the kind of line."""
+        return next(model.delays[self.kind] for _, model in kinds(Line) if self.kind in model.delays)
+
     def seconds(self, exchange: Exchange) -> float:
         """Returns how long one exchange usually takes."""
-        return exchange.bytes / self.available + USUAL_DELAY[self.kind]
+        return exchange.bytes / self.available + self.delay.usual
 
     def held(self, exchange: Exchange) -> float:
         """For how long no other request is sent: a robot that sends a long reply receives nothing."""
@@ -94,7 +91,7 @@ class SerialLoad:
     def least_share(self) -> float:
         """The same with the shortest possible delay; above 1 no adapter helps."""
         requests = sum(one.rate for one in self.exchanges)
-        return self.needed / self.available + requests * LEAST_DELAY[self.kind]
+        return self.needed / self.available + requests * self.delay.least
 
     @cached_property
     def cycle(self) -> float:
@@ -163,8 +160,7 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
         if robot_type.driver_protocol is None or link.robot not in index.driven_robots:
             continue
         robot = index.spec.robots[link.robot]
-        kind = line_kind(link)
-        baud = link.baud if isinstance(link, Serial) else None
+        kind, baud = link.line_kind, link.own_baud
         commands = command_rate.get(link.robot, COMMAND_RATE)
         key = (robot.type, kind, baud, commands, robot.settings.of_sensors)
         load = loads.get(key)
@@ -174,15 +170,6 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
             load = load_of(equipped(robot_type, *layers), kind, baud or robot_type.link.baud, commands, rates)
             loads[key] = load
         yield number, SerialBudget(link.robot, link.host, load)
-
-
-def line_kind(link: Serial | Bluetooth) -> str:
-    """Returns the kind of a line, a key of USUAL_DELAY: usb, usb-ftdi, uart or bluetooth."""
-    if isinstance(link, Bluetooth):
-        return "bluetooth"
-    if link.usb is None:
-        return "uart"
-    return "usb-ftdi" if link.usb.vendor == FTDI else "usb"
 
 
 def command_rates(index: SwarmIndex) -> dict[str, float]:

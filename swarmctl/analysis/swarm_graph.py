@@ -21,9 +21,9 @@ from functools import cache, cached_property
 
 import networkx as nx
 
+from swarmctl.links.ip_link import IpLink
 from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster import provider_of, runs_on
-from swarmctl.spec.link_model import IpLink, Radio, RobotLink, Serial
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.topics import Endpoint
@@ -131,26 +131,17 @@ class _Builder:
                 self._join(RUNS, node("host", host), node("robot", name))
         for _, link in index.lines:
             line = self._add("line", link.robot, link.kind, link.host)
-            self._join(link.kind, node("host", link.host), line, self._label(link))
+            adapter = index.adapter_of(link)
+            ends = index.ends_of(link) if isinstance(link, IpLink) else None
+            label = link.label(adapter, ends.port if ends is not None else None)
+            self._join(link.kind, node("host", link.host), line, label)
             self._join(link.kind, line, node("robot", link.robot))
-            if (adapter := index.adapter_of(link)) is not None:
+            if adapter is not None:
                 one = self._add("adapter", f"{link.host}/{adapter}", "", link.host)
                 self._join(_SERVES, node("host", link.host), one)
                 self._join(_SERVES, one, line)
-            if isinstance(link, IpLink) and (network := index.ends_of(link).network) is not None:
-                self._join(_SERVES, node("network", network.name), line)
-
-    def _label(self, link: RobotLink) -> str:
-        """What identifies a robot's link at its host: device, adapter, address, or dongle with channel."""
-        match link:
-            case Serial():
-                return link.device or "usb"
-            case IpLink():
-                port = self._index.ends_of(link).port
-                return f"{link.address}:{port}" if port is not None else link.address
-            case Radio():
-                return f"{link.dongle}, channel {link.channel}"
-        return self._index.adapter_of(link) or ""
+            if ends is not None and ends.network is not None:
+                self._join(_SERVES, node("network", ends.network.name), line)
 
     def _add_commands(self) -> None:
         index, spec = self._index, self._spec

@@ -13,18 +13,16 @@ from swarmctl.health.expected_bridges import (
     multimaster_of,
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
+from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, Middleware, middleware_of
 from swarmctl.resources import HostModule
-from swarmctl.spec.link_model import IpLink, Radio
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
     Commander,
     Host,
     Island,
-    RfcommLine,
     Robot,
     Swarm,
-    UsbLine,
 )
 from swarmctl.swarm.topics import DriverTopic
 
@@ -184,7 +182,7 @@ def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> Ex
         else None,
         node=driver.node,
         device=robot.line.path if robot.line is not None else "",
-        adapter=_adapter(robot),
+        adapter=robot.line.title if robot.line is not None else "the serial port",
         topics=driver.publishes,
         command=driver.command,
         command_type=driver.command_type,
@@ -192,26 +190,5 @@ def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> Ex
         guarded=driver.guarded,
         gate=driver.gate,
         ungated=driver.ungated,
-        reach=_reach(robot),
+        reach=robot.link.check(robot.host) if robot.link is not None else "",
     )
-
-
-def _reach(robot: Robot) -> str:
-    match robot.link:
-        case IpLink(address=address):
-            return f"on {robot.host}: ping -c 3 {address}; without an answer it is off or elsewhere"
-        case Radio(uri=uri):
-            return f"switch the robot on, and plug in the Crazyradio; both must have the values of {uri}"
-    return ""
-
-
-def _adapter(robot: Robot) -> str:
-    match robot.line:
-        case UsbLine(usb=usb) if usb.path:
-            return f"the USB adapter in port {usb.path}"
-        case UsbLine(usb=usb):
-            return f"the USB adapter with serial number {usb.serial}"
-        case RfcommLine(mac=mac):
-            return f"the Bluetooth line to {mac}"
-        case _:
-            return "the serial port"

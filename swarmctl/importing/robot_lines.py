@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from swarmctl.importing.allowed_values import is_allowed, number
 from swarmctl.importing.draft import Blank, Fact, Field
+from swarmctl.links.link_base import Line
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.launched import Setting
 
@@ -16,14 +18,9 @@ _BAUD = ("baud", "baudrate", "baud_rate")
 def unknown_line(robot: str, host: str, robot_type: RobotType | None, why: str = "") -> Blank:
     """Returns the line of a robot as a place to fill in."""
     kind = robot_type.link.kinds[0] if robot_type else "serial"
-    example: dict[str, object] = {"kind": kind, "host": host, "robot": robot}
-    if kind == "bluetooth":
-        example["mac"] = "10:00:e8:c5:64:37"
-        how = "the robot's Bluetooth address, which `bluetoothctl scan on` shows"
-    else:
-        example["usb"] = {"serial": "FTDI1234"}
-        how = "the serial number of its adapter, ATTRS{serial} of `udevadm info -a DEVICE`"
-    return Blank(example, f"{why}; {how}" if why else how)
+    line: type[Line] = LINK_KINDS.get(kind)
+    example: dict[str, object] = {"kind": kind, "host": host, "robot": robot, **line.unknown_end}
+    return Blank(example, f"{why}; {line.where_to_find}" if why else line.where_to_find)
 
 
 def line_of(robot: str, host: str, robot_type: RobotType | None, settings: Sequence[Setting]) -> Field:

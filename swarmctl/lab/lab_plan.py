@@ -22,13 +22,13 @@ from swarmctl.lab.lab_addresses import (
     subnet_on,
     with_prefix,
 )
+from swarmctl.links.bluetooth_link import RfcommLine
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.settings import Calibration
 from swarmctl.spec.program_model import Container
 from swarmctl.swarm.addresses import ip_of
-from swarmctl.swarm.resolved import RfcommLine, Swarm
+from swarmctl.swarm.resolved import Swarm
 from swarmctl.swarm.used_packages import in_swarm
-
-INTERFACE_STEMS = {"wlan": "wlan", "ethernet": "eth"}
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def plan_of(
             )
         )
         for host in network.hosts:
-            stem = INTERFACE_STEMS[network.kind]
+            stem = LINK_KINDS.get(network.kind).interface_stem
             number = sum(known.name.startswith(stem) for known in interfaces[host])
             address = addresses[host] if addresses[host] in subnet else next(unused)
             interfaces[host].append(Interface(f"{stem}{number}", network.name, with_prefix(address, subnet)))

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.link_base import RobotLink
 from swarmctl.mode_conversion.infer import commander_line_host, named_hub
-from swarmctl.spec.link_model import Bluetooth, RobotLink
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.index import SwarmIndex

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.mode_conversion.arrangement import Arrangement, arranged, moved_lines
 from swarmctl.mode_conversion.effects import effects
-from swarmctl.spec.link_model import Bluetooth, IpLink, Radio, RobotLink
 from swarmctl.spec.load import Document, load_text, source_of_text
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.swarm.index import SwarmIndex
@@ -190,20 +190,7 @@ def _clock(text: _TextEditor, index: SwarmIndex, plan: Arrangement) -> None:
 
 def _by_hand(index: SwarmIndex, plan: Arrangement) -> list[str]:
     """The steps left to a person: cables and dongles to move, robots to pair, networks to join."""
-    return [_step(link, host) for _, link, host in moved_lines(index, plan)]
-
-
-def _step(link: RobotLink, host: str) -> str:
-    match link:
-        case Bluetooth():
-            return f"pair `{link.robot}` with a Bluetooth adapter of `{host}`"
-        case IpLink():
-            return (
-                f"check that `{host}` reaches `{link.robot}` at {link.address}: `ping {link.address}` there"
-            )
-        case Radio():
-            return f"plug a Crazyradio for `{link.robot}` into `{host}` as its {link.dongle}"
-    return f"plug the line of `{link.robot}` into `{host}` instead of `{link.host}`"
+    return [link.moving(host) for _, link, host in moved_lines(index, plan)]
 
 
 def _notes(spec: Spec, plan: Arrangement) -> Iterator[str]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import ROOT, File, Unit
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import Host, RfcommLine, Robot, Swarm
+from swarmctl.swarm.resolved import Host, Robot, Swarm
 
 _PAIR = "bin/bluetooth-pair"
 APART = 3  # s between robots, so that a host's first attempts do not meet

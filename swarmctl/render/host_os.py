@@ -9,15 +9,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
+from swarmctl.links.bluetooth_link import RfcommLine
+from swarmctl.links.radio_link import Radio
+from swarmctl.links.serial_link import Usb, UsbLine
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import ROOT, File, Unit
 from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
-from swarmctl.spec.link_model import Radio, Usb
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of, subnet_of
 from swarmctl.swarm.clocks import followed
-from swarmctl.swarm.resolved import Host, RfcommLine, Swarm, UsbLine
+from swarmctl.swarm.resolved import Host, Swarm
 
 HOSTS = "/etc/hosts"
 CHRONY = "/etc/chrony/chrony.conf"
@@ -36,7 +39,8 @@ class Preparation:
         self._followers: dict[str, list[Host]] = {}
         for host, root in self._followed.items():
             self._followers.setdefault(root, []).append(swarm.hosts[host])
-        self._wireless = {host for one in swarm.networks if one.kind == "wlan" for host in one.hosts}
+        wireless = (one for one in swarm.networks if LINK_KINDS.get(one.kind).wireless)
+        self._wireless = {host for one in wireless for host in one.hosts}
 
     def parts(self, host: Host) -> Iterator[Part]:
         """Yields what ``host`` gets, kind by kind."""

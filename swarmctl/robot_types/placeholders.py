@@ -7,23 +7,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from swarmctl.field_types import Parameter
+from swarmctl.links.link_base import RobotLink
+from swarmctl.links.link_kinds import kinds
 
 Loc = tuple[str | int, ...]
 
-#: Every placeholder with its meaning; those of a link exist only where a link of such a kind does.
-PLACEHOLDERS: Mapping[str, str] = {
+_OF_ANY_ROBOT = {
     "robot": "the robot's name",
     "namespace": "its ROS namespace, without the leading slash",
     "frame": "the prefix of its frames, without the slash behind it",
     "host": "the host of its driver",
     "address": "the address of that host",
-    "device": "the device of its serial or Bluetooth link",
-    "baud": "bits per second of its serial link",
-    "link_address": "the address of its udp or tcp link",
-    "link_port": "the robot's port of its udp or tcp link",
-    "local_port": "the first of the `local_ports` of its udp or tcp link",
-    "local_port_2": "the second of the `local_ports` of its udp or tcp link",
-    "uri": "its link as a URI: serial, udp, tcp or radio",
 }
 _PART = re.compile(r"\{\{|\}\}|\{([^{}]*)\}|\{")
 _BRACES = {"{{": "{", "}}": "}"}
@@ -36,6 +30,28 @@ class PlaceholderError(ValueError):
         available = ", ".join(f"{{{one}}}" for one in known)
         super().__init__(f"`{{{name}}}` is not available; write one of {available}, or `{{{{` for a brace")
         self.name = name
+
+
+def is_placeholder(name: str) -> bool:
+    """Returns True for a placeholder of any robot, or of a kind of links."""
+    return name in _OF_ANY_ROBOT or any(name in model.placeholders for _, model in kinds(RobotLink))
+
+
+def meanings() -> Mapping[str, str]:
+    """Returns every placeholder with its meaning; those of a kind of links need such a link."""
+    forms: dict[str, str] = {}
+    titles: dict[str, list[str]] = {}
+    for _, model in kinds(RobotLink):
+        for name, form in model.placeholders.items():
+            forms.setdefault(name, form)
+            titles.setdefault(name, []).append(model.title)
+    last = {"uri": forms.pop("uri")}
+    of_links = {name: form.format(_either(*titles[name])) for name, form in (forms | last).items()}
+    return _OF_ANY_ROBOT | of_links
+
+
+def _either(*words: str) -> str:
+    return " or ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
 
 
 def texts_in(value: Parameter, *place: str | int) -> Iterator[tuple[Loc, str]]:

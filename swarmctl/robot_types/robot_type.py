@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, Printable, fits_together
+from swarmctl.links.link_kinds import LineKind
 from swarmctl.robot_types.actuators import Actuator
 from swarmctl.robot_types.consistency import inconsistencies
 from swarmctl.robot_types.kinematics import Kinematics
@@ -27,7 +28,7 @@ Text = Annotated[Printable, Field(max_length=200)]
 class Link(Model):
     """The line to the robot. No flow control, on any of them."""
 
-    kinds: Annotated[tuple[Literal["serial", "bluetooth"], ...], Field(min_length=1, strict=False)] = Field(
+    kinds: Annotated[tuple[LineKind, ...], Field(min_length=1, strict=False)] = Field(
         description="What the robot can be connected by."
     )
     baud: Baud = Field(description="Bits per second, unless the link sets it.")

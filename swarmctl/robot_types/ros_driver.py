@@ -17,7 +17,7 @@ from swarmctl.field_types import (
     fits_together,
 )
 from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.placeholders import PLACEHOLDERS, Loc, placeholders_in, texts_in
+from swarmctl.robot_types.placeholders import Loc, is_placeholder, meanings, placeholders_in, texts_in
 from swarmctl.robot_types.ros_launchable import RosLaunchable
 from swarmctl.units import Unit
 
@@ -137,9 +137,9 @@ class RosDriver(RosLaunchable):
     @fits_together
     def _placeholders_exist(self) -> Iterator[ConsistencyError]:
         for loc, value in self.texts:
-            unknown = next((one for one in placeholders_in(value) if one not in PLACEHOLDERS), None)
+            unknown = next((one for one in placeholders_in(value) if not is_placeholder(one)), None)
             if unknown is not None:
-                names = ", ".join(f"{{{one}}}" for one in PLACEHOLDERS)
+                names = ", ".join(f"{{{one}}}" for one in meanings())
                 yield ConsistencyError(
                     f"`{{{unknown}}}` is not a placeholder; write one of {names}, or `{{{{` for a brace", *loc
                 )

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from swarmctl.field_types import Baud, ConsistencyError, FilePath, Model, Port, fits_together
+from swarmctl.links.link_base import RobotLink
+from swarmctl.links.link_kinds import RobotLinkKind, kinds
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.motion import Motion
 from swarmctl.robot_types.robot_type import Text
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.settings import CommandSettings, RobotSettings
 from swarmctl.units import Unit
 
-LinkKind = Literal["serial", "bluetooth", "udp", "tcp", "radio"]
-_IP = ("udp", "tcp")
-
 
 class RosLink(Model):
     """What connects the robot with the host of its driver."""
 
-    kinds: Annotated[tuple[LinkKind, ...], Field(min_length=1, strict=False)] = Field(
+    kinds: Annotated[tuple[RobotLinkKind, ...], Field(min_length=1, strict=False)] = Field(
         examples=[["serial"]], description="What the robot can be connected by."
     )
     baud: Baud | None = Field(None, description="Bits per second of a serial link, unless the link sets it.")
@@ -46,11 +46,10 @@ class RosLink(Model):
 
     @fits_together
     def _has_what_its_kinds_have(self) -> Iterator[ConsistencyError]:
-        for key in ("port", "local_ports", "load_mbps"):
-            if getattr(self, key) and not set(self.kinds) & set(_IP):
-                yield ConsistencyError(f"`{key}` is of a udp or tcp link, which is not among `kinds`", key)
-        if self.baud is not None and "serial" not in self.kinds:
-            yield ConsistencyError("`baud` is of a serial link, which is not among `kinds`", "baud")
+        for key in ("port", "local_ports", "load_mbps", "baud"):
+            if getattr(self, key) and all(key not in LINK_KINDS.get(kind).type_keys for kind in self.kinds):
+                having = " or ".join(name for name, model in kinds(RobotLink) if key in model.type_keys)
+                yield ConsistencyError(f"`{key}` is of a {having} link, which is not among `kinds`", key)
 
 
 class RosRobotType(Model):

@@ -8,8 +8,8 @@ from itertools import combinations
 from swarmctl.analysis.bluetooth_load import MOST, STABLE, BluetoothBudget, bluetooth_budgets, spread
 from swarmctl.analysis.radio_load import dongle_budgets
 from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.links.radio_link import Radio
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.spec.link_model import Radio
 from swarmctl.yamltext.edits import make_fix, set_key
 
 _MOST_DONGLES = 6  # more USB adapters on one host are not suggested

@@ -13,7 +13,6 @@ from swarmctl.robot_types.message_sizes import size_of
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.sketch_settings import DEFAULTS, Firmware, clashes
 from swarmctl.rules.serial_lines import BAUDS, meant_baud, near_bauds
-from swarmctl.spec.link_model import Serial
 from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext.edits import make_fix, replace_value
 from swarmctl.yamltext.source import Loc
@@ -260,7 +259,7 @@ def sketch_limits(context: RuleContext) -> Iterator[Diagnostic]:
     for index, link, kind in context.native_lines:
         if kind.sketch is None or not kind.sketch.firmware:
             continue
-        declared = link.baud if isinstance(link, Serial) else None
+        declared = link.own_baud
         dead_man = kind.sketch.firmware_timeout
         if trouble := wrong_baud(declared or kind.link.baud, dead_man):
             good = ", ".join(map(str, good_bauds(BAUDS, dead_man)))

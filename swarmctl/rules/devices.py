@@ -6,9 +6,10 @@ import re
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.serial_lines import BAUDS
-from swarmctl.spec.link_model import Bluetooth, Serial, Usb
 from swarmctl.yamltext import edits
 
 _NUMBERED = ("/dev/ttyUSB", "/dev/ttyACM")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.links.ip_link import IpLink
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.placeholders import PLACEHOLDERS, placeholders_in
+from swarmctl.robot_types.placeholders import meanings, placeholders_in
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.yamltext.source import Loc
 
-_WITH_PORTS = ("udp", "tcp")
 _PORTS = {"link_port": "port", "uri": "port", "local_port": "local_ports", "local_port_2": "local_ports"}
 
 
@@ -40,7 +40,7 @@ def _unavailable(
     given = context.line_of(robot)
     if given is None:
         link = f"connect it by a {' or '.join(kinds)} link" if kinds else "add a link that has it"
-    elif missing in _PORTS and given.kind in _WITH_PORTS:
+    elif missing in _PORTS and isinstance(given, IpLink):
         link = f"write `{_PORTS[missing]}` in the link of `{robot}`"
     else:
         link = f"a {given.kind} link has none"
@@ -48,9 +48,9 @@ def _unavailable(
     span = _span(context, robot, *loc)
     return Diagnostic(
         "DRIVER001",
-        f"`{{{missing}}}` is not available for robot `{robot}`: it is {PLACEHOLDERS[missing]}",
+        f"`{{{missing}}}` is not available for robot `{robot}`: it is {meanings()[missing]}",
         span,
-        label="no such link" if given is None or given.kind not in _WITH_PORTS else "its link has none",
+        label="no such link" if given is None or not isinstance(given, IpLink) else "its link has none",
         notes=(place,) if span != place.span else (),
         help=(f"{link}, or use one of {', '.join(f'{{{one}}}' for one in known)}",),
     )

@@ -8,9 +8,10 @@ from collections.abc import Callable, Collection, Hashable, Iterator
 from typing import Any
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.devices import FACTORY
-from swarmctl.spec.link_model import Bluetooth, Serial, Usb
 from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import Subnet, normal

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 
 from swarmctl.analysis.ip_link_load import ip_link_budgets
 from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.serial_link import Serial
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.spec.link_model import Bluetooth, Serial
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.spec.model import Mode
 from swarmctl.yamltext.edits import append_item, make_fix, set_key
 
@@ -59,18 +61,11 @@ def robot_lines(context: RuleContext) -> Iterator[Diagnostic]:
 
 def _possible_lines(context: RuleContext, robot: str, host: str | None) -> Iterator[str]:
     """Yields the links, as spec text, that the robot type and its host support."""
-    spec = context.spec
-    kinds = context.link_kinds(robot)
-    ends = f"host: {host or '...'}, robot: {robot}"
-    if "bluetooth" in kinds and host is not None and spec.hosts[host].bluetooth:
-        yield f'{{kind: bluetooth, {ends}, mac: "..."}}'
-    if "serial" in kinds:
-        yield f"{{kind: serial, {ends}, usb: {{serial: ...}}}}"
-    for kind in ("udp", "tcp"):
-        if kind in kinds:
-            yield f"{{kind: {kind}, {ends}, address: ...}}"
-    if "radio" in kinds:
-        yield f"{{kind: radio, {ends}, uri: radio://0/80/2M/E7E7E7E7E7}}"
+    found = [kind for kind in LINK_KINDS if kind in context.link_kinds(robot)]
+    for kind in sorted(found, key=lambda one: not LINK_KINDS.get(one).adapters_key):
+        model = LINK_KINDS.get(kind)
+        if not model.adapters_key or (host and getattr(context.spec.hosts[host], model.adapters_key)):
+            yield f"{{kind: {kind}, host: {host or '...'}, robot: {robot}, {model.example}}}"
 
 
 @rule("LINK007")

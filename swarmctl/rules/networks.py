@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
+from swarmctl.links.wlan_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.spec.link_model import Wlan
 from swarmctl.swarm.addresses import Subnet
 from swarmctl.yamltext.edits import append_item, make_fix
 

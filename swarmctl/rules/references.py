@@ -13,9 +13,9 @@ from typing import Any
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.field_types import KEY
+from swarmctl.links.link_base import NetworkLink
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.link_model import NetworkLink
 from swarmctl.spec.model import Mode
 from swarmctl.spec.references import COMMANDERS, at, mentions, renaming, undefined
 from swarmctl.spec.sound_sections import UnsoundError

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.field_types import Parameter
+from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.settings import RobotSettings
-from swarmctl.spec.link_model import Bluetooth
 from swarmctl.spec.program_model import Program
 from swarmctl.yamltext.edits import make_fix, remove, set_key
 from swarmctl.yamltext.source import Loc

@@ -8,15 +8,14 @@ from dataclasses import replace
 from swarmctl.analysis.serial_load import (
     CAREFUL,
     COMMAND_RATE,
-    FTDI,
     SerialBudget,
     SerialLoad,
     command_rates,
 )
 from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
+from swarmctl.links.serial_link import FTDI, Serial
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.settings import DIAGNOSTICS
-from swarmctl.spec.link_model import Serial
 from swarmctl.suggest import did_you_mean, guess, typing_errors
 from swarmctl.yamltext.edits import make_fix, rename_key, replace_value, set_key
 

@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass, replace
 from itertools import groupby
 from typing import Any, TypeVar
 
-from swarmctl.field_types import LAST_CHANNEL, LAST_DONGLE
+from swarmctl.field_types import LAST_DONGLE
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.render.quoting import render
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
@@ -20,7 +21,6 @@ BASE = "laptop"
 _NETWORK = "192.168.77"
 _FIRST = 10
 _LAST_NUMBERS = re.compile(r"[0-9]+(?=[^0-9']*')")  # of the texts in a repr
-_FIRST_OF_ROBOTS = 100
 
 
 @dataclass(frozen=True)
@@ -77,28 +77,17 @@ def _placed(number: int, robot: str, type_name: str, robot_type: AnyRobotType, m
     host = BASE if mode is Mode.SINGLE_MINDED else f"{robot}-pi"
     kind = robot_type.link.kinds[0] if robot_type.link is not None else ""
     dongle = (number - 1) % (LAST_DONGLE + 1) if host == BASE else 0
-    return _Robot(robot, type_name, host, kind, _end(number, robot, kind, dongle))
+    end = LINK_KINDS.get(kind).first_value(number, robot, dongle) if kind else ""
+    return _Robot(robot, type_name, host, kind, end)
 
 
 def _apart(robot: _Robot, earlier: Sequence[_Robot], robot_type: AnyRobotType) -> _Robot:
     """The robot with ports of its own, if its host drives others of its type already."""
     equal = sum((one.host, one.type) == (robot.host, robot.type) for one in earlier)
     usual = robot_type.link.local_ports if isinstance(robot_type, RosRobotType) and robot_type.link else ()
-    if robot.kind not in ("udp", "tcp") or not equal:
+    if not equal or not robot.kind or "local_ports" not in LINK_KINDS.get(robot.kind).type_keys:
         return robot
     return replace(robot, local_ports=tuple(port + 10 * equal for port in usual))
-
-
-def _end(number: int, robot: str, kind: str, dongle: int) -> str:
-    """What stands for the robot's end of its link until somebody fills it in."""
-    match kind:
-        case "bluetooth":
-            return f"02:00:00:00:{number // 100:02}:{number % 100:02}"
-        case "udp" | "tcp":
-            return f"{_NETWORK}.{_FIRST_OF_ROBOTS + number}"
-        case "radio":
-            return f"radio://{dongle}/{2 * number % LAST_CHANNEL}/2M/E7E7E7{number:04}"
-    return f"SERIAL-OF-{robot.upper()}"
 
 
 def _hosts(robots: Sequence[_Robot]) -> list[_Host]:

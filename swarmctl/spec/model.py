@@ -31,6 +31,7 @@ from swarmctl.field_types import (
     Selection,
     TimeServer,
 )
+from swarmctl.links.link_kinds import Link
 from swarmctl.plugins import MIDDLEWARES, NameIn
 from swarmctl.robot_types.any_robot_type import TaggedRobotType
 from swarmctl.robot_types.driver_names import DRIVERS
@@ -38,7 +39,6 @@ from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.spec.delivered_model import PackageSource
 from swarmctl.spec.install_model import Install
-from swarmctl.spec.link_model import Link
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.program_model import Megabytes, Program
 from swarmctl.text_patterns import matching

@@ -9,14 +9,13 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from swarmctl.links.link_kinds import OfAnyKind
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.any_robot_type import PROTOCOL, ROS
-from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_launchable import ARGUMENTS, WORDS, Arguments, Words
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.robot_types.sensors import SENSORS
-from swarmctl.spec.link_model import LINKS
 from swarmctl.spec.model import DRIVER, DRIVER_NAME, Spec
 from swarmctl.spec.program_model import COPY, TEMPLATE, Template
 from swarmctl.units import Unit, described_with
@@ -26,7 +25,6 @@ FORMS: Mapping[str, Any] = {
     PROTOCOL: RobotType, ROS: RosRobotType, DRIVER: RosDriver, DRIVER_NAME: str,
     ARGUMENTS: Arguments, WORDS: Words, COPY: str, TEMPLATE: Template,
 }  # fmt: skip
-TAGS = {**LINKS, **PROTOCOLS, **SENSORS, **FORMS}
 
 
 def known_keys(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> tuple[str, ...]:
@@ -39,16 +37,22 @@ def types_at(loc: tuple[str | int, ...], model: type[BaseModel]) -> list[Any]:
     """The types that stand at ``loc`` of a ``model``."""
     places: list[Any] = [model]
     for part in loc:
-        if TAGS.get(str(part)) in places:  # a union tag: it chooses, and leads no further
-            places = [TAGS[str(part)]]
+        if chosen := [place for place in places if _is_tagged(place, part)]:
+            places = chosen  # a union tag leads no further
         else:
             places = [below for place in places for below in _below(place, part)]
     return places
 
 
+def _is_tagged(place: Any, tag: str | int) -> bool:
+    """True if ``tag`` chooses ``place`` of a union: by its form, or as the one word of its `kind`."""
+    kind = place.model_fields.get("kind") if is_model(place) else None
+    return place == FORMS.get(str(tag)) or (kind is not None and get_args(kind.annotation) == (tag,))
+
+
 def link_keys(kind: str) -> tuple[str, ...]:
     """Returns the keys of one kind of link."""
-    return tuple(LINKS[kind].model_fields)
+    return tuple(LINK_KINDS.get(kind).model_fields)
 
 
 def described(loc: tuple[str | int, ...], model: type[BaseModel] = Spec) -> str:
@@ -136,7 +140,8 @@ def _arguments(place: Any, part: str | int) -> list[Any]:
 def unwrapped(annotation: Any) -> list[Any]:
     """The alternatives of an annotation, without ``Annotated`` and ``| None``."""
     if hasattr(annotation, "__metadata__"):
-        return unwrapped(annotation.__origin__)
+        of_kinds = next((one for one in annotation.__metadata__ if isinstance(one, OfAnyKind)), None)
+        return list(of_kinds.classes()) if of_kinds else unwrapped(annotation.__origin__)
     if getattr(annotation, "__origin__", None) in (tuple, list, dict, Mapping):
         return [annotation]
     arguments = getattr(annotation, "__args__", None)

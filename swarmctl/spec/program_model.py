@@ -16,13 +16,13 @@ from swarmctl.field_types import (
     Namespace,
     PackageName,
     RobotName,
+    Secret,
     SelectedHost,
     SelectedRobot,
 )
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.ros_launchable import RosLaunchable, Words
 from swarmctl.spec.install_model import Install
-from swarmctl.spec.named_secret import Secret
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 

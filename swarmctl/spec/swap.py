@@ -12,19 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarmctl.diagnostics import Edit
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.spec.load import Document
 from swarmctl.suggest import did_you_mean
 from swarmctl.yamltext import edits
 from swarmctl.yamltext.source import Loc, Source
 
-#: The keys of a link that belong to the robot, by kind; the others are those of the way to it.
-_OF_ROBOT = {
-    "bluetooth": ("mac", "pin", "channel"),
-    "serial": ("usb", "device", "baud"),
-    "udp": ("address", "port", "local_ports"),
-    "tcp": ("address", "port", "local_ports"),
-    "radio": ("uri",),
-}
 _MEASURED = ("calibration", "firmware")  # of the settings
 
 
@@ -115,10 +108,11 @@ def _identity(document: Document, robot: str, other: str) -> Iterator[tuple[Loc,
     else:
         first, second = (document.source.data["links"][number] for number in (one, two))
         places: tuple[Loc, Loc] = (("links", one), ("links", two))
-        if first["kind"] == "serial" and first["host"] != second["host"]:
+        kind = LINK_KINDS.get(first["kind"])
+        if kind.wired and first["host"] != second["host"]:
             yield (*places, "host")  # it is wired to it
             yield (*entries, "host")
-        for key in _OF_ROBOT[first["kind"]]:
+        for key in kind.device_keys:
             yield (*places, key)
     for key in _MEASURED:
         yield (*entries, f"settings.{key}")

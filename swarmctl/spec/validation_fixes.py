@@ -13,10 +13,10 @@ from pydantic import BaseModel
 
 from swarmctl.diagnostics import Fix
 from swarmctl.field_types import MESSAGE_TYPE, NAME, NAMESPACE, ROBOT_TYPE_NAME
+from swarmctl.plugins import LINK_KINDS, Registry
 from swarmctl.robot_types.protocols import PROTOCOLS
 from swarmctl.robot_types.sensors import SENSORS
 from swarmctl.spec.keys_elsewhere import place_of
-from swarmctl.spec.link_model import KINDS
 from swarmctl.spec.model_lookup import FORMS, accepts, is_model, known_keys, link_keys, types_at
 from swarmctl.spec.references import rename_at, renaming
 from swarmctl.suggest import Guess, guess
@@ -30,9 +30,10 @@ BOOLEANS = {
     "yes": "true", "on": "true", "y": "true", "true": "true", "enabled": "true", "1": "true",
     "no": "false", "off": "false", "n": "false", "false": "false", "disabled": "false", "0": "false",
 }  # fmt: skip
+Kinds = tuple[str, ...] | Registry
 # Places whose `kind` chooses what they hold: the steps to them (None is any name), the kinds, the noun.
-_UNIONS: tuple[tuple[tuple[str | None, ...], tuple[str, ...], str], ...] = (
-    (("links", None), KINDS, "link"),
+_UNIONS: tuple[tuple[tuple[str | None, ...], Kinds, str], ...] = (
+    (("links", None), LINK_KINDS, "link"),
     (("protocol",), tuple(PROTOCOLS), "protocol"),
     (("types", None, "protocol"), tuple(PROTOCOLS), "protocol"),
     (("sensors", None), tuple(SENSORS), "sensor"),
@@ -195,7 +196,7 @@ def without_tag(loc: Loc) -> tuple[str | int, ...]:
 
 def kinds_at(loc: Loc) -> tuple[str, ...]:
     """Returns the kinds that the value at ``loc`` can have."""
-    return _union_at(loc)[1]
+    return tuple(_union_at(loc)[1])
 
 
 def noun_at(loc: Loc) -> str:
@@ -203,7 +204,7 @@ def noun_at(loc: Loc) -> str:
     return _union_at(loc)[2]
 
 
-def _union_at(loc: Loc) -> tuple[int, tuple[str, ...], str]:
+def _union_at(loc: Loc) -> tuple[int, Kinds, str]:
     """How many steps into ``loc`` a kind is chosen, which there are, and of what; no steps if none is."""
     for steps, kinds, noun in _UNIONS:
         if len(loc) >= len(steps) and all(
@@ -223,7 +224,7 @@ def keys_at(tagged: Loc, model: type[BaseModel]) -> tuple[str, ...]:
 
 def kinds_with(key: str) -> list[str]:
     """Returns the kinds of links that have a key."""
-    return [kind for kind in KINDS if key in link_keys(kind)]
+    return [kind for kind in LINK_KINDS if key in link_keys(kind)]
 
 
 def choices(error: Any) -> list[str]:

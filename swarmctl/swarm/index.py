@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
 
+from swarmctl.links.ip_link import IpLink
+from swarmctl.links.link_base import Ends, Line, NetworkLink, RobotLink
+from swarmctl.links.radio_link import Radio
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.effective_settings import command_timeout_of
 from swarmctl.robot_types.motion import Motion, motion_of
@@ -17,7 +20,6 @@ from swarmctl.robot_types.robot_type import Link, RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosLink
 from swarmctl.robot_types.settings import RobotSettings, merged
-from swarmctl.spec.link_model import Bluetooth, IpLink, NetworkLink, Radio, RobotLink, Serial
 from swarmctl.spec.load import Document
 from swarmctl.spec.model import Computer, Spec
 from swarmctl.spec.program_model import Program
@@ -26,7 +28,7 @@ from swarmctl.swarm.addresses import Ip, Subnet
 from swarmctl.swarm.command_topics import CommandTopic, command_topic, is_gated
 from swarmctl.swarm.ip_links import IpEnds, ends_of
 from swarmctl.swarm.resolved import Island, island_by_host
-from swarmctl.swarm.ros_drivers import placeholder_values, ros_driver_of, values_of_link
+from swarmctl.swarm.ros_drivers import placeholder_values, ros_driver_of
 from swarmctl.swarm.subnets import addresses_of, subnet_sources_of, subnets_of
 from swarmctl.swarm.topics import (
     DriverTopic,
@@ -37,8 +39,6 @@ from swarmctl.swarm.topics import (
     sensors_of,
 )
 from swarmctl.yamltext.source import Loc
-
-Line = Serial | Bluetooth
 
 
 class SwarmIndex:
@@ -121,13 +121,13 @@ class SwarmIndex:
         foreign = self.ros_drivers
         return {name: one for name, one in self.native_robots.items() if name not in foreign}
 
-    # Links between hosts and robots: serial and Bluetooth lines, udp, tcp and radio
+    # Links between hosts and robots
 
     @cached_property
     def lines(self) -> tuple[tuple[int, RobotLink], ...]:
-        """The links of robots: serial, bluetooth, udp, tcp and radio."""
+        """The links of robots."""
         found = enumerate(self.spec.links)
-        return tuple((index, link) for index, link in found if not isinstance(link, NetworkLink))
+        return tuple((index, link) for index, link in found if isinstance(link, RobotLink))
 
     @cached_property
     def ip_links(self) -> Mapping[int, IpEnds]:
@@ -160,12 +160,12 @@ class SwarmIndex:
 
     @cached_property
     def native_lines(self) -> tuple[tuple[int, Line, RobotType], ...]:
-        """The serial and Bluetooth lines of robots whose type has a protocol, with that type."""
+        """The lines of robots whose type has a protocol, with that type."""
         known = self.native_robots
         return tuple(
             (index, link, known[link.robot])
             for index, link in self.lines
-            if isinstance(link, (Serial, Bluetooth)) and link.robot in known
+            if isinstance(link, Line) and link.robot in known
         )
 
     def link_kinds(self, robot: str) -> tuple[str, ...]:
@@ -184,19 +184,13 @@ class SwarmIndex:
 
     def baud_of(self, link: RobotLink) -> int | None:
         """Returns the bits per second of a line: as declared, else its robot type's; None if unknown."""
-        if not isinstance(link, (Serial, Bluetooth)):
+        if not isinstance(link, Line):
             return None
-        own = link.baud if isinstance(link, Serial) else None
-        return own or next(iter(self.bauds_of(link.robot)), None)
+        return link.own_baud or next(iter(self.bauds_of(link.robot)), None)
 
     def adapter_of(self, link: RobotLink) -> str | None:
-        """Returns what serves a link at its host and can serve others as well; None for other kinds of links.
-
-        A Bluetooth adapter as declared, else the first of the host; the Crazyradio of a radio link.
-        """
-        if isinstance(link, Bluetooth):
-            return link.adapter or next(iter(self.spec.hosts[link.host].bluetooth), None)
-        return link.dongle if isinstance(link, Radio) else None
+        """Returns what serves a link at its host and can serve others as well; None if nothing does."""
+        return link.served_by(getattr(self.spec.hosts[link.host], link.adapters_key, ()))
 
     def ends_of(self, link: IpLink) -> IpEnds:
         """Returns both ends of a udp or tcp link, with what its robot type adds."""
@@ -339,9 +333,10 @@ class SwarmIndex:
         return tuple(placeholder_values(robot, "", "", "", of_link))
 
     def placeholders_of_link(self, link: RobotLink, device: str) -> Mapping[str, str | int]:
-        """Returns what a link gives to placeholders; ``device`` is that of a serial or Bluetooth link."""
+        """Returns what a link gives to placeholders; ``device`` is that of a line."""
         ends = self.ends_of(link) if isinstance(link, IpLink) else None
-        return values_of_link(link, device, self.baud_of(link), ends)
+        ports = (ends.port, ends.local_ports) if ends is not None else ()
+        return link.values(Ends(device, self.baud_of(link), *ports))
 
     # Topics
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from swarmctl.links.ip_link import IpLink
+from swarmctl.links.link_base import NetworkLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.spec.link_model import IpLink, NetworkLink
 from swarmctl.swarm.addresses import Subnet, ip_of
 
 

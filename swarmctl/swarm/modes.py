@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Set
 from dataclasses import dataclass
 
+from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec import model
-from swarmctl.spec.link_model import NetworkLink
 from swarmctl.spec.model import Mode, Spec
 from swarmctl.swarm.resolved import Island
 

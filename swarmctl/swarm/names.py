@@ -63,16 +63,6 @@ def _full(name: str, node: str) -> str:
     return f"{node.rpartition('/')[0]}/{name}"
 
 
-def usb_device(robot: str) -> str:
-    """Returns the stable path that a udev rule gives a robot's USB serial adapter."""
-    return f"/dev/swarm/{robot}"
-
-
-def rfcomm_device(index: int) -> str:
-    """Returns the path of a host's rfcomm device."""
-    return f"/dev/rfcomm{index}"
-
-
 MASTER = "master"
 MULTIMASTER = "multimaster"
 WLAN = "wlan"

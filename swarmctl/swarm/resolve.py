@@ -4,28 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from swarmctl.links.bluetooth_link import RfcommLine
+from swarmctl.links.link_base import Device, Line, RobotLink
 from swarmctl.spec import model
-from swarmctl.spec.link_model import Bluetooth, IpLink, Radio, RobotLink, Serial, Usb
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster_model import Multimaster
-from swarmctl.swarm import names
 from swarmctl.swarm.authority import Authority, commanded_by
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.clocks import time_root
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import ssh_port
 from swarmctl.swarm.resolved import (
-    FixedLine,
     ForeignDriver,
     Host,
-    Line,
     Network,
     Program,
-    RfcommLine,
     Robot,
     Swarm,
     SwarmctlDriver,
-    UsbLine,
 )
 from swarmctl.swarm.robot_maintenance import maintenance_of
 from swarmctl.swarm.robot_urdfs import urdfs_of
@@ -93,7 +89,7 @@ def _robots(index: SwarmIndex) -> Mapping[str, Robot]:
     next_rfcomm: dict[str, int] = {}  # by host
     for name, given in spec.robots.items():
         link = index.line_of(name)
-        line = _line(index, link, next_rfcomm.get(link.host, 0)) if link is not None else None
+        line = _line(index, link, next_rfcomm.get(link.host, 0) if link is not None else 0)
         if link is not None and isinstance(line, RfcommLine):
             next_rfcomm[link.host] = line.index + 1
         host = index.driving[name] or (link.host if link is not None else None)
@@ -123,7 +119,7 @@ def _robots(index: SwarmIndex) -> Mapping[str, Robot]:
 
 
 def _driver(
-    index: SwarmIndex, robot: str, line: Line | None, baud: int | None, values: Mapping[str, str | int]
+    index: SwarmIndex, robot: str, line: Device | None, baud: int | None, values: Mapping[str, str | int]
 ) -> SwarmctlDriver | ForeignDriver:
     ros, type_name = index.ros_drivers.get(robot), index.spec.robots[robot].type
     if ros is None:
@@ -138,7 +134,7 @@ def _driver(
     )
 
 
-def _placeholders(index: SwarmIndex, robot: str, host: str, line: Line | None) -> Mapping[str, str | int]:
+def _placeholders(index: SwarmIndex, robot: str, host: str, line: Device | None) -> Mapping[str, str | int]:
     """The values of the placeholders of a robot's driver, which runs on ``host``."""
     link, device = index.line_of(robot), line.path if line is not None else ""
     of_link = index.placeholders_of_link(link, device) if link is not None else {}
@@ -159,21 +155,13 @@ def _programs(index: SwarmIndex) -> Mapping[str, Program]:
     return programs
 
 
-def _line(index: SwarmIndex, link: RobotLink, rfcomm: int) -> Line | None:
+def _line(index: SwarmIndex, link: RobotLink | None, number: int) -> Device | None:
     """The device of a line, None for other links.
 
-    ``rfcomm`` is the next free number of a Bluetooth device on its host.
+    ``number`` is the next free one of the rfcomm devices on its host.
     """
-    match link:
-        case IpLink() | Radio():
-            return None
-        case Bluetooth():
-            of_type = index.native_robots.get(link.robot)
-            channel = link.channel or (of_type.link.rfcomm_channel if of_type is not None else 1)
-            pin = link.pin.secret if link.pin else None
-            return RfcommLine(link.mac, channel, rfcomm, index.adapter_of(link) or "", pin)
-        case Serial(usb=Usb() as usb):
-            return UsbLine(usb, names.usb_device(link.robot))
-        case Serial(device=str() as device):
-            return FixedLine(device)
-    raise ValueError(f"the line of {link.robot} names no device")  # LINK004 reports it before
+    if not isinstance(link, Line):
+        return None
+    of_type = index.native_robots.get(link.robot)
+    channel = of_type.link.rfcomm_channel if of_type is not None else 1
+    return link.device_of(number, channel, index.adapter_of(link) or "")

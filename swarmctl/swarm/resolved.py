@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
+from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.motion import Motion
 from swarmctl.robot_types.robot_type import RobotType
@@ -19,7 +20,6 @@ from swarmctl.ros_packages.urdf import Urdf
 from swarmctl.spec import model
 from swarmctl.spec import program_model as declared_program
 from swarmctl.spec.install_model import Install
-from swarmctl.spec.link_model import RobotLink, Usb
 from swarmctl.spec.model import Mode
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.selection_candidates import Candidates
@@ -62,41 +62,6 @@ class Network:
     multicast: bool | None
 
 
-@dataclass(frozen=True)
-class UsbLine:
-    """A serial line through a USB adapter that is identified by its vendor, product or serial number."""
-
-    usb: Usb
-    path: str
-
-
-@dataclass(frozen=True)
-class FixedLine:
-    """A serial line on a device with a fixed path."""
-
-    path: str
-
-
-@dataclass(frozen=True)
-class RfcommLine:
-    """A Bluetooth serial line: the robot's MAC, the adapter, the channel, and the bound rfcomm device.
-
-    ``pin`` is the name of the secret with the pairing PIN.
-    """
-
-    mac: str
-    channel: int
-    index: int
-    adapter: str
-    pin: str | None = None
-
-    @property
-    def path(self) -> str:
-        """The device, such as /dev/rfcomm0."""
-        return names.rfcomm_device(self.index)
-
-
-Line = UsbLine | FixedLine | RfcommLine
 _Placed = TypeVar("_Placed", "Robot", "Program")
 
 
@@ -156,7 +121,7 @@ class SwarmctlDriver:
     """swarmctl's own driver, with what it needs to know of the robot."""
 
     type: RobotType
-    line: Line
+    line: Device
     baud: int
     codec: bytes = b""  # the Python file with the protocol class of the type; empty if it has none
 
@@ -194,7 +159,7 @@ class Robot:
     settings: RobotSettings
     host: str
     link: RobotLink | None
-    line: Line | None
+    line: Device | None
     baud: int | None
     optional: bool
     commanders: tuple[Commander, ...]

@@ -9,9 +9,7 @@ from swarmctl.robot_types.placeholders import filled
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.spec.link_model import Radio, RobotLink
 from swarmctl.spec.load import Document
-from swarmctl.swarm.ip_links import IpEnds
 
 
 def ros_driver_of(document: Document, robot: str) -> RosDriver | None:
@@ -73,24 +71,3 @@ def placeholder_values(
     return {
         "robot": robot, "namespace": space, "frame": space, "host": host, "address": address, **of_link,
     }  # fmt: skip
-
-
-def values_of_link(
-    link: RobotLink, device: str, baud: int | None, ends: IpEnds | None
-) -> Mapping[str, str | int]:
-    """Returns what a link gives to the placeholders of a driver.
-
-    ``device`` and ``baud`` are those of a serial or Bluetooth link, ``ends`` those of a udp or tcp link. A
-    URI of UDP begins with the first port of the host, as mavros takes it: udp://:14550@192.168.10.2:14555.
-    """
-    if isinstance(link, Radio):
-        return {"uri": link.uri}
-    if ends is None:
-        return {"device": device, **({"baud": baud, "uri": f"serial://{device}:{baud}"} if baud else {})}
-    local, address = ends.local_ports, ends.link.address
-    values: dict[str, str | int] = {"link_address": address}
-    values |= dict(zip(("local_port", "local_port_2"), local, strict=False))
-    if ends.port is not None:
-        own = f":{local[0]}@" if local and link.kind == "udp" else ""
-        values |= {"link_port": ends.port, "uri": f"{link.kind}://{own}{address}:{ends.port}"}
-    return values

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from swarmctl.spec.link_model import NetworkLink
+from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.addresses import Ip, Subnet, ip_of, subnet_of, usual_subnets
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from swarmctl.analysis import serial_load
+from swarmctl.plugins import LINK_KINDS
 from swarmctl.robot_types.any_robot_type import AnyRobotType
 from swarmctl.robot_types.effective_settings import command_timeout_of, equipped, rates_of
 from swarmctl.robot_types.line_protocol import CodedExchange
@@ -27,7 +28,6 @@ from swarmctl.views import ros_robot_types
 from swarmctl.views.escape import printable
 
 SHIPPED = "swarmctl"
-_KINDS = {"serial": "usb", "bluetooth": "bluetooth"}  # an unknown adapter counts as a slow one
 _LEFT = 2
 _MOST_SENSES = 5  # sensors of a type in the list of types
 
@@ -242,9 +242,10 @@ def _loads(kind: RobotType) -> Iterator[tuple[str, serial_load.SerialLoad]]:
     if kind.driver_protocol is not None:
         whole, rates = equipped(kind, kind.settings), rates_of(kind, kind.settings)
         for link in kind.link.kinds:
+            line = next(iter(LINK_KINDS.get(link).delays))  # an unknown adapter counts as a slow one
             yield (
                 link,
-                serial_load.load_of(whole, _KINDS[link], kind.link.baud, serial_load.COMMAND_RATE, rates),
+                serial_load.load_of(whole, line, kind.link.baud, serial_load.COMMAND_RATE, rates),
             )
 
 

@@ -12,9 +12,10 @@ import pytest
 from pydantic import BaseModel
 
 from swarmctl.cli.app import run
+from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.serial_link import Serial
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.robot_types.ros_robot_type import RosRobotType
-from swarmctl.spec.link_model import Bluetooth, Serial
 from swarmctl.spec.model import Host, Robot, RobotSettings, Spec
 from swarmctl.spec.program_model import Program
 from tests.editors.language_server import LanguageServer, running

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from swarmctl.field_types import Value
-from swarmctl.robot_types.placeholders import PLACEHOLDERS, PlaceholderError, filled, placeholders_in
+from swarmctl.robot_types.placeholders import PlaceholderError, filled, meanings, placeholders_in
 
 VALUES = {"namespace": "tb3_01", "baud": 57600, "device": "/dev/swarm/tb3-01"}
 
@@ -38,4 +38,4 @@ def test_an_unknown_placeholder_names_the_known_ones(text: str) -> None:
 
 def test_every_placeholder_is_found() -> None:
     assert list(placeholders_in("{robot}-{{x}}-{uri} {")) == ["robot", "uri", ""]
-    assert set(VALUES) < set(PLACEHOLDERS)
+    assert set(VALUES) < set(meanings())

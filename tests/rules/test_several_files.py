@@ -10,9 +10,10 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
+from swarmctl.links.serial_link import FixedLine
 from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.load import Document, load
-from swarmctl.swarm.resolved import FixedLine, Swarm
+from swarmctl.swarm.resolved import Swarm
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_CHAIN, MAX_FILES
 
 SEVERAL = Path(__file__).parent / "several_files"

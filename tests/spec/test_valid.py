@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from swarmctl.diagnostics import has_errors
+from swarmctl.links.bluetooth_link import RfcommLine
+from swarmctl.links.serial_link import UsbLine
 from swarmctl.linter.runner import lint, load_swarm
 from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.load import load_text
-from swarmctl.swarm.resolved import RfcommLine, UsbLine
 from tests import ROOT
 
 EXAMPLES = sorted((ROOT / "examples").glob("*/swarm.yaml"))

@@ -18,12 +18,12 @@ from swarmctl.analysis.radio_load import seconds_of
 from swarmctl.field_types import RADIO_RATES, RadioUri, RobotAddress
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.lab.lab_plan import plan_of
+from swarmctl.links.radio_link import Radio
 from swarmctl.linter.runner import lint
 from swarmctl.mode_conversion.convert import converted
 from swarmctl.render.build_bundle import bundles
 from swarmctl.scaffold.starting_spec import starting_spec
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.link_model import Radio
 from swarmctl.spec.load import load
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.index import SwarmIndex

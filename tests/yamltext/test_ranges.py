@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic
+from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.linter.runner import lint
 from swarmctl.spec.catalog import load_catalog
-from swarmctl.spec.link_model import Bluetooth
 from swarmctl.spec.load import Document, load, load_text
 from swarmctl.yamltext import edits, hostlist, ranges
 from swarmctl.yamltext.compose import compose

@@ -8,6 +8,7 @@ from typing import Any
 
 from swarm_onboard.agent.paths import stop_file
 
+from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.render import shipped_files, sketch
 from swarmctl.render.bundle import File, Unit
 from swarmctl.render.driver_config import Tuned, codec_path, parameters, params_path, tuned, urdf_path
@@ -16,7 +17,7 @@ from swarmctl.render.ros1 import foreign_drivers, gate, robot_model
 from swarmctl.render.ros1.release import RUNNING, home, ros_client, service_values
 from swarmctl.robot_types.effective_settings import watchdog_of
 from swarmctl.swarm import names
-from swarmctl.swarm.resolved import ForeignDriver, Host, RfcommLine, Robot, Swarm, SwarmctlDriver
+from swarmctl.swarm.resolved import ForeignDriver, Host, Robot, Swarm, SwarmctlDriver
 
 
 def files(swarm: Swarm, host: Host) -> Iterator[File]:

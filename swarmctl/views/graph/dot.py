@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from swarmctl.analysis.diagram import Diagram, Edge, Node
+from swarmctl.plugins import LINK_KINDS
 
 _SHAPE = {"host": "box3d", "robot": "ellipse", "network": "hexagon", "program": "component"}
 _STYLE = {
     "network": "dir=none",
-    "serial": "dir=none, penwidth=2",
-    "bluetooth": "dir=none, style=dotted, penwidth=2",
-    "udp": "dir=none, style=dotted, penwidth=2",
-    "tcp": "dir=none, style=dotted, penwidth=2",
-    "radio": "dir=none, style=dotted, penwidth=2",
     "runs": "dir=none, color=gray",
     "commands": "style=dashed, color=red, constraint=false",
     "data": "style=dashed, color=blue, constraint=false",
 }
+_WIRED = {True: "dir=none, penwidth=2", False: "dir=none, style=dotted, penwidth=2"}
 
 
 def graph(diagram: Diagram) -> str:
@@ -46,7 +43,8 @@ def _node(node: Node) -> str:
 
 def _edge(edge: Edge) -> str:
     label = f"label={_quoted(edge.label)}, " if edge.label else ""
-    return f"{_quoted(edge.start)} -> {_quoted(edge.end)} [{label}{_STYLE[edge.kind]}];"
+    style = _STYLE.get(edge.kind) or _WIRED[LINK_KINDS.get(edge.kind).wired]
+    return f"{_quoted(edge.start)} -> {_quoted(edge.end)} [{label}{style}];"
 
 
 def _quoted(*lines: str) -> str:

@@ -6,19 +6,16 @@ import re
 from collections.abc import Iterator, Mapping
 
 from swarmctl.analysis.diagram import Diagram, Edge, Node
+from swarmctl.plugins import LINK_KINDS
 
 _SHAPE = {"host": ("[", "]"), "robot": ("([", "])"), "network": ("{{", "}}"), "program": ("[[", "]]")}
 _ARROW = {
     "network": "---",
-    "serial": "===",
-    "bluetooth": "-.-",
-    "udp": "-.-",
-    "tcp": "-.-",
-    "radio": "-.-",
     "runs": "---",
     "commands": "-.->",
     "data": "-->",
 }
+_WIRED = {True: "===", False: "-.-"}
 _PLAIN = re.compile(r"[^A-Za-z0-9 .,:/()_-]")
 
 
@@ -46,7 +43,8 @@ def _node(node: Node, ids: Mapping[str, str]) -> str:
 
 def _edge(edge: Edge, ids: Mapping[str, str]) -> str:
     label = f"|{_quoted(edge.label)}|" if edge.label else ""
-    return f"{ids[edge.start]} {_ARROW[edge.kind]}{label} {ids[edge.end]}"
+    arrow = _ARROW.get(edge.kind) or _WIRED[LINK_KINDS.get(edge.kind).wired]
+    return f"{ids[edge.start]} {arrow}{label} {ids[edge.end]}"
 
 
 def _quoted(*lines: str) -> str:

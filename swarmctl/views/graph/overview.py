@@ -14,7 +14,7 @@ from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import NUMBER
 from swarmctl.yamltext import hostlist
 
-_BELOW = ("runs", "serial", "bluetooth", "udp", "tcp", "radio")
+_BESIDE = ("network", "commands", "data")  # edges of a host that lead to no robot or program of it
 Edges = Mapping[str, Sequence[Edge]]  # by the id of a node
 
 
@@ -85,7 +85,7 @@ def _host(host: Node, edges: Sequence[Edge], nodes: Mapping[str, Node], commands
     children = tuple(
         _child(edge, nodes[edge.end], _commanders(commands[edge.end], nodes))
         for edge in edges
-        if edge.kind in _BELOW
+        if edge.kind not in _BESIDE
     )
     return _Host(host.name, printable(host.detail), f"on {beside}" if beside else "on no network", children)
 
