@@ -10,7 +10,9 @@ A name leads to an object that is imported on first use, so a spec can be read w
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -76,9 +78,15 @@ class Registry:
         return self._entry_points()[name].load()
 
     def _entry_points(self) -> Mapping[str, EntryPoint]:
-        from importlib.metadata import entry_points  # noqa: PLC0415  (built-in names do not need it)
+        return _entry_points(self._group, tuple(sys.path))
 
-        return {one.name: one for one in entry_points(group=self._group)}
+
+@cache
+def _entry_points(group: str, _path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
+    """The entry points of ``group``, read anew when ``sys.path`` changes: each wrong name needs them."""
+    from importlib.metadata import entry_points  # noqa: PLC0415  (built-in names do not need it)
+
+    return {one.name: one for one in entry_points(group=group)}
 
 
 #: By ``ros.distro``: objects of ``swarmctl.render.middleware.Middleware``.

@@ -176,8 +176,9 @@ def locked(directory: Path, timeout: float = 30.0) -> Iterator[None]:
 
 def _lock(directory: Path, deadline: float) -> int:
     while True:
-        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         with suppress(FileNotFoundError):  # removed at this moment; then it is created again
+            with suppress(FileExistsError):  # of `mkdir`, where it is removed between its two looks
+                directory.mkdir(mode=0o700, parents=True, exist_ok=True)
             descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
             try:
                 if _locked(descriptor) and os.path.samestat(os.fstat(descriptor), directory.stat()):
