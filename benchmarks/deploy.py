@@ -28,13 +28,13 @@ from swarmctl.deploy.rollout import observe
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
 from swarmctl.lab.lab_plan import plan_of
-from swarmctl.linter.runner import load_swarm
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File
 from tests.deploy.deploying import deploy
+from tests.loading import load_swarm
 
 FILES = 20
 AT_ONCE = Terms(healthy_for=0.0, healthy_within=30.0)  # how long a unit is watched is chosen, and no cost

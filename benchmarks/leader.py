@@ -24,7 +24,6 @@ from swarmctl.deploy.outcome import Outcome
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network, processes
 from swarmctl.lab.lab_plan import plan_of
-from swarmctl.linter.runner import load_swarm
 from swarmctl.remote.parallel_hosts import Finished, result_of
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
@@ -32,6 +31,7 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.names import robot_namespace
 from swarmctl.swarm.resolved import Swarm
 from tests.deploy.deploying import deploy
+from tests.loading import load_swarm
 
 HOST = "leader"
 BARE = "bare"

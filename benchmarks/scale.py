@@ -23,13 +23,13 @@ from pathlib import Path
 from validate import EACH, spec_of
 
 from swarmctl.deploy.rollout import observe
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.plan import Plan
 from swarmctl.remote import dask_cluster
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target, Transport
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
+from tests.loading import load_swarm
 from tests.onboard.agent.fakehost import FakeHost
 from tests.remote import recorded_hosts
 

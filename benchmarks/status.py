@@ -26,11 +26,11 @@ from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_grap
 from swarmctl.health.observations import Answer
 from swarmctl.health.probe_request import request
 from swarmctl.lab import paths
-from swarmctl.linter.runner import load_swarm
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.transport import Target
 from swarmctl.render.bundle import Bundle
+from tests.loading import load_swarm
 
 BAR = 1.5  # times the bare login
 

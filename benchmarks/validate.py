@@ -190,8 +190,8 @@ def times(file: Path, runs: int) -> tuple[float, float]:
     """The least CPU times of ``yaml.compose`` and of the whole check, measured in turn."""
     import yaml
 
-    from swarmctl.linter.runner import load_checked
     from swarmctl.yamltext.source import collector_paused
+    from tests.loading import load_checked
 
     text = file.read_text("utf-8")
     _, found = load_checked(file)

@@ -22,12 +22,12 @@ def graph(*files: str | PathLike[str]) -> Graph[Node]:
     from pathlib import Path
 
     from swarmctl.analysis.swarm_graph import swarm_graph
-    from swarmctl.linter.runner import load_checked
+    from swarmctl.linter.runner import check_files
     from swarmctl.rulebook import Severity
     from swarmctl.swarm.index import SwarmIndex
 
-    document, found = load_checked(*map(Path, files))
+    document, found = check_files(*map(Path, files))
     if document is None:
-        errors = (one for one in found if one.severity is Severity.ERROR)
+        errors = (one for one in found.diagnostics if one.severity is Severity.ERROR)
         raise ValueError("\n".join(f"{one.span}: {one.message}" for one in errors))
     return swarm_graph(SwarmIndex(document))

@@ -12,9 +12,9 @@ import pytest
 import typer
 
 from swarmctl.cli.app import app
-from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.load import load
 from tests import ROOT
+from tests.loading import load_swarm
 
 PAGES = sorted(
     [

@@ -16,11 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_checked
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.model import Computers, Spec
 from swarmctl.units import _KINDS, X_UNIT, Unit, UnitError
+from tests.loading import load_checked
 from tests.timing import work_at_most
 
 ROOT = Path(__file__).parents[1]

@@ -34,7 +34,7 @@ def done(name):
 from swarmctl.cli.app import run
 from swarmctl.cli import console, options
 done("import the command line")
-from swarmctl.linter.runner import load_checked
+from tests.loading import load_checked
 done("import the rules")
 from swarmctl.analysis.impact import impacts
 from swarmctl.render.build_bundle import bundles

@@ -7,25 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from swarmctl.spec.host_login import HostLogin
+
 if TYPE_CHECKING:
     from swarm_onboard.agent.host_list_messages import HostLogin as StoredLogin
 
-    from swarmctl.cli.ssh_targets import HostLogin
     from swarmctl.deploy.host_lists import HostLists
     from swarmctl.swarm.resolved import Host, Swarm
 
 
 @dataclass(frozen=True)
-class LeftHost:
+class LeftHost(HostLogin):
     """A host that the spec has no more, with the login that the spec had for it; ``named_by``: the host whose
     list names it, empty if this machine deployed to it."""
 
-    name: str
-    address: str
-    user: str
-    port: int
-    via: str | None = None
-    declared: frozenset[str] = frozenset()
     named_by: str = ""
 
     @property

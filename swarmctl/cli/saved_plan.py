@@ -101,7 +101,7 @@ def stale(saved: SavedPlan, now: Plan) -> str:
             return f"the spec has changed: {name} would get release {found['next']}, not {planned['next']}"
         if planned["problem"] != found["problem"]:
             return f"{name} is {found['problem'] or 'fit'} now, and was {planned['problem'] or 'fit'}"
-        if (planned["base"], planned["last"]) != (found["base"], found["last"]):
+        if (planned["previous"], planned["last"]) != (found["previous"], found["last"]):
             return f"somebody has deployed to {name} since"
         if planned["steps"] != found["steps"]:
             return f"{name} was changed by hand since"

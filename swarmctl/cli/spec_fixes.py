@@ -71,12 +71,12 @@ class SpecFixes:
 
     def found_with(self, texts: Texts) -> Findings:
         """Returns the findings with other texts in place of those of some files."""
-        from swarmctl.linter.runner import lint_files
+        from swarmctl.linter.runner import check_files
 
         changed = {Path(file): text.encode() for file, text in texts.items()}
-        return lint_files(
-            self._spec.files,
-            lambda path: changed[path] if path in changed else self.read(path),
-            self._spec.workspaces,
-            self._search,
-        )
+        return check_files(
+            *self._spec.files,
+            workspaces=self._spec.workspaces,
+            read=lambda path: changed[path] if path in changed else self.read(path),
+            search=self._search,
+        )[1]

@@ -19,37 +19,10 @@ if TYPE_CHECKING:
     from swarmctl.remote.ssh_config import Login
     from swarmctl.remote.sudo_password import SudoPassword
     from swarmctl.remote.transport import Target
+    from swarmctl.spec.host_login import HostLogin
 
 SUDO_PASSWORD_FILE = "SWARMCTL_SUDO_PASSWORD_FILE"
 _PATIENCE, _URGENT = 300.0, 1.0  # s that a pipe has to give the password
-
-
-class HostLogin(Protocol):
-    """What a spec says about logging in to a host; ``declared``: which of `user` and `port` it sets."""
-
-    @property
-    def name(self) -> str:
-        """Its name in the spec."""
-
-    @property
-    def address(self) -> str:
-        """Where it is reached."""
-
-    @property
-    def user(self) -> str:
-        """The account to log in as."""
-
-    @property
-    def port(self) -> int:
-        """The TCP port of its SSH server."""
-
-    @property
-    def via(self) -> str | None:
-        """The host to jump through."""
-
-    @property
-    def declared(self) -> frozenset[str]:
-        """Those of `user` and `port` that the spec sets."""
 
 
 class NamedHosts(Protocol):

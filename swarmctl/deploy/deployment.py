@@ -288,9 +288,11 @@ class Deployment:
 
         def undo(target: Target, on_progress: OnProgress) -> Outcome:
             self._transaction(lease.run, target, on_progress).undo(pending[target.host].txid)
-            base = self._surveyed[target.host].plan.base
+            previous = self._surveyed[target.host].plan.previous
             back = (
-                f"it was changed and is back at release {base}" if base else "it was changed and is as before"
+                f"it was changed and is back at release {previous}"
+                if previous
+                else "it was changed and is as before"
             )
             raise HostError(ErrorKind.HELD, f"{back}, since {why(failures)}")
 

@@ -183,7 +183,7 @@ class HostTransaction:
             "txid": txid,
             "who": operators.this_one(),
             "run": self.run,
-            "base": plan.base,
+            "previous": plan.previous,
             "next": plan.next,
             "stop": list(plan.targets(Kind.STOP)),
             "start": list(plan.targets(Kind.START)),

@@ -31,7 +31,7 @@ def observe_host(
     request: ObserveRequest = {
         "verb": "observe",
         "swarm": bundle.swarm,
-        "know": bundle.digest,
+        "known_release": bundle.digest,
         "contents": contents,
         "motion": motion,
         "stop_robots": stop_robots,

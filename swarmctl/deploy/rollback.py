@@ -76,7 +76,7 @@ class Rollback(Deployment):
             problem = Problem(units.kind.value, units.message, units.hint)
             plan = replace(one.plan, problem=problem)
         else:
-            steps = back_steps(one.plan.base, one.plan.next, units)
+            steps = back_steps(one.plan.previous, one.plan.next, units)
             plan = not_busy(replace(one.plan, steps=steps), self._bundles[host], one.observed)
         self._surveyed[host] = replace(one, plan=plan)
 
@@ -140,7 +140,7 @@ class _HostRollback(HostTransaction):
             "txid": txid,
             "who": operators.this_one(),
             "run": self.run,
-            "base": plan.base,
+            "previous": plan.previous,
             "next": plan.next,
             "secrets": self.to.secrets,
             "confirm_within": self.terms.confirm_within,

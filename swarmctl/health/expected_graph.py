@@ -14,7 +14,7 @@ from swarmctl.health.expected_bridges import (
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, Middleware, middleware_of
+from swarmctl.render.middleware import ExpectedDriver, Middleware, middleware_of
 from swarmctl.resources import HostModule
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
@@ -24,7 +24,6 @@ from swarmctl.swarm.resolved import (
     Robot,
     Swarm,
 )
-from swarmctl.swarm.topics import DriverTopic
 
 
 @dataclass(frozen=True)
@@ -35,32 +34,21 @@ class Release:
     units: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class ExpectedRobot:
+@dataclass(frozen=True, kw_only=True)
+class ExpectedRobot(ExpectedDriver):
     """A robot, its driver and its line. ``line_unit`` is the unit that creates the device, if one does, and
     ``pairing_unit`` the one that pairs the robot with its host before.
-
-    ``guarded``: swarmctl's driver, which is its unit's main process and rejects unauthorised publishers.
-    ``gate`` does that in front of another driver; ``ungated``: why nothing does.
     """
 
     name: str
     namespace: str  # in ROS, without a slash in front
     host: str
     optional: bool
-    unit: str
     line_unit: str | None
     pairing_unit: str | None
-    node: str
     device: str  # empty for a robot without a line
     adapter: str  # what makes the device appear, for people
-    topics: tuple[DriverTopic, ...]
-    command: str
-    command_type: str
     commanders: tuple[Commander, ...]
-    guarded: bool
-    gate: ExpectedGate | None = None
-    ungated: str = ""
     reach: str = ""  # what to check if nothing comes from a robot without a line
 
     @property
@@ -168,27 +156,17 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
 
 
 def _robot(swarm: Swarm, driver: ExpectedDriver, robot: Robot, host: Host) -> ExpectedRobot:
+    rfcomm = robot.line if isinstance(robot.line, RfcommLine) else None
     return ExpectedRobot(
+        **vars(driver),
         name=robot.name,
         namespace=robot.namespace[1:],
         host=host.name,
         optional=robot.optional or host.optional,
-        unit=driver.unit,
-        line_unit=names.unit(swarm.name, robot.name, "rfcomm")
-        if isinstance(robot.line, RfcommLine)
-        else None,
-        pairing_unit=names.unit(swarm.name, robot.name, "pair")
-        if isinstance(robot.line, RfcommLine) and robot.line.pin is not None
-        else None,
-        node=driver.node,
+        line_unit=names.unit(swarm.name, robot.name, "rfcomm") if rfcomm else None,
+        pairing_unit=names.unit(swarm.name, robot.name, "pair") if rfcomm and rfcomm.pin else None,
         device=robot.line.path if robot.line is not None else "",
         adapter=robot.line.title if robot.line is not None else "the serial port",
-        topics=driver.publishes,
-        command=driver.command,
-        command_type=driver.command_type,
         commanders=robot.commanders,
-        guarded=driver.guarded,
-        gate=driver.gate,
-        ungated=driver.ungated,
         reach=robot.link.check(robot.host) if robot.link is not None else "",
     )

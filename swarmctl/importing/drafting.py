@@ -18,7 +18,7 @@ from swarmctl.importing.inventory import InventoryError, is_ini_inventory, is_ya
 from swarmctl.importing.lab_folder import LAUNCH, VARIABLES, YAML, LabFolder, lab_folder
 from swarmctl.importing.launched_lab import draft_from_launch
 from swarmctl.importing.yaml_trees import tree_of
-from swarmctl.linter.runner import lint_files
+from swarmctl.linter.runner import check_files
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.package import NO_PACKAGES
@@ -98,8 +98,8 @@ def checked(draft: Draft, spec: Path) -> Imported:
     """Returns the text of a draft, in which every error that ``swarmctl validate`` reports is to fill in."""
     lines = lines_of(draft)
     text = text_of_lines(lines).encode()
-    found = lint_files(
-        [spec], lambda one: text if one == spec else content(one), search=lambda _: NO_PACKAGES
+    _, found = check_files(
+        spec, read=lambda one: text if one == spec else content(one), search=lambda _: NO_PACKAGES
     )
     errors: dict[int, str] = {}
     for one in found.diagnostics:

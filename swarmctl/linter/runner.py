@@ -20,8 +20,6 @@ from swarmctl.rulebook import FOLDER
 from swarmctl.spec.load import Document, Draft, document_of, draft_of
 from swarmctl.spec.package_search import Search, packages_in
 from swarmctl.spec.sound_sections import UnsoundError, sections_with, sound_document, without_sections
-from swarmctl.swarm.resolve import resolve
-from swarmctl.swarm.resolved import Swarm
 from swarmctl.yamltext.files import Read, content
 from swarmctl.yamltext.limits import MAX_FINDINGS
 from swarmctl.yamltext.source import collector_paused
@@ -77,34 +75,14 @@ def _of_sound_sections(document: Document, found: Sequence[Diagnostic]) -> tuple
     return in_order(drop_redundant_warnings(found))
 
 
-def lint_files(
-    layers: Sequence[Path],
-    read: Read = content,
-    workspaces: Sequence[Path] = (),
-    search: Search = packages_in,
-) -> Findings:
-    """Loads a spec with its overlays and runs all rules.
-
-    Returns the findings and the first stage that has errors. ``read`` returns the bytes of a file.
-    """
-    return _check(draft_of(layers, read, workspaces, search))[1]
-
-
-def load_checked(
-    *layers: Path, workspaces: Sequence[Path] = ()
-) -> tuple[Document | None, tuple[Diagnostic, ...]]:
-    """Loads a spec with its overlays and runs all rules; ``workspaces`` have ROS packages, too.
-
-    Returns the document, or None if there are errors, and the findings in text order.
-    """
-    document, found = check_files(*layers, workspaces=workspaces)
-    return document, found.diagnostics
-
-
 def check_files(
     *layers: Path, workspaces: Sequence[Path] = (), read: Read = content, search: Search = packages_in
 ) -> tuple[Document | None, Findings]:
-    """Like `load_checked`; the findings are with the first stage that has errors."""
+    """Loads a spec with its overlays and runs all rules; ``workspaces`` have ROS packages, too.
+
+    Returns the document, or None if there are errors, and the findings with the first stage that has errors.
+    ``read`` returns the bytes of a file.
+    """
     with collector_paused():
         document, found = _check(draft_of(layers, read, workspaces, search))
         return None if has_errors(found.diagnostics) else document, found
@@ -123,10 +101,3 @@ def _check(draft: Draft) -> tuple[Document | None, Findings]:
     named = _found(RuleContext(sound), names=True, ended_by=(UnsoundError,))
     found = [*diagnostics, *apart_from(diagnostics, named)]
     return None, Findings(stage, _of_sound_sections(sound, found))
-
-
-def load_swarm(*layers: Path) -> tuple[Swarm | None, tuple[Diagnostic, ...]]:
-    """Like `load_checked`, but returns the resolved swarm instead of the document."""
-    with collector_paused():
-        document, found = load_checked(*layers)
-        return None if document is None else resolve(document), found

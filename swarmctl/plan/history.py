@@ -94,7 +94,7 @@ def _state(release: str | None, secrets: str) -> State | None:
 
 
 def _prev(entry: ChangeEntry) -> State | None:
-    return _state(entry["prev"], entry["prev_secrets"])
+    return _state(entry["previous"], entry["previous_secrets"])
 
 
 def _next(entry: ChangeEntry) -> State | None:

@@ -78,7 +78,7 @@ class Observed:
         last = self.transaction
         if last is None or last["state"] in ("", "applied", "undone"):
             return ""
-        return f"{last['prev'] or 'nothing'} -> {last['next'] or 'nothing'} by {last['who'] or 'someone'}"
+        return f"{last['previous'] or 'nothing'} -> {last['next'] or 'nothing'} by {last['who'] or 'someone'}"
 
     @property
     def files(self) -> Mapping[str, FileData]:

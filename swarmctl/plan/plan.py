@@ -55,7 +55,7 @@ class HostPlan:
     """
 
     host: str
-    base: str | None
+    previous: str | None
     next: str
     steps: tuple[Step, ...] = ()
     diffs: Mapping[str, str] = field(default_factory=dict)
@@ -72,7 +72,7 @@ class HostPlan:
         """Returns the host's entry in ``plan --json``."""
         return {
             "host": self.host,
-            "base": self.base,
+            "previous": self.previous,
             "next": self.next,
             "steps": [asdict(step) | {"kind": step.kind.value} for step in self.steps],
             "diffs": dict(self.diffs),

@@ -51,7 +51,7 @@ def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> Host
     steps += [step for step in units if step.kind is not Kind.STOP]
     return HostPlan(
         host=bundle.host,
-        base=observed.digest,
+        previous=observed.digest,
         next=bundle.digest,
         steps=tuple(steps),
         diffs=_diffs(bundle, observed) if diff else {},

@@ -51,7 +51,7 @@ def order(
     chosen = consistency or ("all" if any(_changes(plan, shared_files) for plan in due) else "independent")
     weight = {one.name: one.weight for one in parts if one.kind == "host"}
     hosts = sorted((plan.host for plan in due), key=lambda host: weight.get(host, ()))
-    first = all(plan.base is None for plan in due)
+    first = all(plan.previous is None for plan in due)
     if chosen == "all" or (first and not serial):
         return Order((tuple(hosts),) if hosts else (), chosen)
     return Order(tuple(_cut(hosts, _sizes(serial, len(hosts)))), chosen)
@@ -64,7 +64,7 @@ def valid_size(text: str) -> bool:
 
 
 def _changes(plan: HostPlan, files: Collection[str]) -> bool:
-    return plan.base is not None and any(step.target in files for step in plan.steps)
+    return plan.previous is not None and any(step.target in files for step in plan.steps)
 
 
 def _sizes(serial: Sequence[str], count: int) -> list[int]:

@@ -55,7 +55,7 @@ class ExpectedDriver:
 
     unit: str
     node: str
-    publishes: tuple[DriverTopic, ...]
+    topics: tuple[DriverTopic, ...]
     command: str
     command_type: str
     guarded: bool

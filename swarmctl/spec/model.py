@@ -38,6 +38,7 @@ from swarmctl.robot_types.driver_names import DRIVERS
 from swarmctl.robot_types.ros_driver import RosDriver
 from swarmctl.robot_types.settings import NO_SETTINGS, RobotSettings
 from swarmctl.spec.delivered_model import PackageSource
+from swarmctl.spec.host_login import PORT, USER
 from swarmctl.spec.install_model import Install
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.program_model import Megabytes, Program
@@ -105,11 +106,11 @@ class Host(Model):
 
     address: Address = Field(description="Where the others reach it; also its ROS_IP (see `ros.naming`).")
     user: Account = Field(
-        "robot",
+        USER,
         description="Account to log in as; root, or one with password-free sudo. "
         "Wins over `User` in ~/.ssh/config.",
     )
-    port: Port = Field(22, description="TCP port of its SSH server. Wins over `Port` in ~/.ssh/config.")
+    port: Port = Field(PORT, description="TCP port of its SSH server. Wins over `Port` in ~/.ssh/config.")
     computer: ComputerName | None = Field(None, description="What kind of computer it is (see `computers`).")
     bluetooth: tuple[Adapter, ...] = Field((), description="Its Bluetooth adapters.")
     has: tuple[Name, ...] = Field(

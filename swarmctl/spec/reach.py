@@ -12,6 +12,7 @@ from pathlib import Path
 import yaml
 
 from swarmctl.diagnostics import Diagnostic
+from swarmctl.spec.host_login import PORT, USER, HostLogin
 from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.spec.selection_reading import below, candidates_in, entries, selections
 from swarmctl.yamltext import ranges
@@ -19,20 +20,6 @@ from swarmctl.yamltext.include import tree_of
 from swarmctl.yamltext.limits import LoadBudget
 from swarmctl.yamltext.overlay import overlaid
 from swarmctl.yamltext.project_files import ProjectFiles
-
-USER, PORT = "robot", 22  # as in the model of a host
-
-
-@dataclass(frozen=True)
-class HostLogin:
-    """What a spec says about logging in to a host. ``declared``: which of `user` and `port` it sets."""
-
-    name: str
-    address: str
-    user: str
-    port: int
-    via: str | None
-    declared: frozenset[str]
 
 
 @dataclass(frozen=True)

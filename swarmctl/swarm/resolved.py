@@ -19,6 +19,7 @@ from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.ros_packages.urdf import Urdf
 from swarmctl.spec import model
 from swarmctl.spec import program_model as declared_program
+from swarmctl.spec.host_login import HostLogin
 from swarmctl.spec.install_model import Install
 from swarmctl.spec.model import Mode
 from swarmctl.spec.multimaster_model import Multimaster
@@ -29,26 +30,19 @@ from swarmctl.swarm.shipped_programs import INTERACTIVE
 from swarmctl.swarm.topics import DriverTopic
 
 
-@dataclass(frozen=True)
-class Host:
-    """A computer of the swarm. ``address``: where others reach it; ``advertised``: what its URIs contain.
+@dataclass(frozen=True, kw_only=True)
+class Host(HostLogin):
+    """A computer of the swarm. ``advertised``: what the URIs of its nodes contain.
 
-    ``declared`` names those of ``user`` and ``port`` that the spec sets; the others are defaults;
     ``platform`` is what its compiled programs are for, such as ``debian-12-x86_64-ros-1.15.15``; empty while
     it is unknown.
     """
 
-    name: str
-    address: str
     advertised: str
-    user: str
-    port: int
-    via: str | None
     optional: bool
     install: Install = field(default_factory=Install)
     workspaces: tuple[str, ...] = ()
     platform: str = ""
-    declared: frozenset[str] = field(default=frozenset(), compare=False)
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,8 @@ def _results(run: Run) -> Mapping[str, list[str]]:
         if one["state"] == FORGOTTEN:
             found.setdefault(f"forgot {printable(one['error'])}", []).append(host)
             continue
-        way = f"{one['prev'] or 'nothing'} -> {one['next'] or 'nothing'}"
-        way += ", other secrets" if one["prev_secrets"] != one["next_secrets"] and one["prev"] else ""
+        way = f"{one['previous'] or 'nothing'} -> {one['next'] or 'nothing'}"
+        way += ", other secrets" if one["previous_secrets"] != one["next_secrets"] and one["previous"] else ""
         undone = "" if one["state"] == APPLIED else f", undone: {printable(one['error'])}"
         found.setdefault(way + undone, []).append(host)
     return found

@@ -97,7 +97,7 @@ class PlanView:
             return self._problem(hosts, [host.problem for host in hosts if host.problem])
         listed = hostlist.written(host.host for host in hosts)
         like = f"{len(hosts)} hosts like {first.host}: " if len(hosts) > 1 else ""
-        release = "" if like else f"{first.base or 'nothing'} -> {first.next}: "
+        release = "" if like else f"{first.previous or 'nothing'} -> {first.next}: "
         text = self._line(Text.assemble((listed, "bold"), f"  {like}{release}{_counted(first)}"))
         steps = list(_steps(first, self.details))
         target = max((cell_len(name) for _, name, _ in steps), default=0)

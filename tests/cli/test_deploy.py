@@ -17,7 +17,7 @@ REFUSED = HostError(Kind.REFUSED, "it lacks rospy")
 
 
 def host(name: str, *, optional: bool) -> Host:
-    return Host(name, "192.168.77.10", "192.168.77.10", "robot", 22, None, optional)
+    return Host(name, "192.168.77.10", advertised="192.168.77.10", optional=optional)
 
 
 @pytest.mark.parametrize(

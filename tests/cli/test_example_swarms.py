@@ -10,8 +10,8 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_swarm
 from tests import ROOT
+from tests.loading import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden/examples"
 SPECS = sorted((ROOT / "examples").glob("*/swarm.yaml"))

@@ -11,11 +11,12 @@ import yaml
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import lint, load_swarm
+from swarmctl.linter.runner import lint
 from swarmctl.scaffold.starting_spec import starting_spec
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
 from swarmctl.spec.model import Mode
+from tests.loading import load_swarm
 from tests.schema.validator import valid
 from tests.sizes import some_of
 

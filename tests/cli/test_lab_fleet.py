@@ -8,8 +8,8 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_swarm
 from tests import ROOT
+from tests.loading import load_swarm
 from tests.timing import work_at_most
 
 SPEC = ROOT / "examples/lab-fleet/swarm.yaml"

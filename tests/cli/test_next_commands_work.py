@@ -23,7 +23,6 @@ from swarmctl.deploy import rollout
 from swarmctl.deploy.deployment import Deployment, ObservedHost
 from swarmctl.deploy.outcome import Removed
 from swarmctl.health import collect
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.observed_host import NOTHING
 from swarmctl.plan.plan import HostPlan, Plan, Problem, Step
 from swarmctl.plan.plan import Kind as StepKind
@@ -31,6 +30,7 @@ from swarmctl.remote.parallel_hosts import Finished
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.cli.test_width import Terminal
 from tests.health.swarm_values import HOSTS, all_well, nothing_deployed
+from tests.loading import load_swarm
 
 COMMAND = re.compile(r"(?:next: |then run: |help: run `?|(?<!  )help: `)(swarmctl [^`\n]+)")
 HINTED = re.compile(r"help: [^\n]*?`(swarmctl [^`\n]+)`")

@@ -38,7 +38,7 @@ def saved(tmp_path: Path, **more: object) -> saved_plan.SavedPlan:
         (Plan("new", (K3, replace(DESK, notes=("a note",)))), ""),
         (Plan("new", (K3,)), "the spec has other hosts now"),
         (Plan("new", (replace(K3, next="d"), DESK)), "the spec has changed: k3 would get release d, not b"),
-        (Plan("new", (replace(K3, base="d"), DESK)), "somebody has deployed to k3 since"),
+        (Plan("new", (replace(K3, previous="d"), DESK)), "somebody has deployed to k3 since"),
         (Plan("new", (replace(K3, last="t3"), DESK)), "somebody has deployed to k3 since"),
         (Plan("new", (K3, replace(DESK, steps=(STEP,)))), "desk was changed by hand since"),
         (

@@ -15,7 +15,7 @@ from swarmctl.cli.app import run
 from swarmctl.lab import lab
 from swarmctl.lab.lab_plan import plan_of
 from swarmctl.lab.part_of_plan import part_of
-from swarmctl.linter.runner import load_swarm
+from tests.loading import load_swarm
 
 SPEC = """\
 version: 1

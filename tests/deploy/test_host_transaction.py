@@ -197,7 +197,7 @@ def test_an_agent_that_dies_before_its_first_step_has_changed_nothing(host: Fake
 def pending(host: FakeHost, who: str) -> None:
     """A change whose operator went away before the confirmation."""
     unit = "new.robot.service"
-    reply = host.apply(NEW, base=OLD.digest, start=[], restart=[unit], who=who, confirm_within=100)
+    reply = host.apply(NEW, previous=OLD.digest, start=[], restart=[unit], who=who, confirm_within=100)
     assert reply.answer, reply.error
 
 
@@ -226,7 +226,7 @@ def test_the_change_of_an_own_run_that_has_ended_is_undone(host: FakeHost) -> No
 
     assert isinstance(run(host, third), Outcome)
 
-    assert last(host)["prev"] == OLD.digest
+    assert last(host)["previous"] == OLD.digest
     assert host.observe()["release"] == third.digest
 
 
@@ -256,7 +256,7 @@ def test_while_the_agent_of_another_operator_works_its_host_is_locked(
     monkeypatch.setattr(DirectConversation, "ask", asking)
     state = host.prefix / "opt/swarm/new/state"
     who = "anna@desk (7)"
-    assert host.apply(NEW, "after:flip", base=OLD.digest, who=who).status == 137
+    assert host.apply(NEW, "after:flip", previous=OLD.digest, who=who).status == 137
     with (state / "lock").open("r+") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         lock.truncate()

@@ -21,7 +21,6 @@ from swarmctl.deploy.deployment import Deployment
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome, Removed
 from swarmctl.deploy.rollback import Rollback
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.dependent_robots import Dependents
 from swarmctl.plan.waves import order
 from swarmctl.remote import parallel_hosts
@@ -30,6 +29,7 @@ from swarmctl.remote.transport import HostError, Kind
 from swarmctl.render.bundle import Bundle, File, Unit
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import TARGETS, FolderTransport, deployed, hosts
+from tests.loading import load_swarm
 from tests.onboard.agent.fakehost import FakeHost
 from tests.onboard.agent.test_stop import running
 from tests.timing import PATIENCE

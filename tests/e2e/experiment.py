@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.cli import exit_codes
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
 from tests.e2e import whole_graph
@@ -24,6 +23,7 @@ from tests.e2e.lab_swarm import (
     quoted,
     until,
 )
+from tests.loading import load_swarm
 
 EXAMPLES = ROOT / "examples"
 PAD = (EXAMPLES / "gamepad.py").read_text("utf-8")

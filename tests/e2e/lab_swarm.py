@@ -19,9 +19,9 @@ import pytest
 
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
-from swarmctl.linter.runner import load_swarm
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
+from tests.loading import load_swarm
 from tests.timing import PATIENCE
 
 SWARMCTL = Path(sys.executable).with_name("swarmctl")

@@ -138,7 +138,7 @@ def test_the_last_deploy_can_be_taken_back(swarm: LabSwarm, faster_k3: Path) -> 
     assert swarm.plan().status == 0
     deployed, taken_back = swarm.swarmctl("history", "--json").json()["runs"][len(runs) :]
     there, again = deployed["hosts"]["k3-pi"], taken_back["hosts"]["k3-pi"]
-    assert (there["prev"], there["next"]) == (again["next"], again["prev"])
+    assert (there["previous"], there["next"]) == (again["next"], again["previous"])
 
 
 @pytest.mark.slow

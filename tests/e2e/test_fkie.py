@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from swarmctl.swarm.resolved import Swarm
 from tests.e2e.lab_masters import Registrations, allowed, crossed, due, registered
@@ -26,6 +25,7 @@ from tests.e2e.lab_swarm import (
     lab_of,
     until,
 )
+from tests.loading import load_swarm
 
 SPEC = Path(__file__).with_name("three-islands.yaml")
 STILL = 6.0  # s for which nothing else may cross: longer than all of fkie's own delays

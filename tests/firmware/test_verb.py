@@ -13,10 +13,10 @@ from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.firmware import toolchain
 from swarmctl.firmware.build import RAM
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.sketch import sketch_of
 from tests import ROOT
+from tests.loading import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden"
 EXAMPLE = ROOT / "examples/arduino-rover/swarm.yaml"

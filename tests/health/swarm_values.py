@@ -24,10 +24,10 @@ from swarmctl.health.observations import (
     TopicSeen,
     UnitSeen,
 )
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
+from tests.loading import load_swarm
 
 EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
 HOSTS = ("koala-laptop", "k3-pi", "epuck-pi")

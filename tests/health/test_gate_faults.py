@@ -21,11 +21,11 @@ from swarmctl.health.observations import (
 )
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.command_topics import COMMAND_TYPE
 from swarmctl.swarm.topics import DIAGNOSTICS
 from tests.health.swarm_values import RUNNING
+from tests.loading import load_swarm
 
 SPEC = """\
 version: 1

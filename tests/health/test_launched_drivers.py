@@ -14,8 +14,8 @@ from swarmctl.health.observations import Answer, LaunchedSeen, NodeSeen, TopicSe
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
-from swarmctl.linter.runner import load_swarm
 from swarmctl.resources import HostModule
+from tests.loading import load_swarm
 
 SPEC = """
 version: 1

@@ -12,10 +12,10 @@ from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.observations import Answer, ConflictSeen
 from swarmctl.linter.launch_uses import launch_uses, nodes_of
-from swarmctl.linter.runner import load_checked
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve
 from tests.health.swarm_values import RUNNING
+from tests.loading import load_checked
 from tests.ros_packages.packages import manifest
 
 SPEC = """\

@@ -9,9 +9,9 @@ import pytest
 from swarmctl.health import checks
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot, Release, expected_graph
 from swarmctl.health.observations import NodeSeen, UnitSeen
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.command_topics import COMMAND_TYPE
 from tests import ROOT
+from tests.loading import load_swarm
 
 EXAMPLE = ROOT / "examples/arduino-rover/swarm.yaml"
 ADDRESS = "192.168.77.30"

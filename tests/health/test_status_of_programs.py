@@ -23,11 +23,11 @@ from swarmctl.health.observations import (
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.views.status_table import table
 from tests import ROOT
 from tests.health.swarm_values import RUNNING
+from tests.loading import load_swarm
 
 SPEC = ROOT / "tests/render/programs.yaml"
 DECLARED = """\

@@ -9,8 +9,8 @@ from typing import Any
 import yaml
 
 from swarmctl.importing.drafting import Imported, Kind, imported
-from swarmctl.linter.runner import lint_files
 from swarmctl.rulebook import Severity
+from tests.loading import lint_files
 
 LABS = Path(__file__).parent / "labs"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from swarmctl.lab.lab_plan import LabPlan, plan_of
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
+from tests.loading import load_swarm
 
 # A host with a user and one of root's, two networks, a robot on a cable and one on the radio.
 SPEC = """\

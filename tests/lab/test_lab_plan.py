@@ -21,7 +21,7 @@ from tests.lab.lab_values import plan_from
 
 def swarm_of(addresses: dict[str, str], *networks: Network) -> Swarm:
     hosts = {
-        name: Host(name, address, address, "robot", 22, None, False) for name, address in addresses.items()
+        name: Host(name, address, advertised=address, optional=False) for name, address in addresses.items()
     }
     return Swarm("s", Mode.LEADER, "noetic", None, hosts, {}, networks, ())
 

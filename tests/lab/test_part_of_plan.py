@@ -6,8 +6,8 @@ from pathlib import Path
 
 from swarmctl.lab.lab_plan import plan_of
 from swarmctl.lab.part_of_plan import masters_for, part_of
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
+from tests.loading import load_swarm
 
 
 def swarm_of(leader_spec: Path) -> Swarm:

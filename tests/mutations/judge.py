@@ -10,11 +10,11 @@ from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic, Span, has_errors
 from swarmctl.linter.fixes import Findings, Texts, fixable
-from swarmctl.linter.runner import lint_files
 from swarmctl.render.build_bundle import bundles
 from swarmctl.spec.load import load
 from swarmctl.swarm.resolve import resolve
 from swarmctl.yamltext.files import Read, content
+from tests.loading import lint_files
 from tests.mutations.defects import Base, Defect
 
 from . import mistakes_of_spelling, mistakes_of_structure, mistakes_of_value  # noqa: F401  they fill the registry

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from swarm_onboard.agent.motion_messages import RobotUse
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.dependent_robots import Dependents, problems
+from tests.loading import load_swarm
 
 BODY = """
 hosts:

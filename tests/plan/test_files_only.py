@@ -20,7 +20,7 @@ OPEN = {
     "txid": "a" * 16,
     "state": "pending",
     "who": "x",
-    "prev": None,
+    "previous": None,
     "next": None,
     "left": 5.0,
     "error": "",

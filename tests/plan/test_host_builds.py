@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.host_builds import builds_of, keys_of, planned
 from swarmctl.plan.host_preparation import HostPreparation
 from swarmctl.plan.observed_host import NOTHING
@@ -16,6 +15,7 @@ from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
+from tests.loading import load_swarm
 
 SPEC = ROOT / "tests/e2e/built_packages/swarm.yaml"
 DEBIAN, UBUNTU = "debian-12-x86_64-ros-1.15.15", "ubuntu-20.04-aarch64-noetic-1.16.0"

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from swarm_onboard.agent.preparation_messages import InventoryAnswer
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.host_needs import ACCOUNT_GROUPS, HostNeeds, needs_of
 from swarmctl.plan.host_preparation import HostPreparation, preparation
 from swarmctl.plan.package_requirement import PackageRequirement
 from swarmctl.render.build_bundle import bundles
 from tests import ROOT
+from tests.loading import load_swarm
 
 SPEC = """\
 version: 1

@@ -61,7 +61,7 @@ def test_a_sound_host_with_the_same_release_has_nothing_to_do() -> None:
 
 def test_the_first_deploy_creates_all_and_starts_it_in_order() -> None:
     plan = reconcile(bundle(), NOTHING)
-    assert plan.base is None
+    assert plan.previous is None
     assert plan.targets(Kind.CREATE) == tuple(file.path for file in bundle().files)
     assert plan.targets(Kind.START) == ("a.service", "b.service", "s.target")
     assert plan.targets(Kind.RELOAD) == ("systemd",)
@@ -247,7 +247,8 @@ def test_a_deploy_that_the_host_has_undone_is_named_with_its_cause() -> None:
 
 def transaction(state: str, error: str = "") -> Transaction:
     return {
-        "txid": "t", "state": state, "who": "someone", "prev": "x", "next": "y", "left": 0.0, "error": error
+        "txid": "t", "state": state, "who": "someone", "previous": "x", "next": "y", "left": 0.0,
+        "error": error,
     }  # fmt: skip
 
 

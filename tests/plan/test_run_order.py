@@ -13,10 +13,10 @@ YEAR = 365.25 * 86400  # s
 HOSTS = ("hub", "k3", "epuck")
 
 
-def entry(run: str, time: float, prev: str | None = None) -> ChangeEntry:
+def entry(run: str, time: float, previous: str | None = None) -> ChangeEntry:
     return {
-        "time": time, "txid": run * 2, "run": run, "who": "ann", "prev": prev, "next": run,
-        "prev_secrets": "", "next_secrets": "", "state": "applied", "error": "",
+        "time": time, "txid": run * 2, "run": run, "who": "ann", "previous": previous, "next": run,
+        "previous_secrets": "", "next_secrets": "", "state": "applied", "error": "",
     }  # fmt: skip
 
 
@@ -39,7 +39,7 @@ def test_runs_with_a_common_host_are_in_order_whatever_its_clock(
 
 def test_a_clock_that_lost_its_battery_does_not_mislead_a_rollback() -> None:
     first, second = "a" * 16, "b" * 16
-    logs = {"hub": [entry(first, 2e9), entry(second, 0.0, prev=first)], "k3": [entry(first, 2e9)]}
+    logs = {"hub": [entry(first, 2e9), entry(second, 0.0, previous=first)], "k3": [entry(first, 2e9)]}
     answer = {"release": second, "secrets": ""}
     current = {"hub": state(answer), "k3": state({**answer, "release": first})}  # type: ignore[arg-type, typeddict-item]
     assert [run.name for run in runs(logs)] == [first, second]

@@ -15,8 +15,8 @@ HUB = Impact("host", "desk", drivers=("a", "b"), masters=("m",), shared=True)
 PARTS = (HUB, Impact("host", "k3", drivers=("a",)), Impact("host", "spare"), Impact("robot", "desk"))
 
 
-def due(*hosts: str, target: str = "params/a.yaml", base: str | None = "old") -> list[HostPlan]:
-    return [HostPlan(host, base, "new", (Step(Kind.UPDATE, target, "it changes"),)) for host in hosts]
+def due(*hosts: str, target: str = "params/a.yaml", previous: str | None = "old") -> list[HostPlan]:
+    return [HostPlan(host, previous, "new", (Step(Kind.UPDATE, target, "it changes"),)) for host in hosts]
 
 
 def test_the_host_with_the_least_impact_comes_first() -> None:
@@ -46,8 +46,8 @@ def test_serial_says_how_many_change_at_a_time(serial: list[str], sizes: list[in
 
 
 def test_a_first_deploy_has_one_wave() -> None:
-    assert order(due("a", "b", "c", base=None), ()).waves == (("a", "b", "c"),)
-    assert len(order(due("a", base=None) + due("b", "c"), ()).waves) == 2
+    assert order(due("a", "b", "c", previous=None), ()).waves == (("a", "b", "c"),)
+    assert len(order(due("a", previous=None) + due("b", "c"), ()).waves) == 2
 
 
 def test_hosts_that_must_agree_change_together() -> None:
@@ -56,7 +56,7 @@ def test_hosts_that_must_agree_change_together() -> None:
     assert (found.waves, found.consistency, found.together) == ((("a", "b", "c"),), "all", True)
     chosen = order(plans, (), (), "wave", NOETIC.shared_files)
     assert (len(chosen.waves), chosen.consistency) == (2, "wave")
-    first = order(due("a", target="env/ros.env", base=None), (), shared_files=NOETIC.shared_files)
+    first = order(due("a", target="env/ros.env", previous=None), (), shared_files=NOETIC.shared_files)
     assert first.consistency == "independent"
 
 

@@ -124,6 +124,6 @@ class _Host(paramiko.ServerInterface):
                 requests.read(request["payload"])
                 answer = dict(self._answers[request["verb"]])
                 if "release" in answer and answer["release"] is None:
-                    answer["release"] = request["know"]
+                    answer["release"] = request["known_release"]
                 text = json.dumps({"answer": answer}, separators=(",", ":")).encode()
                 channel.sendall(b"@" + nonce + b" " + text + b"\n")

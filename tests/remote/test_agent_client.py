@@ -87,7 +87,7 @@ def apply_request(bundle: Bundle) -> tuple[dict[str, object], bytes]:
         "swarm": "new",
         "txid": agent_client.new_txid(),
         "who": "test",
-        "base": None,
+        "previous": None,
         "next": bundle.digest,
         "start": [unit.name for unit in bundle.units],
     }
@@ -188,7 +188,7 @@ def test_a_whole_deploy_with_notes(spare: Path, prefix: Path, transport: SshTran
     ):
         request, payload = apply_request(bundle)
         answer = ask(session, request, payload, on_note=notes.append)
-        seen = ask(session, {**OBSERVE, "know": bundle.digest})
+        seen = ask(session, {**OBSERVE, "known_release": bundle.digest})
 
     assert answer["release"] == seen["release"] == bundle.digest
     assert set(seen["units"]) == {unit.name for unit in bundle.units}
@@ -205,7 +205,7 @@ def test_a_deploy_with_nothing_to_do_fits_its_budget(
     def idle(server: servers.Sshd, delay: float) -> tuple[int, int]:
         with proxy(server.port, delay) as traffic:
             with transport.connect(server.target(port=traffic.port)) as session:
-                seen = ask(session, {**OBSERVE, "know": bundle.digest})
+                seen = ask(session, {**OBSERVE, "known_release": bundle.digest})
                 spent = traffic.round_trips + 1, traffic.up + traffic.down  # one opens the connection
             assert seen["release"] == bundle.digest
             assert len(seen["units"]) == 6
@@ -264,7 +264,7 @@ def test_an_error_of_the_agent_is_a_host_error(spare: Path, prefix: Path, transp
         transport.connect(server.target()) as session,
         pytest.raises(HostError) as caught,
     ):
-        ask(session, {**request, "base": "0" * 16}, payload)
+        ask(session, {**request, "previous": "0" * 16}, payload)
     assert caught.value.kind is Kind.REFUSED
     assert caught.value.message == f"stale plan: it was made for release {'0' * 16}, the host has none"
 

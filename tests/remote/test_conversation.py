@@ -86,7 +86,7 @@ def test_a_host_without_agent_gets_it_with_the_first_request(
 def test_an_answer_that_is_an_error_leaves_the_conversation_as_it_was(
     spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
-    stale = request_for(RELEASE, base="0" * 16)
+    stale = request_for(RELEASE, previous="0" * 16)
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
@@ -168,7 +168,7 @@ def test_a_request_without_answer_in_time_ends_the_session(
 ) -> None:
     host.apply(RELEASE)
     (host.prefix / "slow").touch()
-    stop = {"base": RELEASE.digest, "stop": ["koala.service"], "start": []}
+    stop = {"previous": RELEASE.digest, "stop": ["koala.service"], "start": []}
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,

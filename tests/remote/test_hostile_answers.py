@@ -42,7 +42,7 @@ FACTS = {
     "time": 1.0, "free_bytes": 1, "free_inodes": 1, "has": {"rospy": None}, "absent": [],
 }  # fmt: skip
 TRANSACTION = {
-    "txid": "", "state": "", "who": "", "prev": None, "next": None, "left": 0.0, "error": ""
+    "txid": "", "state": "", "who": "", "previous": None, "next": None, "left": 0.0, "error": ""
 }  # fmt: skip
 OBSERVED = {
     "facts": FACTS, "release": None, "releases": [], "transaction": TRANSACTION, "staging": [], "lock": None,
@@ -50,8 +50,8 @@ OBSERVED = {
     "manifest": RELEASE.manifest,
 }  # fmt: skip
 ENTRY = {
-    "time": 1.0, "txid": "t", "run": "r", "who": "anna@desk (7)", "prev": None, "next": None,
-    "prev_secrets": "", "next_secrets": "", "state": "undone", "error": "",
+    "time": 1.0, "txid": "t", "run": "r", "who": "anna@desk (7)", "previous": None, "next": None,
+    "previous_secrets": "", "next_secrets": "", "state": "undone", "error": "",
 }  # fmt: skip
 MOTION = {
     "latched": True, "runs": True, "proof": "wheels", "seconds": 0.5, "commander": "", "trouble": "",

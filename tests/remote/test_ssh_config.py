@@ -16,11 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from swarmctl.cli.ssh_targets import login
-from swarmctl.linter.runner import load_swarm
 from swarmctl.remote.known_hosts import KnownHosts, Line
 from swarmctl.remote.openssh_files import OpenSshFileError
 from swarmctl.remote.ssh_config import Login, Resolver, SshConfig
 from swarmctl.remote.transport import Target
+from tests.loading import load_swarm
 
 HOME = Path("/home/anna")
 PI = Login("pi", "192.168.77.11", "robot")

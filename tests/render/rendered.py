@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
+from tests.loading import load_swarm
 
 
 def bundle_of(folder: Path, text: str, host: str) -> Bundle:

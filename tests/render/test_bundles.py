@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 import yaml
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render import host_os
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.quoting import render
 from tests import ROOT
+from tests.loading import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden"
 SPEC = ROOT / "examples/paper-leader/swarm.yaml"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
+from tests.loading import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden/epuck-camera"
 SPEC = """\

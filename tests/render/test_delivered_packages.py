@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.elf import machines_of
+from tests.loading import load_swarm
 from tests.ros_packages.packages import manifest
 from tests.rules.test_packages import write
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.bundle import Bundle
+from tests.loading import load_swarm
 from tests.render.rendered import bundle_of, text_of
 
 SPEC = """\

@@ -10,11 +10,11 @@ import yaml
 from swarm_onboard.command.start import Start
 from swarm_onboard.gate.config import OUTPUT, Config, parse
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.ros1.noetic import NOETIC
 from swarmctl.swarm import names
+from tests.loading import load_swarm
 from tests.render.rendered import bundle_of, text_of
 
 SPEC = """\

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 import yaml
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from tests import ROOT
+from tests.loading import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden"
 MODES = ROOT / "tests/mode_conversion/modes"

@@ -11,12 +11,12 @@ import pytest
 import yaml
 
 from swarmctl.health.expected_graph import Release, expected_graph
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
+from tests.loading import load_swarm
 
 GOLDEN = Path(__file__).parent / "golden/naming-hosts"
 MODES = ROOT / "tests/mode_conversion/modes"

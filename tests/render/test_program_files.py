@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit
+from tests.loading import load_swarm
 
 FOLDER = Path(__file__).with_name("program_files")
 GOLDEN = Path(__file__).parent / "golden/program_files"

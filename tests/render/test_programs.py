@@ -16,10 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from swarm_onboard.teleop import config as teleop_config
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle, File, Unit
 from swarmctl.render.quoting import render
+from tests.loading import load_swarm
 
 SPEC = Path(__file__).with_name("programs.yaml")
 GOLDEN = Path(__file__).parent / "golden/programs"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from tests import ROOT
+from tests.loading import load_swarm
 from tests.render.rendered import text_of
 
 GOLDEN = Path(__file__).parent / "golden/arduino-rover"

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import yaml
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
+from tests.loading import load_swarm
 
 SPEC = """\
 version: 1

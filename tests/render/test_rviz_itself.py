@@ -11,8 +11,8 @@ import pytest
 
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, processes
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
+from tests.loading import load_swarm
 from tests.onboard.gate.ros_host import run_isolated
 
 pytestmark = [

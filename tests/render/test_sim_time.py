@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from tests import ROOT
+from tests.loading import load_swarm
 
 EXAMPLE = ROOT / "examples/paper-leader/swarm.yaml"
 CLOCK = """

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm import names
 from tests import ROOT
+from tests.loading import load_swarm
 
 EXAMPLES = sorted((ROOT / "examples").glob("paper-*/swarm.yaml"))
 

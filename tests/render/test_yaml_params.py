@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from validate import EACH, spec_of
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render import plain_yaml, yaml_params
 from swarmctl.render.build_bundle import bundles
+from tests.loading import load_swarm
 
 WORDS = st.sampled_from(
     ["a", "odom", "yes", "On", "null", "", "K-Team Koala", "/bot_1/scan", "../urdf/x.urdf", "10.0.0.1", "1.5",

@@ -9,12 +9,12 @@ from textwrap import indent
 
 import pytest
 
-from swarmctl.linter.runner import lint_files
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.validation import validated
 from swarmctl.yamltext.source import parse
 from tests import ROOT
+from tests.loading import lint_files
 from tests.robot_types.test_hostile_types import BYTES, DEAD_MAN, LINE, actuator
 
 PYTHON = (

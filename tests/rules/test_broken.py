@@ -11,8 +11,8 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import lint_files
 from swarmctl.yamltext.limits import MAX_BYTES
+from tests.loading import lint_files
 from tests.rules.specs import BROKEN, specs_in
 from tests.rules.specs import spec as spec_of
 from tests.timing import work_at_most

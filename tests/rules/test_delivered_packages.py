@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_checked
+from tests.loading import load_checked
 from tests.rules.test_packages import SPEC, write
 
 NAV = """<?xml version="1.0"?>

@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from swarmctl.linter.context import RuleContext
-from swarmctl.linter.runner import lint, load_swarm
+from swarmctl.linter.runner import lint
 from swarmctl.render.build_bundle import bundles
 from swarmctl.rules.identity import adapters_of_two_hosts, duplicate_devices
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
+from tests.loading import load_swarm
 from tests.timing import work_at_most
 
 SPEC = """

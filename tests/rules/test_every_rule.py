@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.rulebook import RuleText, rulebook
+from tests.loading import load_swarm
 from tests.rules.specs import BROKEN, DOUBTFUL, specs_in
 
 HERE = Path(__file__).parent

@@ -9,12 +9,12 @@ import pytest
 
 from swarmctl.diagnostics import has_errors
 from swarmctl.linter.fixes import Findings, Texts, fixable
-from swarmctl.linter.runner import lint_files
 from swarmctl.render.build_bundle import bundles
 from swarmctl.spec.load import load
 from swarmctl.swarm.resolve import resolve
 from swarmctl.yamltext.files import Read, content
 from tests import ROOT
+from tests.loading import lint_files
 from tests.mutations.text_mutations import Mutation, mutations
 
 EXAMPLES = sorted(ROOT.glob("examples/*/swarm.yaml"))

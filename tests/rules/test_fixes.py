@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Span, has_errors
 from swarmctl.linter.fixes import Findings, Fixed, Stage, Texts, fixable
-from swarmctl.linter.runner import lint_files
 from tests import ROOT
+from tests.loading import lint_files
 from tests.rules.specs import BROKEN, specs_in
 from tests.timing import work_at_most
 

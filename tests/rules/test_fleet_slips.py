@@ -11,11 +11,11 @@ import pytest
 
 from swarmctl.diagnostics import has_errors
 from swarmctl.linter.fixes import Findings, Texts, fixable
-from swarmctl.linter.runner import lint_files
 from swarmctl.spec.load import load
 from swarmctl.spec.package_search import packages_in
 from swarmctl.swarm.resolve import resolve
 from tests import ROOT
+from tests.loading import lint_files
 from tests.rules.test_fixed_meaning import reader
 
 FLEET = ROOT / "examples/lab-fleet"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl import resources
-from swarmctl.linter.runner import load_swarm
+from tests.loading import load_swarm
 
 FAST = "k3: {type: khepera3, host: k3-pi, settings: {limits: {linear: 9.0}}}"
 SLOW = "k3: {type: khepera3, host: k3-pi}"

@@ -9,7 +9,7 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_checked
+from tests.loading import load_checked
 from tests.ros_packages.packages import manifest
 from tests.timing import work_at_most
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_swarm
 from swarmctl.rules.security import is_secret
+from tests.loading import load_swarm
 
 PROGRAM = """
 programs:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.linter.runner import load_checked
 from swarmctl.rulebook import example
+from tests.loading import load_checked
 
 TYPE = """\
 title: Beetle

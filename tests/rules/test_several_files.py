@@ -11,10 +11,10 @@ import pytest
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
 from swarmctl.links.serial_link import FixedLine
-from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.load import Document, load
 from swarmctl.swarm.resolved import Swarm
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_CHAIN, MAX_FILES
+from tests.loading import load_swarm
 
 SEVERAL = Path(__file__).parent / "several_files"
 CASES = sorted(folder for folder in SEVERAL.iterdir() if folder.is_dir())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
+from tests.loading import load_swarm
 
 SPEC = """\
 version: 1

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.linter.runner import load_checked
+from tests.loading import load_checked
 
 SPEC = """\
 version: 1

@@ -19,7 +19,6 @@ from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.probe_request import request
 from swarmctl.linter.context import RuleContext
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import Kind
 from swarmctl.plan.reconcile import reconcile
@@ -33,6 +32,7 @@ from swarmctl.resources import HostModule
 from swarmctl.schema.json_schema import schema_of
 from swarmctl.spec.load import load
 from tests import ROOT
+from tests.loading import load_swarm
 from tests.seams.toy import MESH, Mesh, Pebble
 from tests.seams.toy_spec import HUB, SILENT, swarm_of, written
 

@@ -56,9 +56,7 @@ class Pebble:
         return ExpectedDriver(
             unit=names.unit(swarm.name, "pebbled"),
             node=f"/pebbled_{robot.host}",
-            publishes=(
-                DriverTopic(f"{robot.namespace}/odom", self.type_name("nav_msgs/Odometry"), rate=10.0),
-            ),
+            topics=(DriverTopic(f"{robot.namespace}/odom", self.type_name("nav_msgs/Odometry"), rate=10.0),),
             command=f"{robot.namespace}/cmd_vel",
             command_type=self.type_name("geometry_msgs/Twist"),
             guarded=False,

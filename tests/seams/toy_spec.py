@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
+from tests.loading import load_swarm
 
 SPEC = ROOT / "tests/mode_conversion/modes/standalone.yaml"
 TOPICS = "topics: [{topic: /k3/odom, to: [koala-laptop]}]"

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.spec.reach import Reach, reach_of
 from tests import ROOT
+from tests.loading import load_swarm
 
 SPECS = sorted((ROOT / "examples").glob("*/swarm.yaml"))
 BROKEN = """\

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_checked, load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.spec.swap import SwapError, swap
 from swarmctl.yamltext.edits import apply
 from tests import ROOT
+from tests.loading import load_checked, load_swarm
 
 HEAD = """version: 1
 name: lab

@@ -9,11 +9,12 @@ import pytest
 from swarmctl.diagnostics import has_errors
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.links.serial_link import UsbLine
-from swarmctl.linter.runner import lint, load_swarm
+from swarmctl.linter.runner import lint
 from swarmctl.rulebook import Severity
 from swarmctl.spec.catalog import Catalog, load_catalog
 from swarmctl.spec.load import load_text
 from tests import ROOT
+from tests.loading import load_swarm
 
 EXAMPLES = sorted((ROOT / "examples").glob("*/swarm.yaml"))
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.authority import OWN
 from swarmctl.swarm.resolved import Commander, Swarm
+from tests.loading import load_swarm
 from tests.swarm.test_islands import BODY, COMBINED
 
 LEADER = Commander("laptop", 0, addresses=("192.168.77.10",))

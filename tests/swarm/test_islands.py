@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.swarm.resolved import Bridge, Swarm
+from tests.loading import load_swarm
 
 BODY = """
 hosts:

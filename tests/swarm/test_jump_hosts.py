@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.resolved import Swarm
 from tests import ROOT
+from tests.loading import load_swarm
 
 EXAMPLE = (ROOT / "examples/paper-leader/swarm.yaml").read_text("utf-8")
 GATE = "hosts:\n  gate: {address: gate.uni.example, user: jdoe}\n"

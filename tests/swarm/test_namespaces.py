@@ -9,9 +9,9 @@ from swarmctl.analysis.diagram import diagram
 from swarmctl.analysis.network_load import network_budgets
 from swarmctl.health.expected_bridges import bridges_of
 from swarmctl.health.expected_graph import Release, expected_graph
-from swarmctl.linter.runner import load_checked, load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.index import SwarmIndex
+from tests.loading import load_checked, load_swarm
 
 SPEC = """
 version: 1

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.linter.runner import load_swarm
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
 from swarmctl.swarm.resolved import Swarm
+from tests.loading import load_swarm
 
 SPEC = """
 version: 1

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.linter.runner import load_swarm
 from swarmctl.rulebook import Severity
 from swarmctl.swarm.resolved import ForeignDriver, Robot, SwarmctlDriver
+from tests.loading import load_swarm
 
 SPEC = """
 version: 1

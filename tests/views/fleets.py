@@ -13,11 +13,11 @@ from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.observations import NodeSeen
 from swarmctl.health.swarm_health import Status, status
-from swarmctl.linter.runner import load_swarm
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem, Step
 from swarmctl.remote.transport import HostError
 from swarmctl.views.equal_hosts import Names
 from tests.health.swarm_values import well
+from tests.loading import load_swarm
 
 SPEC = """
 version: 1

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from swarmctl.diagnostics import Diagnostic, Edit, Fix, Note, Span
-from swarmctl.linter.runner import load_checked
 from swarmctl.rulebook import RuleText, Severity
 from swarmctl.views.findings.report import Checked, Report
 from tests import ROOT
+from tests.loading import load_checked
 
 SPEC, SHARED, QUIET = "lab day/swärm.yaml", "shared/hosts, old: 1.yaml", "arena.yaml"
 LONG = "    key: " + "x" * 300 + " # the end"

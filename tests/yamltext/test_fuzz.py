@@ -74,7 +74,7 @@ LARGE = dict(hostile_inputs.large())
 VALIDATOR = f"""
 import os, sys
 from swarmctl.__main__ import main
-from swarmctl.linter.runner import load_checked
+from tests.loading import load_checked
 from pathlib import Path
 sys.argv = ["swarmctl", "validate", "swarm.yaml"]
 load_checked(Path({str(ROOT / "examples/paper-leader/swarm.yaml")!r}))

@@ -13,9 +13,9 @@ import pytest
 
 from swarmctl.cli import exit_codes
 from swarmctl.cli.app import run
-from swarmctl.linter.runner import load_checked
 from swarmctl.yamltext.limits import MAX_BYTES, MAX_FILES, MAX_NODES
 from tests import ROOT, in_process
+from tests.loading import load_checked
 from tests.sizes import some_of
 from tests.timing import PATIENCE
 from tests.yamltext.hostile_inputs import EXAMPLE, OWN_TYPE

@@ -32,7 +32,7 @@ def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
     return ExpectedDriver(
         unit=names.unit(swarm.name, robot.name),
         node=_node(robot),
-        publishes=_published(robot),
+        topics=_published(robot),
         command=robot.command.topic if robot.command is not None else "",
         command_type=robot.command.type if robot.command is not None else "",
         guarded=isinstance(robot.driver, SwarmctlDriver),

@@ -12,13 +12,13 @@ from swarmctl.lab.emulators.emulator_lookup import Measured, build_robot, emulat
 from swarmctl.lab.emulators.user_robot import UserRobotError
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.lab_plan import plan_of
-from swarmctl.linter.runner import load_swarm
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.settings import Calibration, RobotSettings
 from swarmctl.spec.catalog import load_catalog
 from tests import ROOT
 from tests.lab.lab_values import plan_from
+from tests.loading import load_swarm
 
 BEETLE = """
 from swarmctl.lab.emulators import Chassis, LineRobot

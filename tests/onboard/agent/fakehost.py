@@ -227,7 +227,7 @@ def request_for(bundle: Bundle, **changes: Any) -> dict[str, Any]:
         "swarm": "new",
         "txid": agent_client.new_txid(),
         "who": "someone@laptop",
-        "base": None,
+        "previous": None,
         "next": bundle.digest,
         "start": [unit.name for unit in bundle.units],
         "wait": 0.3,

@@ -159,7 +159,7 @@ def test_another_change_is_not_confirmed(host: FakeHost) -> None:
 def test_while_a_change_waits_nobody_else_deploys(host: FakeHost) -> None:
     apply(host, who="anna@desk")
 
-    reply = host.apply(OLD, base=NEW.digest, start=[], who="bob")
+    reply = host.apply(OLD, previous=NEW.digest, start=[], who="bob")
 
     assert reply.error["message"] == "locked by anna@desk, whose deploy waits for its confirmation"
     assert state(host) == "pending"

@@ -27,7 +27,7 @@ def host(tmp_path: Path) -> FakeHost:
 
 
 def switch(host: FakeHost, failpoint: str = "", **changes: Any) -> Reply:
-    request = {"base": OLD.digest, "txid": TXID, "start": [], "files_only": True}
+    request = {"previous": OLD.digest, "txid": TXID, "start": [], "files_only": True}
     return host.apply(changes.pop("bundle", NEW), failpoint, **{**request, **changes})
 
 
@@ -60,10 +60,10 @@ def test_an_agent_that_dies_leaves_a_whole_release_and_the_truth(
         assert confirmed.answer == {"release": NEW.digest}
     else:
         assert confirmed.error["message"] == "interrupted before it changed anything"
-    assert not host.apply(SCRIPT, base=release.digest, start=[], txid="f" * 16).error
+    assert not host.apply(SCRIPT, previous=release.digest, start=[], txid="f" * 16).error
     applied = [OLD.digest, *([NEW.digest] if release is NEW else []), SCRIPT.digest]
     assert [one["next"] for one in history(host)] == applied
-    back = {"verb": "rollback", "swarm": "new", "txid": "9" * 16, "base": SCRIPT.digest, "secrets": ""}
+    back = {"verb": "rollback", "swarm": "new", "txid": "9" * 16, "previous": SCRIPT.digest, "secrets": ""}
     assert host.ask({**back, "next": release.digest}).answer["release"] == release.digest
 
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(bool(LACKS), reason=f"an image needs {LACKS}")
 OLD = bundle("1")
 NEW = replace(bundle("2", units=("master", "khepera"), hosts="10.0.0.2 pi\n"), secrets=("mqtt",))
 CHANGE = {
-    "base": OLD.digest,
+    "previous": OLD.digest,
     "stop": ["koala.service"],
     "restart": ["master.service"],
     "start": ["khepera.service"],

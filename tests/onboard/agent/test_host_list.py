@@ -63,5 +63,5 @@ def test_forgotten_hosts_are_in_the_history(host: FakeHost) -> None:
     entries = host.ask({"verb": "history", "swarm": "new"}).answer["entries"]
     last = entries[-1]
     assert [last[key] for key in ("state", "error", "who", "run")] == ["forgotten", "old-pi", "ann", "f" * 16]
-    assert last["prev"] == last["next"] == RELEASE.digest
+    assert last["previous"] == last["next"] == RELEASE.digest
     assert "e" * 16 not in [one["txid"] for one in entries]

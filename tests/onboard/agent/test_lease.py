@@ -32,7 +32,7 @@ def lease(host: FakeHost, run: str, *, want: bool = True, **more: Any) -> dict[s
 
 def applied(host: FakeHost, **more: Any) -> str:
     """Returns the error of a deploy to an empty host; empty if there was none."""
-    reply = host.ask(request_for(OLD, base=None, txid=TXID, **more), payload_of(OLD))
+    reply = host.ask(request_for(OLD, previous=None, txid=TXID, **more), payload_of(OLD))
     return str(reply.error["message"]) if reply.error else ""
 
 

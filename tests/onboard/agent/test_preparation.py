@@ -69,10 +69,10 @@ def test_only_a_changed_file_is_read_again(host: FakeHost) -> None:
     host.apply(FIRST)
     assert "server 10.0.0.1" in host.outside()["chrony/chrony.conf"]
     assert again(host) == ["restart -- chrony.service", "reload-or-restart -- NetworkManager.service"]
-    host.apply(SECOND, base=FIRST.digest, start=[])
+    host.apply(SECOND, previous=FIRST.digest, start=[])
     assert "server 10.0.0.2" in host.outside()["chrony/chrony.conf"]
     assert again(host) == ["restart -- chrony.service"]
-    host.apply(SECOND, base=SECOND.digest, start=[])
+    host.apply(SECOND, previous=SECOND.digest, start=[])
     assert again(host) == []
 
 

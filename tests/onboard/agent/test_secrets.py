@@ -46,7 +46,7 @@ def paired(host: FakeHost) -> FakeHost:
 
 def rotate(host: FakeHost, failpoint: str = "", pin: str = NEXT, **more: object) -> Reply:
     """Another PIN for the same release."""
-    change = {"base": PAIRED.digest, "start": [], "restart": [READER], "txid": TXID, **more}
+    change = {"previous": PAIRED.digest, "start": [], "restart": [READER], "txid": TXID, **more}
     return host.apply(PAIRED, failpoint, {"epuck-pin": pin}, **change)
 
 
@@ -57,7 +57,7 @@ def back(host: FakeHost, release: Bundle, secrets: str) -> Reply:
             "verb": "rollback",
             "swarm": "new",
             "txid": "f" * 16,
-            "base": base,
+            "previous": base,
             "next": release.digest,
             "secrets": secrets,
         }
@@ -148,7 +148,7 @@ def test_a_rollback_brings_the_values_of_that_time(paired: FakeHost) -> None:
     first = current(paired)
     assert rotate(paired).answer
     second = current(paired)
-    assert paired.apply(LATER, base=PAIRED.digest, start=[], restart=[READER, OTHER]).answer
+    assert paired.apply(LATER, previous=PAIRED.digest, start=[], restart=[READER, OTHER]).answer
     assert current(paired) == second  # an unchanged set stays the same one
 
     for wanted, pin in ((first, PIN), (second, NEXT)):
@@ -176,12 +176,12 @@ def test_values_that_are_gone_are_no_way_back(paired: FakeHost) -> None:
 
 
 def test_it_stays_as_long_as_a_release_needs_it(paired: FakeHost) -> None:
-    paired.apply(PLAIN, base=PAIRED.digest, start=[])
+    paired.apply(PLAIN, previous=PAIRED.digest, start=[])
     assert compared(paired, None) == "missing"
     before = PLAIN
     for following in (bundle("7"), bundle("8")):
         assert (paired.prefix / "etc/swarm/new/secret-sets").exists()  # a rollback would need it
-        paired.apply(following, base=before.digest, start=[])
+        paired.apply(following, previous=before.digest, start=[])
         before = following
     assert not (paired.prefix / "etc/swarm").exists()
 

@@ -80,7 +80,10 @@ def test_requests_are_answered_until_the_input_ends(host: FakeHost) -> None:
 
 def test_a_request_that_fails_does_not_end_the_agent(host: FakeHost) -> None:
     with serving(host) as process:
-        for wrong, kind in ((request_for(RELEASE, base="0" * 16), "refused"), ({"verb": "no"}, "protocol")):
+        for wrong, kind in (
+            (request_for(RELEASE, previous="0" * 16), "refused"),
+            ({"verb": "no"}, "protocol"),
+        ):
             send(process, wrong, payload_of(RELEASE))
             assert next_line(process)["error"]["kind"] == kind
         send(process, OBSERVE)

@@ -55,7 +55,7 @@ def test_an_unchanged_file_keeps_its_date_in_the_next_release(tmp_path: Path) ->
     rule = host.prefix / "opt/swarm/new/current/udev/90-swarm.rules"
     host.apply(first)
     before = rule.stat()
-    host.apply(second, base=first.digest)
+    host.apply(second, previous=first.digest)
     assert rule.stat().st_ino != before.st_ino
     assert rule.stat().st_mtime == before.st_mtime
 
@@ -200,7 +200,7 @@ def test_a_read_only_disk_is_named(tmp_path: Path) -> None:
     with small_disk(tmp_path / "opt", "size=4m"):
         host.apply(bundle("1"))
         subprocess.run(["mount", "-o", "remount,ro", str(tmp_path / "opt")], check=True)
-        reply = host.ask(request_for(bundle("2"), base=bundle("1").digest), payload_of(bundle("2")))
+        reply = host.ask(request_for(bundle("2"), previous=bundle("1").digest), payload_of(bundle("2")))
 
         assert reply.error["kind"] == "refused"
         assert "Read-only file system" in reply.error["message"]
@@ -214,12 +214,12 @@ def test_contents_of_the_release_before_need_not_travel(tmp_path: Path) -> None:
     new = replace(second, files=tuple(file for file in second.files if file.digest not in known))
     sent = agent_client.pack(second.manifest_bytes, {one.path: (one.content, one.mode) for one in new.files})
 
-    change = request_for(second, base=first.digest, start=[])
+    change = request_for(second, previous=first.digest, start=[])
     (host.prefix / f"opt/swarm/new/releases/{first.digest}/hosts").write_text("edited")
     refused = host.ask(change, sent)
     assert refused.error["kind"] == "refused"
     assert "lacks hosts" in refused.error["message"]
 
-    host.apply(first, base=first.digest, start=[])  # repairs it
+    host.apply(first, previous=first.digest, start=[])  # repairs it
     assert host.ask(change, sent).answer["release"] == second.digest
     assert host.observe()["drift"]["files"] == {}

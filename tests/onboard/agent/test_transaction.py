@@ -16,7 +16,7 @@ from tests.timing import PATIENCE
 OLD = bundle("1")
 NEW = bundle("2", units=("master", "khepera"), hosts="10.0.0.2 pi\n")
 CHANGE = {
-    "base": OLD.digest,
+    "previous": OLD.digest,
     "stop": ["koala.service"],
     "restart": ["master.service"],
     "start": ["khepera.service"],
@@ -70,7 +70,7 @@ def test_a_change_touches_the_units_it_names_and_no_other(old: FakeHost) -> None
     later = bundle("1", hosts="10.0.0.3 pi\n")
     before = (old.prefix / "units/koala.service").read_text()
 
-    old.apply(later, base=OLD.digest, start=[], restart=["master.service"])
+    old.apply(later, previous=OLD.digest, start=[], restart=["master.service"])
 
     assert old.units() == {"master.service": later.digest, "koala.service": OLD.digest}
     assert (old.prefix / "units/koala.service").read_text() == before
@@ -122,7 +122,7 @@ def test_after_a_kill_at_any_step_the_next_deploy_completes(old: FakeHost, step:
     base = old.observe()["release"]
 
     done = {"stop": [], "restart": [], "start": []} if base == NEW.digest else {}
-    reply = old.apply(NEW, **{**CHANGE, **done, "base": base})
+    reply = old.apply(NEW, **{**CHANGE, **done, "previous": base})
 
     assert reply.answer["release"] == NEW.digest, reply.error
     runs(old, NEW.digest, ("master", "khepera"))
@@ -152,8 +152,8 @@ def test_what_ran_runs_again_once_a_dead_agent_s_change_is_undone(old: FakeHost)
 
 def test_at_boot_the_start_of_the_swarm_is_queued_and_not_waited_for(old: FakeHost) -> None:
     bootable = bundle("1b", boots=True)
-    old.apply(bootable, base=OLD.digest, start=[], restart=[])
-    old.apply(NEW, "after:flip", **{**CHANGE, "base": bootable.digest})
+    old.apply(bootable, previous=OLD.digest, start=[], restart=[])
+    old.apply(NEW, "after:flip", **{**CHANGE, "previous": bootable.digest})
     old.boot(1)
     old.calls()
 
@@ -197,7 +197,7 @@ def test_an_interrupted_undo_is_completed_and_its_cause_is_kept(old: FakeHost, s
     assert old.recover() == 0
 
     last = old.observe()["transaction"]
-    assert (last["state"], last["prev"]) == ("undone", OLD.digest)
+    assert (last["state"], last["previous"]) == ("undone", OLD.digest)
     assert "the disk is full" in last["error"]
     assert old.outside() == before
 
@@ -238,7 +238,7 @@ def test_an_undo_reloads_what_the_dead_agent_had_reloaded(old: FakeHost) -> None
 
 def test_a_fixed_link_is_read_even_if_that_deploy_died(old: FakeHost) -> None:
     (old.prefix / "etc/systemd/system/koala.service").unlink()
-    old.apply(OLD, "after:links", base=OLD.digest, start=[])
+    old.apply(OLD, "after:links", previous=OLD.digest, start=[])
     assert "daemon-reload" not in old.calls()
 
     old.recover()
@@ -249,7 +249,7 @@ def test_a_fixed_link_is_read_even_if_that_deploy_died(old: FakeHost) -> None:
 def test_a_unit_file_that_changes_under_its_link_is_read_again(old: FakeHost) -> None:
     later = bundle("2")
 
-    old.apply(later, base=OLD.digest, start=[])
+    old.apply(later, previous=OLD.digest, start=[])
 
     assert old.calls() == ["daemon-reload"]
 
@@ -259,7 +259,7 @@ def test_a_recovery_unit_of_another_version_is_read_again(old: FakeHost) -> None
     unit = old.prefix / "etc/systemd/system/swarm-recovery@new.service"
     unit.write_text(unit.read_text().replace("swarm_onboard.agent.recovery", "recovery_of_yore"))
 
-    old.apply(bundle("1", hosts="10.0.0.3 pi\n"), base=OLD.digest, start=[], restart=["master.service"])
+    old.apply(bundle("1", hosts="10.0.0.3 pi\n"), previous=OLD.digest, start=[], restart=["master.service"])
 
     assert old.calls()[0] == "daemon-reload"
     assert "swarm_onboard.agent.recovery" in unit.read_text()
@@ -306,7 +306,7 @@ def test_a_damaged_release_is_repaired_under_its_own_name(old: FakeHost) -> None
         "stray": "extra",
     }
 
-    old.apply(OLD, base=OLD.digest, start=[], restart=["koala.service"])
+    old.apply(OLD, previous=OLD.digest, start=[], restart=["koala.service"])
 
     runs(old, OLD.digest, ("master", "koala"))
 
@@ -317,7 +317,7 @@ def test_a_link_that_leads_nowhere_of_ours_is_put_right(host: FakeHost, target: 
     current = host.prefix / "opt/swarm/new/current"
     current.unlink()
     current.symlink_to(target)
-    assert host.apply(NEW, base=host.observe()["release"]).answer["release"] == NEW.digest
+    assert host.apply(NEW, previous=host.observe()["release"]).answer["release"] == NEW.digest
     assert host.observe()["release"] == NEW.digest
     assert host.observe()["drift"] == {"files": {}, "links": {}, "blocks": {}}
 
@@ -328,7 +328,7 @@ def test_a_folder_in_place_of_the_link_is_refused(host: FakeHost) -> None:
     current.unlink()
     current.mkdir()
     host.calls()
-    reply = host.apply(NEW, base=None)
+    reply = host.apply(NEW, previous=None)
     assert reply.error["kind"] == "refused"
     assert "current is a folder, and swarmctl needs a link there" in reply.error["message"]
     assert host.calls() == []
@@ -339,7 +339,7 @@ def test_a_bad_release_is_not_tried_again_after_another_bad_one(host: FakeHost) 
     for unit, release in (("khepera.service", NEW), ("master.service", OLD)):
         (host.prefix / f"broken-{unit}-{release.digest}").touch()
     changes = {"stop": ["koala.service"], "restart": ["master.service"], "start": ["khepera.service"]}
-    reply = host.apply(NEW, base=OLD.digest, **changes)
+    reply = host.apply(NEW, previous=OLD.digest, **changes)
     message = reply.error["message"]
     first, _, then = message.partition(f"undone, release {OLD.digest} is in place again; but ")
     assert "Job for khepera.service failed" in first
@@ -364,7 +364,7 @@ def test_links_and_blocks_that_went_astray_are_put_right(old: FakeHost) -> None:
         "blocks": {"/etc/hosts": "missing"},
     }
 
-    old.apply(OLD, base=OLD.digest, start=[])
+    old.apply(OLD, previous=OLD.digest, start=[])
 
     runs(old, OLD.digest, ("master", "koala"))
     assert "daemon-reload" in old.calls()
@@ -373,7 +373,7 @@ def test_links_and_blocks_that_went_astray_are_put_right(old: FakeHost) -> None:
 def test_an_earlier_release_on_the_host_needs_no_upload(old: FakeHost) -> None:
     old.apply(NEW, **CHANGE)
 
-    back = request_for(OLD, base=NEW.digest, stop=["khepera.service"], restart=["master.service"])
+    back = request_for(OLD, previous=NEW.digest, stop=["khepera.service"], restart=["master.service"])
     assert old.ask(back).answer["release"] == OLD.digest
 
     runs(old, OLD.digest, ("master", "koala"))
@@ -382,13 +382,13 @@ def test_an_earlier_release_on_the_host_needs_no_upload(old: FakeHost) -> None:
 def test_the_current_release_and_two_before_it_are_kept(host: FakeHost) -> None:
     releases = [bundle(str(number)) for number in range(6)]
     for before, after in zip([None, *releases], releases, strict=False):
-        host.apply(after, base=before.digest if before else None, start=[])
+        host.apply(after, previous=before.digest if before else None, start=[])
 
     assert host.observe()["releases"] == sorted(release.digest for release in releases[-3:])
 
 
 def test_a_plan_for_another_release_is_refused(old: FakeHost) -> None:
-    reply = old.apply(NEW, **{**CHANGE, "base": NEW.digest})
+    reply = old.apply(NEW, **{**CHANGE, "previous": NEW.digest})
 
     assert reply.error["kind"] == "refused"
     assert reply.error["message"].startswith("stale plan")

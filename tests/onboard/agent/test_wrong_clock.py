@@ -39,7 +39,7 @@ def test_a_change_is_confirmed_whatever_the_date(tmp_path: Path, dates: Dates) -
     host = FakeHost(tmp_path)
     dates.step()
     assert host.apply(OLD).answer
-    change: dict[str, Any] = {"base": OLD.digest, "start": [], "restart": ["koala.service"], "txid": TXID}
+    change: dict[str, Any] = {"previous": OLD.digest, "start": [], "restart": ["koala.service"], "txid": TXID}
     assert host.apply(NEW, **change, confirm_within=100).answer
     dates.step()
     assert 0 < host.observe()["transaction"]["left"] <= 100
@@ -69,6 +69,6 @@ def test_the_last_three_releases_are_kept_whatever_the_date(tmp_path: Path, date
     for release in RELEASES:
         if dates.years:
             dates.step()
-        assert host.apply(release, base=before, start=[]).answer
+        assert host.apply(release, previous=before, start=[]).answer
         before = release.digest
     assert host.observe()["releases"] == sorted(one.digest for one in RELEASES[1:])

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from swarm_onboard.teleop.config import SETTINGS, takes
 from swarm_onboard.teleop.keyboard import CHANGES, MOVES
 
-from swarmctl.linter.runner import load_checked
 from swarmctl.resources import onboard
 from swarmctl.spec.program_params import shipped
 from swarmctl.swarm.shipped_programs import SHIPPED
+from tests.loading import load_checked
 
 KNOWN = yaml.safe_load(SETTINGS.read_text("utf-8"))
 ALL = [(program, name) for program, settings in KNOWN.items() for name in settings]

@@ -6,7 +6,7 @@ from .named_tuple import NamedTuple
 
 
 class Change(NamedTuple):
-    """``base`` is the release that the plan was made for; ``confirm_within``: s until
+    """``previous`` is the release that the plan was made for; ``confirm_within``: s until
     it is undone without a confirmation, 0 if none is needed; ``values``: new ones of its secrets, by name, or
     ``secrets``: the kept set to go back to; ``stop_robots``: robots that move or are under command are
     stopped; without it the change is refused; ``files_only``: it is refused if it is more than files of the
@@ -15,7 +15,7 @@ class Change(NamedTuple):
     txid: str
     who: str
     run: str
-    base: str | None
+    previous: str | None
     next: str
     stop: list[str]
     start: list[str]

@@ -30,7 +30,7 @@ def last_change(home: Home) -> Transaction:
         "txid": last.txid,
         "state": last.state,
         "who": last.who,
-        "prev": last.prev,
+        "previous": last.previous,
         "next": last.next,
         "left": round(last.left(home), 1),
         "error": last.error,

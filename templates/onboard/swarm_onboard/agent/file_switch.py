@@ -34,7 +34,7 @@ def switch(home: Home, change: Change, manifest: Manifest, before: Record, repor
 def _more(home: Home, change: Change, manifest: Manifest, old: Manifest) -> str:
     """What the change is beside files of the release; empty if that is all."""
     shown = {*old.links.values(), *old.blocks.values()}
-    if change.base in (None, change.next):
+    if change.previous in (None, change.next):
         return "the release is not another one"
     if change.stop or change.start or change.restart or change.reload:
         return "units or daemons change"

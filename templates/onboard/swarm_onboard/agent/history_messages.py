@@ -7,17 +7,17 @@ from typing import Literal, TypedDict
 
 class ChangeEntry(TypedDict):
     """One change of the host. ``time``: of its clock, s since 1970; ``run``: of swarmctl, ``who`` began it;
-    ``prev`` and ``next``: releases, null for none, and ``prev_secrets`` and ``next_secrets`` the names of the
-    sets of secrets that they had; ``state``: applied; or undone, for the reason
+    ``previous`` and ``next``: releases, null for none; ``previous_secrets`` and ``next_secrets``: the names
+    of their sets of secrets; ``state``: applied; or undone, for the reason
     ``error``; or forgotten, with the names of hosts that left the swarm in ``error``."""
 
     time: float
     txid: str
     run: str
     who: str
-    prev: str | None
+    previous: str | None
     next: str | None
-    prev_secrets: str
+    previous_secrets: str
     next_secrets: str
     state: str
     error: str

@@ -53,13 +53,13 @@ class ObserveNeeds(TypedDict):
 class ObserveRequest(ObserveNeeds, total=False):
     """What the host has, without changing anything. The payload has the values of some ``secrets`` as JSON.
 
-    ``know``: digest of a release whose manifest need not be sent; ``contents``: send the texts of files, too;
+    ``known_release``: digest of a release whose manifest need not be sent; ``contents``: send texts of files;
     ``requires``: programs by name, and ROS packages and workspaces, ``package:NAME`` and ``workspace:PATH``;
     ``wants``: other programs to look for, with the state of what they manage; ``motion``: why robots must
     not be touched now is wanted, too; ``stop_robots``: as far as stopping them first does not change it.
     """
 
-    know: str
+    known_release: str
     contents: bool
     requires: list[str]
     wants: list[str]
@@ -113,7 +113,7 @@ class Transaction(TypedDict):
     txid: str
     state: str
     who: str
-    prev: str | None
+    previous: str | None
     next: str | None
     left: float
     error: str
@@ -188,19 +188,19 @@ class ApplyNeeds(TypedDict):
 
     verb: Literal["apply"]
     swarm: str
-    base: str | None
+    previous: str | None
     next: str
     txid: str
 
 
 class ApplyRequest(ApplyNeeds, Locking, total=False):
-    """Bring the host from release ``base`` to release ``next`` (digests).
+    """Bring the host from release ``previous`` to release ``next`` (digests).
 
     ``reload``: keys of ``paths.READERS``; ``confirm_within``: s until it is undone unless it is confirmed, 0:
     no confirmation is needed; ``files_only``: nothing else changes, and it stays at once.
     The payload begins with new values of secrets, a JSON object by name of ``secrets`` bytes. A tar.gz
-    follows, the manifest first, without files whose contents release ``base`` has; it is empty if the host
-    has the release already.
+    follows, the manifest first, without files whose contents release ``previous`` has; it is empty if the
+    host has the release already.
     """
 
     stop: list[str]
@@ -224,15 +224,15 @@ class RollbackNeeds(TypedDict):
 
     verb: Literal["rollback"]
     swarm: str
-    base: str | None
+    previous: str | None
     next: str
     secrets: str
     txid: str
 
 
 class RollbackRequest(RollbackNeeds, Locking, total=False):
-    """Bring the host from release ``base`` to ``next`` with its set ``secrets``, empty for none; it has kept
-    both. It answers as ``apply``."""
+    """Bring the host from release ``previous`` to ``next`` with its set ``secrets``, empty for none; it has
+    kept both. It answers as ``apply``."""
 
     confirm_within: float
 

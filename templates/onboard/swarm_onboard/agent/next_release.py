@@ -19,7 +19,7 @@ def bring(home: Home, change: Change, payload: bytes, report: Report) -> Manifes
             raise RefusedError(f"release {change.next} is not on the host", "run the same command again")
         _prove_writable(home)
         return manifest
-    stored = home.kept(change.base)
+    stored = home.kept(change.previous)
 
     def kept(sha256: str) -> bytes | None:
         found = stored(sha256)

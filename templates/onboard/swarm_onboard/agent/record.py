@@ -33,8 +33,8 @@ _OPEN = (APPLYING, PENDING, UNDOING, REMOVING)
 class Record(NamedTuple):
     """One transaction, which ``who`` began in a ``run`` of swarmctl.
 
-    ``prev`` and ``next``: digests of releases, None for nothing; ``prev_secrets`` and ``next_secrets``: their
-    sets of secrets; ``touched``: its units; ``active``: those that ran before; ``reload``: daemons that read
+    ``previous`` and ``next``: digests of releases, None for nothing; ``previous_secrets`` and ``next_secrets``:
+    their sets of secrets; ``touched``: its units; ``active``: those that ran before; ``reload``: daemons that read
     its files; ``history``: the states to which the host may go back, the newest first; ``deadline``: s since
     the boot ``boot_id``; ``error``: why it was undone.
     """
@@ -45,9 +45,9 @@ class Record(NamedTuple):
     run: str = ""
     boot_id: str = ""
     deadline: float = 0.0
-    prev: str | None = None
+    previous: str | None = None
     next: str | None = None
-    prev_secrets: str = ""
+    previous_secrets: str = ""
     next_secrets: str = ""
     touched: tuple[str, ...] = ()
     active: tuple[str, ...] = ()
@@ -58,7 +58,7 @@ class Record(NamedTuple):
     @property
     def before(self) -> tuple[State, ...]:
         """The state before it, if there was one."""
-        return (State(self.prev, self.prev_secrets),) if self.prev else ()
+        return (State(self.previous, self.previous_secrets),) if self.previous else ()
 
     @property
     def open(self) -> bool:
@@ -81,9 +81,9 @@ def begun(home: Home, change: Change, state: str) -> Record:
         who=change.who,
         run=change.run,
         boot_id=boot.identity(home),
-        prev=home.current(),
+        previous=home.current(),
         next=change.next,
-        prev_secrets=kept,
+        previous_secrets=kept,
         next_secrets=kept,
     )
 

@@ -28,26 +28,26 @@ if TYPE_CHECKING:
 
 
 def undo(home: Home, done: Record, because: str) -> FailedError:
-    """Goes back from ``done.next`` to ``done.prev``, and starts again what ran before. The lock is held.
+    """Goes back from ``done.next`` to ``done.previous``, and starts again what ran before. The lock is held.
 
     Returns the error to report. Raises ``OSError`` and ``RefusedError`` if files cannot be restored: the
     record stays open then, and the recovery unit goes on.
     """
     files.remove(home.spare)
     record.write(home, done._replace(state=record.UNDOING, error=because))
-    manifest = home.manifest(done.prev)
+    manifest = home.manifest(done.previous)
     booting = done.boot_id != boot.identity(home)
     troubles: list[str] = []
     _tried(troubles, lambda: systemd.stop(done.touched))
     passed("undo-stop")
-    if done.prev is None:
+    if done.previous is None:
         files.remove(home.current_link)
         files.sync(home.path)
     else:
-        files.point(home.current_link, "releases/" + done.prev)
-    secrets.point(home, done.prev_secrets)
+        files.point(home.current_link, "releases/" + done.previous)
+    secrets.point(home, done.previous_secrets)
     passed("undo-flip")
-    changed = system_links.put_links(home, manifest) + system_links.put_blocks(home, done.prev, manifest)
+    changed = system_links.put_links(home, manifest) + system_links.put_blocks(home, done.previous, manifest)
     collect_secrets(home, done)
     passed("undo-outside")
     daemons = [*done.reload, *system_links.daemons_of(changed)]
@@ -62,7 +62,7 @@ def undo(home: Home, done: Record, because: str) -> FailedError:
     audit.note(home, undone)
     record.write(home, undone)
     passed("undone")
-    if done.prev is None:
+    if done.previous is None:
         recovery_unit.remove(home)
     collect(home, done)
     return FailedError(error)
@@ -78,10 +78,10 @@ def cause(home: Home, left: Record) -> str:
 
 
 def _outcome(done: Record, booting: bool, troubles: list[str]) -> str:
-    if done.prev is None:
+    if done.previous is None:
         what = "undone, the host is as before"
     else:
-        what = f"undone, release {done.prev} " + (
+        what = f"undone, release {done.previous} " + (
             "is in place again" if booting or troubles else "runs again"
         )
     return "; but ".join([what, *troubles])
@@ -97,7 +97,7 @@ def _tried(troubles: list[str], step: Callable[[], None]) -> None:
 
 def collect(home: Home, done: Record) -> None:
     """Removes releases that are neither the current one nor one to go back to. Staging is nobody's by now."""
-    kept = {home.current(), done.prev, *(one.release for one in done.history)}
+    kept = {home.current(), done.previous, *(one.release for one in done.history)}
     for digest in home.releases():
         if digest not in kept:
             files.remove_tree(home.release(digest))

@@ -47,10 +47,10 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
     before = finished(home)
     rollback.collect_secrets(home, before)
     current = home.current()
-    if change.base != current:
+    if change.previous != current:
         raise RefusedError(
             "stale plan: it was made for release {}, the host has {}".format(
-                change.base or "none", current or "none"
+                change.previous or "none", current or "none"
             ),
             "someone deployed in between; run the same command again",
         )
@@ -76,7 +76,7 @@ def run(home: Home, change: Change, payload: bytes, report: Report) -> ApplyAnsw
         raise _undone(home, begun, error, report) from error
     if not change.confirm_within:
         closing.keep(home, begun)
-    return {"release": change.next, "previous": begun.prev}
+    return {"release": change.next, "previous": begun.previous}
 
 
 def confirm(home: Home, txid: str) -> ConfirmAnswer:
@@ -200,7 +200,7 @@ def _undone(home: Home, begun: Record, cause: Exception, report: Report) -> Fail
         error = rollback.undo(home, begun, str(cause))
     except (RefusedError, OSError) as trouble:
         return FailedError(
-            "{}; going back to release {} failed too: {}".format(cause, begun.prev or "none", trouble),
+            "{}; going back to release {} failed too: {}".format(cause, begun.previous or "none", trouble),
             "the host is between two releases and tries again to go back: fix the cause",
         )
     error.hint = getattr(cause, "hint", "")

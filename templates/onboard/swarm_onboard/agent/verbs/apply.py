@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 def handle(request: ApplyRequest, payload: bytes, report: Report) -> ApplyAnswer:
     """Applies a release as one transaction. Raises ``RefusedError`` and ``FailedError``."""
     home = home_of(request["swarm"])
-    base = request.get("base")
+    previous = request.get("previous")
     values, archive = _parts(request, payload)
     change = Change(
         txid=release_name(request["txid"]),
         who=lock.operator_in(request),
         run=str(request.get("run", "")),
-        base=None if base is None else release_name(base),
+        previous=None if previous is None else release_name(previous),
         next=release_name(request["next"]),
         stop=unit_names(request.get("stop", [])),
         start=unit_names(request.get("start", [])),

@@ -32,9 +32,9 @@ def _note(home: Home, request: HostListRequest) -> None:
         txid=release_name(request["txid"]),
         who=lock.operator_in({"who": request.get("who", "")}),
         run=release_name(request["txid"]),
-        prev=now,
+        previous=now,
         next=now,
-        prev_secrets=values,
+        previous_secrets=values,
         next_secrets=values,
         error=", ".join(map(str, request["forgotten"]))[:2000],
     )

@@ -71,7 +71,7 @@ def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAn
     if request.get("motion"):
         robots, stop = motion_gate.robots_of(home, manifest.units), bool(request.get("stop_robots"))
         answer["busy"] = motion_gate.busy(home, robots, stop=stop)
-    if digest != request.get("know"):
+    if digest != request.get("known_release"):
         content = files.read(f"{home.release(digest)}/{NAME}") or b"{}"
         answer["manifest"] = json_text.loads(content.decode("utf-8"))
     if request.get("contents"):

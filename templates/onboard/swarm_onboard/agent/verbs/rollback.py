@@ -26,7 +26,7 @@ def handle(request: RollbackRequest, payload: bytes, report: Report) -> ApplyAns
             txid=release_name(request["txid"]),
             who=lock.operator_in(request),
             run=str(request.get("run", "")),
-            base=request["base"],
+            previous=request["previous"],
             next=to,
             stop=units["stop"],
             start=units["start"],

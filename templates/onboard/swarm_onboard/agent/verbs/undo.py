@@ -37,7 +37,9 @@ def handle(request: ConfirmRequest, payload: bytes, report: Report) -> ConfirmAn
             raise transaction.waiting(home, found)
         if found.open and not decided:
             report.detach()
-            report.note(f"going back to release {found.prev}" if found.prev else "going back to nothing")
+            report.note(
+                f"going back to release {found.previous}" if found.previous else "going back to nothing"
+            )
             rollback.undo(home, found, _cause(home, found, lock.operator_in(request)))
         return {"release": home.current()}
 
