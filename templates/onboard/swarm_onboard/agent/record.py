@@ -33,10 +33,10 @@ _OPEN = (APPLYING, PENDING, UNDOING, REMOVING)
 class Record(NamedTuple):
     """One transaction, which ``who`` began in a ``run`` of swarmctl.
 
-    ``previous`` and ``next``: digests of releases, None for nothing; ``previous_secrets`` and ``next_secrets``:
-    their sets of secrets; ``touched``: its units; ``active``: those that ran before; ``reload``: daemons that read
-    its files; ``history``: the states to which the host may go back, the newest first; ``deadline``: s since
-    the boot ``boot_id``; ``error``: why it was undone.
+    ``previous`` and ``next``: digests of releases, None for nothing; ``previous_secrets`` and
+    ``next_secrets``: their sets of secrets; ``touched``: its units; ``active``: those that ran before;
+    ``reload``: daemons that read its files; ``history``: the states to which the host may go back, the newest
+    first; ``deadline``: s since the boot ``boot_id``; ``error``: why it was undone.
     """
 
     state: str = ""
