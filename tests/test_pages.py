@@ -106,7 +106,7 @@ def test_files_that_a_page_names_exist(page: Path) -> None:
                 assert list(ROOT.glob(path)) or "*" in path.rpartition("/")[2], named
                 folder = ROOT / path.rpartition("/")[0]
             elif re.fullmatch(r"[\w.]+\.(py|j2)", path):
-                near = [*folder.glob(path), *(ROOT / "templates/host").glob(path), *page.parent.glob(path)]
+                near = [*folder.glob(path), *(ROOT / "templates").glob(f"*/{path}"), *page.parent.glob(path)]
                 assert near, named
 
 

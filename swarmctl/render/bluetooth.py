@@ -21,7 +21,7 @@ def part(swarm: Swarm, host: Host) -> Part:
     """Returns the pairing script, and the units robot by robot."""
     lines = list(_lines(swarm, host))
     secrets = tuple(dict.fromkeys(line.pin for _, line in lines if line.pin is not None))
-    script = File(_PAIR, shipped_files.text("host/bluetooth-pair"), 0o755)
+    script = File(_PAIR, shipped_files.text("os/bluetooth-pair"), 0o755)
     return Part(
         files=(script,) if secrets else (),
         units=tuple(_units(swarm, lines)),

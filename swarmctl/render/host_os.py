@@ -97,7 +97,7 @@ class Preparation:
             origin="links",
         )  # fmt: skip
         return Part(
-            (settings, File(_AWAKE, shipped_files.text("host/wlan-awake"), 0o755)),
+            (settings, File(_AWAKE, shipped_files.text("os/wlan-awake"), 0o755)),
             ((file, Unit(name, (file.path, _AWAKE))),),
             links={f"{_NETWORK_MANAGER}/swarm-{swarm.name}.conf": settings.path},
             wants={"iw": ("links",)},

@@ -185,7 +185,7 @@ LITERALS: dict[str, Callable[[Any], str]] = {
 
 
 def render(template: str, **values: Any) -> bytes:
-    """The text of ``templates/{host,project,}/<template>.j2`` with ``values`` as literals of its format."""
+    """The text of ``templates/*/<template>.j2`` with ``values`` as literals of its format."""
     return _template(template).render(values).encode()
 
 
@@ -200,7 +200,7 @@ def _environment(ending: str) -> jinja2.Environment:
 
     root = resources.templates()
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([root / "host", root / "project", root]),
+        loader=jinja2.FileSystemLoader([root / "os", root / "ros1", root / "project", root]),
         undefined=jinja2.StrictUndefined,
         finalize=_finalize(LITERALS[ending], jinja2.Undefined),
         keep_trailing_newline=True,

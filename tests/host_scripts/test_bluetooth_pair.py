@@ -14,7 +14,7 @@ import pytest
 from tests import ROOT
 from tests.timing import PATIENCE
 
-SCRIPT = ROOT / "templates/host/bluetooth-pair"
+SCRIPT = ROOT / "templates/os/bluetooth-pair"
 ROBOT, PIN = "10:00:E8:C5:64:37", "4971"
 # The robot is `on`, is `known` once it was seen, and is `paired` after the right PIN.
 BUSCTL = r"""#!/bin/sh

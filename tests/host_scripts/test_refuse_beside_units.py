@@ -11,7 +11,7 @@ import pytest
 from swarmctl.resources import templates
 from tests.timing import PATIENCE
 
-PROGRAM = templates() / "host/refuse-beside-units"
+PROGRAM = templates() / "ros1/refuse-beside-units"
 STATES = {
     "runs": ("active", "running"),
     "waits": ("activating", "auto-restart"),

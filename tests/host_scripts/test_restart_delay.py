@@ -12,7 +12,7 @@ import pytest
 from swarmctl.resources import templates
 from tests.timing import PATIENCE
 
-PROGRAM = templates() / "host/restart-delay"
+PROGRAM = templates() / "os/restart-delay"
 UNIT = "swarm-test.k3.service"
 
 

@@ -19,7 +19,7 @@ import pytest
 from tests import ROOT
 from tests.timing import PATIENCE, wait_for
 
-CLIENT = ROOT / "templates/host/ros-client"
+CLIENT = ROOT / "templates/ros1/ros-client"
 READY = "echo ready; while :; do sleep 0.1; done"
 
 

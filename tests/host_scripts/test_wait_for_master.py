@@ -15,7 +15,7 @@ import pytest
 from swarmctl.resources import templates
 from tests.timing import PATIENCE
 
-PROGRAM = templates() / "host/wait-for-master"
+PROGRAM = templates() / "ros1/wait-for-master"
 
 
 class WebPage(BaseHTTPRequestHandler):

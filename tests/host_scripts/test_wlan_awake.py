@@ -10,7 +10,7 @@ import pytest
 
 from tests import ROOT
 
-SCRIPT = ROOT / "templates/host/wlan-awake"
+SCRIPT = ROOT / "templates/os/wlan-awake"
 # Keeps the state of each interface in a file; ``stubborn`` ones cannot be switched.
 IW = r"""#!/bin/sh
 state=$SWARM_RADIOS/$2/state

@@ -108,7 +108,7 @@ def test_optional_programs_are_provided_for_too(needs: dict[str, HostNeeds]) -> 
 
 
 def test_every_group_of_a_unit_is_provided_for() -> None:
-    units = (ROOT / "templates/host").glob("*.j2")
+    units = (ROOT / "templates").glob("*/*.j2")
     named = {
         group
         for unit in units

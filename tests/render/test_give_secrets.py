@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tests import ROOT
 
-SCRIPT = ROOT / "templates/host/give-secrets"
+SCRIPT = ROOT / "templates/os/give-secrets"
 PRINTED = st.text(st.characters(min_codepoint=32, exclude_categories=["Cc", "Cs", "Zl", "Zp"]), min_size=1)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests import ROOT
 
-ROS_EXEC = ROOT / "templates/host/ros-exec"
+ROS_EXEC = ROOT / "templates/ros1/ros-exec"
 OWN, SYSTEM = "/opt/swarm/s/current/drivers", "/usr/share:/usr/lib"
 
 

@@ -14,7 +14,7 @@ from swarmctl import resources
 from tests.ports import free_port
 from tests.timing import PATIENCE, wait_for
 
-PROGRAM = resources.templates() / "host/wait-for-address"
+PROGRAM = resources.templates() / "os/wait-for-address"
 HOUR = 3600.0  # s, beyond all patience
 
 

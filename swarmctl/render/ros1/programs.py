@@ -38,13 +38,13 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     if programs:
         yield ros_client()
     if any(_installed(swarm, one) for one in programs if one.declared.optional):
-        yield File(_HAS_PACKAGES, shipped_files.text("host/has-packages"), 0o755)
+        yield File(_HAS_PACKAGES, shipped_files.text("ros1/has-packages"), 0o755)
     if any(one.declared.use for one in programs):
         yield from shipped_files.folder(TELEOP)
     if any(one.declared.secrets.names for one in programs):
-        yield File(_GIVE_SECRETS, shipped_files.text("host/give-secrets"), 0o755)
+        yield File(_GIVE_SECRETS, shipped_files.text("os/give-secrets"), 0o755)
     if any(runs_alone(one) for one in programs):
-        yield File(RUN_NODE, shipped_files.text("host/run-node"), 0o755)
+        yield File(RUN_NODE, shipped_files.text("ros1/run-node"), 0o755)
     yield from delivered_packages.files(swarm, host, used_packages.on_host(swarm, host))
     yield from delivered_packages.space_marker(swarm, host)
     for program in programs:

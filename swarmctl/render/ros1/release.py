@@ -15,7 +15,10 @@ from swarmctl.swarm.resolved import Host, Island, Swarm, SwarmctlDriver
 
 _DEBIAN_PACKAGES = ("/usr/share", "/usr/lib")
 ENVIRONMENT = "env/ros.env"
-_MASTER_HELPERS = ("bin/wait-for-address", "bin/wait-for-master")
+_MASTER_HELPERS = {
+    "bin/wait-for-address": "os/wait-for-address",
+    "bin/wait-for-master": "ros1/wait-for-master",
+}
 RESTART_DELAY = "bin/restart-delay"
 #: What every ROS program runs in.
 RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec", RESTART_DELAY)
@@ -26,13 +29,13 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
     """Yields what every ROS program on this host runs in; on a hub also what its master runs."""
     environment = _environment(swarm, host, island)
     yield File(ENVIRONMENT, render("ros.env", **environment), origin=f"hosts.{host.name}")
-    yield File("env/python_logging.conf", shipped_files.text("host/python_logging.conf"))
-    yield File("bin/ros-exec", shipped_files.text("host/ros-exec"), 0o755)
-    yield File("bin/refuse-beside-units", shipped_files.text("host/refuse-beside-units"), 0o755)
-    yield File(RESTART_DELAY, shipped_files.text("host/restart-delay"), 0o755)
+    yield File("env/python_logging.conf", shipped_files.text("ros1/python_logging.conf"))
+    yield File("bin/ros-exec", shipped_files.text("ros1/ros-exec"), 0o755)
+    yield File("bin/refuse-beside-units", shipped_files.text("ros1/refuse-beside-units"), 0o755)
+    yield File(RESTART_DELAY, shipped_files.text("os/restart-delay"), 0o755)
     if host.name == island.hub:
-        for program in _MASTER_HELPERS:
-            yield File(program, shipped_files.text(program.replace("bin/", "host/")), 0o755)
+        for program, text in _MASTER_HELPERS.items():
+            yield File(program, shipped_files.text(text), 0o755)
 
 
 def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
@@ -60,7 +63,7 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
 
 def ros_client() -> File:
     """Returns the script that restarts a program when its master restarts."""
-    return File(ROS_CLIENT, shipped_files.text("host/ros-client"), 0o755)
+    return File(ROS_CLIENT, shipped_files.text("ros1/ros-client"), 0o755)
 
 
 def service_values(swarm: Swarm, host: Host) -> dict[str, Any]:
