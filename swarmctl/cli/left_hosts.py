@@ -7,28 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from swarmctl.spec.host_login import HostLogin
-
 if TYPE_CHECKING:
     from swarm_onboard.agent.host_list_messages import HostLogin as StoredLogin
 
-    from swarmctl.deploy.host_lists import HostLists
+    from swarmctl.deploy.host_lists import HostLists, LeftHost
+    from swarmctl.spec.host_login import HostLogin
     from swarmctl.swarm.resolved import Host, Swarm
-
-
-@dataclass(frozen=True)
-class LeftHost(HostLogin):
-    """A host that the spec has no more, with the login that the spec had for it; ``named_by``: the host whose
-    list names it, empty if this machine deployed to it."""
-
-    named_by: str = ""
-
-    @property
-    def place(self) -> str:
-        """Where it is, for people."""
-        port = f" port {self.port}" if self.port != 22 else ""
-        via = f" via {self.via}" if self.via else ""
-        return f"{self.user}@{self.address}{port}{via}"
 
 
 @dataclass(frozen=True)
@@ -80,6 +64,8 @@ def left_hosts(swarm: Swarm, lists: HostLists, *, in_lab: bool) -> tuple[dict[st
 
 def _left(name: str, login: StoredLogin, named_by: str) -> LeftHost:
     declared = frozenset(login["declared"])
+    from swarmctl.deploy.host_lists import LeftHost
+
     return LeftHost(name, login["address"], login["user"], login["port"], login["via"], declared, named_by)
 
 

@@ -87,6 +87,8 @@ _LIMIT: Any = {
 }
 Limit = Annotated[list[str] | None, typer.Option("--limit", **_LIMIT)]
 HostOrLimit = Annotated[list[str] | None, typer.Option("--host", "--limit", **_LIMIT)]
+PARALLEL = 64  # hosts at the same time
+PARALLEL_URGENT = 256  # of `stop` and its like
 Parallel = Annotated[
     int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Number of hosts at the same time.")
 ]

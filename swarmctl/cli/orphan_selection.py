@@ -10,7 +10,7 @@ import typer
 from swarmctl.cli import console, exit_codes, selected
 
 if TYPE_CHECKING:
-    from swarmctl.cli.left_hosts import LeftHost
+    from swarmctl.deploy.host_lists import LeftHost
     from swarmctl.remote.known_hosts import KnownHosts
     from swarmctl.swarm.resolved import Swarm
 

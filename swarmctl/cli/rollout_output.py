@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from swarmctl.cli import console, exit_codes
 
 if TYPE_CHECKING:
-    from swarmctl.cli.left_hosts import LeftHost
     from swarmctl.cli.spec_args import SpecFiles
+    from swarmctl.deploy.host_lists import LeftHost
     from swarmctl.deploy.outcome import Outcome, Removed, Result
     from swarmctl.deploy.prepare import Prepared
     from swarmctl.remote.parallel_hosts import Event

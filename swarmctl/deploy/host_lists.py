@@ -18,18 +18,36 @@ from swarm_onboard.agent.host_list_messages import (
     HostListAnswer,
     HostListRequest,
     HostListState,
-    HostLogin,
+)
+from swarm_onboard.agent.host_list_messages import (
+    HostLogin as StoredLogin,
 )
 
 from swarmctl.field_types import HostName
 from swarmctl.plan.observed_host import Observed
 from swarmctl.remote.transport import Conversation, HostError
+from swarmctl.spec.host_login import HostLogin
 from swarmctl.spec.model import Host
 
 _AHEAD = 86_400  # s by which the clock of another operator may be ahead
-Wanted = tuple[dict[str, HostLogin], dict[str, int]]  # hosts, and when others were taken off
+Wanted = tuple[dict[str, StoredLogin], dict[str, int]]  # hosts, and when others were taken off
 _MOST_GONE = 200
 _MOST = 32  # different lists that are read
+
+
+@dataclass(frozen=True)
+class LeftHost(HostLogin):
+    """A host that the spec has no more, with the login that the spec had for it; ``named_by``: the host whose
+    list names it, empty if this machine deployed to it."""
+
+    named_by: str = ""
+
+    @property
+    def place(self) -> str:
+        """Where it is, for people."""
+        port = f" port {self.port}" if self.port != 22 else ""
+        via = f" via {self.via}" if self.via else ""
+        return f"{self.user}@{self.address}{port}{via}"
 
 
 @dataclass
@@ -40,7 +58,7 @@ class HostLists:
     """
 
     swarm: str
-    spec: Mapping[str, HostLogin]
+    spec: Mapping[str, StoredLogin]
     _seen: dict[str, HostListState] = field(default_factory=dict)  # by host
     _read: dict[str, HostListAnswer] = field(default_factory=dict)  # by digest
     _fetched: set[str] = field(default_factory=set)  # digests
@@ -71,7 +89,7 @@ class HostLists:
         self._read.setdefault(digest, answer)
 
     @property
-    def left(self) -> Mapping[str, HostLogin]:
+    def left(self) -> Mapping[str, StoredLogin]:
         """The hosts in the lists that the spec has no more, as far as it may be true."""
         return {name: login for name, (_, _, login) in self._left().items()}
 
@@ -128,7 +146,7 @@ class HostLists:
                 found[name] = max(found.get(name, 0), _time(at))
         return found
 
-    def _left(self) -> dict[str, tuple[int, str, HostLogin]]:
+    def _left(self) -> dict[str, tuple[int, str, StoredLogin]]:
         gone = self._gone()
         taken = {one["address"] for one in self.spec.values()}
         return {
@@ -147,7 +165,7 @@ def _time(epoch: int) -> int:
     return epoch if 0 <= epoch <= time.time() + _AHEAD else 0
 
 
-def _is_valid(name: str, login: HostLogin) -> bool:
+def _is_valid(name: str, login: StoredLogin) -> bool:
     """True if a spec could have this host: what it names goes into commands of ``~/.ssh/config``."""
     try:
         TypeAdapter(HostName).validate_python(name)

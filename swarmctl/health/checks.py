@@ -22,7 +22,6 @@ from swarmctl.swarm.topics import DriverTopic
 LOWEST_SHARE = 0.7  # of the expected rate
 MOST_RESTARTS = 3  # of a unit; one more within RESTART_WINDOW makes it unhealthy
 RESTART_WINDOW = 600.0  # s; a start by hand or by a deploy begins a new count
-LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
 _LONGEST_START = 10.0  # s
 _NO_MAIN_PROCESS = ("dead", "failed", "auto-restart", "start-pre")  # sub states of a service
 _PERIODS_TO_JUDGE = 2.0
@@ -86,15 +85,6 @@ def release(host: ExpectedHost, seen: str | None) -> Verdict:
         text = f"runs {seen}, the spec renders {host.release.digest}"
         return Verdict(State.WARNING, text, "run swarmctl deploy")
     return ok(f"runs {seen}")
-
-
-def clock(ahead: float) -> Verdict:
-    """Compares clocks. ``ahead``: by how much this host's clock is ahead of the hub's, s."""
-    if abs(ahead) <= LARGEST_SKEW:
-        return ok("agrees with the hub's clock")
-    side = "ahead of" if ahead > 0 else "behind"
-    text = f"is {abs(ahead):.1f} s {side} the hub's clock: transforms and time stamps are wrong"
-    return Verdict(State.WARNING, text, "check that chrony runs on both; `chronyc sources` lists its sources")
 
 
 def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:

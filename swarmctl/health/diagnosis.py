@@ -101,7 +101,7 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
         found.add("release", host.name, checks.release(host, answer.release), host=host)
     host_checks.compare(found, host, answer)
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
-        found.add("clock", host.name, checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
+        found.add("clock", host.name, time_checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
     of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit, robot.pairing_unit)}
     of_others |= {robot.gate.unit for robot in host.robots if robot.gate is not None}
     of_others |= {program.unit for program in host.programs}

@@ -1,4 +1,4 @@
-"""Checks of simulated time: each master has what the spec says, and the clock of its island moves. Pure."""
+"""Checks of clocks, and of simulated time: each master has what the spec says, and its clock moves. Pure."""
 
 from __future__ import annotations
 
@@ -14,6 +14,16 @@ from swarmctl.health.root_cause import Findings
 from swarmctl.swarm.topics import CLOCK
 
 TIME = "simulated time"
+_LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
+
+
+def clock(ahead: float) -> Verdict:
+    """Compares clocks. ``ahead``: by how much this host's clock is ahead of the hub's, s."""
+    if abs(ahead) <= _LARGEST_SKEW:
+        return checks.ok("agrees with the hub's clock")
+    side = "ahead of" if ahead > 0 else "behind"
+    text = f"is {abs(ahead):.1f} s {side} the hub's clock: transforms and time stamps are wrong"
+    return Verdict(State.WARNING, text, "check that chrony runs on both; `chronyc sources` lists its sources")
 
 
 def clock_programs(graph: ExpectedGraph, host: ExpectedHost) -> tuple[ExpectedProgram, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.rules.identity import Claim, duplicates
 from swarmctl.swarm.addresses import (
     Kind,
     Scheme,
@@ -16,6 +17,7 @@ from swarmctl.swarm.addresses import (
     scheme,
     smallest_subnet,
 )
+from swarmctl.swarm.ports import ssh_port
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
@@ -192,3 +194,14 @@ def _one_or_two(subnet: Subnet) -> tuple[str, ...]:
     if subnet.prefixlen < _LARGEST:
         return ("correct the wrong address, or write two networks",)
     return (f"if the network is larger, write `subnet: {subnet}`", "otherwise correct the wrong address")
+
+
+@rule("ID001")
+def duplicate_addresses(context: RuleContext) -> Iterator[Diagnostic]:
+    """Two hosts with one address."""
+    hosts = context.spec.hosts
+    claims: list[Claim] = [
+        ((normal(host.address), ssh_port(context.spec, name)), f"host `{name}`", ("hosts", name, "address"))
+        for name, host in hosts.items()
+    ]
+    yield from duplicates(context, "ID001", "address", claims, "give each host its own address")

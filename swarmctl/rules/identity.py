@@ -1,4 +1,4 @@
-"""Addresses, devices, Bluetooth addresses and names that must be unique."""
+"""Devices, addresses of robots and names that must be unique."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import Subnet, normal
 from swarmctl.swarm.ip_links import IpEnds
-from swarmctl.swarm.ports import ssh_port
 from swarmctl.yamltext.edits import make_fix, replace_value
 
 _LOCALHOST = "localhost"
@@ -27,17 +26,6 @@ _ONE_UART = ("raspberry-pi-2", "raspberry-pi-3", "raspberry-pi-4", "raspberry-pi
 
 Place = tuple[Any, ...]
 Claim = tuple[Hashable, str, Place]  # the value, its owner, and its place in the spec
-
-
-@rule("ID001")
-def duplicate_addresses(context: RuleContext) -> Iterator[Diagnostic]:
-    """Two hosts with one address."""
-    hosts = context.spec.hosts
-    claims: list[Claim] = [
-        ((normal(host.address), ssh_port(context.spec, name)), f"host `{name}`", ("hosts", name, "address"))
-        for name, host in hosts.items()
-    ]
-    yield from _duplicates(context, "ID001", "address", claims, "give each host its own address")
 
 
 @rule("ID002")
@@ -65,7 +53,7 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
             named_by = (link.host, _serial_in(link.device))
             port = (*named_by, 0) if named_by in adapters else (link.host, _port(context, link))
             claims.append((port, f"robot `{link.robot}`", ("links", index, "device")))
-    yield from _duplicates(context, "ID002", "serial device", claims, "each robot needs its own serial link")
+    yield from duplicates(context, "ID002", "serial device", claims, "each robot needs its own serial link")
 
 
 def _serial_in(device: str) -> str:
@@ -131,7 +119,7 @@ def duplicate_bluetooth(context: RuleContext) -> Iterator[Diagnostic]:
         for index, link in enumerate(context.spec.links)
         if isinstance(link, Bluetooth)
     ]
-    yield from _duplicates(
+    yield from duplicates(
         context,
         "ID003",
         "Bluetooth address",
@@ -155,7 +143,7 @@ def duplicate_robot_addresses(context: RuleContext) -> Iterator[Diagnostic]:
         for index, ends in context.ip_links.items()
     ]
     help_ = "each robot needs its own address; one that is its own access point needs a host of its own"
-    yield from _duplicates(context, "ID008", "address and port", claims, help_)
+    yield from duplicates(context, "ID008", "address and port", claims, help_)
 
 
 def _seen_from(ends: IpEnds) -> str:
@@ -171,7 +159,7 @@ def duplicate_radio_addresses(context: RuleContext) -> Iterator[Diagnostic]:
         for index, link in context.radios
     ]
     help_ = "give each Crazyflie its own address, with the Crazyflie client over USB, or another channel"
-    yield from _duplicates(context, "ID009", "radio address and channel", claims, help_)
+    yield from duplicates(context, "ID009", "radio address and channel", claims, help_)
 
 
 @rule("ID004")
@@ -191,7 +179,7 @@ def duplicate_networks(context: RuleContext) -> Iterator[Diagnostic]:
         taken.add(name)
         return make_fix(f"rename it to `{name}`", replace_value(context.source, loc, name), safe=False)
 
-    yield from _duplicates(context, "ID004", "network name", claims, "rename one of them", fix=renamed)
+    yield from duplicates(context, "ID004", "network name", claims, "rename one of them", fix=renamed)
 
 
 def _overlap(one: Subnet | None, other: Subnet | None) -> bool:
@@ -204,7 +192,7 @@ def _free(name: str, taken: Collection[str]) -> str:
     return next((one for one in tries if one not in taken), name)
 
 
-def _duplicates(
+def duplicates(
     context: RuleContext,
     code: str,
     what: str,
@@ -213,6 +201,7 @@ def _duplicates(
     *,
     fix: Callable[[Place], Fix | None] = lambda _: None,
 ) -> Iterator[Diagnostic]:
+    """Yields a finding of the rule ``code`` for each value that an earlier one claims already."""
     first: dict[Hashable, tuple[str, Place]] = {}
     for claimed, owner, loc in claims:
         if claimed not in first:

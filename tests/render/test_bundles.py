@@ -69,8 +69,9 @@ def test_golden(
 def test_two_processes_render_the_same_bytes() -> None:
     code = (
         "import sys, pathlib\n"
-        "from swarmctl.linter.runner import load_swarm; from swarmctl.render.build_bundle import bundles\n"
-        "swarm, _ = load_swarm(pathlib.Path(sys.argv[1]))\n"
+        "from swarmctl.linter.runner import check_files\n"
+        "from swarmctl.render.build_bundle import bundles; from swarmctl.swarm.resolve import resolve\n"
+        "swarm = resolve(check_files(pathlib.Path(sys.argv[1]))[0])\n"
         "print({name: bundle.digest for name, bundle in bundles(swarm).items()})"
     )
     digests = {

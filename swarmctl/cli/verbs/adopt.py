@@ -19,7 +19,7 @@ def adopt(
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
-    parallel: options.Parallel = 64,
+    parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
 ) -> None:
     """Bring what was edited on hosts into the files of the spec. Changes nothing on a host.

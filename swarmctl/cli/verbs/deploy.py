@@ -119,7 +119,7 @@ def deploy(
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
-    parallel: options.Parallel = 64,
+    parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,

@@ -13,7 +13,7 @@ def history(
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
-    parallel: options.Parallel = 64,
+    parallel: options.Parallel = options.PARALLEL,
     json: options.Json = False,
 ) -> None:
     """List the runs that changed the hosts, from their logs. When, who, which releases, with what result."""

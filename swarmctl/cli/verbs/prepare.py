@@ -35,7 +35,7 @@ def prepare(
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
-    parallel: options.Parallel = 64,
+    parallel: options.Parallel = options.PARALLEL,
     details: options.Details = False,
     json: options.Json = False,
 ) -> None:

@@ -21,8 +21,7 @@ from swarmctl.cli import (
 )
 
 if TYPE_CHECKING:
-    from swarmctl.cli.left_hosts import LeftHost
-    from swarmctl.deploy.host_lists import HostLists
+    from swarmctl.deploy.host_lists import HostLists, LeftHost
     from swarmctl.remote.transport import Target
 
 
@@ -47,7 +46,7 @@ def remove(
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
-    parallel: options.Parallel = 64,
+    parallel: options.Parallel = options.PARALLEL,
     executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,

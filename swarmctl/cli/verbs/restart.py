@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from swarmctl.cli import console, exit_codes, next_command, options, stop_targets
-from swarmctl.cli.verbs.stop import PARALLEL, Robots
+from swarmctl.cli.verbs.stop import Robots
 
 
 def restart(
@@ -15,7 +15,7 @@ def restart(
     stop_robots: options.StopRobots = False,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
-    parallel: options.Parallel = PARALLEL,
+    parallel: options.Parallel = options.PARALLEL_URGENT,
     json: options.Json = False,
 ) -> None:
     """Restart the drivers and other units of robots. One that moves or is under command is not touched."""

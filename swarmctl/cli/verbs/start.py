@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from swarmctl.cli import console, exit_codes, next_command, options, stop_targets
-from swarmctl.cli.verbs.stop import PARALLEL, Robots
+from swarmctl.cli.verbs.stop import Robots
 
 
 def start(
@@ -14,7 +14,7 @@ def start(
     overlays: options.Overlays = None,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
-    parallel: options.Parallel = PARALLEL,
+    parallel: options.Parallel = options.PARALLEL_URGENT,
     json: options.Json = False,
 ) -> None:
     """Release robots that `swarmctl stop` has stopped; each stands until its next command."""

@@ -21,7 +21,6 @@ Robots = Annotated[
         metavar="ROBOT", help="Only these robots: rover-*, @group, !rover-3.", autocompletion=complete.robots
     ),
 ]
-PARALLEL = 256
 
 
 def stop(
@@ -30,7 +29,7 @@ def stop(
     overlays: options.Overlays = None,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
-    parallel: options.Parallel = PARALLEL,
+    parallel: options.Parallel = options.PARALLEL_URGENT,
     json: options.Json = False,
 ) -> None:
     """Stop robots at once, and keep them stopped until `swarmctl start`.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from typing import get_args
 
@@ -10,24 +9,21 @@ from swarmctl.render import sketch
 from swarmctl.render.bundle import File, required, workspace
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.part import Part
-from swarmctl.render.ros1 import delivered_packages, drivers, foreign_drivers, graph, programs, release, rviz
+from swarmctl.render.ros1 import (
+    debian_packages,
+    delivered_packages,
+    drivers,
+    foreign_drivers,
+    graph,
+    programs,
+    release,
+    rviz,
+)
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, master_loc
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm, SwarmctlDriver
-
-_ROSCORE, _ROSPY, _PYSERIAL, _TF = "roscore", "rospy", "pyserial", "tf2_msgs"
-_DEBIAN = {  # of Ubuntu 20.04 with the packages of ROS, and of Debian
-    _ROSCORE: ("ros-noetic-ros-base", "python3-roslaunch"),
-    _ROSPY: ("ros-noetic-ros-base", "python3-rospy"),
-    _PYSERIAL: ("python3-serial",),
-    _TF: ("ros-noetic-tf2-msgs", "python3-tf2-msgs"),
-    "podman": ("podman",),
-    "docker": ("docker.io",),
-}
-
-_DEBIAN_NAME = re.compile(r"[a-z0-9][a-z0-9.+-]+")
 
 
 class Noetic:
@@ -92,27 +88,12 @@ class Noetic:
         """Yields the port of the master."""
         yield Listener(island.hub, island.master_port, "the ROS master", master_loc(spec, island))
 
-    def debian_packages(self, requirement: str) -> tuple[str, ...]:
-        """Returns the package of ROS's own archive, then those of Debian."""
-        kind, name = required(requirement)
-        if kind == "package":
-            dashed = name.replace("_", "-")
-            return (f"ros-noetic-{dashed}", f"python3-{dashed}", f"ros-{dashed}")
-        return _DEBIAN.get(name, ())
+    packages_of_key = staticmethod(debian_packages.packages_of_key)
+    debian_packages = staticmethod(debian_packages.packages)
 
     def package_source(self, platform: str) -> str:
         """Returns the archive of ROS for Ubuntu 20.04; Debian 12 has ROS 1 itself."""
         return "packages.ros.org" if platform.startswith("ubuntu-20.04-") else ""
-
-    def packages_of_key(self, key: str, *, headers: bool) -> tuple[str, ...]:
-        """Returns the package of ROS's own archive, those of Debian, and the one of the same name."""
-        dashed = key.replace("_", "-").lower()
-        runtime, compiled = (f"python3-{dashed}", f"ros-{dashed}"), (f"lib{dashed}-dev",)
-        of_debian = (*compiled, *runtime) if headers else (*runtime, *compiled)
-        plain = (dashed,) if "-" in key or key == "catkin" else ()
-        return tuple(
-            one for one in (f"ros-noetic-{dashed}", *of_debian, *plain) if _DEBIAN_NAME.fullmatch(one)
-        )
 
     def install_hints(self, missing: Sequence[str]) -> Iterator[str]:
         """Debian packages, or the build of a workspace."""
@@ -123,7 +104,7 @@ class Noetic:
             elif kind == "workspace":
                 yield f"`cd {name} && catkin_make` on the host, or correct `ros.workspace` or the host's"
             else:
-                ubuntu, *debian = _DEBIAN[name]
+                ubuntu, *debian = debian_packages.PROGRAMS[name]
                 other = f" (Ubuntu 20.04) or `apt install {debian[0]}` (Debian)" if debian else ""
                 yield f"`apt install {ubuntu}`{other}"
         if packages:
@@ -143,10 +124,10 @@ def _requires(swarm: Swarm, host: Host, island: Island) -> dict[str, tuple[str, 
     gated = tuple(f"robots.{robot.name}" for robot in robots if robot.gated)
     started = tuple(f"robots.{robot.name}" for robot in robots if _publishes_start(robot))
     needs = {
-        _ROSCORE: ("ros",) if host.name == island.hub else (),
-        _ROSPY: (*driven, *gated),
-        _PYSERIAL: driven,
-        _TF: started,
+        debian_packages.ROSCORE: ("ros",) if host.name == island.hub else (),
+        debian_packages.ROSPY: (*driven, *gated),
+        debian_packages.PYSERIAL: driven,
+        debian_packages.TF: started,
         **foreign_drivers.requires(swarm, host),
     }
     own = "ros.workspace" if host.workspaces == (swarm.workspace,) else f"hosts.{host.name}.workspaces"

@@ -31,7 +31,7 @@ def test_the_manifest_is_left_out_for_who_knows_it(host: FakeHost) -> None:
     host.apply(RELEASE)
 
     assert host.observe()["manifest"] == RELEASE.manifest
-    assert "manifest" not in host.observe(know=RELEASE.digest)
+    assert "manifest" not in host.observe(known_release=RELEASE.digest)
 
 
 def test_units_in_the_swarms_name_of_no_release_are_left(host: FakeHost) -> None:

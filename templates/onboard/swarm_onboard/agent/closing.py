@@ -7,14 +7,11 @@ from .errors import FailedError
 from .failpoint import passed
 from .kept_state import State
 from .record import Record
-from .release_store import Home
+from .release_store import KEPT_RELEASES, KEPT_SETS, Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Iterable
-
-KEPT_RELEASES = 3  # the current one and two before it
-KEPT_SETS = 2  # of secrets for each of them
 
 
 def keep(home: Home, done: Record) -> None:

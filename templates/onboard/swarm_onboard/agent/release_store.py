@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from .manifest_json import UnitData
     from .messages import FileDrift
 
+KEPT_RELEASES = 3  # the current one and two before it
+KEPT_SETS = 2  # of secrets for each of them
+
 
 class Home(NamedTuple):
     """``prefix`` stands before every path on the host; it is empty but in tests."""

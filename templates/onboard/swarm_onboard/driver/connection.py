@@ -12,6 +12,8 @@ from swarm_onboard.driver.kinematics import Odometry
 from swarm_onboard.driver.session import Sink
 from swarm_onboard.driver.tally import Tally
 
+FIRST_RETRY, LAST_RETRY = 0.2, 5.0  # s between two attempts to connect, doubled from the one to the other
+
 
 @dataclass(frozen=True)
 class ConnectionContext:

@@ -14,7 +14,7 @@ from swarm_onboard.command.report import Level, Report
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.driver.actuators import ActuatorSettings
 from swarm_onboard.driver.config import Config
-from swarm_onboard.driver.connection import Connection, ConnectionContext, Readable
+from swarm_onboard.driver.connection import FIRST_RETRY, LAST_RETRY, Connection, ConnectionContext, Readable
 from swarm_onboard.driver.kinematics import Odometry
 from swarm_onboard.driver.link import BytePort, LinkLostError
 from swarm_onboard.driver.polled_robot import PolledRobot, linked
@@ -26,7 +26,6 @@ from swarm_onboard.driver.session import Sink
 from swarm_onboard.driver.stillness import Stillness
 from swarm_onboard.driver.tally import Tally
 
-_FIRST_RETRY, _LAST_RETRY = 0.2, 5.0  # s between two attempts to connect, doubled from the one to the other
 _STABLE = 5.0  # s a session must last before its loss counts as a new one
 _WARM, _WARM_PERIODS = 2.0, 2.5  # s, and periods, until a sensor's rate can be measured
 _SLOW = 0.8  # of the wanted rate, below which a sensor is reported as slow
@@ -171,8 +170,8 @@ class Driver:
             self._sink.event(Level.ERROR, trouble)
         self._trouble = self._tally.last_error = trouble
         if missing:  # looking for it costs nothing, and a robot that is plugged in again may be driving
-            return self._clock() + _FIRST_RETRY
-        delay: float = min(_LAST_RETRY, _FIRST_RETRY * 2 ** min(self._attempt, 16))
+            return self._clock() + FIRST_RETRY
+        delay: float = min(LAST_RETRY, FIRST_RETRY * 2 ** min(self._attempt, 16))
         self._attempt += 1
         return self._clock() + delay * (0.75 + 0.25 * self._jitter())
 
