@@ -221,12 +221,6 @@ Name = Annotated[str, matching(
 )]  # fmt: skip
 
 
-class Secret(Model):
-    """A secret by name; its value never stands in a spec."""
-
-    secret: Name = Field(description="The name under which the secret is kept.", examples=["epuck-pin"])
-
-
 HostName = Annotated[Name, Field(examples=["k3-pi"])]
 RobotName = Annotated[Name, Field(examples=["k3"])]
 ROBOT_TYPE_NAME = r"^[a-z][a-z0-9.-]{0,30}$"

@@ -50,7 +50,7 @@ class Guard:
         return self._seen(stops, away, stop=False)
 
     def clear(self, stops: Stops, away: Collection[str] = ()) -> Seen:
-        """As ``look``, but robots are stopped first, and count if they are not shown to stand."""
+        """As ``look``, but robots are stopped first, and count if they are not confirmed to stand."""
         return self._seen(stops, away, stop=True)
 
     def _seen(self, stops: Stops, away: Collection[str], *, stop: bool) -> Seen:
@@ -73,7 +73,7 @@ class Guard:
         return Seen(refused, tuple(dict.fromkeys(notes)))
 
     def _stopped(self, found: Iterable[Dependent], uses: Uses) -> tuple[Uses, list[Note]]:
-        """Stops robots. Returns those that are not shown to stand, and what their hosts noted."""
+        """Stops robots. Returns those that are not confirmed to stand, and what their hosts noted."""
         due: dict[str, list[str]] = {}
         for robot in dict.fromkeys(one.robot.name for one in found):
             due.setdefault(self.dependents.swarm.robots[robot].host, []).append(robot)
@@ -118,4 +118,7 @@ def host_error(problem: Problem) -> HostError:
 
 
 def _unstopped(use: RobotUse, error: HostError) -> RobotUse:
-    return {"why": f"{use['why']}, and is not shown to stand: {error}", "commander": use["commander"]}
+    return {
+        "why": f"{use['why']}, and is not confirmed to stand: {error}",
+        "commander": use["commander"],
+    }

@@ -20,7 +20,7 @@ from swarm_onboard.agent.motion_messages import (
 from swarmctl.remote import agent_archive, agent_client, operators, parallel_hosts
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
-PATIENCE = 2.0  # s for the wheels to be shown to stand; a host does not take longer to answer
+PATIENCE = 2.0  # s for the wheels to be confirmed to stand; a host does not take longer to answer
 _TIMEOUT = 15.0  # s
 _PROVEN = ("wheels", "odometry")
 

@@ -8,8 +8,9 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from swarmctl.field_types import Adapter, Mac, Secret
+from swarmctl.field_types import Adapter, Mac
 from swarmctl.links.link_base import Delay, Device, Line
+from swarmctl.named_secret import Secret
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from swarmctl.field_types import (
     Namespace,
     PackageName,
     RobotName,
-    Secret,
     SelectedHost,
     SelectedRobot,
 )
+from swarmctl.named_secret import Secret
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.ros_launchable import RosLaunchable, Words
 from swarmctl.spec.install_model import Install

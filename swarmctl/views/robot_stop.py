@@ -1,4 +1,4 @@
-"""Stopped robots as text: a line for each, and a summary that names those that are not shown to stand."""
+"""Stopped robots as text: a line for each, and a summary that names those that are not confirmed to stand."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ def test_they_are_stopped_on_their_hosts_before_any_host_changes(
             assert not latch.exists()  # nothing is stopped before the question
             results = executed(deployment)
         assert commands.held
-        assert "and is not shown to stand: k3 was sent its stop, and its wheels still turn" in str(
+        assert "and is not confirmed to stand: k3 was sent its stop, and its wheels still turn" in str(
             results["leader"]
         )
         assert "nothing was changed" in str(results["epuck"])

@@ -21,7 +21,7 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
             _, found = stopped(swarm)
             assert set(found) == set(robots)
             assert {one["state"] for one in found.values()} <= {"stands", "unproven"}, found
-            until(lambda: stopped(swarm)[0] == exit_codes.OK, "the wheels are not shown to stand")
+            until(lambda: stopped(swarm)[0] == exit_codes.OK, "the wheels are not confirmed to stand")
             assert not any(moves(one) for one in swarm.robots().values())
             assert str(found[ONE_ROBOT]["commander"]).startswith(LEADER)
             note("stop, from the start of the program", f"{found[ONE_ROBOT]['seconds']} s", "by the wheels")
@@ -49,7 +49,8 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
             refused = swarm.swarmctl("restart", ONE_ROBOT)
             assert refused.status == exit_codes.HOSTS_FAILED
             assert (
-                f"{ONE_ROBOT} is commanded by {LEADER}" in refused.out or "not shown to stand" in refused.out
+                f"{ONE_ROBOT} is commanded by {LEADER}" in refused.out
+                or "not confirmed to stand" in refused.out
             )
             assert swarm.pids() == after
             assert not moves(swarm.robot("koala"))
@@ -60,7 +61,10 @@ def test_driving_robots_stand_until_they_are_released(swarm: LabSwarm, note: Not
 def test_a_stop_holds_after_a_reboot_and_without_a_master(swarm: LabSwarm) -> None:
     swarm.shell(LEADER, "sudo systemctl stop swarm-newswarm.master")
     try:
-        until(lambda: stopped(swarm, ONE_ROBOT)[0] == exit_codes.OK, "the wheels are not shown to stand")
+        until(
+            lambda: stopped(swarm, ONE_ROBOT)[0] == exit_codes.OK,
+            "the wheels are not confirmed to stand",
+        )
     finally:
         swarm.shell(LEADER, "sudo systemctl start swarm-newswarm.master")
     try:

@@ -15,17 +15,19 @@ from tests.onboard.agent.fakehost import bundle
 
 BUNDLE = replace(bundle("1"), units=(Unit("k3.service", (), robot="k3"), Unit("master.service", ())))
 GONE: Any = {"units": [{"name": "old.service", "needs": [], "robot": "old", "digest": "d"}], "files": {}}
-BUSY = Observed("a", GONE, busy={"k3": "is commanded by joy", "old": "is not shown to stand by its wheels"})
+BUSY = Observed(
+    "a", GONE, busy={"k3": "is commanded by joy", "old": "is not confirmed to stand by its wheels"}
+)
 
 
 @pytest.mark.parametrize(
     ("steps", "problem"),
     [
         ([(Kind.RESTART, "k3.service")], "k3 is commanded by joy"),
-        ([(Kind.STOP, "old.service")], "old is not shown to stand by its wheels"),
+        ([(Kind.STOP, "old.service")], "old is not confirmed to stand by its wheels"),
         (
             [(Kind.STOP, "old.service"), (Kind.RESTART, "k3.service")],
-            "k3 is commanded by joy; old is not shown to stand by its wheels",
+            "k3 is commanded by joy; old is not confirmed to stand by its wheels",
         ),
         ([(Kind.RESTART, "master.service")], None),
         ([(Kind.START, "k3.service"), (Kind.UPDATE, "params/k3.yaml")], None),

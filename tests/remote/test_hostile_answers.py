@@ -68,7 +68,7 @@ FITTING: dict[str, Any] = {
     "stop": {"deployed": True, "elapsed": 0.1, "robots": {"k3": MOTION}},
     "start": {"deployed": True, "released": ["k3"]},
     "restart": {"deployed": True, "restarted": ["k3.service"]},
-    "motion": {"in_use": {"k3": {"why": "is not shown to stand by its wheels", "commander": ""}}},
+    "motion": {"in_use": {"k3": {"why": "is not confirmed to stand by its wheels", "commander": ""}}},
     "hold": {"units": {"koala.service": UNIT}},
     "confirm": {"release": RELEASE.digest},
     "undo": {"release": None},

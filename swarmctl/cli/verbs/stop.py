@@ -35,7 +35,7 @@ def stop(
     """Stop robots at once, and keep them stopped until `swarmctl start`.
 
     Prints for each robot when its wheels stood; the spec may have errors. The stop outlives restarts, reboots
-    and deploys. Exit code 6 if a robot was sent its stop but is not shown to stand.
+    and deploys. Exit code 6 if a robot was sent its stop but is not confirmed to stand.
     """
     from swarmctl.cli.ssh_targets import transport
     from swarmctl.deploy import robot_stop

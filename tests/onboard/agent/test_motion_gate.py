@@ -1,4 +1,4 @@
-"""A robot that moves or is under command is not touched, unless it is stopped first and shown to stand."""
+"""A robot that moves or is under command is not touched unless it is stopped first and confirmed to stand."""
 
 from __future__ import annotations
 
@@ -45,8 +45,11 @@ def clear(*units: str, stop: bool = False) -> list[str]:
     [
         ({**STANDS, "commander": "joystick (/joystick)"}, "koala is commanded by joystick (/joystick)"),
         ({**UNMEASURED, "commander": "/teleop"}, "koala is commanded by /teleop"),
-        ({**TURNS, "commander": ""}, "koala is not shown to stand by its wheels"),
-        ({**TURNS, "commander": "", "by": "odometry"}, "koala is not shown to stand by its odometry"),
+        ({**TURNS, "commander": ""}, "koala is not confirmed to stand by its wheels"),
+        (
+            {**TURNS, "commander": "", "by": "odometry"},
+            "koala is not confirmed to stand by its odometry",
+        ),
     ],
 )
 def test_a_robot_in_use_is_not_touched(host: Path, motion: dict[str, object], why: str) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from .motion_messages import RobotUse
 
-_LOOK = 1.0  # s for drivers to answer, and for wheels to be shown to stand
+_LOOK = 1.0  # s for drivers to answer, and for wheels to be confirmed to stand
 _STOP = 3.0  # s for robots to stand
 _NOBODY = ("", "nobody")  # what drivers and gates answer without a commander
 _HINT = "stop them with `swarmctl stop`, or use --stop-robots; they then stand until `swarmctl start`"
@@ -120,14 +120,16 @@ def _known(answer: Mapping[str, Any]) -> bool:
 
 
 def _stands(answer: Mapping[str, Any]) -> bool:
-    """True if its wheels are shown to stand, or nothing could show it."""
+    """True if its wheels are confirmed to stand, or nothing could show it."""
     measured = answer.get("measured") and answer.get("zero_at") is not None and not answer.get("pending")
     return answer.get("still_since") is not None or not measured
 
 
 def _why(answer: Mapping[str, Any]) -> str:
     if not _stands(answer):
-        return f"is not shown to stand by its {'odometry' if answer.get('by') == 'odometry' else 'wheels'}"
+        return (
+            f"is not confirmed to stand by its {'odometry' if answer.get('by') == 'odometry' else 'wheels'}"
+        )
     commander = _commander(answer)
     return _commanded_by(commander) if commander and not answer.get("held") else ""
 

@@ -8,7 +8,7 @@ from typing import Literal, TypedDict
 class StopRequest(TypedDict):
     """Latch ``robots`` so that they stand; with ``others`` those too that run here and are not named.
 
-    ``patience``: s to wait until their wheels are shown to stand.
+    ``patience``: s to wait until their wheels are confirmed to stand.
     """
 
     verb: Literal["stop"]
@@ -87,7 +87,7 @@ class RestartAnswer(TypedDict):
 
 
 class MotionRequest(TypedDict):
-    """Which of ``robots`` are in use; with ``stop`` they are latched first, and must be shown to stand."""
+    """Which of ``robots`` are in use; with ``stop`` they are latched first and must be confirmed to stand."""
 
     verb: Literal["motion"]
     swarm: str
