@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 from swarmctl.remote import agent_client
+from swarmctl.remote.dask_cluster import Workers
 from swarmctl.remote.parallel_hosts import Stop
 from swarmctl.remote.transport import Conversation, HostError, Kind, Target, Transport
-from swarmctl.remote.workers import Workers
 
 MOST = 256  # kept at a time by a process: each has a socket and a thread
 _ALIVE = (Kind.REFUSED, Kind.FAILED)  # errors that the agent itself reports; it serves the next request

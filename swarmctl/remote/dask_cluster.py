@@ -7,27 +7,29 @@ import ipaddress
 import logging
 import re
 import sys
+import threading
 import time
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from swarmctl.remote import worker
+from swarmctl.remote.agent_archive import Agent
 from swarmctl.remote.either_ssh import EitherSsh
-from swarmctl.remote.lines import Line
-from swarmctl.remote.transport import Transport
-from swarmctl.remote.workers import Place, Workers
+from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Target, Transport
+from swarmctl.remote.worker import Ask, BecomeRoot, Note, Sessions
 from swarmctl.version import __version__
 
 if TYPE_CHECKING:
     import distributed
 
 CONNECT = 10.0  # s
-_LOOK = 0.5  # s
+_LOGIN = 300.0  # s, more than the sum of the limits of a login through jump hosts
+_LOOK = 1.0  # s between two looks whether a worker is alive
 _SCHEMES = {"dask": "tcp", "dask+tls": "tls"}
 INSTALL = 'pip install "swarmctl[scale]"'
 
@@ -77,10 +79,11 @@ def workers(
 ) -> Iterator[Workers]:
     """A transport whose sessions the workers of a cluster have. Raises ``ClusterError`` before any begins.
 
-    ``secrets``: the requests will contain some.
+    ``login``, which is pickled, makes the transport of each worker there. ``secrets``: the requests will
+    contain some.
     """
     with _connected(address) as client:
-        found = _addresses(client)
+        found = list(client.scheduler_info(n_workers=-1)["workers"])
         if not found:
             raise ClusterError(f"{address.text} has no workers", f"start one: `dask worker {address.dask}`")
         if secrets and not address.encrypted and not on_loopback({client.scheduler.address, *found}):
@@ -89,93 +92,160 @@ def workers(
                 "run the cluster with TLS and name it dask+tls://HOST:PORT, or run this without --executor",
             )
         check_versions(client.get_versions(packages=["swarmctl"]))
-        cluster = _Cluster(client)
-        places = [
-            Place(client.get_executor(workers=[one], pure=False), one, partial(cluster.has, one))
-            for one in found
-        ]
-        with Workers(places, cluster.line, login=login, serve=serve) as transport:
-            yield transport
+        yield Workers([_Worker(client, one, login) for one in found])
 
 
-def serve(login: Callable[[], Transport], orders: Line, reports: Line) -> None:
-    """As ``worker.serve``, beside the worker's other tasks."""
-    import distributed  # noqa: PLC0415
+class Workers:
+    """A transport that spreads sessions over workers.
 
-    for one in (orders, reports):
-        if isinstance(one, DaskLine):
-            one.open()
-    _end_profiling(distributed.get_worker())
-    distributed.secede()  # it waits more than it computes: another task may have its thread
-    worker.serve(login, orders, reports)
+    A worker that ends loses its own sessions only; the others open the next ones.
+    """
 
-
-def _end_profiling(its_worker: distributed.Worker) -> None:
-    """Ends the worker's statistical profiler, beside which threads that begin or end can lock up the process:
-    ``sys._current_frames`` holds a lock of the interpreter while the garbage collector runs Dask's callbacks
-    (python/cpython#106883)."""
-    if profiler := its_worker.periodic_callbacks.pop("profile", None):  # a starting worker begins those left
-        its_worker.loop.add_callback(profiler.stop)
-
-
-class DaskLine:
-    """A queue of the cluster's scheduler."""
-
-    def __init__(self, queue: distributed.Queue) -> None:
-        self._name: str = queue.name
-        self._queue: distributed.Queue | None = queue
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"_name": self._name, "_queue": None}
-
-    def open(self) -> None:
-        """Connects it, in a task of the cluster."""
-        import distributed  # noqa: PLC0415
-
-        self._queue = distributed.Queue(self._name, client=distributed.get_client())
-
-    def put(self, item: bytes) -> None:
-        """See ``Line``."""
-        self._opened.put(item)
-
-    def get(self, timeout: float) -> bytes | None:
-        """See ``Line``."""
-        try:
-            return bytes(self._opened.get(timeout=timeout))
-        except (TimeoutError, asyncio.TimeoutError):  # one class since Python 3.11
-            return None
-
-    def close(self) -> None:
-        """See ``Line``."""
-        self._opened.close()
+    def __init__(self, workers: Sequence[_Worker]) -> None:
+        self._lock = threading.Lock()
+        self._numbers = count()
+        self._all = workers
 
     @property
-    def _opened(self) -> distributed.Queue:
-        assert self._queue is not None, "a line that was pickled is used before it was opened"
-        return self._queue
+    def processes(self) -> int:
+        """How many processes have the sessions."""
+        return len(self._all)
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[_Session]:
+        """A session of the worker with the fewest; its first request logs in. Raises ``HostError``."""
+        with self._lock:
+            live = [one for one in self._all if one.alive]
+            if not live:
+                raise HostError(
+                    Kind.UNREACHABLE,
+                    f"{target.host} was not reached: no worker is left",
+                    "start workers again, then run the same command again",
+                )
+            chosen = min(live, key=lambda one: one.sessions)
+            chosen.sessions += 1
+        session = _Session(next(self._numbers), target, chosen)
+        try:
+            yield session
+        finally:
+            session.close()
+            with self._lock:
+                chosen.sessions -= 1
 
 
-class _Cluster:
-    """The cluster as its client sees it."""
+class _Worker:
+    """A worker with an actor of this operator, which Dask frees with the client."""
 
-    def __init__(self, client: distributed.Client) -> None:
-        self._client = client
-        self._workers = set(_addresses(client))
-        self._looked = time.monotonic()
+    def __init__(self, client: distributed.Client, name: str, login: Callable[[], Transport]) -> None:
+        self.name = name
+        self.sessions = 0
+        self._task = client.submit(Sessions, login, actor=True, pure=False, workers=[name])
+        with client.as_current():  # an actor belongs to the client that is current when it arrives
+            self.actor: Any = self._task.result(timeout=CONNECT)
+        self.agents: set[str] = set()  # the digests of those that it has
+        self.lock = threading.Lock()
 
-    def line(self) -> Line:
-        """Returns a new queue."""
-        import distributed  # noqa: PLC0415
+    @property
+    def alive(self) -> bool:
+        """True unless it or the scheduler was lost."""
+        return bool(self._task.status == "finished")
 
-        return DaskLine(distributed.Queue(client=self._client))
 
-    def has(self, worker_address: str) -> bool:
-        """Returns True as long as the scheduler has this worker; it looks once in ``_LOOK`` s for all."""
-        if time.monotonic() > self._looked + _LOOK:
-            with suppress(OSError):  # of a scheduler that has gone; its queues report that
-                self._workers = set(_addresses(self._client))
-            self._looked = time.monotonic()
-        return worker_address in self._workers
+class _Session:
+    """A session that a worker has; it is the conversation with the host, too."""
+
+    def __init__(self, number: int, target: Target, its_worker: _Worker) -> None:
+        self._worker = its_worker
+        self._number = number
+        self._target = _elsewhere(target)
+        self._closed = False
+        self._agent: Agent | None = None
+        self._become = False
+
+    def conversation(self, chosen: Agent, *, become: bool) -> _Session:
+        """See ``WorkerSession``."""
+        self._agent, self._become = chosen, become
+        return self
+
+    def ask(
+        self,
+        request: Mapping[str, Any],
+        payload: bytes = b"",
+        *,
+        on_note: Callable[[str], None] | None = None,
+        timeout: float = 60.0,
+    ) -> Any:
+        """See ``Conversation``."""
+        agent, worker = self._agent, self._worker
+        assert agent is not None, "a request before the conversation"
+        with worker.lock:
+            if agent.digest not in worker.agents:
+                self._called("keep", agent, timeout=0)
+                worker.agents.add(agent.digest)
+        order = Ask(agent.digest, self._become, dict(request), payload, timeout)
+        return self._answer(order, timeout, on_note)
+
+    def become_root(self) -> None:
+        """See ``WorkerSession``."""
+        self._answer(BecomeRoot(), CHANNEL_TIMEOUT)
+
+    def close(self) -> None:
+        """See ``WorkerSession``."""
+        self._closed = True
+        with suppress(RuntimeError):  # the worker was lost, and the session with it
+            self._worker.actor.close(self._number)
+
+    def _answer(
+        self, order: Ask | BecomeRoot, timeout: float, on_note: Callable[[str], None] | None = None
+    ) -> Any:
+        report = self._called("answer", self._number, self._target, order, timeout=timeout)
+        while isinstance(report, Note):
+            if on_note is not None:
+                on_note(report.text)
+            report = self._called("more", self._number, timeout=timeout)
+        if isinstance(report, HostError):
+            raise self._from_there(report)
+        return report
+
+    def _called(self, method: str, *args: Any, timeout: float) -> Any:
+        """What a method of the actor returns. Raises ``HostError``: a lost worker, a closed session."""
+        end = time.monotonic() + timeout + _LOGIN
+        name, host = self._worker.name, self._target.host
+        try:
+            pending = getattr(self._worker.actor, method)(*args)
+            while not self._closed:
+                with suppress(TimeoutError, asyncio.TimeoutError):  # one class since Python 3.11
+                    return pending.result(timeout=_LOOK)
+                if not self._worker.alive:
+                    raise OSError("it has ended")
+                if time.monotonic() > end:
+                    raise OSError(f"it has reported nothing for {timeout + _LOGIN:.0f} s")
+        except (OSError, RuntimeError) as error:
+            raise HostError(
+                Kind.LOST,
+                f"the worker {name} was lost while it was connected to {host}: {error}",
+                "run the same command again",
+            ) from error
+        raise HostError(Kind.LOST, f"the connection to {host} was closed")
+
+    def _from_there(self, error: HostError) -> HostError:
+        """The error, with the worker if what went wrong may depend on it."""
+        name = self._worker.name
+        if error.kind is Kind.AUTH:
+            hint = f"workers log in with their own keys and ssh-agent, not yours; there: {error.hint}"
+            return HostError(error.kind, f"{error.message} (on worker {name})", hint)
+        if error.kind is Kind.UNREACHABLE:
+            return HostError(error.kind, f"{error.message} (from worker {name})", error.hint)
+        return error
+
+
+def _elsewhere(target: Target) -> Target:
+    """The target for another account: key files in the home of this one are those in the home of that one."""
+    home = Path.home()
+    keys = (
+        Path("~", key.relative_to(home)) if key.is_relative_to(home) else key for key in target.identities
+    )
+    return replace(target, identities=tuple(keys), jump=target.jump and _elsewhere(target.jump))
 
 
 @contextmanager
@@ -201,10 +271,6 @@ def _connected(address: Address) -> Iterator[distributed.Client]:
             ) from error
     with client:
         yield client
-
-
-def _addresses(client: distributed.Client) -> list[str]:
-    return list(client.scheduler_info(n_workers=-1)["workers"])
 
 
 def check_versions(found: Mapping[str, Any]) -> None:

@@ -176,7 +176,7 @@ Session = ChannelSession | WorkerSession
 
 
 class Transport(Protocol):
-    """Opens sessions. ``either_ssh.EitherSsh`` is the real one, ``workers.Workers`` has others open them."""
+    """Opens sessions: ``either_ssh.EitherSsh`` here, ``dask_cluster.Workers`` in other processes."""
 
     def connect(self, target: Target) -> AbstractContextManager[Session]:
         """Connect and log in, or raise ``HostError``."""

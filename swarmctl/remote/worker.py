@@ -1,51 +1,30 @@
-"""A worker: a process that has the SSH sessions of an operator who runs elsewhere, and asks agents for it.
+"""Runs in a worker of a Dask cluster: SSH sessions for an operator who runs elsewhere.
 
-It decides nothing: which host, which question and when to stop is the operator's.
+It decides nothing: which host, which request and when to stop is the operator's.
 """
 
 from __future__ import annotations
 
-import pickle
+import asyncio
 import threading
-import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 
 from swarmctl.remote import agent_client
 from swarmctl.remote.agent_archive import Agent
-from swarmctl.remote.lines import Line
 from swarmctl.remote.parallel_hosts import Stop
 from swarmctl.remote.transport import Conversation, HostError, Kind, Session, Target, Transport
 
-BEAT = 5.0  # s between two signs of life of the operator
-SILENCE = 6 * BEAT  # s without one, after which a worker closes its sessions
-BATCH = 64  # messages that go together at most
-GATHER = 0.01  # s that a message waits for others: each item of a line costs some ms of CPU time
-
-
-@dataclass(frozen=True)
-class KeepAgent:
-    """Keep this agent, which is sent once to each worker; requests name it by its digest."""
-
-    agent: Agent
-
-
-@dataclass(frozen=True)
-class Connect:
-    """Open session ``number``."""
-
-    number: int
-    target: Target
+_LOOK = 1.0  # s between two looks whether the operator is still there
 
 
 @dataclass(frozen=True)
 class Ask:
-    """A request to the agent ``agent`` of the host of session ``number``."""
+    """A request to the agent with the digest ``agent``, which the worker already has."""
 
-    number: int
     agent: str
     become: bool
     request: dict[str, Any]
@@ -55,170 +34,131 @@ class Ask:
 
 @dataclass(frozen=True)
 class BecomeRoot:
-    """Have the host of session ``number`` run the shortest command."""
-
-    number: int
+    """The host runs the shortest command as root."""
 
 
 @dataclass(frozen=True)
-class Close:
-    """End session ``number`` at once."""
+class Note:
+    """A note of an agent on the progress of its request; more follows."""
 
-    number: int
-
-
-@dataclass(frozen=True)
-class End:
-    """End all sessions, and the worker's task."""
+    text: str
 
 
-@dataclass(frozen=True)
-class Noted:
-    """A note of the agent of session ``number``."""
+class Sessions:
+    """A Dask actor with the sessions of one operator, by number.
 
-    number: int
-    note: str
-
-
-@dataclass(frozen=True)
-class Answered:
-    """The end of a request: an answer, or an error. None: the session is open."""
-
-    number: int
-    answer: Any
-
-
-Order = KeepAgent | Connect | Ask | BecomeRoot | Close | End
-Report = Noted | Answered
-
-
-def serve(login: Callable[[], Transport], orders: Line, reports: Line) -> None:
-    """Carries out ``orders`` until their end, or until the operator has been silent for long."""
-    outgoing: SimpleQueue[Report | None] = SimpleQueue()
-    sender = threading.Thread(target=send, args=(outgoing, reports), daemon=True)
-    sender.start()
-    desk = _Desk(login(), outgoing.put)
-    try:
-        while (found := orders.get(SILENCE)) is not None:
-            for order in pickle.loads(found):
-                if isinstance(order, End):
-                    return
-                desk.take(order)
-    finally:
-        desk.close()
-        outgoing.put(None)
-        sender.join()
-
-
-def send(messages: SimpleQueue[Any], line: Line, *, beat: float | None = None) -> None:
-    """Puts messages on a line, as many at a time as wait, until one is None.
-
-    With ``beat``, an empty batch goes there after so many s without a message.
+    Its methods are asynchronous: Dask runs the others one at a time.
     """
-    batch: list[Any] = []
-    while batch[-1:] != [None]:
-        batch = _waiting(messages, beat)
-        line.put(packed([one for one in batch if one is not None]))
 
+    def __init__(self, login: Callable[[], Transport]) -> None:
+        from distributed import get_worker  # noqa: PLC0415
 
-def packed(messages: Sequence[Order | Report]) -> bytes:
-    """Returns messages as one item of a line."""
-    return pickle.dumps(messages, pickle.HIGHEST_PROTOCOL)
-
-
-def _waiting(messages: SimpleQueue[Any], beat: float | None) -> list[Any]:
-    """Waits for a message. Returns it with those behind it, up to the first None."""
-    found: list[Any] = []
-    with suppress(Empty):
-        found.append(messages.get(timeout=beat))
-        time.sleep(GATHER)
-        while len(found) < BATCH and found[-1] is not None:
-            found.append(messages.get_nowait())
-    return found
-
-
-class _Desk:
-    """The sessions of one operator, each in a thread of its own."""
-
-    def __init__(self, transport: Transport, report: Callable[[Report], None]) -> None:
-        self._transport = transport
-        self._report = report
+        worker: Any = get_worker()
+        self._worker, self._key = worker, worker.get_current_task()
+        self._loop = worker.loop.asyncio_loop
+        self._transport = login()
         self._agents: dict[str, Agent] = {}
-        self._sessions: dict[int, _Served] = {}
+        self._sessions: dict[int, _Session] = {}
+        self._closed: set[int] = set()
+        # Threads that begin or end can lock up a process with Dask's statistical profiler:
+        # `sys._current_frames` holds a lock of the interpreter while the garbage collector runs
+        # Dask's callbacks (python/cpython#106883).
+        if profiler := worker.periodic_callbacks.pop("profile", None):
+            worker.loop.add_callback(profiler.stop)
+        worker.loop.add_callback(self._close_with_operator)
 
-    def take(self, order: Order) -> None:
-        """Carries out an order, or has the thread of its session do so."""
-        if isinstance(order, KeepAgent):
-            self._agents[order.agent.digest] = order.agent
-        elif isinstance(order, Connect):
-            self._sessions[order.number] = _Served(order, self._transport, self._agents, self._report)
-        elif isinstance(order, Ask | BecomeRoot):
-            self._sessions[order.number].requests.put(order)
-        elif isinstance(order, Close) and (found := self._sessions.pop(order.number, None)):
-            found.close()
+    async def keep(self, agent: Agent) -> None:
+        """Keeps an agent for the requests that name its digest."""
+        self._agents[agent.digest] = agent
 
-    def close(self) -> None:
-        """Ends all sessions."""
-        for one in self._sessions.values():
-            one.close()
+    async def answer(self, number: int, target: Target, order: Ask | BecomeRoot) -> Any:
+        """Has session ``number``, which it opens if need be, carry out an order.
+
+        Returns the answer, which may be a ``HostError``, or a ``Note``; then ``more`` returns what follows.
+        """
+        if number in self._closed:  # the order was slower than the end
+            return HostError(Kind.LOST, f"the connection to {target.host} was closed")
+        if number not in self._sessions:
+            self._sessions[number] = _Session(self._transport, target, self._agents, self._loop)
+        self._sessions[number].orders.put(order)
+        return await self.more(number)
+
+    async def more(self, number: int) -> Any:
+        """See ``answer``."""
+        return await self._sessions[number].reports.get()
+
+    async def close(self, number: int) -> None:
+        """Ends a session at once; a request under way fails."""
+        self._closed.add(number)
+        if found := self._sessions.pop(number, None):
+            await asyncio.to_thread(found.close)
+
+    async def _close_with_operator(self) -> None:
+        """Ends all sessions when the cluster releases this actor: its operator has ended, or was lost."""
+        while self._key in self._worker.state.actors:
+            await asyncio.sleep(_LOOK)
+        for number in list(self._sessions):
+            await self.close(number)
 
 
-class _Served:
-    """One session, from its login to its end."""
+class _Session:
+    """One session, from its login to its end, in a thread of its own."""
 
     def __init__(
-        self,
-        order: Connect,
-        transport: Transport,
-        agents: Mapping[str, Agent],
-        report: Callable[[Report], None],
+        self, transport: Transport, target: Target, agents: dict[str, Agent], loop: asyncio.AbstractEventLoop
     ) -> None:
-        self.requests: SimpleQueue[Ask | BecomeRoot | None] = SimpleQueue()
-        self._order = order
+        self.orders: SimpleQueue[Ask | BecomeRoot | None] = SimpleQueue()
+        self.reports: asyncio.Queue[Any] = asyncio.Queue()
         self._transport = transport
+        self._target = target
         self._agents = agents
-        self._report = report
+        self._loop = loop
         self._stop = Stop()
         threading.Thread(target=self._run, daemon=True).start()
 
     def close(self) -> None:
-        """Ends it at once; a request under way fails."""
-        self._stop.request()
-        self._stop.request()
-        self.requests.put(None)
+        """Ends it; safe between threads."""
+        self.orders.put(None)
+        for _ in range(2):  # the second closes a connection in use
+            self._stop.request()
+
+    def _report(self, report: Any) -> None:
+        self._loop.call_soon_threadsafe(self.reports.put_nowait, report)
 
     def _run(self) -> None:
-        number = self._order.number
         try:
-            with self._transport.connect(self._order.target) as session, self._stop.guarding(session):
-                self._report(Answered(number, None))
-                self._answer(session)
+            with (
+                self._transport.connect(self._target) as session,
+                self._stop.guarding(session),
+                ExitStack() as stack,
+            ):
+                self._serve(session, stack)
+                return
         except HostError as error:
-            self._report(Answered(number, portable(error)))
+            ended = portable(error)
         except Exception as error:  # noqa: BLE001  (a bug costs only this session)
-            self._report(Answered(number, HostError(Kind.BUG, f"{type(error).__name__}: {error}")))
+            ended = HostError(Kind.BUG, f"{type(error).__name__}: {error}")
+        while self.orders.get() is not None:
+            self._report(ended)
 
-    def _answer(self, session: Session) -> None:
-        number = self._order.number
-        with ExitStack() as talks:
-            host: Conversation | None = None
-            while (ask := self.requests.get()) is not None:
-                answer: Any = None
-                try:
-                    if isinstance(ask, BecomeRoot):
-                        agent_client.become_root(session)
-                    else:
-                        if host is None:
-                            chosen = self._agents[ask.agent]
-                            talk = agent_client.conversation(session, chosen, become=ask.become)
-                            host = talks.enter_context(talk)
-                        answer = host.ask(
-                            ask.request, ask.payload, timeout=ask.timeout,
-                            on_note=lambda text: self._report(Noted(number, text)),
-                        )  # fmt: skip
-                except HostError as error:
-                    answer = portable(error)
-                self._report(Answered(number, answer))
+    def _serve(self, session: Session, stack: ExitStack) -> None:
+        host: Conversation | None = None
+        while (order := self.orders.get()) is not None:
+            answer: Any = None
+            try:
+                if isinstance(order, BecomeRoot):
+                    agent_client.become_root(session)
+                else:
+                    host = host or stack.enter_context(
+                        agent_client.conversation(session, self._agents[order.agent], become=order.become)
+                    )
+                    answer = host.ask(
+                        order.request, order.payload, timeout=order.timeout,
+                        on_note=lambda text: self._report(Note(text)),
+                    )  # fmt: skip
+            except HostError as error:
+                answer = portable(error)
+            self._report(answer)
 
 
 def portable(error: HostError) -> HostError:

@@ -1,13 +1,10 @@
-"""Sessions in other processes: hosts, events and Ctrl-C are as without, and a lost worker costs its own."""
+"""Sessions in the workers of a Dask cluster: all is as without, and a lost worker costs its own hosts."""
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import queue
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -16,16 +13,16 @@ from typing import Any
 
 import pytest
 
-from swarmctl.remote import agent_client, connections, parallel_hosts, worker
-from swarmctl.remote.lines import QueueLine
+from swarmctl.remote import agent_client, connections, dask_cluster, parallel_hosts
+from swarmctl.remote.dask_cluster import Workers, address_of
 from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started, Stop
 from swarmctl.remote.transport import HostError, Kind, Output, Session, Target
-from swarmctl.remote.workers import Place, Workers
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
 from tests.onboard.agent.fakehost import FakeHost
 from tests.timing import PATIENCE, wait_for
 
+distributed = pytest.importorskip("distributed", reason="needs swarmctl[scale]")
 __all__ = ["hosts"]
 
 
@@ -67,6 +64,27 @@ class Hosts:
         yield Agentless(target.host)
 
 
+class Recorded(Hosts):
+    """As ``Hosts``, and records targets; workers in threads of the tests share the records."""
+
+    opened: list[Target] = []  # noqa: RUF012  (shared on purpose)
+    ended: list[str] = []  # noqa: RUF012
+
+    @contextmanager
+    def connect(self, target: Target) -> Iterator[Session]:
+        with super().connect(target) as session:
+            self.opened.append(target)
+            yield session
+        self.ended.append(target.host)
+
+
+@pytest.fixture
+def records() -> Iterator[type[Recorded]]:
+    yield Recorded
+    Recorded.opened.clear()
+    Recorded.ended.clear()
+
+
 def targets(*names: str) -> list[Target]:
     return [Target(name, "192.0.2.1", "root") for name in names]
 
@@ -77,12 +95,18 @@ def question(session: Session, target: Target, note: Callable[[str], None]) -> A
 
 
 @contextmanager
-def in_threads(
-    count: int = 2, alive: Callable[[int], bool] = lambda _: True, login: Callable[[], Any] = Hosts
-) -> Iterator[Workers]:
-    with ThreadPoolExecutor(count) as pool:
-        places = [Place(pool, f"worker-{n}", partial(alive, n)) for n in range(count)]
-        with Workers(places, lambda: QueueLine(queue.Queue()), login=login) as workers:
+def cluster_in_threads(count: int = 2) -> Iterator[Any]:
+    with distributed.LocalCluster(
+        n_workers=count, threads_per_worker=1, processes=False, dashboard_address=None, protocol="tcp"
+    ) as cluster:
+        yield cluster
+
+
+@contextmanager
+def in_threads(count: int = 2, login: Callable[[], Any] = Hosts) -> Iterator[Workers]:
+    with cluster_in_threads(count) as cluster:
+        address = address_of(cluster.scheduler_address.replace("tcp", "dask"))
+        with dask_cluster.workers(address, login=login) as workers:
             yield workers
 
 
@@ -106,71 +130,66 @@ def test_a_host_that_fails_in_a_worker_costs_only_itself() -> None:
         )
     assert (found["a"], found["b"]) == ({"host": "a"}, {"host": "b"})
     assert found["locked"].kind is Kind.AUTH
-    assert "locked rejected the login (on worker worker-" in found["locked"].message
+    assert "locked rejected the login (on worker tcp://" in found["locked"].message
     assert found["locked"].hint.startswith("workers log in with their own keys")
     assert found["buggy"] == HostError(Kind.BUG, "KeyError: 'x'")
 
 
-def test_processes_of_the_standard_library_are_workers() -> None:
-    context = multiprocessing.get_context("forkserver")
-    with context.Manager() as manager, ProcessPoolExecutor(2, context) as pool:
-        places = [Place(pool, f"process {n}") for n in range(2)]
-        with Workers(places, lambda: QueueLine(manager.Queue()), login=Hosts) as workers:
-            names = [f"h{n}" for n in range(8)]
-            events = list(parallel_hosts.run(targets(*names), question, transport=workers, parallel=4))
+def test_hosts_are_spread_over_workers_and_events_are_complete() -> None:
+    names = [f"h{n}" for n in range(8)]
+    with in_threads() as workers:
+        events = list(parallel_hosts.run(targets(*names), question, transport=workers, parallel=4))
     for name in names:
         mine = [event for event in events if event.host == name]
         assert [type(event) for event in mine] == [Started, Note, Finished]
         assert mine[2].outcome == {"host": name}  # type: ignore[union-attr]
-    notes = {event.text for event in events if isinstance(event, Note)}
-    assert len(notes) == 2, "the hosts are spread over both"
-    assert f"in process {os.getpid()}" not in notes
 
 
 def test_a_lost_worker_costs_its_hosts_and_the_others_go_on() -> None:
-    lost: set[int] = set()
-    with in_threads(2, lambda n: n not in lost) as workers:
-        events = parallel_hosts.run(
-            targets("silent1", "silent2", "a", "b"), question, transport=workers, parallel=2
-        )
-        for _ in range(4):  # both have begun, and each has sent a note
-            next(events)
-        lost.add(0)
-        first = next(event for event in events if isinstance(event, Finished))
-        assert isinstance(first.outcome, HostError)
-        assert first.outcome.kind is Kind.LOST
-        assert f"the worker worker-0 was lost while it was connected to {first.host}" in first.outcome.message
-        found = [next(event for event in events if isinstance(event, Finished)) for _ in range(2)]
-        assert [one.outcome for one in found] == [{"host": "a"}, {"host": "b"}]
-        lost.add(1)
-        assert len(outcomes(events)) == 1
-        none = outcomes(parallel_hosts.run(targets("c"), question, transport=workers))["c"]
-        assert str(none) == "c was not reached: no worker is left"
+    with cluster_in_threads(2) as cluster:
+        address = address_of(cluster.scheduler_address.replace("tcp", "dask"))
+        with dask_cluster.workers(address, login=Hosts) as workers:
+            names = ("silent1", "silent2", "a", "b")
+            events = parallel_hosts.run(targets(*names), question, transport=workers, parallel=2)
+            for _ in range(4):  # both have begun, and each has sent a note
+                next(events)
+            cluster.sync(cluster.workers[0].close)
+            first = next(event for event in events if isinstance(event, Finished))
+            assert isinstance(first.outcome, HostError)
+            assert first.outcome.kind is Kind.LOST
+            assert f"was lost while it was connected to {first.host}" in first.outcome.message
+            found = [next(event for event in events if isinstance(event, Finished)) for _ in range(2)]
+            assert [one.outcome for one in found] == [{"host": "a"}, {"host": "b"}]
+            cluster.sync(cluster.workers[1].close)
+            assert len(outcomes(events)) == 1
+            none = outcomes(parallel_hosts.run(targets("c"), question, transport=workers))["c"]
+            assert str(none) == "c was not reached: no worker is left"
 
 
-def test_a_worker_keeps_no_session_that_the_operator_has_ended() -> None:
-    opened: list[str] = []
-    ended: list[str] = []
-
-    class Counting(Hosts):
-        @contextmanager
-        def connect(self, target: Target) -> Iterator[Session]:
-            with super().connect(target) as session:
-                opened.append(target.host)
-                yield session
-            ended.append(target.host)
-
+def test_a_worker_keeps_no_session_that_the_operator_has_ended(records: type[Recorded]) -> None:
     stop = Stop()
-    with in_threads(login=Counting) as workers:
+    with in_threads(login=Recorded) as workers:
         list(parallel_hosts.run(targets("a", "b"), question, transport=workers))
-        wait_for(lambda: sorted(ended) == ["a", "b"])
+        wait_for(lambda: sorted(records.ended) == ["a", "b"])
         events = parallel_hosts.run(targets("silent"), question, transport=workers, stop=stop)
         assert [type(next(events)) for _ in range(2)] == [Started, Note]
         stop.request()
         stop.request()
         list(events)
-        wait_for(lambda: ended[2:] == ["silent"])
-    assert len(opened) == 3
+        wait_for(lambda: records.ended[2:] == ["silent"])
+    assert len(records.opened) == 3
+
+
+def test_a_worker_whose_operator_has_gone_closes_its_sessions(records: type[Recorded]) -> None:
+    with cluster_in_threads(1) as cluster:
+        client = distributed.Client(cluster.scheduler_address, set_as_default=False)
+        worker = dask_cluster._Worker(client, next(iter(client.scheduler_info()["workers"])), Recorded)
+        connected = Workers([worker]).connect(targets("a")[0])
+        with connected as session, agent_client.talk(session) as host:
+            host.ask({"verb": "test"})
+            assert not records.ended
+            client.close()
+            wait_for(lambda: records.ended == ["a"])
 
 
 def test_each_worker_keeps_as_many_connections_as_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -191,9 +210,8 @@ def test_each_worker_keeps_as_many_connections_as_one_process(monkeypatch: pytes
 def test_ctrl_c_begins_no_more_hosts_and_again_ends_the_sessions() -> None:
     stop = Stop()
     with in_threads() as workers:
-        events = parallel_hosts.run(
-            targets("silent1", "silent2", "a", "b"), question, transport=workers, parallel=2, stop=stop
-        )
+        names = ("silent1", "silent2", "a", "b")
+        events = parallel_hosts.run(targets(*names), question, transport=workers, parallel=2, stop=stop)
         for _ in range(4):
             next(events)
         stop.request()
@@ -205,37 +223,14 @@ def test_ctrl_c_begins_no_more_hosts_and_again_ends_the_sessions() -> None:
     )  # type: ignore[union-attr]
 
 
-def test_a_worker_has_keys_of_its_own_home(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_worker_has_keys_of_its_own_home(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, records: type[Recorded]
+) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
-    seen: list[Target] = []
-
-    class Seeing(Hosts):
-        def connect(self, target: Target) -> Any:
-            seen.append(target)
-            return super().connect(target)
-
     ours, other = tmp_path / ".ssh/id_swarm", Path("/etc/swarm/key")
     hop = replace(targets("hop")[0], identities=(ours,))
     host = replace(targets("a")[0], identities=(ours, other), jump=hop)
-    with in_threads(1, login=Seeing) as workers:
+    with in_threads(1, login=Recorded) as workers:
         list(parallel_hosts.run([host], question, transport=workers))
-    assert seen[0].identities == (Path("~/.ssh/id_swarm"), other)
-    assert seen[0].jump == replace(hop, identities=(Path("~/.ssh/id_swarm"),))
-
-
-def test_a_worker_whose_operator_has_gone_closes_its_sessions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(worker, "SILENCE", 0.2)
-    closed = threading.Event()
-
-    class Noticed:
-        @contextmanager
-        def connect(self, target: Target) -> Iterator[Session]:
-            session = Agentless("silent")
-            yield session
-            wait_for(session._closed.is_set)
-            closed.set()
-
-    orders, reports = QueueLine(queue.Queue()), QueueLine(queue.Queue())
-    orders.put(worker.packed([worker.Connect(0, targets("silent")[0])]))
-    worker.serve(Noticed, orders, reports)
-    assert closed.wait(PATIENCE)
+    assert records.opened[0].identities == (Path("~/.ssh/id_swarm"), other)
+    assert records.opened[0].jump == replace(hop, identities=(Path("~/.ssh/id_swarm"),))
