@@ -46,7 +46,7 @@ def graph_of(spec: Path, bundles: Mapping[str, Bundle]) -> ExpectedGraph:
 
 def looked(graph: ExpectedGraph, reach: Mapping[str, Target]) -> None:
     """Asks all hosts as the verb does. Raises SystemExit if one does not answer."""
-    found = collect.ask(graph, reach, SshTransport(), parallel=len(reach))
+    found = collect.probe_hosts(graph, reach, SshTransport(), parallel=len(reach))
     if wrong := {host: str(one) for host, one in found.items() if not isinstance(one, Answer)}:
         raise SystemExit(str(wrong))
 
@@ -57,11 +57,11 @@ def probed(graph: ExpectedGraph, reach: Mapping[str, Target]) -> float:
         talks = {}
         for host in graph.hosts:
             session = until_done.enter_context(SshTransport().connect(reach[host.name]))
-            talk = agent_client.talk(session, verbs=("probe",), module=graph.probe)
+            talk = agent_client.agent_session(session, verbs=("probe",), module=graph.probe)
             talks[host.name] = until_done.enter_context(talk)
         list(pool.map(start_agent, talks.values()))
         questions = {host.name: request(graph, host, collect.WINDOW) for host in graph.hosts}
-        return seconds(lambda: list(pool.map(lambda name: talks[name].ask(questions[name]), talks)))
+        return seconds(lambda: list(pool.map(lambda name: talks[name].request(questions[name]), talks)))
 
 
 def seconds(work: Callable[[], object]) -> float:

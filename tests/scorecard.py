@@ -394,7 +394,7 @@ ROWS = (
         "a host floods",
         _at("remote/ssh", "a_flooding_command_is_cut_off")
         + _at("remote/stalls", "an_endless_banner_is_cut_off")
-        + _at("remote/conversation", "a_flood_ends_the_session_and_is_not_an_answer"),
+        + _at("remote/agent_session", "a_flood_ends_the_session_and_is_not_an_answer"),
     ),
     Row(
         "R60",

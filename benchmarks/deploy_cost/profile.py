@@ -15,7 +15,7 @@ from deploy_cost.steps import Steps
 from swarmctl.deploy.observe_host import observe_host
 from swarmctl.remote import agent_client
 from swarmctl.remote.ssh import SshTransport
-from swarmctl.remote.transport import Conversation, HostError, Session, Target
+from swarmctl.remote.transport import AgentSession, HostError, Session, Target
 from swarmctl.render.bundle import Bundle
 
 FLOOR = "floor: two connections, one fsync"
@@ -95,7 +95,7 @@ def _round(target: Target, bundle: Bundle) -> Iterator[tuple[str, tuple[float, f
         yield "a channel, `true`", true
         python = _cost(lambda: _run(session, "python3 -I -S -c pass"))
         yield "start Python", _less(python, true)
-        with agent_client.talk(session) as host:
+        with agent_client.agent_session(session) as host:
             yield "start the agent", _less(_cost(lambda: start_agent(host)), python)
             yield "first `observe`", _cost(lambda: observe_host(host, bundle))
             yield "second `observe`", _cost(lambda: observe_host(host, bundle))
@@ -138,10 +138,10 @@ def _run(session: Session, command: str) -> None:
         channel.exchange([], lambda _: False, timeout=30)
 
 
-def start_agent(host: Conversation) -> None:
+def start_agent(host: AgentSession) -> None:
     """Starts the agent with the shortest request: one that it refuses."""
     with suppress(HostError):
-        host.ask({"verb": "no verb"})
+        host.request({"verb": "no verb"})
 
 
 def _cost(work: Callable[[], object]) -> tuple[float, float]:

@@ -31,7 +31,7 @@ from swarmctl.remote import parallel_hosts
 from swarmctl.remote.agent_archive import DEPLOY_VERBS
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Event, Finished, Note, Skipped, Stop, result_of
-from swarmctl.remote.transport import Conversation, HostError, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
@@ -255,7 +255,7 @@ class Deployment:
     ) -> Iterator[Event[Outcome]]:
         def commit(target: Target, on_progress: OnProgress) -> Outcome:
             one = self._surveyed[target.host]
-            with self._connections.talk(target) as host:
+            with self._connections.agent_session(target) as host:
                 units = self._transaction(lease.run, target, on_progress).commit(
                     host, one.plan, one.observed.kept
                 )
@@ -274,7 +274,7 @@ class Deployment:
 
         def change(target: Target, on_progress: OnProgress) -> _Pending:
             one = self._surveyed[target.host]
-            with self._connections.talk(target) as host:
+            with self._connections.agent_session(target) as host:
                 found = self._transaction(lease.run, target, on_progress).change(
                     host, one.plan, one.observed.kept
                 )
@@ -331,7 +331,7 @@ class Deployment:
 
     def _look(self, target: Target, on_progress: OnProgress) -> ObservedHost:
         bundle = self._bundles[target.host]
-        with self._connections.talk(target) as host:
+        with self._connections.agent_session(target) as host:
             observed = self._observed(host, bundle)
             recovered = self._recovers and self._transaction("", target, on_progress).recover_interrupted(
                 host, observed
@@ -349,8 +349,8 @@ class Deployment:
         return ObservedHost(plan if plan.problem else not_busy(plan, bundle, observed), observed, recovered)
 
     def _transaction(self, run: str, target: Target, on_progress: OnProgress) -> HostTransaction:
-        def connect(anew: bool) -> AbstractContextManager[Conversation]:
-            return self._connections.talk(target, anew=anew)
+        def connect(anew: bool) -> AbstractContextManager[AgentSession]:
+            return self._connections.agent_session(target, anew=anew)
 
         def log_in() -> None:
             self._connections.log_in(target)
@@ -363,15 +363,15 @@ class Deployment:
     def _observed_in_use(self, target: Target, bundle: Bundle) -> Observed:
         """Observes a host, and asks its drivers, which answer slowly; anew if its agent has just ended."""
         try:
-            with self._connections.talk(target) as host:
+            with self._connections.agent_session(target) as host:
                 return self._observed(host, bundle, motion=True)
         except HostError as error:
             if error.kind not in (ErrorKind.LOST, ErrorKind.PROTOCOL):
                 raise
-        with self._connections.talk(target, anew=True) as host:
+        with self._connections.agent_session(target, anew=True) as host:
             return self._observed(host, bundle, motion=True)
 
-    def _observed(self, host: Conversation, bundle: Bundle, *, motion: bool = False) -> Observed:
+    def _observed(self, host: AgentSession, bundle: Bundle, *, motion: bool = False) -> Observed:
         return observe_host(
             host, bundle, secrets=self._secrets, motion=motion, stop_robots=self._rules.stop_robots
         )

@@ -22,7 +22,7 @@ def edits_on_hosts(
     """Returns by host the edits that ``bundles`` would replace, or why the host did not say."""
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> list[EditedFile]:
-        with agent_client.talk(session) as host:
+        with agent_client.agent_session(session) as host:
             return edited_files(bundles[target.host], observe_host(host, bundles[target.host]))
 
     chosen = [targets[name] for name in bundles]

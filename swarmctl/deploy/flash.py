@@ -9,7 +9,7 @@ from swarm_onboard.agent.messages import FlashAnswer, FlashRequest
 
 from swarmctl.firmware import avrdude
 from swarmctl.remote import agent_client, operators, parallel_hosts
-from swarmctl.remote.transport import Conversation, HostError, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 
 VERBS = ("flash",)
 PATIENCE = 40.0  # s for the board to start, and to report to its driver
@@ -55,7 +55,7 @@ def flash(
         by_host.setdefault(job.host, []).append(job)
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Results:
-        with agent_client.talk(session, verbs=VERBS) as host:
+        with agent_client.agent_session(session, verbs=VERBS) as host:
             return {job.robot: _flashed(host, job, note, stop_robots) for job in by_host[target.host]}
 
     return parallel_hosts.run((targets[name] for name in by_host), work, transport=transport, stop=stop)
@@ -67,7 +67,7 @@ def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:
 
 
 def _flashed(
-    host: Conversation, job: Job, note: Callable[[str], None], stop_robots: bool
+    host: AgentSession, job: Job, note: Callable[[str], None], stop_robots: bool
 ) -> Flashed | HostError:
     files = job.writing.files
     request: FlashRequest = {
@@ -83,7 +83,7 @@ def _flashed(
         "patience": PATIENCE,
     }
     try:
-        answer: FlashAnswer = host.ask(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
+        answer: FlashAnswer = host.request(request, b"".join(files.values()), on_note=note, timeout=_TIMEOUT)
     except HostError as error:
         return error
     return Flashed(answer["runs"], answer["logged"])

@@ -9,17 +9,17 @@ from swarm_onboard.agent.kept_state import State
 
 from swarmctl.remote import agent_client, parallel_hosts
 from swarmctl.remote.parallel_hosts import Event
-from swarmctl.remote.transport import Conversation, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, Session, Target, Transport
 
 _VERBS = ("history",)
 
 
-def history(host: Conversation, swarm: str, to: State | None = None) -> HistoryAnswer:
+def history(host: AgentSession, swarm: str, to: State | None = None) -> HistoryAnswer:
     """Returns the last changes of a host, with ``to`` also the units that stop and start on the way there."""
     request: HistoryRequest = {"verb": "history", "swarm": swarm}
     if to is not None:
         request["to"] = (to.release, to.secrets)
-    answer: HistoryAnswer = host.ask(request)
+    answer: HistoryAnswer = host.request(request)
     return answer
 
 
@@ -29,7 +29,7 @@ def histories(
     """Reads the log of every host. Yields events."""
 
     def work(session: Session, target: Target, note: object) -> list[ChangeEntry]:
-        with agent_client.talk(session, verbs=_VERBS) as host:
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
             return history(host, swarm)["entries"]
 
     return parallel_hosts.run(targets, work, transport=transport, parallel=parallel)

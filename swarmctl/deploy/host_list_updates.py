@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, closing
 
 from swarm_onboard.agent.host_list_messages import HostListAnswer, HostListRequest
 
-from swarmctl.deploy.host_lists import HostLists, Wanted, ask
+from swarmctl.deploy.host_lists import HostLists, Wanted, read_host_list
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
@@ -23,8 +23,8 @@ def read_all(
     """Reads the list of every host. Returns the errors of those that do not give it."""
 
     def work(session: Session, target: Target, note: object) -> HostListAnswer:
-        with agent_client.talk(session, verbs=_VERBS) as host:
-            return ask(host, lists.swarm)
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
+            return read_host_list(host, lists.swarm)
 
     errors: dict[str, HostError] = {}
     with opens() as transport:
@@ -75,8 +75,8 @@ def write_all(
     }
 
     def work(target: Target, note: object) -> None:
-        with connections.talk(target) as host:
-            host.ask(request)
+        with connections.agent_session(target) as host:
+            host.request(request)
 
     events = parallel_hosts.each(list(targets), work, parallel=parallel, stop=Stop())
     results = {event.host: result_of(event) for event in events if isinstance(event, Finished | Skipped)}

@@ -25,7 +25,7 @@ from swarm_onboard.agent.host_list_messages import (
 
 from swarmctl.field_types import HostName
 from swarmctl.plan.observed_host import Observed
-from swarmctl.remote.transport import Conversation, HostError
+from swarmctl.remote.transport import AgentSession, HostError
 from swarmctl.spec.host_login import HostLogin
 from swarmctl.spec.model import Host
 
@@ -68,7 +68,7 @@ class HostLists:
         own: HostListAnswer = {"epoch": 0, "hosts": dict(self.spec), "gone": {}}
         self._read[digest_of(own["hosts"], {})] = own
 
-    def read(self, conversation: Conversation, host: str, observed: Observed) -> None:
+    def read(self, agent: AgentSession, host: str, observed: Observed) -> None:
         """Reads the list of one host, unless an equal one is known."""
         state = observed.host_list
         if state is None:
@@ -80,7 +80,7 @@ class HostLists:
                 return
             self._fetched.add(state["digest"])
         with suppress(HostError):  # a lost connection shows with the next request
-            self.take(host, ask(conversation, self.swarm))
+            self.take(host, read_host_list(agent, self.swarm))
 
     def take(self, host: str, answer: HostListAnswer) -> None:
         """Takes the list of one host."""
@@ -176,8 +176,8 @@ def _is_valid(name: str, login: StoredLogin) -> bool:
     return True
 
 
-def ask(conversation: Conversation, swarm: str) -> HostListAnswer:
+def read_host_list(agent: AgentSession, swarm: str) -> HostListAnswer:
     """Returns the list of a host. Raises ``HostError``."""
     request: HostListRequest = {"verb": "host_list", "swarm": swarm}
-    answer: HostListAnswer = conversation.ask(request)
+    answer: HostListAnswer = agent.request(request)
     return answer

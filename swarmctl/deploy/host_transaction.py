@@ -26,7 +26,7 @@ from swarmctl.plan.observed_host import Observed
 from swarmctl.plan.plan import HostPlan, Kind
 from swarmctl.remote import agent_client, operators
 from swarmctl.remote.parallel_hosts import Stop
-from swarmctl.remote.transport import Conversation, HostError
+from swarmctl.remote.transport import AgentSession, HostError
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import Bundle
 
@@ -63,7 +63,7 @@ class HostTransaction:
 
     bundle: Bundle
     run: str
-    connect: Callable[[bool], AbstractContextManager[Conversation]]
+    connect: Callable[[bool], AbstractContextManager[AgentSession]]
     log_in: Callable[[], None]
     stop: Stop
     terms: Terms
@@ -76,7 +76,7 @@ class HostTransaction:
         """The digest of the release that the host should have."""
         return self.bundle.digest
 
-    def recover_interrupted(self, host: Conversation, observed: Observed) -> bool:
+    def recover_interrupted(self, host: AgentSession, observed: Observed) -> bool:
         """Finishes what an earlier deploy left open: the same release is confirmed, another one undone.
 
         Returns False if nothing was open. Raises ``HostError`` if another operator's change waits.
@@ -102,7 +102,7 @@ class HostTransaction:
         self._undo(host, last["txid"], pending=bool(last["left"]), wait=patience)
         return True
 
-    def commit(self, host: Conversation, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
+    def commit(self, host: AgentSession, plan: HostPlan, kept: Collection[str]) -> Mapping[str, UnitState]:
         """Has the host execute the plan, and confirms it. Returns the states of its units.
 
         A change of files alone stays without a confirmation, and no units are looked at. Files whose digest
@@ -116,7 +116,7 @@ class HostTransaction:
         return units
 
     def change(
-        self, host: Conversation, plan: HostPlan, kept: Collection[str]
+        self, host: AgentSession, plan: HostPlan, kept: Collection[str]
     ) -> tuple[str, Mapping[str, UnitState]]:
         """As ``commit``, but any change waits for its confirmation. Returns its name, and the units."""
         plan = replace(plan, files_only=False)
@@ -129,7 +129,7 @@ class HostTransaction:
                 raise
             lost = error  # the agent may have begun, and goes on
 
-        def hold(host: Conversation) -> Mapping[str, UnitState]:
+        def hold(host: AgentSession) -> Mapping[str, UnitState]:
             return self._hold(host, txid)
 
         try:
@@ -137,15 +137,15 @@ class HostTransaction:
         except HostError as error:
             raise (lost if lost and error.kind is ErrorKind.REFUSED else error) from error
 
-    def confirm(self, txid: str, host: Conversation | None = None) -> None:
+    def confirm(self, txid: str, host: AgentSession | None = None) -> None:
         """Confirms a change whose units keep running, once a new login has shown that the host lets us in.
 
-        ``host``: the conversation in which it was made, if that is still in use. Raises ``HostError`` if the
+        ``host``: the session in which it was made, if that is still in use. Raises ``HostError`` if the
         change does not stay.
         """
         begun = time.monotonic()
 
-        def confirm(host: Conversation) -> None:
+        def confirm(host: AgentSession) -> None:
             self.log_in()  # after the units have kept running: what locks us out may take some s to begin
             waited = time.monotonic() - begun
             try:
@@ -161,7 +161,7 @@ class HostTransaction:
         """Undoes a change that waits for its confirmation. Raises ``HostError``."""
         self._reached(lambda host: self._undo(host, txid), anew=False)
 
-    def _switch(self, host: Conversation, plan: HostPlan, kept: Collection[str]) -> None:
+    def _switch(self, host: AgentSession, plan: HostPlan, kept: Collection[str]) -> None:
         """Has the host execute a change of files alone; a new connection shows the result of a lost one."""
         txid = agent_client.new_txid()
         try:
@@ -174,7 +174,7 @@ class HostTransaction:
             except HostError as error:
                 raise (lost if error.kind is ErrorKind.REFUSED else error) from error
 
-    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: Collection[str]) -> ApplyAnswer:
+    def _apply(self, host: AgentSession, txid: str, plan: HostPlan, kept: Collection[str]) -> ApplyAnswer:
         due = plan.targets(Kind.SECRET)
         values = offer(due, self.secrets) if due else b""
         request: ApplyRequest = {
@@ -200,14 +200,14 @@ class HostTransaction:
         )
         return self._ask(host, request, values + archive)
 
-    def _ask(self, host: Conversation, request: Mapping[str, Any], payload: bytes = b"") -> ApplyAnswer:
-        answer: ApplyAnswer = host.ask(
+    def _ask(self, host: AgentSession, request: Mapping[str, Any], payload: bytes = b"") -> ApplyAnswer:
+        answer: ApplyAnswer = host.request(
             request, payload, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT
         )
         return answer
 
     def _reached(
-        self, work: Callable[[Conversation], R], *, first: Callable[[], R] | None = None, anew: bool = True
+        self, work: Callable[[AgentSession], R], *, first: Callable[[], R] | None = None, anew: bool = True
     ) -> R:
         """Does the work over a new connection, which is tried until the host has gone back by itself.
 
@@ -245,7 +245,7 @@ class HostTransaction:
             error.hint or "`swarmctl plan` shows the result once it answers",
         )
 
-    def _hold(self, host: Conversation, txid: str) -> Mapping[str, UnitState]:
+    def _hold(self, host: AgentSession, txid: str) -> Mapping[str, UnitState]:
         request: HoldRequest = {
             "verb": "hold",
             "swarm": self.bundle.swarm,
@@ -255,11 +255,11 @@ class HostTransaction:
             "seconds": self.terms.healthy_for,
             "within": self.terms.healthy_within,
         }
-        answer: HoldAnswer = host.ask(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
+        answer: HoldAnswer = host.request(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
         return answer["units"]
 
-    def _confirm(self, host: Conversation, txid: str) -> None:
-        self._check(host.ask(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"])
+    def _confirm(self, host: AgentSession, txid: str) -> None:
+        self._check(host.request(self._decision("confirm", txid), timeout=2 * _LOCK_WAIT)["release"])
 
     def _check(self, stays: str | None) -> None:
         """Raises ``HostError`` if the release that stays is another one."""
@@ -270,9 +270,9 @@ class HostTransaction:
                 "is it the right host, and its agent intact?",
             )
 
-    def _undo(self, host: Conversation, txid: str, *, pending: bool = True, wait: float = _LOCK_WAIT) -> None:
+    def _undo(self, host: AgentSession, txid: str, *, pending: bool = True, wait: float = _LOCK_WAIT) -> None:
         request: ConfirmRequest = {**self._decision("undo", txid), "pending": pending, "wait": wait}
-        host.ask(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
+        host.request(request, on_note=self.note, timeout=agent_client.CHANGE_TIMEOUT)
 
     def _decision(self, verb: Literal["confirm", "undo"], txid: str) -> ConfirmRequest:
         return {

@@ -93,8 +93,8 @@ class Guard:
                 "robots": robots[target.host],
                 "stop": stop,
             }
-            with self.connections.talk(target) as host:
-                answer: MotionAnswer = host.ask(request, on_note=say)
+            with self.connections.agent_session(target) as host:
+                answer: MotionAnswer = host.request(request, on_note=say)
                 return answer
 
         uses: dict[str, RobotUse] = {}

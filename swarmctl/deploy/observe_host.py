@@ -10,14 +10,14 @@ from types import MappingProxyType
 from swarm_onboard.agent.messages import ObserveRequest
 
 from swarmctl.plan.observed_host import Observed, from_answer
-from swarmctl.remote.transport import Conversation
+from swarmctl.remote.transport import AgentSession
 from swarmctl.render.bundle import Bundle
 
 NO_SECRETS: Mapping[str, str] = MappingProxyType({})
 
 
 def observe_host(
-    host: Conversation,
+    host: AgentSession,
     bundle: Bundle,
     *,
     contents: bool = False,
@@ -44,7 +44,7 @@ def observe_host(
     if bundle.secrets:
         request["secrets"] = list(bundle.secrets)
         offered = offer(bundle.secrets, secrets)
-    return from_answer(host.ask(request, offered), bundle, received=time.time())
+    return from_answer(host.request(request, offered), bundle, received=time.time())
 
 
 def offer(names: Iterable[str], secrets: Mapping[str, str]) -> bytes:

@@ -12,7 +12,7 @@ from swarmctl.plan.host_needs import HostNeeds
 from swarmctl.plan.host_preparation import HostPreparation, Kind, Step, preparation
 from swarmctl.plan.plan import Problem
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import Conversation, HostError, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Session, Target, Transport
 from swarmctl.remote.transport import Kind as ErrorKind
 from swarmctl.render.bundle import workspace
 
@@ -45,7 +45,7 @@ def observe(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPreparation:
         needs = wanted[target.host]
-        with agent_client.talk(session, verbs=_VERBS) as host:
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
             return preparation(needs, _look(host, needs), login=login)
 
     events = parallel_hosts.run(_chosen(wanted, targets, login), work, transport=transport, parallel=parallel)
@@ -70,7 +70,7 @@ def prepare(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
         needs = wanted[target.host]
-        with agent_client.talk(session, verbs=_VERBS) as host:
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
             return _prepared(host, needs, login, note)
 
     return parallel_hosts.run(
@@ -78,7 +78,7 @@ def prepare(
     )
 
 
-def _prepared(host: Conversation, needs: HostNeeds, login: str, note: Callable[[str], None]) -> Prepared:
+def _prepared(host: AgentSession, needs: HostNeeds, login: str, note: Callable[[str], None]) -> Prepared:
     def planned(*, refreshed: bool) -> HostPreparation:
         plan = preparation(needs, _look(host, needs), login=login, refreshed=refreshed)
         if plan.problem:
@@ -101,7 +101,7 @@ def _prepared(host: Conversation, needs: HostNeeds, login: str, note: Callable[[
 
 
 def _carry_out(
-    host: Conversation,
+    host: AgentSession,
     steps: list[Step],
     needs: HostNeeds,
     login: str,
@@ -118,11 +118,11 @@ def _carry_out(
         "login": login,
         "workspaces": list(needs.workspaces),
     }
-    host.ask(request, on_note=note, timeout=_STEP_TIMEOUT)
+    host.request(request, on_note=note, timeout=_STEP_TIMEOUT)
     return steps
 
 
-def _look(host: Conversation, needs: HostNeeds) -> InventoryAnswer:
+def _look(host: AgentSession, needs: HostNeeds) -> InventoryAnswer:
     requirements = [need.requirement for need in needs.packages if need.requirement]
     request: InventoryRequest = {
         "verb": "inventory",
@@ -137,7 +137,7 @@ def _look(host: Conversation, needs: HostNeeds) -> InventoryAnswer:
         "workspaces": list(needs.workspaces),
         "images": [{"engine": engine, "image": image} for engine, image in needs.images],
     }
-    answer: InventoryAnswer = host.ask(request, timeout=_LOOK_TIMEOUT)
+    answer: InventoryAnswer = host.request(request, timeout=_LOOK_TIMEOUT)
     return answer
 
 

@@ -15,7 +15,7 @@ from swarmctl.deploy.build_store import BuildStore, DamagedBuildError
 from swarmctl.deploy.prepare import Prepared
 from swarmctl.plan.host_builds import Build
 from swarmctl.remote import agent_client, parallel_hosts
-from swarmctl.remote.transport import Conversation, HostError, Kind, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
 from swarmctl.ros_packages.package import DeliveredPackage
 from swarmctl.swarm.resolved import Swarm
 
@@ -39,7 +39,7 @@ def build(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Prepared:
         due = by_builder[target.host]
-        with agent_client.talk(session, verbs=_VERBS) as host:
+        with agent_client.agent_session(session, verbs=_VERBS) as host:
             _carry_out(host, swarm, due, store, note)
         return Prepared(due.steps)
 
@@ -49,7 +49,7 @@ def build(
 
 
 def _carry_out(
-    host: Conversation, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
+    host: AgentSession, swarm: Swarm, due: Build, store: BuildStore, note: Callable[[str], None]
 ) -> None:
     builder = swarm.hosts[due.builder]
     request: BuildRequest = {
@@ -61,7 +61,7 @@ def _carry_out(
         "folders": {one.name: one.folder for one in due.sources},
     }
     note(f"building {', '.join(due.keys)}")
-    answer: BuildAnswer = host.ask(request, sources(due.sources), on_note=note, timeout=_BUILD_TIMEOUT)
+    answer: BuildAnswer = host.request(request, sources(due.sources), on_note=note, timeout=_BUILD_TIMEOUT)
     if answer["platform"] != due.platform:
         raise HostError(Kind.REFUSED, f"it is {answer['platform']} now", "run the same command again")
     for name, key in due.keys.items():
@@ -76,7 +76,7 @@ def _carry_out(
             ) from error
 
 
-def _fetched(host: Conversation, swarm: str, name: str, size: int, note: Callable[[str], None]) -> bytes:
+def _fetched(host: AgentSession, swarm: str, name: str, size: int, note: Callable[[str], None]) -> bytes:
     if not 0 < size <= _LARGEST:
         raise HostError(Kind.PROTOCOL, f"the build of {name} has {size} bytes")
     found = b""
@@ -85,7 +85,7 @@ def _fetched(host: Conversation, swarm: str, name: str, size: int, note: Callabl
             "verb": "fetch_build", "swarm": swarm, "package": name, "offset": len(found)
         }  # fmt: skip
         try:
-            piece = base64.b64decode(host.ask(request)["data"], validate=True)
+            piece = base64.b64decode(host.request(request)["data"], validate=True)
         except binascii.Error as error:
             raise HostError(Kind.PROTOCOL, f"the build of {name} is not base64") from error
         if not piece:

@@ -85,8 +85,8 @@ def stop(
             "others": others,
             "patience": PATIENCE,
         }
-        with agent_client.talk(session) as host:
-            return HostStop(host.ask(request, timeout=_TIMEOUT), since())
+        with agent_client.agent_session(session) as host:
+            return HostStop(host.request(request, timeout=_TIMEOUT), since())
 
     return _on_all(robots, targets, work, transport, parallel)
 
@@ -109,8 +109,8 @@ def start(
             "robots": list(robots[target.host]),
             "others": others,
         }
-        with agent_client.talk(session) as host:
-            answer: StartAnswer = host.ask(request, timeout=_TIMEOUT)
+        with agent_client.agent_session(session) as host:
+            answer: StartAnswer = host.request(request, timeout=_TIMEOUT)
             return answer
 
     return _on_all(robots, targets, work, transport, parallel)
@@ -140,8 +140,8 @@ def restart(
             "others": others,
             "stop_robots": stop_robots,
         }
-        with agent_client.talk(session) as host:
-            answer: RestartAnswer = host.ask(request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT)
+        with agent_client.agent_session(session) as host:
+            answer: RestartAnswer = host.request(request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT)
             return answer
 
     return _on_all(robots, targets, work, transport, parallel)

@@ -20,7 +20,7 @@ from swarmctl.plan.preflight import UNFIT
 from swarmctl.remote import operators
 from swarmctl.remote.agent_archive import ROLLBACK_VERBS
 from swarmctl.remote.parallel_hosts import Finished, Skipped, result_of
-from swarmctl.remote.transport import Conversation, HostError, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Target, Transport
 from swarmctl.render.bundle import Bundle
 
 _NOTHING = State("", "")
@@ -67,7 +67,7 @@ class Rollback(Deployment):
                 self._complete(event.host, result_of(event))
 
     def _units_back(self, target: Target, on_progress: OnProgress) -> UnitsBack:
-        with self._connections.talk(target) as host:
+        with self._connections.agent_session(target) as host:
             return history(host, self._swarm, self._chosen[target.host])["units"]
 
     def _complete(self, host: str, units: UnitsBack | HostError) -> None:
@@ -94,7 +94,7 @@ class Rollback(Deployment):
 
     def _look(self, target: Target, on_progress: OnProgress) -> ObservedHost:
         bundle = self._bundles[target.host]
-        with self._connections.talk(target) as host:
+        with self._connections.agent_session(target) as host:
             observed = self._observed(host, bundle, motion=True)
             recovered = self._recovers and self._transaction("", target, on_progress).recover_interrupted(
                 host, observed
@@ -133,7 +133,7 @@ class _HostRollback(HostTransaction):
     def release(self) -> str:
         return self.to.release
 
-    def _apply(self, host: Conversation, txid: str, plan: HostPlan, kept: object) -> ApplyAnswer:
+    def _apply(self, host: AgentSession, txid: str, plan: HostPlan, kept: object) -> ApplyAnswer:
         request: RollbackRequest = {
             "verb": "rollback",
             "swarm": self.bundle.swarm,

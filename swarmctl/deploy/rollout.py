@@ -39,7 +39,7 @@ def observe(
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> HostPlan:
         bundle = bundles[target.host]
-        with agent_client.talk(session) as host:
+        with agent_client.agent_session(session) as host:
             observed = observe_host(host, bundle, contents=diff, secrets=secrets)
             if host_lists is not None:
                 host_lists.read(host, target.host, observed)
@@ -87,8 +87,10 @@ def remove(
                 "who": operators.this_one(),
                 "stop_robots": stop_robots,
             }
-            with connections.talk(target) as host:
-                answer: RemoveAnswer = host.ask(request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT)
+            with connections.agent_session(target) as host:
+                answer: RemoveAnswer = host.request(
+                    request, on_note=note, timeout=agent_client.CHANGE_TIMEOUT
+                )
                 return Removed(answer["removed"])
 
         guard = Guard(dependents, targets, connections, parallel, stop, lenient=True, stop_robots=stop_robots)

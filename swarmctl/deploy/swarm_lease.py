@@ -18,7 +18,7 @@ from swarm_onboard.agent.messages import LeaseAnswer, LeaseRequest
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
-from swarmctl.remote.transport import Conversation, HostError, Kind, Target
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Target
 
 _RENEWED_EACH = SECONDS / 3  # s
 _ATTEMPTS = 2  # of runs on different hosts each may refuse the other
@@ -91,12 +91,14 @@ class SwarmLease:
 
         def work(target: Target, note: object) -> None:
             try:
-                with self._connections.talk(target) as host:
+                with self._connections.agent_session(target) as host:
                     self._ask(host, target, seen)
             except HostError as error:
                 if error.kind not in (Kind.LOST, Kind.UNREACHABLE):
                     raise
-                with self._connections.talk(target, anew=True) as host:  # a kept one may have died meanwhile
+                with self._connections.agent_session(
+                    target, anew=True
+                ) as host:  # a kept one may have died meanwhile
                     self._ask(host, target, seen)
 
         for event in parallel_hosts.each(targets, work, parallel=self._parallel, stop=self._stop):
@@ -104,10 +106,10 @@ class SwarmLease:
                 errors[event.host] = found
         return errors
 
-    def _ask(self, host: Conversation, target: Target, seen: Mapping[str, str]) -> None:
-        answer: LeaseAnswer = host.ask(self._request(want=True))
+    def _ask(self, host: AgentSession, target: Target, seen: Mapping[str, str]) -> None:
+        answer: LeaseAnswer = host.request(self._request(want=True))
         if not answer["granted"] and operators.ended_here(answer["who"]):
-            answer = host.ask({**self._request(want=True), "breaks": answer["run"]})
+            answer = host.request({**self._request(want=True), "breaks": answer["run"]})
         if not answer["granted"]:
             raise HostError(
                 Kind.REFUSED,
@@ -142,7 +144,7 @@ class SwarmLease:
             request["pending"], request["confirm_within"] = self._pending[target.host]
         with self._connections.idle(target) as host:
             if host is not None:  # one at work renews it with each change
-                host.ask(request)
+                host.request(request)
 
     def _give_back(self) -> None:
         """Ends the leases. One that cannot be given back ends by itself."""
@@ -150,7 +152,7 @@ class SwarmLease:
         def work(target: Target, note: object) -> None:
             with self._connections.idle(target) as host:
                 if host is not None:
-                    host.ask(self._request(want=False))
+                    host.request(self._request(want=False))
 
         self._each_held(work)
         self._held.clear()

@@ -16,7 +16,7 @@ WINDOW = 2.0  # s of listening to a topic, unless it is slow
 _AROUND = 40.0  # s, more than the sum of the agent's own time limits before and after listening
 
 
-def ask(
+def probe_hosts(
     graph: ExpectedGraph,
     targets: Mapping[str, Target],
     transport: Transport,
@@ -28,15 +28,15 @@ def ask(
 
     ``window``: how long to listen to each topic, s.
     """
-    questions = {host.name: request(graph, host, window) for host in graph.hosts}
+    requests = {host.name: request(graph, host, window) for host in graph.hosts}
     patience = max(window, LONGEST_LISTENING) + _AROUND
 
     def work(session: Session, target: Target, note: Callable[[str], None]) -> Answer:
-        with agent_client.talk(session, verbs=("probe",), module=graph.probe) as host:
-            data = host.ask(questions[target.host], timeout=patience)
+        with agent_client.agent_session(session, verbs=("probe",), module=graph.probe) as host:
+            data = host.request(requests[target.host], timeout=patience)
             return answer_of(data, received=time.time())
 
-    chosen = [targets[name] for name in questions]
+    chosen = [targets[name] for name in requests]
     outcomes: dict[str, Answer | HostError] = {}
     for event in parallel_hosts.run(chosen, work, transport=transport, parallel=parallel):
         if isinstance(event, parallel_hosts.Finished | parallel_hosts.Skipped):

@@ -24,9 +24,9 @@ from swarmctl.remote.agent_archive import DEPLOY_VERBS, Agent, agent
 from swarmctl.remote.answer_check import bounded, mismatch
 from swarmctl.remote.transport import (
     CHANNEL_TIMEOUT,
+    AgentSession,
     Channel,
     ChannelSession,
-    Conversation,
     HostError,
     Kind,
     Output,
@@ -82,29 +82,29 @@ def new_txid() -> str:
 
 
 @contextmanager
-def talk(
+def agent_session(
     session: Session,
     *,
     become: bool = True,
     verbs: tuple[str, ...] = DEPLOY_VERBS,
     module: HostModule | None = None,
-) -> Iterator[Conversation]:
-    """A conversation with the host's agent, which starts with the first question and ends with the block.
+) -> Iterator[AgentSession]:
+    """A session with the host's agent, which starts with the first request and ends with the block.
 
     ``become`` runs the agent as root, through ``sudo`` if need be; ``module``: one that a verb runs.
     """
-    with conversation(session, agent(verbs, module), become=become) as found:
+    with session_with(agent(verbs, module), session, become=become) as found:
         yield found
 
 
 @contextmanager
-def conversation(session: Session, chosen: Agent, *, become: bool) -> Iterator[Conversation]:
-    """As ``talk``, with this agent."""
+def session_with(chosen: Agent, session: Session, *, become: bool) -> Iterator[AgentSession]:
+    """As ``agent_session``, with this agent."""
     if isinstance(session, WorkerSession):
-        yield session.conversation(chosen, become=become)
+        yield session.agent_session(chosen, become=become)
         return
     with ExitStack() as channels:
-        yield DirectConversation(session, chosen, become=become, channels=channels)
+        yield DirectAgentSession(session, chosen, become=become, channels=channels)
 
 
 def become_root(session: Session) -> None:
@@ -125,8 +125,8 @@ def become_root(session: Session) -> None:
         )
 
 
-class DirectConversation:
-    """A conversation over a session of this process: one process on the host and one channel."""
+class DirectAgentSession:
+    """An agent session over a connection of this process: one process on the host and one channel."""
 
     def __init__(self, session: ChannelSession, chosen: Agent, *, become: bool, channels: ExitStack) -> None:
         self._session = session
@@ -135,7 +135,7 @@ class DirectConversation:
         self._channels = channels
         self._open: tuple[Channel, _Answers] | None = None
 
-    def ask(
+    def request(
         self,
         request: Mapping[str, Any],
         payload: bytes = b"",
@@ -143,7 +143,7 @@ class DirectConversation:
         on_note: Callable[[str], None] | None = None,
         timeout: float = 60.0,
     ) -> Any:
-        """See ``Conversation.ask``."""
+        """See ``AgentSession.request``."""
         line = json.dumps({**request, "payload": len(payload)}, separators=(",", ":")).encode() + b"\n"
         channel, answers, first = (*self._open, []) if self._open else self._start(0, timeout)
         done = channel.exchange([*first, line, payload], answers.parser(on_note), timeout=timeout)

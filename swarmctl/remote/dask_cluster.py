@@ -21,7 +21,7 @@ from urllib.parse import urlsplit
 from swarmctl.remote.agent_archive import Agent
 from swarmctl.remote.either_ssh import EitherSsh
 from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Target, Transport
-from swarmctl.remote.worker import Ask, BecomeRoot, Note, Sessions
+from swarmctl.remote.worker import BecomeRoot, Note, Request, Sessions
 from swarmctl.version import __version__
 
 if TYPE_CHECKING:
@@ -139,6 +139,7 @@ class _Worker:
     def __init__(self, client: distributed.Client, name: str, login: Callable[[], Transport]) -> None:
         self.name = name
         self.sessions = 0
+        self.lost = False  # seen by a session, which may be before Dask's client learns it
         self._task = client.submit(Sessions, login, actor=True, pure=False, workers=[name])
         with client.as_current():  # an actor belongs to the client that is current when it arrives
             self.actor: Any = self._task.result(timeout=CONNECT)
@@ -148,11 +149,11 @@ class _Worker:
     @property
     def alive(self) -> bool:
         """True unless it or the scheduler was lost."""
-        return bool(self._task.status == "finished")
+        return not self.lost and bool(self._task.status == "finished")
 
 
 class _Session:
-    """A session that a worker has; it is the conversation with the host, too."""
+    """A session that a worker has; it is the session with the agent, too."""
 
     def __init__(self, number: int, target: Target, its_worker: _Worker) -> None:
         self._worker = its_worker
@@ -162,12 +163,12 @@ class _Session:
         self._agent: Agent | None = None
         self._become = False
 
-    def conversation(self, chosen: Agent, *, become: bool) -> _Session:
+    def agent_session(self, chosen: Agent, *, become: bool) -> _Session:
         """See ``WorkerSession``."""
         self._agent, self._become = chosen, become
         return self
 
-    def ask(
+    def request(
         self,
         request: Mapping[str, Any],
         payload: bytes = b"",
@@ -175,14 +176,14 @@ class _Session:
         on_note: Callable[[str], None] | None = None,
         timeout: float = 60.0,
     ) -> Any:
-        """See ``Conversation``."""
+        """See ``AgentSession``."""
         agent, worker = self._agent, self._worker
-        assert agent is not None, "a request before the conversation"
+        assert agent is not None, "a request before the session"
         with worker.lock:
             if agent.digest not in worker.agents:
                 self._called("keep", agent, timeout=0)
                 worker.agents.add(agent.digest)
-        order = Ask(agent.digest, self._become, dict(request), payload, timeout)
+        order = Request(agent.digest, self._become, dict(request), payload, timeout)
         return self._answer(order, timeout, on_note)
 
     def become_root(self) -> None:
@@ -196,7 +197,7 @@ class _Session:
             self._worker.actor.close(self._number)
 
     def _answer(
-        self, order: Ask | BecomeRoot, timeout: float, on_note: Callable[[str], None] | None = None
+        self, order: Request | BecomeRoot, timeout: float, on_note: Callable[[str], None] | None = None
     ) -> Any:
         report = self._called("answer", self._number, self._target, order, timeout=timeout)
         while isinstance(report, Note):
@@ -221,6 +222,7 @@ class _Session:
                 if time.monotonic() > end:
                     raise OSError(f"it has reported nothing for {timeout + _LOGIN:.0f} s")
         except (OSError, RuntimeError) as error:
+            self._worker.lost = True
             raise HostError(
                 Kind.LOST,
                 f"the worker {name} was lost while it was connected to {host}: {error}",

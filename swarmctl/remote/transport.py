@@ -108,10 +108,10 @@ class Channel(Protocol):
         ...
 
 
-class Conversation(Protocol):
-    """One agent at work on a host, for all questions of a conversation."""
+class AgentSession(Protocol):
+    """One agent at work on a host, for all requests of a session."""
 
-    def ask(
+    def request(
         self,
         request: Mapping[str, Any],
         payload: bytes = b"",
@@ -157,10 +157,10 @@ class SudoSession(Protocol):
 
 @runtime_checkable
 class WorkerSession(Protocol):
-    """A connection that another process has to a host: the conversation takes place there, too."""
+    """A connection that another process has to a host: its agent session is there, too."""
 
-    def conversation(self, chosen: Agent, *, become: bool) -> Conversation:
-        """The only conversation of the session, with the agent ``chosen``."""
+    def agent_session(self, chosen: Agent, *, become: bool) -> AgentSession:
+        """The only agent session of the connection, with the agent ``chosen``."""
         ...
 
     def become_root(self) -> None:
@@ -168,7 +168,7 @@ class WorkerSession(Protocol):
         ...
 
     def close(self) -> None:
-        """End the connection at once, from any thread; an ``ask`` under way raises ``HostError``."""
+        """End the connection at once, from any thread; a ``request`` under way raises ``HostError``."""
         ...
 
 

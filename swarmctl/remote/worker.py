@@ -16,13 +16,13 @@ from typing import Any
 from swarmctl.remote import agent_client
 from swarmctl.remote.agent_archive import Agent
 from swarmctl.remote.parallel_hosts import Stop
-from swarmctl.remote.transport import Conversation, HostError, Kind, Session, Target, Transport
+from swarmctl.remote.transport import AgentSession, HostError, Kind, Session, Target, Transport
 
 _LOOK = 1.0  # s between two looks whether the operator is still there
 
 
 @dataclass(frozen=True)
-class Ask:
+class Request:
     """A request to the agent with the digest ``agent``, which the worker already has."""
 
     agent: str
@@ -71,7 +71,7 @@ class Sessions:
         """Keeps an agent for the requests that name its digest."""
         self._agents[agent.digest] = agent
 
-    async def answer(self, number: int, target: Target, order: Ask | BecomeRoot) -> Any:
+    async def answer(self, number: int, target: Target, order: Request | BecomeRoot) -> Any:
         """Has session ``number``, which it opens if need be, carry out an order.
 
         Returns the answer, which may be a ``HostError``, or a ``Note``; then ``more`` returns what follows.
@@ -107,7 +107,7 @@ class _Session:
     def __init__(
         self, transport: Transport, target: Target, agents: dict[str, Agent], loop: asyncio.AbstractEventLoop
     ) -> None:
-        self.orders: SimpleQueue[Ask | BecomeRoot | None] = SimpleQueue()
+        self.orders: SimpleQueue[Request | BecomeRoot | None] = SimpleQueue()
         self.reports: asyncio.Queue[Any] = asyncio.Queue()
         self._transport = transport
         self._target = target
@@ -142,7 +142,7 @@ class _Session:
             self._report(ended)
 
     def _serve(self, session: Session, stack: ExitStack) -> None:
-        host: Conversation | None = None
+        host: AgentSession | None = None
         while (order := self.orders.get()) is not None:
             answer: Any = None
             try:
@@ -150,9 +150,9 @@ class _Session:
                     agent_client.become_root(session)
                 else:
                     host = host or stack.enter_context(
-                        agent_client.conversation(session, self._agents[order.agent], become=order.become)
+                        agent_client.session_with(self._agents[order.agent], session, become=order.become)
                     )
-                    answer = host.ask(
+                    answer = host.request(
                         order.request, order.payload, timeout=order.timeout,
                         on_note=lambda text: self._report(Note(text)),
                     )  # fmt: skip

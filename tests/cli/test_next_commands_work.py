@@ -254,7 +254,7 @@ def test_after_a_status(
         spoilt = {"bare": nothing_deployed(answers["k3-pi"]), "away": AWAY, "key": NEW_KEY}
         return made | ({"k3-pi": spoilt[seen]} if seen in spoilt else {})
 
-    monkeypatch.setattr(collect, "ask", ask)
+    monkeypatch.setattr(collect, "probe_hosts", ask)
     found = screen.typed(typed)
     assert found == [f"swarmctl {one}" for one in printed], screen.shown
     for line in found:

@@ -17,7 +17,7 @@ from swarmctl.deploy import host_transaction
 from swarmctl.deploy.host_transaction import HostTransaction, Terms
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.remote import operators
-from swarmctl.remote.agent_client import DirectConversation
+from swarmctl.remote.agent_client import DirectAgentSession
 from swarmctl.remote.transport import HostError, Kind, Session, Target
 from swarmctl.render.bundle import Bundle
 from tests.deploy.deploying import after_the_change, deploy, fails
@@ -246,14 +246,14 @@ def test_while_the_agent_of_another_operator_works_its_host_is_locked(
 ) -> None:
     """An own agent would be waited for much longer."""
     waits = []
-    ask = DirectConversation.ask
+    ask = DirectAgentSession.request
 
-    def asking(self: DirectConversation, request: Any, payload: bytes = b"", **more: Any) -> Any:
+    def asking(self: DirectAgentSession, request: Any, payload: bytes = b"", **more: Any) -> Any:
         if request["verb"] == "undo":
             waits.append(request["wait"])
         return ask(self, request, payload, **more)
 
-    monkeypatch.setattr(DirectConversation, "ask", asking)
+    monkeypatch.setattr(DirectAgentSession, "request", asking)
     state = host.prefix / "opt/swarm/new/state"
     who = "anna@desk (7)"
     assert host.apply(NEW, "after:flip", previous=OLD.digest, who=who).status == 137

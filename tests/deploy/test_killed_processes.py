@@ -23,7 +23,7 @@ from swarm_onboard.agent.release_store import Home
 
 from swarmctl.deploy.host_transaction import Terms
 from swarmctl.deploy.outcome import Outcome
-from swarmctl.remote.agent_client import DirectConversation
+from swarmctl.remote.agent_client import DirectAgentSession
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.ssh_channel import SshChannel
 from swarmctl.remote.transport import Target
@@ -100,14 +100,14 @@ def host(deployed_host: FakeHost, tmp_path: Path) -> Iterator[FakeHost]:
 
 def killed_at(state: str, kill: Kill) -> None:
     """Has ``kill`` be called once, when a deploy of this process is in ``state``."""
-    ask, exchange = DirectConversation.ask, SshChannel.exchange
+    ask, exchange = DirectAgentSession.request, SshChannel.exchange
     once = threading.Lock()
 
     def now() -> None:
         if once.acquire(blocking=False):
             kill()
 
-    def asking(self: DirectConversation, request: Any, payload: bytes = b"", **more: Any) -> Any:
+    def asking(self: DirectAgentSession, request: Any, payload: bytes = b"", **more: Any) -> Any:
         verb = "give back" if request.get("want") is False else request["verb"]
         if verb == state:
             now()
@@ -127,7 +127,7 @@ def killed_at(state: str, kill: Kill) -> None:
             stdin = [*stdin[:-1], stdin[-1][: len(stdin[-1]) // 2]]
         return exchange(self, stdin, *rest, **more)
 
-    DirectConversation.ask = asking  # type: ignore[method-assign]
+    DirectAgentSession.request = asking  # type: ignore[method-assign]
     SshChannel.exchange = cut  # type: ignore[method-assign]
 
 

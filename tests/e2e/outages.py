@@ -14,7 +14,7 @@ from typing import Any
 
 from swarmctl.__main__ import main
 from swarmctl.lab import lab
-from swarmctl.remote.agent_client import DirectConversation
+from swarmctl.remote.agent_client import DirectAgentSession
 from swarmctl.remote.ssh import SshTransport
 from swarmctl.remote.ssh_channel import SshSession
 from swarmctl.remote.transport import Target
@@ -58,7 +58,7 @@ class Outages:
 
 def patch(outages: Outages) -> None:
     """Has what swarmctl does with the host meet them."""
-    connect, ask = SshTransport.connect, DirectConversation.ask
+    connect, ask = SshTransport.connect, DirectAgentSession.request
 
     def connected(self: SshTransport, target: Target) -> AbstractContextManager[SshSession]:
         if target.host == outages.host:
@@ -66,7 +66,7 @@ def patch(outages: Outages) -> None:
         return connect(self, target)
 
     def sent(
-        self: DirectConversation,
+        self: DirectAgentSession,
         request: Mapping[str, Any],
         payload: bytes = b"",
         *,
@@ -86,7 +86,7 @@ def patch(outages: Outages) -> None:
         return ask(self, request, payload, on_note=noted if mine else on_note, timeout=timeout)
 
     SshTransport.connect = connected
-    DirectConversation.ask = sent
+    DirectAgentSession.request = sent
 
 
 if __name__ == "__main__":

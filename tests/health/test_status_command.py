@@ -48,7 +48,7 @@ class Hosts:
 @pytest.fixture
 def hosts(monkeypatch: pytest.MonkeyPatch) -> Hosts:
     found = Hosts()
-    monkeypatch.setattr(asking, "ask", found.ask)
+    monkeypatch.setattr(asking, "probe_hosts", found.ask)
     reach = {host.name: Target(host.name, host.address, "robot") for host in graph().hosts}
     monkeypatch.setattr(options, "targets", lambda *_, **__: reach)
     return found
@@ -145,7 +145,7 @@ def test_a_host_without_a_release_names_the_deploy_to_run(
 ) -> None:
     answers = all_well()
     bare = {K3_PI: nothing_deployed(answers[K3_PI])}
-    monkeypatch.setattr(asking, "ask", lambda *_, **__: bare)
+    monkeypatch.setattr(asking, "probe_hosts", lambda *_, **__: bare)
     assert run(["status", str(leader_spec), "--limit", K3_PI]) == exit_codes.UNHEALTHY
     shown = capsys.readouterr().out
     assert f"nothing is deployed\n    help: run swarmctl deploy {leader_spec} --limit {K3_PI}\n" in shown

@@ -58,8 +58,8 @@ def prefix(tmp_path: Path) -> Path:
 
 def ask(session: Session, *question: Any, **more: Any) -> dict[str, Any]:
     """One question, one agent."""
-    with agent_client.talk(session) as host:
-        return host.ask(*question, **more)
+    with agent_client.agent_session(session) as host:
+        return host.request(*question, **more)
 
 
 def environment(prefix: Path, path: str = "/usr/sbin:/usr/bin:/sbin:/bin") -> str:

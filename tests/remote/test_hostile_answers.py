@@ -141,7 +141,7 @@ def outcomes(transport: Transport) -> dict[str, Any]:
     (flashed,) = results(flash.flash([JOB], PI, transport))
     shown = graph()
     targets = {host.name: Target(host.name, "10.0.0.1", "root") for host in shown.hosts}
-    probed = collect.ask(shown, targets, transport, window=0.1)[shown.hosts[0].name]
+    probed = collect.probe_hosts(shown, targets, transport, window=0.1)[shown.hosts[0].name]
     (looked,) = prepare.observe({"pi": NEEDS}, PI, transport)
     (prepared,) = results(prepare.prepare({"pi": NEEDS}, PI, transport))
     return {

@@ -64,7 +64,7 @@ def test_one_session_a_connection_is_enough(spare: Path, tmp_path: Path, transpo
     with (
         servers.running(spare, extra=f"MaxSessions 1\n{prefix}") as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as host,
+        agent_client.agent_session(session) as host,
     ):
         for _ in range(2):
-            assert host.ask({"verb": "observe", "swarm": "new"})
+            assert host.request({"verb": "observe", "swarm": "new"})

@@ -65,9 +65,9 @@ def observed(
     host: Sshd, sudo: SudoPassword | None, user: str = "robot", make: MakeTransport = with_paramiko
 ) -> dict[str, object]:
     transport = make(sudo=sudo)
-    with transport.connect(host.target(user=user)) as session, agent_client.talk(session) as agent:
-        first = agent.ask(OBSERVE)
-        assert agent.ask(OBSERVE).keys() == first.keys()
+    with transport.connect(host.target(user=user)) as session, agent_client.agent_session(session) as agent:
+        first = agent.request(OBSERVE)
+        assert agent.request(OBSERVE).keys() == first.keys()
         return first  # type: ignore[no-any-return]
 
 
@@ -154,9 +154,9 @@ def test_a_pipe_is_read_once_for_all_connections_of_a_command(
         for _ in range(2):
             with (
                 ssh_targets.transport().connect(host.target(user="robot")) as session,
-                agent_client.talk(session) as agent,
+                agent_client.agent_session(session) as agent,
             ):
-                assert agent.ask(OBSERVE)
+                assert agent.request(OBSERVE)
     finally:
         os.close(read)
 

@@ -90,8 +90,8 @@ def targets(*names: str) -> list[Target]:
 
 
 def question(session: Session, target: Target, note: Callable[[str], None]) -> Any:
-    with agent_client.talk(session) as host:
-        return host.ask({"verb": "test"}, on_note=note)
+    with agent_client.agent_session(session) as host:
+        return host.request({"verb": "test"}, on_note=note)
 
 
 @contextmanager
@@ -185,8 +185,8 @@ def test_a_worker_whose_operator_has_gone_closes_its_sessions(records: type[Reco
         client = distributed.Client(cluster.scheduler_address, set_as_default=False)
         worker = dask_cluster._Worker(client, next(iter(client.scheduler_info()["workers"])), Recorded)
         connected = Workers([worker]).connect(targets("a")[0])
-        with connected as session, agent_client.talk(session) as host:
-            host.ask({"verb": "test"})
+        with connected as session, agent_client.agent_session(session) as host:
+            host.request({"verb": "test"})
             assert not records.ended
             client.close()
             wait_for(lambda: records.ended == ["a"])
@@ -197,12 +197,12 @@ def test_each_worker_keeps_as_many_connections_as_one_process(monkeypatch: pytes
     with in_threads(2) as workers:
         kept = connections.Connections(workers, Stop(), ("observe",))
         for one in targets("a", "b", "c"):
-            with kept.talk(one) as host:
-                host.ask({"verb": "test"})
+            with kept.agent_session(one) as host:
+                host.request({"verb": "test"})
         free = []
         for one in targets("a", "b", "c"):
-            with kept.idle(one) as conversation:
-                free.append(conversation is not None)
+            with kept.idle(one) as agent:
+                free.append(agent is not None)
         kept.close()
     assert free == [True, True, False]
 

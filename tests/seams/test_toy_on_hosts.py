@@ -13,7 +13,7 @@ import pytest
 
 from swarmctl.deploy.outcome import Outcome
 from swarmctl.health.checks import State
-from swarmctl.health.collect import ask
+from swarmctl.health.collect import probe_hosts
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.root_cause import Diagnosis, Finding
@@ -48,7 +48,7 @@ class Hosts:
 
     def status(self) -> Status:
         """What ``swarmctl status`` shows."""
-        outcomes = ask(self.graph, _targets(self.by_name), self, window=0.5)
+        outcomes = probe_hosts(self.graph, _targets(self.by_name), self, window=0.5)
         return status(self.graph, outcomes, diagnose(self.graph, outcomes))
 
     def diagnosis(self) -> Diagnosis:

@@ -102,7 +102,7 @@ def _look(
 ) -> Look:
     """A function that observes all hosts and diagnoses the swarm."""
     from swarmctl.health import swarm_health as health
-    from swarmctl.health.collect import ask
+    from swarmctl.health.collect import probe_hosts
     from swarmctl.health.diagnosis import diagnose
     from swarmctl.health.expected_graph import Release, expected_graph
     from swarmctl.linter.launch_uses import launch_uses, nodes_of
@@ -122,7 +122,7 @@ def _look(
     launched = nodes_of(launch_uses(SwarmIndex(document)))
 
     def look() -> Status:
-        outcomes = ask(graph, targets, transport, window=window, parallel=parallel)
+        outcomes = probe_hosts(graph, targets, transport, window=window, parallel=parallel)
         return health.status(graph, outcomes, diagnose(graph, outcomes, launched))
 
     return look

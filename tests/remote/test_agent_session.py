@@ -1,4 +1,4 @@
-"""A conversation with the agent: many questions, one process and one channel; and how it ends."""
+"""A session with the agent: many questions, one process and one channel; and how it ends."""
 
 from __future__ import annotations
 
@@ -54,20 +54,20 @@ def test_two_requests_are_answered_by_one_process_on_one_channel(
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
     ):
-        with agent_client.talk(session) as first:  # after this the host keeps the agent
-            first.ask(OBSERVE)
+        with agent_client.agent_session(session) as first:  # after this the host keeps the agent
+            first.request(OBSERVE)
         wait_for(lambda: not agents(host), complaint="the first agent stayed")
         before = server.log.count("Starting session: command")
-        with agent_client.talk(session) as talk:
-            assert talk.ask(OBSERVE)["release"] is None
+        with agent_client.agent_session(session) as agent:
+            assert agent.request(OBSERVE)["release"] is None
             (process,) = agents(host)
             notes: list[str] = []
-            answer = talk.ask(request_for(RELEASE), payload_of(RELEASE), on_note=notes.append)
-            assert answer["release"] == talk.ask(OBSERVE)["release"] == RELEASE.digest
+            answer = agent.request(request_for(RELEASE), payload_of(RELEASE), on_note=notes.append)
+            assert answer["release"] == agent.request(OBSERVE)["release"] == RELEASE.digest
             assert agents(host) == [process]
         assert notes[0] == "staging 6 files"
         assert server.log.count("Starting session: command") == before + 1
-        wait_for(lambda: not agents(host), complaint="the agent stayed when the conversation was over")
+        wait_for(lambda: not agents(host), complaint="the agent stayed when the session was over")
 
 
 def test_a_host_without_agent_gets_it_with_the_first_request(
@@ -76,26 +76,26 @@ def test_a_host_without_agent_gets_it_with_the_first_request(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
-        assert talk.ask(OBSERVE)["release"] is None
-        assert talk.ask(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
+        assert agent.request(OBSERVE)["release"] is None
+        assert agent.request(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
         assert server.log.count("Starting session: command") == 2
 
 
-def test_an_answer_that_is_an_error_leaves_the_conversation_as_it_was(
+def test_an_answer_that_is_an_error_leaves_the_session_as_it_was(
     spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:
     stale = request_for(RELEASE, previous="0" * 16)
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
         for request, payload in ((stale, payload_of(RELEASE)), ({"verb": "../../etc"}, b"x"), ({}, b"")):
             with pytest.raises(HostError):
-                talk.ask(request, payload)
-        assert talk.ask(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
+                agent.request(request, payload)
+        assert agent.request(request_for(RELEASE), payload_of(RELEASE))["release"] == RELEASE.digest
 
 
 @pytest.mark.parametrize("noise", ["printf 'half a line'", "seq 2000"])
@@ -107,10 +107,10 @@ def test_noise_between_two_answers_does_not_matter(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
         for _ in range(4):
-            assert talk.ask(OBSERVE)["release"] is None
+            assert agent.request(OBSERVE)["release"] is None
             time.sleep(0.15)
 
 
@@ -120,14 +120,14 @@ def test_a_host_that_dies_between_two_requests_is_lost_for_the_rest(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
-        talk.ask(OBSERVE)
+        agent.request(OBSERVE)
         for child in server.children():
             os.kill(child, signal.SIGKILL)
         for _ in range(2):
             with pytest.raises(HostError) as caught:
-                talk.ask(request_for(RELEASE), payload_of(RELEASE), timeout=PATIENCE)
+                agent.request(request_for(RELEASE), payload_of(RELEASE), timeout=PATIENCE)
             assert caught.value.kind is Kind.LOST
     assert not (host.prefix / "opt/swarm/new").exists()
 
@@ -138,14 +138,14 @@ def test_an_agent_that_dies_between_two_requests_is_an_error(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
-        talk.ask(OBSERVE)
+        agent.request(OBSERVE)
         for process in agents(host):
             os.kill(process, signal.SIGKILL)
         for _ in range(2):
             with pytest.raises(HostError, match="the agent ended without an answer") as caught:
-                talk.ask(OBSERVE, timeout=PATIENCE)
+                agent.request(OBSERVE, timeout=PATIENCE)
             assert caught.value.kind is Kind.LOST
 
 
@@ -155,9 +155,9 @@ def test_an_operator_that_dies_leaves_no_agent_running(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
-        talk.ask(OBSERVE)
+        agent.request(OBSERVE)
         assert agents(host)
         session.close()
         wait_for(lambda: not agents(host))
@@ -172,12 +172,12 @@ def test_a_request_without_answer_in_time_ends_the_session(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
-        talk.ask(OBSERVE)
+        agent.request(OBSERVE)
         for _ in range(2):
             with pytest.raises(HostError, match=r"did not finish within 0\.2 s"):
-                talk.ask(request_for(RELEASE, **stop), payload_of(RELEASE), timeout=0.2)
+                agent.request(request_for(RELEASE, **stop), payload_of(RELEASE), timeout=0.2)
     wait_for(lambda: not agents(host))
     assert host.observe()["transaction"]["state"] == "applied"
 
@@ -190,8 +190,8 @@ def test_a_flood_ends_the_session_and_is_not_an_answer(
     with (
         servers.running(spare, extra=environment(host)) as server,
         transport.connect(server.target()) as session,
-        agent_client.talk(session) as talk,
+        agent_client.agent_session(session) as agent,
     ):
         for _ in range(2):
             with pytest.raises(HostError, match="more than 5000 bytes"):
-                talk.ask(OBSERVE)
+                agent.request(OBSERVE)
