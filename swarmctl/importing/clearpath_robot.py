@@ -8,7 +8,7 @@ import yaml
 
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.lab_folder import LabFolder
-from swarmctl.importing.lab_hosts import LabHosts, address_of
+from swarmctl.importing.lab_hosts import LabHosts
 from swarmctl.importing.robot_lines import unknown_line
 from swarmctl.ros_packages.launched import Place
 from swarmctl.yamltext.compose import compose, pairs_of
@@ -31,15 +31,15 @@ def draft_from_clearpath(folder: LabFolder, paths: Sequence[str]) -> Draft:
     known: dict[tuple[str, str], str] = {}  # hosts by their names and addresses there
     for path in paths:
         root, _ = compose(folder.texts[path], path, LoadBudget())
-        system, ros = _child(root, "system"), _child(root, "system", "ros2")
+        system = _child(root, "system")
+        ros = _child(system, "ros2")
         user = _scalar(path, system, "username") or _scalar(path, ros, "username")
         keys: list[str] = []
         for name, address in _hosts(path, _child(system, "hosts")):
             one = (str(name.value), str(address.value))
-            if one not in known and name.place is not None:
-                known[one] = hosts.new(
-                    one[0], name.place, {"address": address, **({"user": user} if user else {})}
-                )
+            if one not in known:
+                fields = {"address": address, **({"user": user} if user else {})}
+                known[one] = hosts.new(one[0], name.place, fields)
             keys.append(known[one])
         serial = _scalar(path, root, "serial_number")
         if keys and (called := _scalar(path, ros, "namespace") or serial):
@@ -53,27 +53,21 @@ def _add_robot(draft: Draft, called: Value, serial: str, host: str) -> None:
     model = serial.partition("-")[0]
     why = f"swarmctl has no type for {model}; `swarmctl driver new` writes one of your own"
     first = "the first host of a robot.yaml is the robot's own computer"
-    draft.robots[name.value] = Entry(
-        name,
-        {
-            "type": Value("my-robot", fill_in=why),
-            "host": Value(host, draft.hosts[host].name.place, first),
-        },
-    )
+    on = Value(host, draft.hosts[host].name.place, first)
+    draft.robots[name.value] = Entry(name, {"type": Value("my-robot", fill_in=why), "host": on})
     draft.lines.append(unknown_line(name.value, host, None, "its line, if it has one"))
 
 
 def _hosts(path: str, hosts: yaml.Node | None) -> Iterator[tuple[Value, Value]]:
     """The names and addresses of hosts: a list since ROS 2 Jazzy, by group before."""
     for item in hosts.value if isinstance(hosts, yaml.SequenceNode) else ():
-        name, address = _scalar(path, item, "hostname"), _scalar(path, item, "ip")
-        if name is not None and name.place is not None:
-            yield name, address or address_of("", name.place)
-    for group in _HOST_GROUPS:
-        for name_there, (key, _) in reversed(pairs_of(_child(hosts, group)).items()):
+        name = _scalar(path, item, "hostname")
+        if name is not None:
+            yield name, _scalar(path, item, "ip") or Value("", name.place)
+    for group in (_child(hosts, one) for one in _HOST_GROUPS):
+        for called, (key, _) in reversed(pairs_of(group).items()):
             place = Place(path, key.start_mark.line + 1)
-            address = _scalar(path, _child(hosts, group), name_there)
-            yield Value(name_there, place), address or address_of("", place)
+            yield Value(called, place), _scalar(path, group, called) or Value("", place)
 
 
 def _unread(path: str, root: yaml.Node | None) -> Iterator[str]:
@@ -85,14 +79,12 @@ def _unread(path: str, root: yaml.Node | None) -> Iterator[str]:
             yield f"{place}: a spec has no key for {key}"
 
 
-def _child(node: yaml.Node | None, *keys: str) -> yaml.Node | None:
-    for key in keys:
-        _, node = pairs_of(node).get(key, (None, None))
-    return node
+def _child(node: yaml.Node | None, key: str) -> yaml.Node | None:
+    return pairs_of(node).get(key, (None, None))[1]
 
 
 def _scalar(path: str, node: yaml.Node | None, key: str) -> Value | None:
-    pair = pairs_of(node).get(key)
-    if pair is None or not isinstance(pair[1], yaml.ScalarNode) or not pair[1].value:
+    at, value = pairs_of(node).get(key, (None, None))
+    if at is None or not isinstance(value, yaml.ScalarNode) or not value.value:
         return None
-    return Value(pair[1].value, Place(path, pair[0].start_mark.line + 1))
+    return Value(value.value, Place(path, at.start_mark.line + 1))

@@ -23,15 +23,14 @@ class LabHosts:
     def new(self, name: str, place: Place | None, fields: Mapping[str, Value], guess: str = "") -> str:
         """Adds a host; returns its name in the spec. ``fields`` have its address."""
         hosts, address = self.draft.hosts, fields["address"]
-        found = named(_short(name), "host", place, hosts, guess)
-        key = str(found.value)
+        key = str(named(_short(name), "host", place, hosts).value)
         was = name if key != name and not guess else ""
         hosts[key] = Entry(Value(key, place, guess, was), dict(fields))
         for one in (key, name, _short(name), *([] if address.fill_in else [str(address.value)])):
             self._known.setdefault(one, key)
         return key
 
-    def add(self, name: str, place: Place, fields: Mapping[str, Value], guess: str = "") -> str:
+    def add(self, name: str, place: Place | None, fields: Mapping[str, Value], guess: str = "") -> str:
         """Adds a host, or what is new about one that is known; returns its name in the spec."""
         address = fields["address"]
         key = "" if address.fill_in else self.find(str(address.value))
@@ -64,7 +63,7 @@ class LabHosts:
     def add_master(self, users: Collection[str], uri: Value) -> None:
         """Adds the master that hosts use, and the master's own host if it is not known yet."""
         address, port = _master_of(str(uri.value))
-        if not address or uri.place is None:
+        if not address:
             self.draft.unread.append(f"{uri.place}: ROS_MASTER_URI names no host")
             return
         hub = ""

@@ -68,7 +68,8 @@ class _Lab:
         fields = {"address": address_of(address, place)}
         fields |= {"user": Value(machine.user, place)} if machine.user else {}
         fields |= {"port": Value(number(machine.port), place)} if machine.port else {}
-        self.machines[name] = self.hosts.add(name, place, fields)
+        called = name.replace(".", "-")  # a name of roslaunch, which has no domain
+        self.machines[name] = self.hosts.add(called, place, fields)
         if machine.has_password:
             self.draft.unread.append(f"{place}: its password is a secret")
         if machine.is_default:
@@ -92,7 +93,7 @@ class _Lab:
     def _host_of_script(self, path: str, env: Mapping[str, Value]) -> str:
         """Adds the host that the variables of a script are for; returns its name, empty if they name none."""
         own = env.get("ROS_IP") or env.get("ROS_HOSTNAME")
-        if own is None or own.place is None or means_self(own.value):
+        if own is None or means_self(own.value):
             return ""
         folder, file = posixpath.split(path)
         stem = _OF_SCRIPTS.sub("", file.partition(".")[0])

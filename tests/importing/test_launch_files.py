@@ -285,6 +285,11 @@ def test_many_machines_are_read_at_once(tmp_path: Path) -> None:
     assert len(data(found)["hosts"]) == 3000
 
 
+def test_a_dot_in_the_name_of_a_machine_begins_no_domain(tmp_path: Path) -> None:
+    text = '<launch><machine name="lab.a" address="10.0.0.1"/><machine name="lab.b" address="b"/></launch>'
+    assert list(data(draft(lab(tmp_path, {"a.launch": text})))["hosts"]) == ["lab-a", "lab-b"]
+
+
 def test_the_multimaster_shows_several_masters(tmp_path: Path) -> None:
     text = (
         '<launch><machine name="a" address="10.0.0.1"/><machine name="b" address="10.0.0.2"/>'
