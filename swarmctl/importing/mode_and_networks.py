@@ -8,13 +8,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.spec.model import Mode
 from swarmctl.swarm.addresses import ip_of, usual_subnet
-from swarmctl.swarm.modes import ROLES
+from swarmctl.swarm.modes import MULTIMASTER, ROLES
 
 
 def arrange(draft: Draft) -> None:
     """Adds the mode, the networks and the adapters of hosts to a draft that has all else."""
     draft.first |= _mode(draft)
-    if draft.first["mode"].value == Mode.COMBINED.value:
+    mode = Mode(draft.first["mode"].value)
+    if mode not in MULTIMASTER and (unused := draft.last.pop("multimaster", None)):
+        draft.unread.append(f"{unused.place}: fkie's multimaster has no use with one master")
+    if mode is Mode.COMBINED:
         why = "hosts with the same ROS_MASTER_URI are an island"
         draft.last = {"islands": Value(_islands(_by_master(draft)), guess=why), **draft.last}
     addresses = {name: host.fields["address"] for name, host in draft.hosts.items()}

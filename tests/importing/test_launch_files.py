@@ -50,6 +50,7 @@ FKIE = '<launch><node pkg="fkie_mas_sync" type="mas-sync" name="sync" /></launch
     [
         ({**SHARED, "a/x.launch": TALKER}, {"mode": "leader", "leader": "a"}),
         ({**SHARED, "b/x.launch": TALKER}, {"mode": "central", "hub": "a"}),
+        ({**SHARED, "m.launch": FKIE}, {"mode": "central", "hub": "a"}),
         ({"a.sh": script("a", "localhost"), "b.sh": script("b", "b")}, {"mode": "standalone"}),
         ({"a.sh": script("a", "a"), "x.launch": TALKER}, {"mode": "single-minded", "leader": "a"}),
         (
