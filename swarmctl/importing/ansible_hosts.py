@@ -3,55 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
 
-from swarmctl.importing.allowed_values import is_allowed, is_secret, name_fact, number, valid_name
-from swarmctl.importing.arrangement_of_masters import arrangement, networks
-from swarmctl.importing.draft import Blank, Draft, Entry, Fact, Field, Unread
-from swarmctl.importing.env_files import OWN, is_ip, master_of
-from swarmctl.importing.inventory import Variable, Variables, inventory
+from swarmctl.importing.draft import Draft, Entry, Value
+from swarmctl.importing.inventory import Variables, inventory
 from swarmctl.importing.known_drivers import type_of_group
 from swarmctl.importing.lab_folder import LabFolder
+from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.robot_lines import unknown_line
+from swarmctl.importing.secret_names import is_secret
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.launched import Place
+from swarmctl.swarm.addresses import means_self
+from swarmctl.swarm.names import valid_name
 
 _COMPUTED = re.compile(r"\{[{%#]")  # of Jinja
-# Keys of a host, and the variables that have them; the first that is set counts.
-_HOST_KEYS: Mapping[str, tuple[str, ...]] = {
-    "address": ("ansible_host", "ansible_ssh_host"),
-    "user": ("ansible_user", "ansible_ssh_user"),
-    "port": ("ansible_port", "ansible_ssh_port"),
+# Keys of a host, an example of each, and the variables that have them; the first that is set counts.
+_HOST_KEYS: Mapping[str, tuple[object, tuple[str, ...]]] = {
+    "address": (EXAMPLE, ("ansible_host", "ansible_ssh_host")),
+    "user": ("robot", ("ansible_user", "ansible_ssh_user")),
+    "port": (22, ("ansible_port", "ansible_ssh_port")),
 }
-_OF_HOSTS = frozenset(one for names in _HOST_KEYS.values() for one in names)
-_EXAMPLES = {"address": "192.168.77.11", "user": "robot", "port": 22}
-_KEY_FILES = ("ansible_ssh_private_key_file", "ansible_private_key_file")
-_CONNECTIONS = ("ansible_connection", "connection")
-_SSH = {"", "ssh", "smart", "paramiko", "paramiko_ssh"}
-_HERE = "is the computer that runs Ansible; add it as a host if robots depend on it"
-_WINDOWS = {"winrm", "psrp"}
-_SSH_OPTIONS = ("ansible_ssh_common_args", "ansible_ssh_extra_args", "ansible_ssh_args")
+_OF_HOSTS = {one for _, names in _HOST_KEYS.values() for one in names}
 _MASTER = ("ros_master_uri", "ROS_MASTER_URI")
-_TYPE = ("robot_type", "swarmctl_type")
-_READ = {
-    *_KEY_FILES,
-    *_CONNECTIONS,
-    *_MASTER,
-    *_TYPE,
-    *(one for names in _HOST_KEYS.values() for one in names),
-}
-
-
-@dataclass(frozen=True)
-class _Host:
-    """A host as the inventory calls it, its entry, its groups and the variables that hold for it."""
-
-    name: str
-    entry: Entry
-    groups: tuple[str, ...]
-    variables: Variables
+_OTHERS = {"ansible_connection", "robot_type", *_MASTER}
+_SSH = {"ssh", "smart", "paramiko", "paramiko_ssh"}
+_OF_SSH = re.compile(r"ansible_(ssh_)?private_key_file|ansible_ssh_\w*args")
 
 
 def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, RobotType]) -> Draft:
@@ -60,159 +37,98 @@ def draft_from_inventory(folder: LabFolder, path: str, types: Mapping[str, Robot
     Raises ``InventoryError``.
     """
     found, place = inventory(folder.texts, path), Place(path, 0)
-    unread = list(found.unread)
-    hosts: list[_Host] = []
+    draft = Draft(f"the Ansible inventory {path}")
+    hosts = LabHosts(draft)
+    names: dict[str, str] = {}  # in the spec, by those in the inventory
     for name, variables in found.hosts.items():
         if why := _no_host(name, variables):
-            unread.append(Unread(place, f"host `{name}`: {why}"))
+            draft.unread.append(f"{path}: host `{name}`: {why}")
         else:
-            entry = _entry(name, place, variables, {one.entry.key for one in hosts})
-            hosts.append(_Host(name, entry, found.groups[name], variables))
-    notes = Counter(note for one in hosts for note in one.entry.notes)
-    common = tuple(note for note, count in notes.items() if count > 1)
-    entries = [_without(one.entry, common) for one in hosts]
-    masters, others = _masters(hosts, place)
-    entries += others
-    robots = tuple(_robots(hosts, types))
-    arranged = arrangement([one.key for one in entries], masters, ())
-    lines = [unknown_line(one.key, one.key, types.get(one.value("type"))) for one in robots]
-    return Draft(
-        f"the Ansible inventory {path}",
-        Fact("lab", None, "an inventory has no name"),
-        arranged.first,
-        tuple(entries),
-        robots,
-        (*networks(entries), *lines),
-        last={**arranged.last, **_groups(hosts, place)},
-        unread=tuple(dict.fromkeys((*folder.unread, *unread, *_without_key(hosts, place)))),
-        notes=common,
-    )
-
-
-def _groups(hosts: Collection[_Host], place: Place) -> Mapping[str, Field]:
-    """The groups of the inventory, with their hosts, as those of a spec."""
-    found: dict[str, list[str]] = {}
-    for host in hosts:
-        for group in host.groups:
+            names[name] = hosts.new(name, place, _fields(name, variables, place))
+    for name, key in names.items():
+        uri = _first(found.hosts[name], _MASTER)
+        if uri and not _COMPUTED.search(uri):
+            hosts.add_master([key], Value(uri, place))
+        kind = _robot_type(found.hosts[name], found.groups[name], types, place)
+        if kind is not None:
+            robot = Value(key, place, "one robot is driven by this host")
+            draft.robots[key] = Entry(robot, {"type": kind, "host": Value(key, place)})
+            draft.lines.append(unknown_line(key, key, types[kind.value]))
+    groups: dict[str, list[str]] = {}
+    for name, key in names.items():
+        for group in found.groups[name]:
             if group not in ("all", "ungrouped"):
-                found.setdefault(valid_name(group, "group"), []).append(host.entry.key)
-    return {"groups": Fact(found, place)} if found else {}
+                groups.setdefault(valid_name(group, "group"), []).append(key)
+    if groups:
+        draft.last["groups"] = Value(groups, place)
+    draft.unread += [f"{one}: the whole file is encrypted by ansible-vault" for one in found.encrypted]
+    draft.unread += [f"{path}: {one}" for one in _left_out({name: found.hosts[name] for name in names})]
+    return draft
 
 
-def _without(entry: Entry, common: Collection[str]) -> Entry:
-    return replace(entry, notes=tuple(note for note in entry.notes if note not in common))
-
-
-def _first(variables: Mapping[str, Variable], names: Collection[str]) -> Variable | None:
-    return next((variables[name] for name in names if name in variables), None)
+def _first(variables: Variables, names: Collection[str]) -> str:
+    """The first variable that has a text."""
+    return next((text for name in names if (text := variables.get(name))), "")
 
 
 def _no_host(name: str, variables: Variables) -> str:
     """Says why swarmctl cannot log into a host by SSH; empty if it can."""
-    found = _first(variables, _CONNECTIONS)
-    connection = found.value.rpartition(".")[2] if found else ""
-    shell = variables.get("ansible_shell_type")
-    if connection in _WINDOWS or (shell and shell.value in {"powershell", "cmd"}):
-        return "it runs Windows, and a host needs Linux with systemd"
-    if connection == "local":
-        return f"`connection=local` {_HERE}"
-    address = _first(variables, _HOST_KEYS["address"])
-    if (own := address.value if address else name) in OWN:
-        return f"`{own}` {_HERE}"
-    return "" if connection in _SSH else "it is not reached by SSH"
+    connection = (variables.get("ansible_connection") or "ssh").rpartition(".")[2]
+    own = _first(variables, _HOST_KEYS["address"][1]) or name
+    if connection == "local" or means_self(own):
+        this = "ansible_connection=local" if connection == "local" else own
+        return f"`{this}` is the computer that runs Ansible; add it as a host if robots depend on it"
+    return "" if connection in _SSH else f"it is reached by {connection}, and a host needs Linux and SSH"
 
 
-def _entry(name: str, place: Place, variables: Variables, taken: Collection[str]) -> Entry:
-    fields: dict[str, Field] = {}
-    for key, names in _HOST_KEYS.items():
-        found = next((one for one in names if one in variables), "")
-        if found:
-            fields[key] = _field(key, found, variables[found], place)
-        elif key == "address":
-            fields[key] = _address(name, place)
-    short = name if is_ip(name) else name.partition(".")[0]
-    host = name_fact(short, "host", place, taken)
-    was = name if host.value != name else ""
-    return Entry(replace(host, was=was), fields, tuple(_notes(variables)))
+def _fields(name: str, variables: Variables, place: Place) -> Mapping[str, Value]:
+    fields = {"address": address_of(name, place)}  # what Ansible connects to without another one
+    for key, (example, names) in _HOST_KEYS.items():
+        variable = next((one for one in names if one in variables), "")
+        if variable:
+            text = variables[variable]
+            if why := _unusable(variable, text):
+                fields[key] = Value(example, fill_in=f"{variable} {why}")
+            else:
+                fields[key] = Value(number(text or "") if key == "port" else text, place)
+    return fields
 
 
-def _field(key: str, variable: str, one: Variable, place: Place) -> Field:
-    value = number(one.value) if key == "port" else one.value
-    if not one.is_vault and not is_secret(variable, one.value) and is_allowed(key, value):
-        return Fact(value, place)
-    why = "is computed by a template" if _COMPUTED.search(one.value) else f"is no {key} that a spec takes"
-    return Blank(_EXAMPLES[key], f"{variable} {'is encrypted' if one.is_vault else why}")
+def _unusable(variable: str, text: str | None) -> str:
+    """Says why the value of a variable is not taken; empty if it is."""
+    if text is None:
+        return "is encrypted"
+    if is_secret(variable, text):
+        return "may be a secret"
+    return "is computed by a template" if _COMPUTED.search(text) else ""
 
 
-def _address(name: str, place: Place) -> Field:
-    if is_allowed("address", name):
-        return Fact(name, place)  # what Ansible connects to
-    return Blank(_EXAMPLES["address"], "there is no ansible_host, and the host's name is not an address")
+def _left_out(hosts: Mapping[str, Variables]) -> Sequence[str]:
+    """Says which variables of hosts are not in the draft, and why."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for name, variables in hosts.items():
+        for variable, text in variables.items():
+            why = _unusable(variable, text)
+            if _OF_SSH.fullmatch(variable):
+                why = "belongs in ~/.ssh/config; a jump host is `via`"
+            elif variable not in _OF_HOSTS | _OTHERS:
+                why = why or "has no key in a spec"
+            elif variable in _OF_HOSTS:
+                why = ""  # it is to fill in
+            if why:
+                found.setdefault((variable, why), []).append(name)
+    return [
+        f"{variable} of host `{names[0]}`{f' and {len(names) - 1} more' if names[1:] else ''} {why}"
+        for (variable, why), names in found.items()
+    ]
 
 
-def _notes(variables: Variables) -> Iterator[str]:
-    """Comments about what is left out: secrets by their key, and the key file, which ssh has to know."""
-    for key, one in sorted(variables.items()):
-        if one.is_vault or is_secret(key, one.value):
-            yield f"left out: {key}, which may be a secret"
-    found = _first(variables, _KEY_FILES)
-    if found is not None and not _COMPUTED.search(found.value):
-        yield f"key file {found.value}: write it as IdentityFile in ~/.ssh/config"
-
-
-def _without_key(hosts: Collection[_Host], place: Place) -> Iterator[Unread]:
-    """Variables that a spec has no key for, or whose value a template computes."""
-    unknown: dict[str, list[str]] = {}
-    for host in hosts:
-        for key, one in host.variables.items():
-            if key in _READ and key not in _OF_HOSTS and _COMPUTED.search(one.value):
-                yield Unread(place, f"{key} is computed by a template")
-            elif key in _SSH_OPTIONS:
-                yield Unread(place, f"{key}: a jump host is `via`; other options belong in ~/.ssh/config")
-            elif key not in _READ and not one.is_vault and not is_secret(key, one.value):
-                unknown.setdefault(key, []).append(host.name)
-    for key, (first, *more) in unknown.items():
-        others = f" and {len(more)} more" if more else ""
-        yield Unread(place, f"a spec has no key for {key} of host `{first}`{others}")
-
-
-def _masters(hosts: Collection[_Host], place: Place) -> tuple[Mapping[str, Fact], Sequence[Entry]]:
-    """By host, the host of its ROS master, and the masters' hosts that the inventory does not have."""
-    known = {str(one.entry.value("address")): one.entry.key for one in hosts}
-    known |= {name: one.entry.key for one in hosts for name in (one.entry.key, one.name)}
-    masters: dict[str, Fact] = {}
-    others: list[Entry] = []
-    for host in hosts:
-        uri = _first(host.variables, _MASTER)
-        address = (master_of(uri.value) or ("", 0))[0] if uri else ""
-        if uri is None or not is_allowed("address", address):
-            continue
-        if address not in known and address not in OWN:
-            short = "master" if is_ip(address) else address.partition(".")[0]
-            taken = {*known.values()}
-            why = "ROS_MASTER_URI names this computer, and the inventory does not"
-            entry = Entry(name_fact(short, "host", place, taken, why), {"address": Fact(address, place)})
-            known[address] = entry.key
-            others.append(entry)
-        masters[host.entry.key] = Fact(host.entry.key if address in OWN else known[address], place)
-    return masters, others
-
-
-def _robots(hosts: Collection[_Host], types: Collection[str]) -> Iterator[Entry]:
-    """A robot for each host whose variable or group says which type it carries."""
-    for host in hosts:
-        type_fact = _robot_type(host, types)
-        if type_fact is not None:
-            key = host.entry.key
-            name = Fact(key, host.entry.name.place, "one robot is driven by this host")
-            yield Entry(name, {"type": type_fact, "host": Fact(key, host.entry.name.place)})
-
-
-def _robot_type(host: _Host, types: Collection[str]) -> Fact | None:
-    found = _first(host.variables, _TYPE)
-    if found is not None and found.value in types:
-        return Fact(found.value, host.entry.name.place)
-    for group in reversed(host.groups):
-        if name := type_of_group(group, types):
-            return Fact(name, host.entry.name.place, "its host is in a group that is named like this type")
-    return None
+def _robot_type(
+    variables: Variables, groups: Sequence[str], types: Collection[str], place: Place
+) -> Value | None:
+    """The type of the robot that a host carries, if its variable or the name of a group says so."""
+    named = variables.get("robot_type")
+    if named in types:
+        return Value(named, place)
+    found = next((kind for one in reversed(groups) if (kind := type_of_group(one, types))), "")
+    return Value(found, place, "its host is in a group that is named like this type") if found else None

@@ -2,119 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
-from itertools import chain
-from typing import Any, TypeAlias
+from typing import Any
 
 from swarmctl.ros_packages.launched import Place
+from swarmctl.swarm.names import LONGEST_NAME, valid_name
+from swarmctl.yamltext.emit import literal
+
+GUESS = "guess: "
+FILL_IN = "fill in: "
 
 
 @dataclass(frozen=True)
-class Fact:
-    """A value that a file has or, with a reason in ``guess``, one that is derived from it.
+class Value:
+    """A value that stands at ``place`` of a file or, with a reason in ``guess``, is derived from others.
 
-    ``was`` is what the file has, where it had to be converted.
+    ``was`` is what the file has, where it had to be converted. If no file has the value, ``fill_in`` says
+    what to write, and ``value`` is an example.
     """
 
     value: Any
     place: Place | None = None
     guess: str = ""
     was: str = ""
-
-
-@dataclass(frozen=True)
-class Blank:
-    """A value that no file has: an example, and what to write instead."""
-
-    example: Any
-    why: str
-
-
-Field: TypeAlias = Fact | Blank
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A host, a robot or a program; ``notes`` name what is left out."""
-
-    name: Fact
-    fields: Mapping[str, Field] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    fill_in: str = ""
 
     @property
-    def key(self) -> str:
-        """The name in the spec."""
-        return str(self.name.value)
+    def source(self) -> str:
+        """Where it is from, as a comment says it; empty for an example."""
+        if self.fill_in:
+            return ""
+        was = f"{literal(self.was, chr(34))} there" if self.was else ""
+        if not self.guess:
+            return ", ".join(one for one in (f"from {self.place}" if self.place else "", was) if one)
+        there = ", ".join(one for one in (str(self.place or ""), was) if one)
+        return f"{GUESS}{self.guess}{f' ({there})' if there else ''}; check"
 
-    def value(self, key: str) -> Any:
-        """Returns the value of a field; None if it is to fill in or left out."""
-        found = self.fields.get(key)
-        return found.value if isinstance(found, Fact) else None
-
-
-@dataclass(frozen=True)
-class Unread:
-    """A line, or a whole file, that is not in the draft, and why."""
-
-    place: Place
-    why: str
+    @property
+    def todo(self) -> str:
+        """What is to fill in, as a comment says it; empty if it is known."""
+        return f"{FILL_IN}{self.fill_in}" if self.fill_in else ""
 
 
-@dataclass(frozen=True)
+@dataclass
+class Entry:
+    """A host, a robot or a program."""
+
+    name: Value
+    fields: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass
 class Draft:
-    """A spec to be: ``first`` are the keys above the hosts, ``last`` those below the programs."""
+    """A spec to be. A reader of files adds what it finds."""
 
     source: str
-    name: Fact
-    first: Mapping[str, Field] = field(default_factory=dict)
-    hosts: tuple[Entry, ...] = ()
-    robots: tuple[Entry, ...] = ()
-    links: tuple[Field, ...] = ()
-    programs: tuple[Entry, ...] = ()
-    last: Mapping[str, Field] = field(default_factory=dict)
-    unread: tuple[Unread, ...] = ()
-    notes: tuple[str, ...] = ()  # about several entries
-
-    def fields(self) -> Iterator[Field]:
-        """Yields every value of the draft."""
-        yield self.name
-        yield from chain(self.first.values(), self.links, self.last.values())
-        for entry in chain(self.hosts, self.robots, self.programs):
-            yield entry.name
-            yield from entry.fields.values()
+    name: Value = Value("lab", guess="no file names the whole")
+    first: dict[str, Value] = field(default_factory=dict)  # above the hosts
+    hosts: dict[str, Entry] = field(default_factory=dict)
+    robots: dict[str, Entry] = field(default_factory=dict)
+    networks: list[Value] = field(default_factory=list)
+    lines: list[Value] = field(default_factory=list)  # between robots and their hosts
+    programs: dict[str, Entry] = field(default_factory=dict)
+    last: dict[str, Value] = field(default_factory=dict)  # below the programs
+    masters: dict[str, Value] = field(default_factory=dict)  # the host of each host's master
+    unread: list[str] = field(default_factory=list)  # places that are not in the draft, and why
 
 
-@dataclass(frozen=True)
-class Counts:
-    """What a draft has, for its summary."""
-
-    hosts: int
-    robots: int
-    programs: int
-    guesses: int
-    blanks: int
-    unread: int
-
-    def __str__(self) -> str:
-        has = (_number(self.hosts, "host"), _number(self.robots, "robot"), _number(self.programs, "program"))
-        todo = [_number(self.guesses, "guess", "guesses"), _number(self.blanks, "place") + " to fill in"]
-        todo += [_number(self.unread, "place") + " not read"] if self.unread else []
-        return f"{', '.join(has)}; {', '.join(todo)}"
-
-
-def counts(draft: Draft, blanks: int = 0) -> Counts:
-    """Counts a draft, with further ``blanks`` that checking its text found."""
-    found = list(draft.fields())
-    return Counts(
-        len(draft.hosts),
-        len(draft.robots),
-        len(draft.programs),
-        sum(isinstance(one, Fact) and bool(one.guess) for one in found),
-        sum(isinstance(one, Blank) for one in found) + blanks + (not draft.hosts) + (not draft.robots),
-        len(draft.unread),
-    )
-
-
-def _number(count: int, word: str, several: str = "") -> str:
-    return f"{count} {word if count == 1 else several or word + 's'}"
+def named(text: str, prefix: str, place: Place | None, taken: Collection[str], guess: str = "") -> Value:
+    """Returns a name of the spec for what a file calls ``text``; one that is ``taken`` gets a number."""
+    name = valid_name(text, prefix)
+    found, count = name, 1
+    while found in taken:
+        count += 1
+        found = f"{name[: LONGEST_NAME - len(str(count)) - 1]}-{count}"
+    return Value(found, place, guess, was=text if found != text else "")

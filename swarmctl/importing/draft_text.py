@@ -5,50 +5,46 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from swarmctl.importing.draft import Blank, Draft, Entry, Fact, Field
+from swarmctl.importing.draft import FILL_IN, GUESS, Draft, Entry, Value
+from swarmctl.ros_packages.launched import Place
 from swarmctl.yamltext.emit import literal, text_of
 
-GUESS = "guess: "
-FILL_IN = "fill in: "
-BELOW = "its `fill in` is below"  # where a value is missing, validate reports the name above it
+_BELOW = "its `fill in` is below"  # where a value is missing, validate reports the name above it
 _LONGEST = 100  # characters of an entry on one line
-_ADDRESS = {"address": "192.168.77.11"}
-_NO_ROBOT = Blank(
-    {"k3": {"type": "khepera3", "host": "k3-pi"}}, "no robot was found; write each, and its link"
-)
+_NO_ROBOT = f"{FILL_IN}no robot was found; write each, and its link"
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a draft. ``is_marked`` if its comment says that something is to fill in."""
+    """A line of a draft. Its comment says where it is from, or why it is a guess, and what to fill in."""
 
     text: str
-    comment: str = ""
-    is_marked: bool = False
+    source: str = ""
+    todo: str = ""
 
     def __str__(self) -> str:
-        return f"{self.text}  # {one_line(self.comment)}" if self.comment else self.text
+        comment = "; ".join(one for one in (self.source, self.todo) if one)
+        return f"{self.text}  # {_one_line(comment)}" if comment else self.text
 
 
 def lines_of(draft: Draft) -> list[Line]:
     """Returns the lines of a draft as YAML. No value and no comment can change its structure."""
-    unlinked = {
-        str(one.example["robot"]) for one in draft.links if isinstance(one, Blank) and "robot" in one.example
-    }
+    unlinked = {one.value["robot"] for one in draft.lines if one.fill_in}
     return [
-        Line(f"# Drafted by swarmctl import from {one_line(draft.source)}."),
+        Line(f"# Drafted by swarmctl import from {_one_line(draft.source)}."),
         Line("# A value without a comment is from the same line as the name above it."),
         Line("# Check each `guess`, and complete each `fill in`."),
-        *_head(draft),
+        *(Line(one) for one in ("#", "# Not read:") if draft.unread),
+        *(Line(f"#   {_one_line(one)}") for one in dict.fromkeys(draft.unread)),
         Line("version: 1"),
         _field("", "name", draft.name),
-        *_first(draft.first),
-        *_section("hosts", draft.hosts, set(), _no_host(draft)),
-        *_section("robots", draft.robots, unlinked, _NO_ROBOT),
-        *_links(draft.links),
-        *(_section("programs", draft.programs, set(), None) if draft.programs else ()),
-        *([Line("")] if draft.last else []),
-        *(_field("", key, value) for key, value in draft.last.items()),
+        *_marked([_field("", key, one) for key, one in draft.first.items()]),
+        *_section("hosts", draft.hosts),
+        *(_section("robots", draft.robots, unlinked) if draft.robots else _no_robot(draft)),
+        *_links([*draft.networks, *draft.lines]),
+        *(_section("programs", draft.programs) if draft.programs else ()),
+        *([Line("")] if draft.last else ()),
+        *(_field("", key, one) for key, one in draft.last.items()),
     ]
 
 
@@ -57,117 +53,84 @@ def text_of_lines(lines: Sequence[Line]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def with_errors(lines: Sequence[Line], errors: Mapping[int, str]) -> tuple[list[Line], int]:
-    """Returns the lines with what is wrong, by number, as places to fill in, and how many these are.
-
-    A line that is marked already stays as it is.
-    """
-    marked, added = list(lines), 0
-    for number, message in errors.items():
-        line = lines[number - 1]
-        if not line.is_marked:
-            comment = "; ".join(one for one in (line.comment, f"{FILL_IN}{message}") if one)
-            marked[number - 1] = replace(line, comment=comment, is_marked=True)
-            added += 1
-    return marked, added
+def with_errors(lines: Sequence[Line], errors: Mapping[int, str]) -> list[Line]:
+    """Returns the lines; where an error has the number of one, this is to fill in."""
+    return [
+        replace(line, todo=f"{FILL_IN}{errors[number]}") if number in errors and not line.todo else line
+        for number, line in enumerate(lines, 1)
+    ]
 
 
-def one_line(text: str) -> str:
-    """Returns text that may stand in a comment: what is not printable, such as a line end, is escaped."""
+def summary(draft: Draft, lines: Sequence[Line]) -> str:
+    """Returns what a draft has, and how much of it is to check and to fill in."""
+    has = (
+        _number(len(draft.hosts), "host"),
+        _number(len(draft.robots), "robot"),
+        _number(len(draft.programs), "program"),
+    )
+    guesses = sum(line.source.startswith(GUESS) for line in lines)
+    todo = [
+        _number(guesses, "guess", "guesses"),
+        _number(sum(line.todo.startswith(FILL_IN) for line in lines), "place") + " to fill in",
+    ]
+    unread = len(dict.fromkeys(draft.unread))
+    return f"{', '.join(has)}; {', '.join(todo)}" + (
+        f", {_number(unread, 'place')} not read" if unread else ""
+    )
+
+
+def _number(count: int, word: str, several: str = "") -> str:
+    return f"{count} {word if count == 1 else several or word + 's'}"
+
+
+def _one_line(text: str) -> str:
+    """Text that may stand in a comment: what is not printable, such as a line end, is escaped."""
     return "".join(
         char if char.isprintable() else char.encode("unicode_escape", "surrogatepass").decode()
         for char in text
     )
 
 
-def _no_host(draft: Draft) -> Blank:
-    """An example of a host, with a Bluetooth adapter if a robot has a Bluetooth line."""
-    lines = [one.value for one in draft.links if isinstance(one, Fact)]
-    adapter = {"bluetooth": ["hci0"]} if any(one["kind"] == "bluetooth" for one in lines) else {}
-    return Blank({"k3-pi": {**_ADDRESS, **adapter}}, "no host was found; write one a computer")
+def _marked(lines: Sequence[Line], *, is_unlinked: bool = False) -> list[Line]:
+    """The lines of an entry; the first one says that there is something to fill in below it."""
+    first, *rest = lines
+    is_blank = is_unlinked or any(line.todo for line in rest)
+    return [replace(first, todo=_BELOW) if is_blank else first, *rest]
 
 
-def _head(draft: Draft) -> Iterator[Line]:
-    if draft.notes:
-        yield Line("#")
-    for note in draft.notes:
-        yield Line(f"# {one_line(note)}")
-    if draft.unread:
-        yield Line("#")
-        yield Line("# Not read:")
-    for one in draft.unread:
-        yield Line(f"#   {one_line(f'{one.place}: {one.why}')}")
-
-
-def _first(fields: Mapping[str, Field]) -> Iterator[Line]:
-    """The mode and what belongs to it; validate reports at the mode what is missing there."""
-    blank = any(isinstance(one, Blank) for one in fields.values())
-    for key, value in fields.items():
-        line = _field("", key, value)
-        marked = blank and not line.is_marked
-        yield replace(line, comment=f"{line.comment}; {BELOW}", is_marked=True) if marked else line
-
-
-def _section(key: str, entries: Sequence[Entry], unlinked: set[str], none: Blank | None) -> Iterator[Line]:
+def _no_robot(draft: Draft) -> Iterator[Line]:
     yield Line("")
-    if not entries and none is not None:
-        yield Line(f"{key}:", f"{FILL_IN}{none.why}", is_marked=True)
-        ((name, fields),) = none.example.items()
-        yield Line(f"  # {name}: {literal(fields)}")
-        return
+    yield Line("robots:", todo=_NO_ROBOT)
+    yield Line(f"  # k3: {literal({'type': 'khepera3', 'host': next(iter(draft.hosts))})}")
+
+
+def _section(key: str, entries: Mapping[str, Entry], unlinked: set[str] | None = None) -> Iterator[Line]:
+    yield Line("")
     yield Line(f"{key}:")
-    for entry in entries:
-        yield from _entry(entry, is_unlinked=entry.key in unlinked)
+    for name, entry in entries.items():
+        yield from _entry(name, entry, is_unlinked=name in (unlinked or ()))
 
 
-def _entry(entry: Entry, *, is_unlinked: bool) -> Iterator[Line]:
-    blank = is_unlinked or any(isinstance(one, Blank) for one in entry.fields.values())
-    comment = "; ".join(one for one in (_comment(entry.name), BELOW if blank else "") if one)
-    known = {key: one.value for key, one in entry.fields.items() if isinstance(one, Fact)}
-    on_one_line = f"  {text_of(entry.key)}: {literal(known)}"
-    notes = [Line(f"    # {one_line(note)}") for note in entry.notes]
-    if _is_alike(entry) and len(on_one_line) <= _LONGEST:
-        yield Line(on_one_line, comment, blank)
-        yield from notes
-        return
-    yield Line(f"  {text_of(entry.key)}:{'' if known else ' {}'}", comment, blank)
-    yield from notes
-    for key, value in entry.fields.items():
-        line = _field("    ", key, value)
-        yield Line(line.text) if _is_of_line(value, entry.name) else line
+def _entry(name: str, entry: Entry, *, is_unlinked: bool) -> Sequence[Line]:
+    known = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
+    fields = [_field("    ", key, one, entry.name.place) for key, one in entry.fields.items()]
+    whole = Line(f"  {text_of(name)}: {literal(known)}", entry.name.source)
+    if len(whole.text) <= _LONGEST and not any(line.source or line.todo for line in fields):
+        return _marked([whole], is_unlinked=is_unlinked)
+    head = Line(f"  {text_of(name)}:{'' if known else ' {}'}", entry.name.source)
+    return _marked([head, *fields], is_unlinked=is_unlinked)
 
 
-def _is_of_line(value: Field, name: Fact) -> bool:
-    """True for a value whose source the comment at the name of its entry shows already."""
-    return isinstance(value, Fact) and value.place == name.place and not value.guess and not value.was
+def _field(indent: str, key: str, one: Value, shown: Place | None = None) -> Line:
+    """A value; its source is left out if it is the place ``shown`` by the comment above it."""
+    is_shown = shown is not None and one.place == shown and not one.guess and not one.was
+    mark = "# " if one.fill_in else ""
+    return Line(f"{indent}{mark}{key}: {literal(one.value)}", "" if is_shown else one.source, one.todo)
 
 
-def _is_alike(entry: Entry) -> bool:
-    """True if one comment covers the name and all values."""
-    return all(_is_of_line(one, entry.name) for one in entry.fields.values())
-
-
-def _links(links: Sequence[Field]) -> Iterator[Line]:
+def _links(links: Sequence[Value]) -> Iterator[Line]:
     if links:
         yield Line("")
-        yield Line("links:" if any(isinstance(one, Fact) for one in links) else "# links:")
+        yield Line("# links:" if all(one.fill_in for one in links) else "links:")
     for one in links:
-        value, mark = (one.value, "") if isinstance(one, Fact) else (one.example, "# ")
-        yield Line(f"  {mark}- {literal(value)}", _comment(one), isinstance(one, Blank))
-
-
-def _field(indent: str, key: str, value: Field) -> Line:
-    if isinstance(value, Blank):
-        return Line(f"{indent}# {key}: {literal(value.example)}", _comment(value), is_marked=True)
-    return Line(f"{indent}{key}: {literal(value.value)}", _comment(value))
-
-
-def _comment(value: Field) -> str:
-    if isinstance(value, Blank):
-        return f"{FILL_IN}{value.why}"
-    was = f"{literal(value.was, chr(34))} there" if value.was else ""
-    if value.guess:
-        source = ", ".join(one for one in (str(value.place or ""), was) if one)
-        return f"{GUESS}{value.guess}{f' ({source})' if source else ''}; check"
-    source = f"from {value.place}" if value.place else ""
-    return ", ".join(one for one in (source, was) if one)
+        yield Line(f"  {'# ' if one.fill_in else ''}- {literal(one.value)}", one.source, one.todo)

@@ -17,16 +17,14 @@ from typing import Any
 import networkx
 import yaml
 
-from swarmctl.importing.draft import Unread
 from swarmctl.importing.lab_folder import SCRIPTS, VARIABLES
-from swarmctl.importing.yaml_trees import VAULT_FILE, pairs
-from swarmctl.ros_packages.launched import Place
+from swarmctl.yamltext.compose import pairs_of
 
-MAX_HOSTS = 2_000
 _MEMORY = 1 << 30  # bytes
 _TIMEOUT = 60.0  # s
+_VAULT_FILE = "$ANSIBLE_VAULT;"  # how a file begins that ansible-vault encrypts
 _PARTS = {"hosts", "children", "vars"}
-_SECTION = re.compile(r"^\s*\[([^\[\]]+)\].*$", re.MULTILINE)
+_SECTION = re.compile(r"\[([^\[\]]+)\]")
 _HOST = re.compile(r"[^\s=]+(?:\s+\w+=.*)?")
 
 
@@ -34,15 +32,8 @@ class InventoryError(Exception):
     """An inventory that cannot be read. The first argument is the problem, the others are what to do."""
 
 
-@dataclass(frozen=True)
-class Variable:
-    """The value of a variable as text, empty if it is not a scalar; ``is_vault`` if it is encrypted."""
-
-    value: str
-    is_vault: bool = False
-
-
-Variables = Mapping[str, Variable]
+Variables = Mapping[str, str | None]
+"""The values of variables as text: empty if it is not a scalar, None if ansible-vault encrypts it."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +42,12 @@ class Inventory:
 
     hosts: Mapping[str, Variables]
     groups: Mapping[str, tuple[str, ...]]
-    unread: tuple[Unread, ...] = ()
+    encrypted: list[str]  # files of variables
 
 
 def is_yaml_inventory(root: yaml.Node | None) -> bool:
     """Returns True if all keys at the top of a YAML file are groups, one with hosts or children."""
-    groups = [{part for part, _, _ in pairs(value)} for _, value, _ in pairs(root)]
+    groups = [pairs_of(value).keys() for _, value in pairs_of(root).values()]
     return any({"hosts", "children"} & one for one in groups) and all(one <= _PARTS for one in groups)
 
 
@@ -66,15 +57,14 @@ def is_ini_inventory(path: str, text: str) -> bool:
         return False
     if "ansible_" in text:
         return True
-    first, *rest = _SECTION.split(text)
-    bodies = [
-        first,
-        *(body for name, body in zip(rest[::2], rest[1::2], strict=True) if name[-5:] != ":vars"),
-    ]
-    written = [line.strip() for body in bodies for line in body.split("\n")]
-    lines = [line for line in written if line and line[0] not in "#;"]
-    is_named = posixpath.basename(path).startswith(("inventory", "hosts"))
-    return bool(lines and (rest or is_named)) and all(map(_HOST.fullmatch, lines))
+    written = [line.strip() for line in text.split("\n")]
+    lines, section = [line for line in written if line and line[0] not in "#;"], ""
+    for line in lines:
+        if match := _SECTION.match(line):
+            section = match[1]
+        elif not section.endswith(":vars") and not _HOST.fullmatch(line):
+            return False
+    return bool(section or (lines and posixpath.basename(path).startswith(("inventory", "hosts"))))
 
 
 def inventory(texts: Mapping[str, str], path: str) -> Inventory:
@@ -83,15 +73,11 @@ def inventory(texts: Mapping[str, str], path: str) -> Inventory:
     Raises ``InventoryError``. Ansible reads copies of these files alone, in a folder of their own.
     """
     beside = posixpath.dirname(path)
-    variables = {
-        one: text
-        for one, text in texts.items()
-        if posixpath.relpath(one, beside or ".").split("/")[0] in VARIABLES
-    }
-    encrypted = [one for one, text in variables.items() if text.startswith(VAULT_FILE)]
+    paths = [one for one in texts if posixpath.relpath(one, beside or ".").split("/")[0] in VARIABLES]
+    encrypted = [one for one in paths if texts[one].startswith(_VAULT_FILE)]
     try:
         with tempfile.TemporaryDirectory() as folder:
-            for one in ({path: texts[path]} | variables).keys() - encrypted:
+            for one in {path, *paths} - {*encrypted}:
                 place = Path(folder, "lab", posixpath.relpath(one, beside or "."))
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_text(texts[one], "utf-8", "surrogateescape")
@@ -103,13 +89,8 @@ def inventory(texts: Mapping[str, str], path: str) -> Inventory:
         ) from error
     hosts: Mapping[str, Mapping[str, Any]] = found.pop("_meta", {}).get("hostvars", {})
     groups = _memberships(found)
-    if len(groups) > MAX_HOSTS:
-        raise InventoryError(f"{path} has more than {MAX_HOSTS} hosts", "import a part of it")
-    return Inventory(
-        {name: {key: _variable(one) for key, one in hosts.get(name, {}).items()} for name in groups},
-        groups,
-        tuple(Unread(Place(one, 0), "the whole file is encrypted by ansible-vault") for one in encrypted),
-    )
+    variables = {name: {key: _text(one) for key, one in hosts.get(name, {}).items()} for name in groups}
+    return Inventory(variables, groups, encrypted)
 
 
 def _listed(folder: Path, name: str, path: str) -> dict[str, Any]:
@@ -156,9 +137,9 @@ def _memberships(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[str
     return found
 
 
-def _variable(value: Any) -> Variable:
+def _text(value: Any) -> str | None:
     if isinstance(value, dict) and "__ansible_vault" in value:
-        return Variable("", is_vault=True)
+        return None
     if isinstance(value, dict) and "__ansible_unsafe" in value:
         value = value["__ansible_unsafe"]
-    return Variable("" if isinstance(value, dict | list) else str(value))
+    return "" if isinstance(value, dict | list) else str(value)

@@ -8,24 +8,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarmctl.diagnostics import Diagnostic
-from swarmctl.importing.draft import Unread
 from swarmctl.ros_packages.launched import Place
 from swarmctl.ros_packages.package import NO_PACKAGES, Packages
 from swarmctl.spec.package_search import packages_in
+from swarmctl.spec.workspace_folders import BUILT
 from swarmctl.yamltext.limits import LoadBudget
 from swarmctl.yamltext.project_files import ProjectFiles
 
 LAUNCH = (".launch", ".launch.xml")
 SCRIPTS = (".bash", ".sh", ".zsh", ".env")
-YAML = (".yaml", ".yml")
+YAML = (".yaml", ".yml", ".json")
 VARIABLES = ("group_vars", "host_vars")
-_OTHERS = (".ini", ".json")
+_SUFFIXES = (*LAUNCH, *SCRIPTS, *YAML, ".ini")
 _PLAIN_NAMES = ("hosts", "inventory", "env", "setup", "bashrc", "environment")  # without a suffix
 _MAX_FILE = 256 << 10
 _MAX_FOLDERS = 500
 _MAX_DEPTH = 6
-_BUILT = {"build", "devel", "install", "logs", "node_modules", "__pycache__"}
-ANY = ("",)  # every name ends with it
+_ANY = ("",)  # every name ends with it
 
 
 @dataclass(frozen=True)
@@ -33,9 +32,9 @@ class LabFolder:
     """The texts of a folder by their path in it; ``named`` is the one file that is meant, if it is one."""
 
     texts: Mapping[str, str]
-    named: str = ""
-    unread: tuple[Unread, ...] = ()
-    packages: Packages = NO_PACKAGES
+    named: str
+    unread: list[str]  # files, and why they cannot be read
+    packages: Packages
 
     def candidates(self) -> tuple[str, ...]:
         """The paths that may be imported: the named file alone, or all."""
@@ -44,43 +43,36 @@ class LabFolder:
 
 def lab_folder(path: Path) -> LabFolder | Diagnostic:
     """Returns what lies in a folder, or one file with what belongs to it, or why it cannot be read."""
-    is_file = not path.is_dir()
-    folder = path.parent if is_file else path
-    files = ProjectFiles.beside(path, LoadBudget()) if is_file else _files_in(path)
     texts: dict[str, str] = {}
-    unread: list[Unread] = []
-    if is_file:
+    unread: list[str] = []
+    if path.is_dir():
+        folder, named, packages = path, "", packages_in(((path, ""),))
+        files = ProjectFiles.beside(path / "any", LoadBudget())
+        paths = _below(files, folder)
+    else:
+        folder, named, packages = path.parent, path.name, NO_PACKAGES
+        files = ProjectFiles.beside(path, LoadBudget())
         text = files.named(path)
         if isinstance(text, Diagnostic):
             return text
-        texts[path.name] = text
-    for relative in _beside(files, path) if is_file else _below(files, folder, "", 0, [_MAX_FOLDERS]):
+        texts[named], paths = text, _beside(files, path)
+    for relative in paths:
         if files.exhausted:
-            unread.append(Unread(Place(relative, 0), "it, and what follows, are too many files or too large"))
+            unread.append(f"{relative}: it, and what follows, are too many files or too large")
             break
-        if relative not in texts:
-            found = _text(files, folder / relative)
-            if isinstance(found, Diagnostic):
-                line = found.span.line if found.span else 0
-                unread.append(Unread(Place(relative, line), found.message))
-            else:
-                texts[relative] = found
-    packages = NO_PACKAGES if is_file else packages_in(((folder, ""),))
-    return LabFolder(texts, path.name if is_file else "", tuple(unread), packages)
-
-
-def _files_in(folder: Path) -> ProjectFiles:
-    return ProjectFiles.beside(folder / "any", LoadBudget())
+        found = texts[named] if relative == named else _text(files, folder / relative)
+        if isinstance(found, Diagnostic):
+            line = found.span.line if found.span else 0
+            unread.append(f"{Place(relative, line)}: {found.message}")
+        else:
+            texts[relative] = found
+    return LabFolder(texts, named, unread, packages)
 
 
 def _text(files: ProjectFiles, path: Path) -> str | Diagnostic:
-    try:
-        too_large = not path.is_symlink() and path.stat().st_size > _MAX_FILE
-    except OSError:
-        too_large = False  # reading it reports the error
-    if too_large:
+    if not path.is_symlink() and path.is_file() and path.stat().st_size > _MAX_FILE:
         return Diagnostic("FILE002", f"it is larger than {_MAX_FILE >> 10} KiB")
-    return files.text(path, ANY)
+    return files.text(path, _ANY)
 
 
 def _beside(files: ProjectFiles, path: Path) -> Iterator[str]:
@@ -88,26 +80,32 @@ def _beside(files: ProjectFiles, path: Path) -> Iterator[str]:
     if path.name.endswith(LAUNCH):
         yield from (name for name in files.names(path.parent) if name.endswith(LAUNCH))
     for folder in VARIABLES:
-        yield from _below(files, path.parent, folder, 1, [_MAX_FOLDERS])
+        yield from _below(files, path.parent, folder)
 
 
-def _below(files: ProjectFiles, root: Path, inside: str, depth: int, left: list[int]) -> Iterator[str]:
-    left[0] -= 1
-    if left[0] < 0 or depth > _MAX_DEPTH:
-        return
-    folder = root / inside
-    for name in files.names(folder):
-        relative = posixpath.join(inside, name)
-        if not (folder / name).is_symlink() and (folder / name).is_dir():
-            if name not in _BUILT:
-                yield from _below(files, root, relative, depth + 1, left)
-        elif _may_be_read(relative):
-            yield relative
+def _below(files: ProjectFiles, root: Path, inside: str = "") -> Iterator[str]:
+    """The files that may be read in the folder ``inside`` of another one and in those below it."""
+    waiting = [inside]
+    for _ in range(_MAX_FOLDERS):
+        if not waiting:
+            return
+        inside = waiting.pop(0)
+        for name in files.names(root / inside):
+            path = posixpath.join(inside, name)
+            if not (root / path).is_dir():
+                if _may_be_read(path):
+                    yield path
+            elif not (root / path).is_symlink() and name not in BUILT and path.count("/") < _MAX_DEPTH:
+                waiting.append(path)
 
 
 def _may_be_read(path: str) -> bool:
-    folder, name = posixpath.split(path)
-    if any(part in VARIABLES for part in folder.split("/")):
+    name = posixpath.basename(path)
+    if is_of_variables(path):
         return not name.endswith(("~", ".bak", ".orig", ".retry"))
-    suffixes = (*LAUNCH, *SCRIPTS, *YAML, *_OTHERS)
-    return name.endswith(suffixes) or ("." not in name and name.startswith(_PLAIN_NAMES))
+    return name.endswith(_SUFFIXES) or ("." not in name and name.startswith(_PLAIN_NAMES))
+
+
+def is_of_variables(path: str) -> bool:
+    """Returns True for a file of variables of an inventory."""
+    return any(part in VARIABLES for part in posixpath.dirname(path).split("/"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 
 DRIVER_NODE = "driver"
@@ -89,6 +90,17 @@ TAKEN = {
     "swarm": "the launch file of all robots",
     **dict.fromkeys(TOOLS, "one of the tools in a release"),
 }
+
+LONGEST_NAME = 31
+
+
+def valid_name(text: str, prefix: str) -> str:
+    """Returns text as a name of the spec: lower case, hyphens; ``prefix`` before what is not a letter."""
+    name = re.sub("[^a-z0-9]+", "-", text.lower()).strip("-")
+    is_reserved = name == "localhost" if prefix == "host" else name in TAKEN
+    if not name[:1].isalpha() or is_reserved:
+        name = f"{prefix}-{name}"
+    return name[:LONGEST_NAME].rstrip("-")
 
 
 def unit(swarm: str, *part: str) -> str:

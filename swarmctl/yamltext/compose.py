@@ -109,9 +109,10 @@ def span_of(node: yaml.Node) -> Span:
     return Span(start.name, start.line + 1, start.column + 1, end.line + 1, end.column + 1)
 
 
-def pairs_of(node: yaml.MappingNode) -> dict[str, Pair]:
-    """Returns the pairs of a mapping by key; of a duplicate key the first."""
-    pairs = ((key, value) for key, value in reversed(node.value) if isinstance(key, yaml.ScalarNode))
+def pairs_of(node: yaml.Node | None) -> dict[str, Pair]:
+    """Returns the pairs of a mapping by key; of a duplicate key the first. Nothing else has any."""
+    found = node.value if isinstance(node, yaml.MappingNode) else ()
+    pairs = ((key, value) for key, value in reversed(found) if isinstance(key, yaml.ScalarNode))
     return {key.value: (key, value) for key, value in pairs}
 
 

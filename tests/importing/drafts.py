@@ -27,7 +27,7 @@ def draft(path: Path, kind: Kind | None = None) -> Imported:
     """The draft of a lab; none of its errors is at a line without `fill in`."""
     found = imported(path, kind, Path("nowhere/swarm.yaml"))
     assert unmarked_errors(found.text) == []
-    assert str(found.counts).partition("; ")[2].startswith(todo(found.text))
+    assert found.summary.partition("; ")[2].startswith(todo(found.text))
     return found
 
 

@@ -34,6 +34,21 @@ def test_the_platform_is_no_robot_type(tmp_path: Path) -> None:
     assert "# type: my-robot  # fill in: swarmctl has no type for j100; `swarmctl driver new`" in found.text
 
 
+def test_several_files_are_one_fleet(tmp_path: Path) -> None:
+    """Computers of robots have the same address as delivered; one that both files name is one host."""
+    base = "  hosts: [{hostname: NAME, ip: 192.168.131.1}, {hostname: base, ip: 192.168.131.5}]"
+    files = {
+        f"{name}/robot.yaml": f"serial_number: {name}\nsystem:\n{base.replace('NAME', f'cpr-{name}')}\n"
+        for name in ("a200-0001", "j100-0002")
+    }
+    found = draft(lab(tmp_path, files))
+    assert list(data(found)["hosts"]) == ["cpr-a200-0001", "base", "cpr-j100-0002"]
+    robots = {"a200-0001": {"host": "cpr-a200-0001"}, "j100-0002": {"host": "cpr-j100-0002"}}
+    assert data(found)["robots"] == robots
+    line = next(one for one in found.text.split("\n") if "  cpr-j100-0002:" in one)
+    assert "fill in: " in line
+
+
 def test_a_file_without_hosts_is_refused(tmp_path: Path) -> None:
     files = {"robot.yaml": "serial_number: j100-0001\nsystem: {ros2: {namespace: j}}\n"}
     with pytest.raises(DraftError, match="names no host"):

@@ -20,7 +20,7 @@ SECRETS = ("raspberry", "hunter2", "correcthorse", "62313365", "s3cr3t-t0ken", "
 @pytest.mark.parametrize("name", sorted(one.name for one in LABS.iterdir() if one.is_dir()))
 def test_each_lab_has_its_draft(name: str, golden: Callable[[Path, str], None]) -> None:
     found = draft(LABS / name)
-    golden(LABS / f"{name}.yaml", f"{found.text}# {found.counts}\n")
+    golden(LABS / f"{name}.yaml", f"{found.text}# {found.summary}\n")
 
 
 @pytest.mark.parametrize("name", sorted(one.name for one in LABS.iterdir() if one.is_dir()))

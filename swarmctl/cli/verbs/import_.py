@@ -46,11 +46,11 @@ def import_(
     validate = SpecFiles((spec,)).command("validate")
     if out is None:
         print(found.text, end="", flush=True)
-        console.err().print(str(found.counts))
+        console.err().print(found.summary)
         console.err().print(f"write it with --out {spec}, then run: {validate}")
     else:
         file_writes.replace(out, found.text.encode())
-        console.err().print(f"{out}: {found.counts}")
+        console.err().print(f"{out}: {found.summary}")
         console.err().print(f"complete it, then run: {validate}")
 
 

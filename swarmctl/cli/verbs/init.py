@@ -49,10 +49,10 @@ def init(
     No file is overwritten. After an upgrade: swarmctl schema --out DIR/.swarmctl
     """
     from swarmctl.diagnostics import has_errors
-    from swarmctl.importing.allowed_values import valid_name
     from swarmctl.scaffold.starting_spec import starting_spec
     from swarmctl.spec.catalog import load_catalog
     from swarmctl.spec.model import Mode
+    from swarmctl.swarm.names import valid_name
 
     catalog = load_catalog(folder / "robots")
     console.print_diagnostics(catalog.diagnostics)
