@@ -139,7 +139,7 @@ def test_a_plan_changes_nothing_and_lists_unreachable_hosts(
     hosts: dict[str, FakeHost],
 ) -> None:
     away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route to k3", "is it on?")})
-    plan = observe(bundles(), TARGETS, away)
+    plan = observe(bundles(), TARGETS, away, parallel=4)
     assert [host.host for host in plan.hosts] == list(HOSTS)
     assert plan.changes
     assert [host.host for host in plan.problems] == ["k3"]

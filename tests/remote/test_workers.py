@@ -102,7 +102,7 @@ def test_a_whole_deploy_is_as_without_workers(hosts: dict[str, FakeHost]) -> Non
 def test_a_host_that_fails_in_a_worker_costs_only_itself() -> None:
     with in_threads() as workers:
         found = outcomes(
-            parallel_hosts.run(targets("locked", "buggy", "a", "b"), question, transport=workers)
+            parallel_hosts.run(targets("locked", "buggy", "a", "b"), question, transport=workers, parallel=4)
         )
     assert (found["a"], found["b"]) == ({"host": "a"}, {"host": "b"})
     assert found["locked"].kind is Kind.AUTH
@@ -144,7 +144,7 @@ def test_a_lost_worker_costs_its_hosts_and_the_others_go_on() -> None:
         assert [one.outcome for one in found] == [{"host": "a"}, {"host": "b"}]
         lost.add(1)
         assert len(outcomes(events)) == 1
-        none = outcomes(parallel_hosts.run(targets("c"), question, transport=workers))["c"]
+        none = outcomes(parallel_hosts.run(targets("c"), question, transport=workers, parallel=4))["c"]
         assert str(none) == "c was not reached: no worker is left"
 
 
@@ -162,9 +162,9 @@ def test_a_worker_keeps_no_session_that_the_operator_has_ended() -> None:
 
     stop = Stop()
     with in_threads(login=Counting) as workers:
-        list(parallel_hosts.run(targets("a", "b"), question, transport=workers))
+        list(parallel_hosts.run(targets("a", "b"), question, transport=workers, parallel=4))
         wait_for(lambda: sorted(ended) == ["a", "b"])
-        events = parallel_hosts.run(targets("silent"), question, transport=workers, stop=stop)
+        events = parallel_hosts.run(targets("silent"), question, transport=workers, stop=stop, parallel=4)
         assert [type(next(events)) for _ in range(2)] == [Started, Note]
         stop.request()
         stop.request()
@@ -218,7 +218,7 @@ def test_a_worker_has_keys_of_its_own_home(monkeypatch: pytest.MonkeyPatch, tmp_
     hop = replace(targets("hop")[0], identities=(ours,))
     host = replace(targets("a")[0], identities=(ours, other), jump=hop)
     with in_threads(1, login=Seeing) as workers:
-        list(parallel_hosts.run([host], question, transport=workers))
+        list(parallel_hosts.run([host], question, transport=workers, parallel=4))
     assert seen[0].identities == (Path("~/.ssh/id_swarm"), other)
     assert seen[0].jump == replace(hop, identities=(Path("~/.ssh/id_swarm"),))
 
