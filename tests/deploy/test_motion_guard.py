@@ -82,7 +82,9 @@ def bundles(*changed: str) -> dict[str, Bundle]:
         unit = File(f"units/{name}", b"[Service]\nExecStart=/bin/true\n")
         text = File(f"params/{part}.yaml", b"speed: 2\n" if host in changed else b"speed: 1\n")
         made = Unit(name, (unit.path, text.path), robot="" if host == "leader" else part)
-        return Bundle("new", host, (unit, text), (made,), {f"/etc/systemd/system/{name}": unit.path})
+        return Bundle(
+            (unit, text), (made,), {f"/etc/systemd/system/{name}": unit.path}, swarm="new", host=host
+        )
 
     return {host: one(host, part) for host, part in UNITS.items()}
 

@@ -107,7 +107,7 @@ class Way:
 def wanted() -> dict[str, Bundle]:
     pair = File("units/new.epuck.pair.service", b"[Service]\n")
     unit = Unit("new.epuck.pair.service", (pair.path,), secrets=("epuck-pin",))
-    plain = Bundle("new", "pi", (pair,), (unit,), {f"/etc/systemd/system/{unit.name}": pair.path})
+    plain = Bundle((pair,), (unit,), {f"/etc/systemd/system/{unit.name}": pair.path}, swarm="new", host="pi")
     return {"pi": replace(plain, secrets=("epuck-pin",))}
 
 
