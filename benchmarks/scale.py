@@ -134,7 +134,7 @@ def main() -> int:
             warm = dict(list(wanted.items())[:8])
 
             def run(label: str, transport: Transport, workers: Sequence[int] = ()) -> None:
-                observe(warm, targets, transport)  # imports, the agent's archive
+                observe(warm, targets, transport, parallel=4)  # imports, the agent's archive
                 plan, cost = measured(
                     wanted, targets, transport, given.parallel, workers=workers, hosts=hosts.pids
                 )

@@ -67,7 +67,9 @@ def swarmctl(hosts: list[dict[str, Any]], folder: Path, job: str) -> None:
     files.append(File("units/bench.service", b"[Service]\nExecStart=/bin/true\n"))
     links = {"/etc/systemd/system/bench.service": "units/bench.service"}
     unit = Unit("bench.service", needs)
-    bundles = {one["name"]: Bundle("new", one["name"], tuple(files), (unit,), links) for one in hosts}
+    bundles = {
+        one["name"]: Bundle(tuple(files), (unit,), links, swarm="new", host=one["name"]) for one in hosts
+    }
     targets = {
         one["name"]: Target(
             one["name"], "127.0.0.1", "root", one["port"], (one["key"],), (Path(one["identity"]),)

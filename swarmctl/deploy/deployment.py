@@ -74,7 +74,7 @@ class Deployment:
         transport: Transport,
         *,
         rules: Rules,
-        parallel: int = parallel_hosts.PARALLEL,
+        parallel: int,
         stop: Stop | None = None,
         secrets: Mapping[str, str] = NO_SECRETS,
         host_lists: HostLists | None = None,

@@ -17,7 +17,7 @@ def edits_on_hosts(
     targets: Mapping[str, Target],
     transport: Transport,
     *,
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
 ) -> dict[str, list[EditedFile] | HostError]:
     """Returns by host the edits that ``bundles`` would replace, or why the host did not say."""
 

@@ -47,6 +47,7 @@ def flash(
     transport: Transport,
     stop: parallel_hosts.Stop | None = None,
     *,
+    parallel: int,
     stop_robots: bool = False,
 ) -> Iterator[parallel_hosts.Event[Results]]:
     """Write all boards: hosts in parallel, the boards of one host one after the other."""
@@ -58,7 +59,8 @@ def flash(
         with agent_client.agent_session(session, verbs=VERBS) as host:
             return {job.robot: _flashed(host, job, note, stop_robots) for job in by_host[target.host]}
 
-    return parallel_hosts.run((targets[name] for name in by_host), work, transport=transport, stop=stop)
+    chosen = [targets[name] for name in by_host]
+    return parallel_hosts.run(chosen, work, transport=transport, parallel=parallel, stop=stop)
 
 
 def result_of(job: Job, of_host: Results | HostError) -> Flashed | HostError:

@@ -39,7 +39,7 @@ def observe(
     transport: Transport,
     *,
     login: str = "",
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
 ) -> tuple[HostPreparation, ...]:
     """Look at every host and plan it; the plan of a host that cannot be looked at contains the reason."""
 
@@ -63,7 +63,7 @@ def prepare(
     transport: Transport,
     *,
     login: str = "",
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
     stop: parallel_hosts.Stop | None = None,
 ) -> Iterator[parallel_hosts.Event[Prepared]]:
     """Carry out the steps of every host; a host that lacks something all the same ends in an error."""

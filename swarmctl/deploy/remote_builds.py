@@ -31,7 +31,7 @@ def build(
     transport: Transport,
     store: BuildStore,
     *,
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
     stop: parallel_hosts.Stop | None = None,
 ) -> Iterator[parallel_hosts.Event[Prepared]]:
     """Carries out the builds, one of each builder; a failure stays with its builder."""

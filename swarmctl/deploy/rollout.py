@@ -28,7 +28,7 @@ def observe(
     transport: Transport,
     *,
     diff: bool = False,
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
     secrets: Mapping[str, str] = NO_SECRETS,
     host_lists: HostLists | None = None,
 ) -> Plan:
@@ -69,7 +69,7 @@ def remove(
     transport: Transport,
     *,
     dependents: Dependents,
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
     stop: parallel_hosts.Stop | None = None,
     stop_robots: bool = False,
 ) -> Iterator[parallel_hosts.Event[Removed]]:

@@ -22,7 +22,7 @@ def probe_hosts(
     transport: Transport,
     *,
     window: float = WINDOW,
-    parallel: int = parallel_hosts.PARALLEL,
+    parallel: int,
 ) -> dict[str, Answer | HostError]:
     """The answer of every host of ``graph``, or the error.
 

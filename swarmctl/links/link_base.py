@@ -47,6 +47,18 @@ class Ends(NamedTuple):
     local_ports: tuple[int, ...] = ()
 
 
+class Device(Protocol):
+    """The device of a line at its host."""
+
+    @property
+    def path(self) -> str:
+        """Its path."""
+
+    @property
+    def title(self) -> str:
+        """What it is, in a sentence."""
+
+
 class RobotLink(Model):
     """A link between a host and a robot."""
 
@@ -68,7 +80,7 @@ class RobotLink(Model):
 
         ``dongle`` is the number of the dongle that would serve it.
         """
-        raise NotImplementedError
+        return ""
 
     @property
     def own_baud(self) -> int | None:
@@ -82,6 +94,13 @@ class RobotLink(Model):
 
     def served_by(self, adapters: tuple[str, ...]) -> str | None:
         """Returns what serves the link at its host, and can serve others; ``adapters`` are the host's."""
+        return None
+
+    def device_of(self, number: int, channel: int, adapter: str) -> Device | None:
+        """Returns the device at the host, if there is one.
+
+        ``number`` is the next one free of the host's rfcomm devices, ``channel`` the robot type's.
+        """
         return None
 
     def label(self, adapter: str | None, port: int | None) -> str:
@@ -99,18 +118,6 @@ class RobotLink(Model):
     def check(self, host: str) -> str:
         """Returns what to check on ``host`` if the robot does not answer; empty if its driver says it."""
         return ""
-
-
-class Device(Protocol):
-    """The device of a line at its host."""
-
-    @property
-    def path(self) -> str:
-        """Its path."""
-
-    @property
-    def title(self) -> str:
-        """What it is, in a sentence."""
 
 
 class Delay(NamedTuple):
@@ -133,10 +140,3 @@ class Line(RobotLink):
             return {"device": ends.device}
         uri = f"serial://{ends.device}:{ends.baud}"
         return {"device": ends.device, "baud": ends.baud, "uri": uri}
-
-    def device_of(self, number: int, channel: int, adapter: str) -> Device:
-        """Returns the device at the host.
-
-        ``number`` is the next one free of the host's rfcomm devices, ``channel`` the robot type's.
-        """
-        raise NotImplementedError

@@ -44,12 +44,12 @@ class HostNeeds:
 
 def needs_of(swarm: Swarm, host: Host, bundle: Bundle) -> HostNeeds:
     """Returns what ``host`` needs for its ``bundle``, and what the spec installs beside."""
-    entries = dict(bundle.needed_by)
+    entries = {**bundle.wants, **bundle.requires}
     for unit in bundle.units:
         for name in unit.packages:
             one = package(name)
             entries[one] = tuple(dict.fromkeys((*entries.get(one, ()), f"programs.{unit.program}")))
-    workspaces = {name: entries.get(one, ()) for one in bundle.requires for name in _workspace(one)}
+    workspaces = {name: who for one, who in bundle.requires.items() for name in _workspace(one)}
     installed = list(_installs(swarm, host))
     return HostNeeds(
         swarm=swarm.name,

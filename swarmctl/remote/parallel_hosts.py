@@ -14,8 +14,6 @@ from typing import Generic, TypeVar
 
 from swarmctl.remote.transport import HostError, Kind, Session, Target, Transport
 
-PARALLEL = 64
-
 R = TypeVar("R")
 R_co = TypeVar("R_co", covariant=True)
 Work = Callable[[Session, Target, Callable[[str], None]], R]
@@ -154,7 +152,7 @@ def run(
     work: Work[R],
     *,
     transport: Transport,
-    parallel: int = PARALLEL,
+    parallel: int,
     stop: Stop | None = None,
 ) -> Iterator[Event[R]]:
     """Run ``work`` on every target over a connection of its own; see ``each``."""
@@ -171,7 +169,7 @@ def each(
     targets: Iterable[Target],
     work: Callable[[Target, Callable[[str], None]], R],
     *,
-    parallel: int = PARALLEL,
+    parallel: int,
     stop: Stop,
 ) -> Iterator[Event[R]]:
     """Run ``work`` for every target, with a callback for notes, for at most ``parallel`` at a time.

@@ -7,8 +7,7 @@ from typing import Any
 
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import ROOT, File, Unit
-from swarmctl.render.part import Part
+from swarmctl.render.bundle import ROOT, File, Part, Unit
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Robot, Swarm
@@ -17,17 +16,13 @@ _PAIR = "bin/bluetooth-pair"
 APART = 3  # s between robots, so that a host's first attempts do not meet
 
 
-def part(swarm: Swarm, host: Host) -> Part:
-    """Returns the pairing script, and the units robot by robot."""
+def parts(swarm: Swarm, host: Host) -> Iterator[Part]:
+    """Yields the pairing script, and the units robot by robot."""
     lines = list(_lines(swarm, host))
     secrets = tuple(dict.fromkeys(line.pin for _, line in lines if line.pin is not None))
     script = File(_PAIR, shipped_files.text("os/bluetooth-pair"), 0o755)
-    return Part(
-        files=(script,) if secrets else (),
-        units=tuple(_units(swarm, lines)),
-        wants=_wants(lines),
-        secrets=secrets,
-    )
+    yield Part(files=(script,) if secrets else (), wants=_wants(lines), secrets=secrets)
+    yield from _units(swarm, lines)
 
 
 def _wants(lines: list[tuple[Robot, RfcommLine]]) -> dict[str, tuple[str, ...]]:
@@ -36,7 +31,7 @@ def _wants(lines: list[tuple[Robot, RfcommLine]]) -> dict[str, tuple[str, ...]]:
     return {name: entries for name, entries in (("rfcomm", robots), ("bluetoothctl", paired)) if entries}
 
 
-def _units(swarm: Swarm, lines: list[tuple[Robot, RfcommLine]]) -> Iterator[tuple[File, Unit]]:
+def _units(swarm: Swarm, lines: list[tuple[Robot, RfcommLine]]) -> Iterator[Part]:
     """Robot by robot: first the pairing, then the device."""
     for robot, line in lines:
         if line.pin is not None:
@@ -56,7 +51,7 @@ def _unit(
     *,
     needs: tuple[str, ...] = (),
     secrets: tuple[str, ...] = (),
-) -> tuple[File, Unit]:
+) -> Part:
     name = names.unit(swarm.name, robot.name, kind)
     values: dict[str, Any] = {
         "swarm": swarm.name,
@@ -69,4 +64,4 @@ def _unit(
         "workspaces": (),
     }
     file = File(f"units/{name}", render(f"{kind}.service", **values), origin=f"robots.{robot.name}")
-    return file, Unit(name, (file.path, *needs), secrets=secrets)
+    return Part((file,), (Unit(name, (file.path, *needs), secrets=secrets),))

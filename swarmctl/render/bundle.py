@@ -71,9 +71,10 @@ class Unit:
 
 
 @dataclass(frozen=True)
-class Bundle:
-    """Everything one host gets. The same spec gives the same bytes and the same digest.
+class Part:
+    """What one concern (ROS, the multimaster, the operating system) adds to a host's bundle.
 
+    The file of a unit is ``units/<its name>``; units are in start order.
     ``links`` maps an absolute path on the host to a path in the release (a symlink through ``current``);
     ``blocks`` maps an absolute path to the release file whose text stands there between two marker lines;
     ``wants`` names programs without which a part of its preparation does nothing (``chronyd``, ``iw``),
@@ -81,28 +82,34 @@ class Bundle:
     and ``secret_forms`` what those of them may hold that are no PIN;
     ``requires`` names what the host must have for its units to run: programs, ``rospy``, ``pyserial``,
     ``tf2_msgs``, and what ``package`` and ``workspace`` make of names of ROS packages and places of built
-    workspaces;
-    ``needed_by`` has for each of ``requires`` and ``wants`` the entries of the spec that need it;
-    ``distro`` is the ROS distribution that these belong to;
+    workspaces; both have by requirement the entries of the spec that need it: ``robots.k3``;
     ``platform`` is the one that its compiled packages are for, empty without any, and ``unbuilt`` names
     packages whose build is missing.
     """
 
-    swarm: str
-    host: str
-    files: tuple[File, ...]
+    files: tuple[File, ...] = ()
     units: tuple[Unit, ...] = ()
     links: Mapping[str, str] = field(default_factory=dict)
     blocks: Mapping[str, str] = field(default_factory=dict)
-    requires: tuple[str, ...] = ()
-    wants: tuple[str, ...] = ()
-    needed_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    requires: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    wants: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     follows: str = ""
     secrets: tuple[str, ...] = ()
     secret_forms: Mapping[str, SecretForm] = field(default_factory=dict)
-    distro: str = MIDDLEWARES.default
     platform: str = ""
     unbuilt: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bundle(Part):
+    """Everything one host gets: all its parts. The same spec gives the same bytes and the same digest.
+
+    ``distro`` is the ROS distribution that what it requires belongs to.
+    """
+
+    swarm: str
+    host: str
+    distro: str = MIDDLEWARES.default
 
     @property
     def asks(self) -> tuple[str, ...]:

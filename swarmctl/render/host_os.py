@@ -14,8 +14,7 @@ from swarmctl.links.radio_link import Radio
 from swarmctl.links.serial_link import Usb, UsbLine
 from swarmctl.plugins import LINK_KINDS
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import ROOT, File, Unit
-from swarmctl.render.part import Part
+from swarmctl.render.bundle import ROOT, File, Part, Unit
 from swarmctl.render.quoting import render
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of, subnet_of
@@ -97,8 +96,8 @@ class Preparation:
             origin="links",
         )  # fmt: skip
         return Part(
-            (settings, File(_AWAKE, shipped_files.text("os/wlan-awake"), 0o755)),
-            ((file, Unit(name, (file.path, _AWAKE))),),
+            (settings, file, File(_AWAKE, shipped_files.text("os/wlan-awake"), 0o755)),
+            (Unit(name, (file.path, _AWAKE)),),
             links={f"{_NETWORK_MANAGER}/swarm-{swarm.name}.conf": settings.path},
             wants={"iw": ("links",)},
         )

@@ -6,8 +6,7 @@ import json
 
 from swarm_onboard.agent.maintenance_terms import FILE
 
-from swarmctl.render.bundle import File
-from swarmctl.render.part import Part
+from swarmctl.render.bundle import File, Part
 from swarmctl.swarm.resolved import Host, Swarm
 
 

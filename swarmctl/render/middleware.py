@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, cast
 
 from swarmctl.plugins import MIDDLEWARES
-from swarmctl.render.bundle import File
-from swarmctl.render.part import Part
+from swarmctl.render.bundle import File, Part
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.swarm.ports import Listener
@@ -114,10 +113,10 @@ class Middleware(Protocol):
     def master_mb(self) -> int:
         """Memory that the master takes on a hub, MB; 0 if nodes find each other without one."""
 
-    def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
+    def robots(self, swarm: Swarm, host: Host, island: Island) -> Iterable[Part]:
         """Returns environment and drivers of ``host``, and the master on the hub of ``island``."""
 
-    def programs(self, swarm: Swarm, host: Host) -> Part:
+    def programs(self, swarm: Swarm, host: Host) -> Iterable[Part]:
         """Returns the programs of ``host`` that systemd units start."""
 
     def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterable[File]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Protocol, cast
 
 from swarmctl.plugins import MULTIMASTERS
+from swarmctl.render.bundle import Part
 from swarmctl.render.middleware import middleware_of
-from swarmctl.render.part import Part
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.ports import Listener
@@ -67,7 +67,7 @@ class MultimasterProvider(Protocol):
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         """Returns the ports that it takes on the hub of ``island``."""
 
-    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+    def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterable[Part]:
         """Returns what the hub ``host`` of ``island`` gets; called only for hubs that run the provider."""
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
@@ -86,8 +86,8 @@ class _NoProvider:
     def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
         return ()
 
-    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        return Part()
+    def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterable[Part]:
+        return ()
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
         return JoinNodes(())

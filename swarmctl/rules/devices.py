@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.link_base import Line
 from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.serial_lines import BAUDS
@@ -18,6 +19,10 @@ _RFCOMM = "/dev/rfcomm"
 _CH340 = ("1a86", "7523")
 _PORT = "(`udevadm info -a` shows it as KERNELS)"
 _UDEVADM = "(`udevadm info -a` shows the serial number)"
+_WAYS_TO_NAME_A_DEVICE = (
+    f"usb: {{serial: ...}} for a USB adapter {_UDEVADM}",
+    "device: /dev/ttyS0 for an on-board port",
+)
 
 # What `udevadm info -a` shows last is the USB controller: a PCI address, or its name on a board.
 _CONTROLLER = re.compile(
@@ -34,21 +39,19 @@ _INQUIRY = re.compile(r"9e:8b:[0-3][0-9a-f]")  # lower address parts 9E8B00-9E8B
 
 @rule("LINK004")
 def named_devices(context: RuleContext) -> Iterator[Diagnostic]:
-    """A serial link with neither a USB adapter nor a device, or with both, or with an adapter of no name."""
+    """A line without a device; a serial link with a USB adapter and a device, or an adapter of no name."""
     for index, link in context.lines:
-        if not isinstance(link, Serial):
-            continue
-        if link.usb is None and link.device is None:
+        if isinstance(link, Line) and link.device_of(0, 1, "") is None:
+            is_serial = isinstance(link, Serial)
             yield Diagnostic(
                 "LINK004",
-                f"the serial link of `{link.robot}` has no device",
+                f"the {link.title} link of `{link.robot}` has no device",
                 context.span("links", index),
-                label="needs `usb` or `device`",
-                help=(
-                    f"usb: {{serial: ...}} for a USB adapter {_UDEVADM}",
-                    "device: /dev/ttyS0 for an on-board port",
-                ),
+                label="needs `usb` or `device`" if is_serial else "",
+                help=_WAYS_TO_NAME_A_DEVICE if is_serial else (),
             )
+        elif not isinstance(link, Serial):
+            continue
         elif link.usb is not None and not link.usb.identity:
             yield Diagnostic(
                 "LINK004",

@@ -21,7 +21,7 @@ from swarmctl.robot_types.settings import Limits, RobotSettings
 from swarmctl.swarm import names
 from swarmctl.swarm.robot_maintenance import maintenance_of, power_topics
 from swarmctl.swarm.topics import declared_topics
-from swarmctl.yamltext.edits import joined, make_fix, remove
+from swarmctl.yamltext.edits import make_fix, remove
 from swarmctl.yamltext.source import Loc
 
 
@@ -93,7 +93,7 @@ def _without_effect(context: RuleContext, robot: str, package: str, unread: Sequ
     loc = ("robots", robot, "settings")
     every = set(unread) == context.spec.robots[robot].settings.model_fields_set
     named = " and ".join(f"`{key}`" for key in unread)
-    edits = [remove(context.source, (*loc, key)) for key in unread]
+    places = [loc] if every else [(*loc, key) for key in unread]
     return Diagnostic(
         "SET002",
         f"{named} of robot `{robot}` {'has' if len(unread) == 1 else 'have'} no effect: "
@@ -101,7 +101,7 @@ def _without_effect(context: RuleContext, robot: str, package: str, unread: Sequ
         context.span(*loc, unread[0], key=True),
         label="read by swarmctl's driver only",
         help=("remove it, or set it in the parameters of the driver",),
-        fix=make_fix(f"remove {named}", remove(context.source, loc) if every else joined(edits), safe=False),
+        fix=make_fix(f"remove {named}", *(remove(context.source, one) for one in places), safe=False),
     )
 
 

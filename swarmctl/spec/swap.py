@@ -55,6 +55,11 @@ def swap(document: Document, robot: str, other: str) -> Swap:
             parts += found
             moved.append(key)
     joined = edits.joined(parts)
+    if parts and not joined:
+        raise SwapError(
+            f"several keys of `{robot}` and `{other}` cannot be exchanged in one line of the text",
+            "write each key of their links on a line of its own",
+        )
     if shared := [edit for edit in joined if edit.copies > 1]:
         raise SwapError(
             f"{shared[0].span.file}:{shared[0].span.line}:{shared[0].span.column}: this is written for other "

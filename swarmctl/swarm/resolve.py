@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.links.link_base import Device, Line, RobotLink
+from swarmctl.links.link_base import Device, RobotLink
 from swarmctl.spec import model
 from swarmctl.spec.load import Document
 from swarmctl.spec.multimaster_model import Multimaster
@@ -124,7 +124,7 @@ def _driver(
     ros, type_name = index.ros_drivers.get(robot), index.spec.robots[robot].type
     if ros is None:
         if line is None or baud is None:
-            raise ValueError(f"robot {robot} has no line")  # LINK001 reports it before
+            raise ValueError(f"robot {robot} has no line")  # LINK001 or LINK004 reports it before
         codec = index.document.catalog.codecs.get(type_name, b"")
         return SwarmctlDriver(index.driven_robots[robot], line, baud, codec)
     return ForeignDriver(
@@ -156,11 +156,8 @@ def _programs(index: SwarmIndex) -> Mapping[str, Program]:
 
 
 def _line(index: SwarmIndex, link: RobotLink | None, number: int) -> Device | None:
-    """The device of a line, None for other links.
-
-    ``number`` is the next free one of the rfcomm devices on its host.
-    """
-    if not isinstance(link, Line):
+    """The device of a link, if any. ``number``: the next free one of the rfcomm devices on its host."""
+    if link is None:
         return None
     of_type = index.native_robots.get(link.robot)
     channel = of_type.link.rfcomm_channel if of_type is not None else 1

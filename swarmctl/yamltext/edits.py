@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import yaml
@@ -44,13 +45,23 @@ _KINDS: dict[type[yaml.Node], Kind] = {
 
 
 def make_fix(title: str, *parts: Edits, safe: bool) -> Fix | None:
-    """Returns a fix of several changes, or None if one of them is not possible."""
-    return Fix(title, joined(parts), safe) if all(parts) else None
+    """Returns a fix of several changes, or None if one of them is not possible, or not beside another."""
+    edits = joined(parts)
+    return Fix(title, edits, safe) if edits and all(parts) else None
 
 
 def joined(parts: Iterable[Edits]) -> Edits:
-    """Returns edits that are made together: equal ones, of the elements of a range, become one."""
+    """Returns edits that are made together, none if two of them overlap.
+
+    Equal ones, of the elements of a range, become one.
+    """
     counts = Counter(edit for part in parts for edit in part)
+    spans = sorted(edit.span for edit in counts)
+    if any(
+        one.file == other.file and (other.line, other.column) < (one.end_line, one.end_column)
+        for one, other in pairwise(spans)
+    ):
+        return ()
     return tuple(edit if edit.copies > count else replace(edit, copies=1) for edit, count in counts.items())
 
 

@@ -32,10 +32,10 @@ def test_the_jobs_and_the_steps(tmp_path: Path) -> None:
         assert current.read_bytes() == (tmp_path / "files/0.yaml").read_bytes()
         assert Path(host.prefix, "units/bench.service").exists()
         target = Target("h0", "127.0.0.1", "root", host.port, (host.key,), (Path(host.identity),))
-        steps = profile.on_a_host(target, Bundle("new", "h0", (File("a", b"a"),)), 1)
+        steps = profile.on_a_host(target, Bundle((File("a", b"a"),), swarm="new", host="h0"), 1)
         made = profile.of_a_deploy(
             lambda transport: benchmark.carry_out(
-                {"h0": Bundle("new", "h0", (File("a", b"%d" % time.time_ns()),))},
+                {"h0": Bundle((File("a", b"%d" % time.time_ns()),), swarm="new", host="h0")},
                 {"h0": target}, transport, changes=True,
             ), 1,
         )  # fmt: skip

@@ -31,6 +31,7 @@ def deploy(
     consistency: Consistency = "independent",
     parts: tuple[Impact, ...] = (),
     overwrite_edits: bool = False,
+    parallel: int = 16,
     **more: Any,
 ) -> Iterator[Event[Outcome]]:
     """Deploys to all hosts at a time, whatever becomes of some."""
@@ -40,7 +41,7 @@ def deploy(
         terms or Terms(healthy_for=0.1, healthy_within=5),
         overwrite_edits=overwrite_edits,
     )
-    with Deployment(bundles, targets, transport, rules=rules, **more) as deployment:
+    with Deployment(bundles, targets, transport, rules=rules, parallel=parallel, **more) as deployment:
         for _ in deployment.survey():
             pass
         yield from deployment.change(order(deployment.due, parts, serial, consistency))

@@ -78,7 +78,7 @@ def test_layout_and_comments_of_an_edit_are_no_conflict(edited: dict[str, FakeHo
 def test_edits_are_read_with_their_texts(edited: dict[str, FakeHost]) -> None:
     params(edited["k3"]).with_name("notes.yaml").write_text("ask Ann\n")
     away = {"epuck": HostError(Kind.UNREACHABLE, "no route")}
-    found = edits_on_hosts(bundles(), TARGETS, FolderTransport(edited, away))
+    found = edits_on_hosts(bundles(), TARGETS, FolderTransport(edited, away), parallel=4)
     path = "params/robot.yaml"
     deployed_one = bundles()["k3"].manifest["files"][path]["sha256"]
     assert found == {
@@ -103,7 +103,7 @@ def test_the_text_of_an_edit_stays_on_the_host(edited: dict[str, FakeHost], cont
         place.symlink_to("/etc/shadow")
     else:
         place.write_bytes(content)
-    found = edits_on_hosts(bundles(), TARGETS, FolderTransport(edited, {}))["k3"]
+    found = edits_on_hosts(bundles(), TARGETS, FolderTransport(edited, {}), parallel=4)["k3"]
     assert [(one.path, one.text) for one in found] == [("params/robot.yaml", None)]  # type: ignore[union-attr]
 
 

@@ -37,7 +37,7 @@ def deployed(hosts: Mapping[str, FakeHost], lists: HostLists, only: tuple[str, .
 
 def observed(hosts: Mapping[str, FakeHost], lists: HostLists) -> Mapping[str, HostLogin]:
     wanted: dict[str, Bundle] = {name: one for name, one in rollouts.bundles().items() if name in lists.spec}
-    observe(wanted, rollouts.TARGETS, rollouts.FolderTransport(hosts, {}), host_lists=lists)
+    observe(wanted, rollouts.TARGETS, rollouts.FolderTransport(hosts, {}), host_lists=lists, parallel=4)
     return lists.left
 
 

@@ -82,7 +82,9 @@ def bundles(*changed: str) -> dict[str, Bundle]:
         unit = File(f"units/{name}", b"[Service]\nExecStart=/bin/true\n")
         text = File(f"params/{part}.yaml", b"speed: 2\n" if host in changed else b"speed: 1\n")
         made = Unit(name, (unit.path, text.path), robot="" if host == "leader" else part)
-        return Bundle("new", host, (unit, text), (made,), {f"/etc/systemd/system/{name}": unit.path})
+        return Bundle(
+            (unit, text), (made,), {f"/etc/systemd/system/{name}": unit.path}, swarm="new", host=host
+        )
 
     return {host: one(host, part) for host, part in UNITS.items()}
 
@@ -103,7 +105,7 @@ def surveyed(
     broken = more.pop("broken", {})
     rules = Rules(terms=AT_ONCE, **more)
     way = FolderTransport(hosts, broken)
-    with Deployment(wanted, TARGETS, way, rules=rules, dependents=dependents) as deployment:
+    with Deployment(wanted, TARGETS, way, rules=rules, dependents=dependents, parallel=4) as deployment:
         yield deployment, [event.text for event in deployment.survey() if isinstance(event, Note)]
 
 
@@ -232,7 +234,9 @@ def test_a_deploy_waits_for_them(run_by: dict[str, FakeHost], dependents: Depend
     driver.start()
     rules = Rules(terms=AT_ONCE, wait=60.0)
     way = FolderTransport(run_by, {})
-    with Deployment(bundles("leader"), TARGETS, way, rules=rules, dependents=dependents) as deployment:
+    with Deployment(
+        bundles("leader"), TARGETS, way, rules=rules, dependents=dependents, parallel=4
+    ) as deployment:
         notes = []
         for event in deployment.survey():
             if isinstance(event, Note):
@@ -249,7 +253,9 @@ def test_a_rollback_is_refused_as_a_deploy_is(run_by: dict[str, FakeHost], depen
     way = FolderTransport(run_by, {})
 
     def going_back(**more: Any) -> Rollback:
-        return Rollback(bundles(), TARGETS, way, rules=Rules(terms=AT_ONCE, **more), dependents=dependents)
+        return Rollback(
+            bundles(), TARGETS, way, rules=Rules(terms=AT_ONCE, **more), dependents=dependents, parallel=4
+        )
 
     with running(run_by["k3"].prefix, "k3", swarm="new", **IN_USE) as commands:
         with going_back() as refused:
@@ -274,9 +280,8 @@ def test_a_removal_leaves_the_units_of_robots_in_use(
     run_by: dict[str, FakeHost], dependents: Dependents
 ) -> None:
     def removed(*names: str, **more: Any) -> dict[str, Any]:
-        events = rollout.remove(
-            names, TARGETS, FolderTransport(run_by, {"epuck": AWAY}), dependents=dependents, **more
-        )
+        way = FolderTransport(run_by, {"epuck": AWAY})
+        events = rollout.remove(names, TARGETS, way, dependents=dependents, parallel=4, **more)
         return {
             event.host: parallel_hosts.result_of(event)
             for event in events

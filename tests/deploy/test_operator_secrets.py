@@ -107,7 +107,7 @@ class Way:
 def wanted() -> dict[str, Bundle]:
     pair = File("units/new.epuck.pair.service", b"[Service]\n")
     unit = Unit("new.epuck.pair.service", (pair.path,), secrets=("epuck-pin",))
-    plain = Bundle("new", "pi", (pair,), (unit,), {f"/etc/systemd/system/{unit.name}": pair.path})
+    plain = Bundle((pair,), (unit,), {f"/etc/systemd/system/{unit.name}": pair.path}, swarm="new", host="pi")
     return {"pi": replace(plain, secrets=("epuck-pin",))}
 
 
@@ -160,7 +160,7 @@ def test_rollback_brings_the_value_before_and_again_the_one_after(host: FakeHost
     kept = host.prefix / "etc/swarm/new/secrets/epuck-pin"
     texts = []
     for value in (PIN, "0042"):
-        with Rollback(wanted(), TARGETS, Way(host), rules=Rules(0, (), TERMS)) as going:
+        with Rollback(wanted(), TARGETS, Way(host), rules=Rules(0, (), TERMS), parallel=4) as going:
             for _ in going.survey():
                 pass
             assert [step.cause for step in going.due[0].steps] == [
@@ -180,14 +180,16 @@ def test_values_that_the_host_has_no_more_are_no_way_back(host: FakeHost) -> Non
     for value in (PIN, "0042", "0043"):
         rolled(host, epuck_pin=value)
     (first, *_) = host.ask({"verb": "history", "swarm": "new"}).answer["entries"]
-    with Rollback(wanted(), TARGETS, Way(host), to=first["run"], rules=Rules(0, (), TERMS)) as going:
+    with Rollback(
+        wanted(), TARGETS, Way(host), to=first["run"], rules=Rules(0, (), TERMS), parallel=4
+    ) as going:
         for _ in going.survey():
             pass
     assert "the secrets that release" in str(going.errors["pi"])
 
 
 def test_a_plan_says_where_it_is_missing(host: FakeHost) -> None:
-    (plan,) = observe(wanted(), TARGETS, Way(host)).hosts
+    (plan,) = observe(wanted(), TARGETS, Way(host), parallel=4).hosts
     assert "epuck-pin is missing on the host and beside the spec" in plan.notes[0]
-    (plan,) = observe(wanted(), TARGETS, Way(host), secrets={"epuck-pin": PIN}).hosts
+    (plan,) = observe(wanted(), TARGETS, Way(host), secrets={"epuck-pin": PIN}, parallel=4).hosts
     assert [step.cause for step in plan.steps if step.kind is Kind.SECRET] == ["not on the host yet"]

@@ -117,7 +117,7 @@ def run(
     wanted = {name: needs(name, *(more if name == "k3" else ())) for name in HOSTS}
     results: dict[str, Prepared | HostError] = {}
     notes = []
-    for event in prepare(wanted, TARGETS, FolderTransport(hosts, []), login="pi"):
+    for event in prepare(wanted, TARGETS, FolderTransport(hosts, []), login="pi", parallel=4):
         if isinstance(event, parallel_hosts.Note):
             notes.append(f"{event.host}: {event.text}")
         elif isinstance(event, parallel_hosts.Finished):
@@ -153,7 +153,7 @@ def test_a_fresh_host_is_made_fit_and_then_left_alone(hosts: dict[str, FakeHost]
 def test_a_plan_changes_nothing(hosts: dict[str, FakeHost]) -> None:
     wanted = {name: needs(name) for name in HOSTS}
     logins: list[str] = []
-    seen = observe(wanted, TARGETS, FolderTransport(hosts, logins), login="pi")
+    seen = observe(wanted, TARGETS, FolderTransport(hosts, logins), login="pi", parallel=4)
     assert [host.fit for host in seen] == [False, False]
     assert logins == ["pi", "pi"]
     assert not (hosts["k3"].prefix / "apt").exists()

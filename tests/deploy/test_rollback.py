@@ -34,7 +34,9 @@ def back(
 ) -> tuple[dict[str, Outcome | HostError], str]:
     """Returns the results of a rollback, and why there is no way back."""
     rules = Rules(0, (), Terms(healthy_for=0.1, healthy_within=5))
-    with Rollback(bundles(), TARGETS, FolderTransport(hosts, broken), to=to, rules=rules) as going:
+    with Rollback(
+        bundles(), TARGETS, FolderTransport(hosts, broken), to=to, rules=rules, parallel=4
+    ) as going:
         for _ in going.survey():
             pass
         return deployed(going.change(order(going.due, (), ("100%",), "all"))), going.problem

@@ -62,9 +62,12 @@ def bundles(**params: str) -> dict[str, Bundle]:
         unit = File("units/new.robot.service", b"[Service]\nExecStart=/bin/true\n")
         text = File("params/robot.yaml", params.get(name, "speed: 1\n").encode(), origin=f"robots.{name}")
         return Bundle(
-            "new", name, (unit, text), (Unit("new.robot.service", (unit.path, text.path)),),
+            (unit, text),
+            (Unit("new.robot.service", (unit.path, text.path)),),
             {"/etc/systemd/system/new.robot.service": unit.path},
-        )  # fmt: skip
+            swarm="new",
+            host=name,
+        )
 
     return {name: one(name) for name in HOSTS}
 
@@ -139,7 +142,7 @@ def test_a_plan_changes_nothing_and_lists_unreachable_hosts(
     hosts: dict[str, FakeHost],
 ) -> None:
     away = FolderTransport(hosts, {"k3": HostError(Kind.UNREACHABLE, "no route to k3", "is it on?")})
-    plan = observe(bundles(), TARGETS, away)
+    plan = observe(bundles(), TARGETS, away, parallel=4)
     assert [host.host for host in plan.hosts] == list(HOSTS)
     assert plan.changes
     assert [host.host for host in plan.problems] == ["k3"]
@@ -181,7 +184,7 @@ def test_the_journal_knows_the_hosts_that_failed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("parallel", [1, 3])
 def test_an_unfit_host_stops_all_before_any_change(hosts: dict[str, FakeHost], parallel: int) -> None:
-    wanted = {**bundles(), "k3": replace(bundles()["k3"], requires=(package("rare"),))}
+    wanted = {**bundles(), "k3": replace(bundles()["k3"], requires={package("rare"): ()})}
     away = FolderTransport(hosts, {"epuck": HostError(Kind.UNREACHABLE, "no route")})
     some = deploy(wanted, TARGETS, away, parallel=parallel, most_failed=0, optional=("epuck",))
     found = changed(deployed(some))

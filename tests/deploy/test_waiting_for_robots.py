@@ -38,7 +38,7 @@ def surveyed(host: FakeHost, idle: float, wait: float) -> Iterator[tuple[Deploym
     deployed(deploy(release("1", idle), TARGETS, way))
     with (
         running(host.prefix, "k3", swarm="new", **QUIET, idle_since=time.monotonic()),
-        Deployment(release("2", idle), TARGETS, way, rules=Rules(wait=wait)) as deployment,
+        Deployment(release("2", idle), TARGETS, way, rules=Rules(wait=wait), parallel=4) as deployment,
     ):
         yield deployment, [event.text for event in deployment.survey() if isinstance(event, Note)]
 

@@ -54,7 +54,7 @@ class Folders:
 def flashed(jobs: list[Job], hosts: Mapping[str, FakeHost]) -> dict[str, Flashed | HostError]:
     """What became of each robot's board."""
     targets = {job.host: Target(job.host, job.host, "robot") for job in jobs}
-    events = list(flash(jobs, targets, Folders(hosts)))
+    events = list(flash(jobs, targets, Folders(hosts), parallel=4))
     found = {event.host: result_of(event) for event in events if isinstance(event, Finished)}
     return {job.robot: outcome(job, found[job.host]) for job in jobs}
 

@@ -99,7 +99,7 @@ PREPARED = replace(
     files=(*bundle().files, File("chrony/block", b"x"), File("network/wlan.conf", b"x")),
     links={**bundle().links, "/etc/NetworkManager/conf.d/s.conf": "network/wlan.conf"},
     blocks={**bundle().blocks, "/etc/chrony/chrony.conf": "chrony/block"},
-    wants=("chronyd", "iw"),
+    wants={"chronyd": (), "iw": ()},
     follows="hub",
 )
 WITHOUT = ["/etc/NetworkManager/conf.d", "/etc/chrony/chrony.conf"]
@@ -114,7 +114,7 @@ def test_files_outside_are_planned_only_with_their_program() -> None:
 
 
 def test_a_host_that_cannot_write_its_boards_drives_all_the_same() -> None:
-    rover = replace(bundle(), wants=("avrdude",))
+    rover = replace(bundle(), wants={"avrdude": ()})
     without = reconcile(rover, running(rover, facts=FIT | {"has": {}, "power_save": {}}))
     assert without.problem is None
     [note] = without.notes
@@ -300,7 +300,7 @@ def test_the_json_form_says_the_same() -> None:
 def test_a_host_that_cannot_run_its_part_is_a_problem(
     facts: dict[str, object], complaint: str | None
 ) -> None:
-    wanted = replace(bundle(), requires=("rospy", "pyserial"))
+    wanted = replace(bundle(), requires={"rospy": (), "pyserial": ()})
     problem = reconcile(wanted, running(bundle(), facts=facts)).problem
     assert (
         (problem is None)
@@ -340,7 +340,7 @@ def test_a_secret_that_nobody_has_stops_a_program_and_no_robot() -> None:
 
 def test_a_missing_ros_package_has_an_install_hint() -> None:
     needs = (package("fkie_master_sync"), package("joy"), workspace("/home/robot/ws"))
-    wanted = replace(bundle(), requires=needs)
+    wanted = replace(bundle(), requires=dict.fromkeys(needs, ()))
     has = dict.fromkeys(needs) | {package("joy"): "/opt/ros/noetic/share/joy"}
 
     problem = reconcile(wanted, running(bundle(), facts=FIT | {"has": has})).problem
@@ -382,7 +382,7 @@ def test_an_optional_program_starts_once_its_packages_exist() -> None:
 
 
 def test_a_host_that_leaves_the_graph_loses_everything() -> None:
-    nothing = Bundle("s", "pi", ())
+    nothing = Bundle(swarm="s", host="pi")
     plan = reconcile(nothing, running(bundle()))
     assert plan.targets(Kind.STOP) == ("s.target", "b.service", "a.service")
     assert set(plan.targets(Kind.DELETE)) == {file.path for file in bundle().files}

@@ -72,12 +72,12 @@ def release(files: int = 20) -> Bundle:
     contents = [File(f"units/{name}", b"[Service]\nExecStart=/bin/true\n" * 20) for name in units]
     contents += [File(f"params/{n}.yaml", f"speed: {n}\n".encode() * 40) for n in range(files - len(units))]
     return Bundle(
-        "new",
-        "pi",
         tuple(contents),
         tuple(Unit(name, (f"units/{name}",)) for name in units),
         {f"/etc/systemd/system/{name}": f"units/{name}" for name in units},
         {"/etc/hosts": "params/0.yaml"},
+        swarm="new",
+        host="pi",
     )
 
 

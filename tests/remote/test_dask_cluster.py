@@ -78,7 +78,7 @@ def test_a_killed_worker_costs_its_host_and_the_others_go_on(doomed: Any) -> Non
         assert "was lost while it was connected to silent1" in last.outcome.message
         (after,) = (
             event.outcome
-            for event in parallel_hosts.run(targets("c"), question, transport=workers)
+            for event in parallel_hosts.run(targets("c"), question, transport=workers, parallel=4)
             if isinstance(event, Finished)
         )
         assert after == {"host": "c"}
@@ -115,7 +115,7 @@ def test_no_profiler_runs_beside_the_threads_of_a_worker(cluster: Any, address: 
 
     with distributed.Client(cluster, set_as_default=False) as client:
         with dask_cluster.workers(address, login=Hosts) as workers:
-            list(parallel_hosts.run(targets("a", "b"), question, transport=workers))
+            list(parallel_hosts.run(targets("a", "b"), question, transport=workers, parallel=4))
         assert set(client.run(profiles).values()) == {False}
 
 

@@ -135,15 +135,15 @@ JOB = flash.Job("new", "k3", "pi", "k3.service", "/dev/k3", "0" * 16, avrdude.Wr
 
 def outcomes(transport: Transport) -> dict[str, Any]:
     """What each command makes of the answers: by verb the value or the error of the host."""
-    plan = rollout.observe({"pi": RELEASE}, PI, transport, diff=True).hosts[0]
+    plan = rollout.observe({"pi": RELEASE}, PI, transport, diff=True, parallel=4).hosts[0]
     (deployed,) = results(deploy({"pi": RELEASE}, PI, transport))
-    (removed,) = results(rollout.remove(["pi"], PI, transport, dependents=LONE))
-    (flashed,) = results(flash.flash([JOB], PI, transport))
+    (removed,) = results(rollout.remove(["pi"], PI, transport, dependents=LONE, parallel=4))
+    (flashed,) = results(flash.flash([JOB], PI, transport, parallel=4))
     shown = graph()
     targets = {host.name: Target(host.name, "10.0.0.1", "root") for host in shown.hosts}
-    probed = collect.probe_hosts(shown, targets, transport, window=0.1)[shown.hosts[0].name]
-    (looked,) = prepare.observe({"pi": NEEDS}, PI, transport)
-    (prepared,) = results(prepare.prepare({"pi": NEEDS}, PI, transport))
+    probed = collect.probe_hosts(shown, targets, transport, window=0.1, parallel=4)[shown.hosts[0].name]
+    (looked,) = prepare.observe({"pi": NEEDS}, PI, transport, parallel=4)
+    (prepared,) = results(prepare.prepare({"pi": NEEDS}, PI, transport, parallel=4))
     return {
         "observe": plan, "apply": deployed, "remove": removed, "flash": flashed, "probe": probed,
         "inventory": looked, "prepare": prepared,

@@ -80,7 +80,7 @@ def echo(session: Session, target: Target, notify: Notify) -> bytes:
 
 
 def test_events_of_each_host_are_in_order() -> None:
-    events = list(parallel_hosts.run(targets("a", "b"), echo, transport=FakeTransport()))
+    events = list(parallel_hosts.run(targets("a", "b"), echo, transport=FakeTransport(), parallel=4))
 
     for name in "ab":
         mine = [event for event in events if event.host == name]
@@ -99,7 +99,7 @@ def test_a_dead_host_and_a_bug_cost_only_themselves() -> None:
         return echo(session, target, notify)
 
     names = ("dead1", "a", "buggy", "b", "quitter")
-    events = parallel_hosts.run(targets(*names), work, transport=FakeTransport())
+    events = parallel_hosts.run(targets(*names), work, transport=FakeTransport(), parallel=4)
     ended = {event.host: event.outcome for event in events if isinstance(event, Finished)}
 
     assert (ended["a"], ended["b"]) == (b"a", b"b")
@@ -142,12 +142,14 @@ def test_many_hosts_are_worked_on_at_once() -> None:
     def work(session: Session, target: Target, notify: Notify) -> None:
         all_of_them.wait(PATIENCE)
 
-    events = parallel_hosts.run(targets(*(f"h{n}" for n in range(50))), work, transport=FakeTransport())
+    events = parallel_hosts.run(
+        targets(*(f"h{n}" for n in range(50))), work, transport=FakeTransport(), parallel=50
+    )
     assert [event.outcome for event in events if isinstance(event, Finished)] == [None] * 50
 
 
 def test_no_hosts_is_no_events() -> None:
-    assert list(parallel_hosts.run([], echo, transport=FakeTransport())) == []
+    assert list(parallel_hosts.run([], echo, transport=FakeTransport(), parallel=4)) == []
 
 
 def test_the_first_stop_lets_running_hosts_finish_and_starts_no_more() -> None:
@@ -174,7 +176,7 @@ def test_the_second_stop_cuts_the_running_hosts_off() -> None:
             raise AssertionError("nobody closed the session")
         raise HostError(Kind.LOST, "cut off")
 
-    events = parallel_hosts.run(targets("a", "b"), work, transport=FakeTransport(), stop=stop)
+    events = parallel_hosts.run(targets("a", "b"), work, transport=FakeTransport(), stop=stop, parallel=4)
     begun = [next(events), next(events)]
     assert {type(event) for event in begun} == {Started}
     stop.request()

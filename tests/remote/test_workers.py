@@ -126,7 +126,7 @@ def test_a_whole_deploy_is_as_without_workers(hosts: dict[str, FakeHost]) -> Non
 def test_a_host_that_fails_in_a_worker_costs_only_itself() -> None:
     with in_threads() as workers:
         found = outcomes(
-            parallel_hosts.run(targets("locked", "buggy", "a", "b"), question, transport=workers)
+            parallel_hosts.run(targets("locked", "buggy", "a", "b"), question, transport=workers, parallel=4)
         )
     assert (found["a"], found["b"]) == ({"host": "a"}, {"host": "b"})
     assert found["locked"].kind is Kind.AUTH
@@ -162,16 +162,16 @@ def test_a_lost_worker_costs_its_hosts_and_the_others_go_on() -> None:
             assert [one.outcome for one in found] == [{"host": "a"}, {"host": "b"}]
             cluster.sync(cluster.workers[1].close)
             assert len(outcomes(events)) == 1
-            none = outcomes(parallel_hosts.run(targets("c"), question, transport=workers))["c"]
+            none = outcomes(parallel_hosts.run(targets("c"), question, transport=workers, parallel=4))["c"]
             assert str(none) == "c was not reached: no worker is left"
 
 
 def test_a_worker_keeps_no_session_that_the_operator_has_ended(records: type[Recorded]) -> None:
     stop = Stop()
     with in_threads(login=Recorded) as workers:
-        list(parallel_hosts.run(targets("a", "b"), question, transport=workers))
+        list(parallel_hosts.run(targets("a", "b"), question, transport=workers, parallel=4))
         wait_for(lambda: sorted(records.ended) == ["a", "b"])
-        events = parallel_hosts.run(targets("silent"), question, transport=workers, stop=stop)
+        events = parallel_hosts.run(targets("silent"), question, transport=workers, stop=stop, parallel=4)
         assert [type(next(events)) for _ in range(2)] == [Started, Note]
         stop.request()
         stop.request()
@@ -231,6 +231,6 @@ def test_a_worker_has_keys_of_its_own_home(
     hop = replace(targets("hop")[0], identities=(ours,))
     host = replace(targets("a")[0], identities=(ours, other), jump=hop)
     with in_threads(1, login=Recorded) as workers:
-        list(parallel_hosts.run([host], question, transport=workers))
+        list(parallel_hosts.run([host], question, transport=workers, parallel=4))
     assert records.opened[0].identities == (Path("~/.ssh/id_swarm"), other)
     assert records.opened[0].jump == replace(hop, identities=(Path("~/.ssh/id_swarm"),))

@@ -118,7 +118,7 @@ def test_a_host_has_workspaces_of_its_own(tmp_path: Path) -> None:
     assert 'SWARM_WORKSPACE="/home/robot/ws /home/robot/nav"' in files["env/ros.env"]  # the last one wins
     assert files["setup.bash"].index("/home/robot/ws") < files["setup.bash"].index("/home/robot/nav")
     assert "BindReadOnlyPaths=-/home/robot/nav\n" in files["units/swarm-lab.k3.service"]
-    assert made["pi"].requires[:2] == ("workspace:/home/robot/nav", "workspace:/home/robot/ws")
+    assert list(made["pi"].requires)[:2] == ["workspace:/home/robot/nav", "workspace:/home/robot/ws"]
     laptop = {file.path: file.content.decode() for file in made["laptop"].files}
     assert "SWARM_WORKSPACE" not in laptop["env/ros.env"]
 

@@ -134,7 +134,7 @@ def test_a_gate_needs_no_pyserial(host: Bundle) -> None:
 
 
 def test_a_start_needs_the_messages_of_transforms(host: Bundle, tmp_path: Path) -> None:
-    assert host.needed_by["tf2_msgs"] == ("robots.tb3-01",)
+    assert host.requires["tf2_msgs"] == ("robots.tb3-01",)
     hints = " ".join(NOETIC.install_hints(["tf2_msgs"]))
     assert "ros-noetic-tf2-msgs" in hints
     assert "python3-tf2-msgs" in hints

@@ -190,3 +190,12 @@ def test_the_schema_has_it() -> None:
 def test_a_new_spec_names_its_kind(folder: Path) -> None:
     types = read(folder, SPEC).types
     assert "type: hauler" in starting_spec("yard", Mode.CENTRAL, {"a": "hauler"}, types)
+
+
+def test_a_kind_without_a_value_or_a_device_has_none(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(Can, "first_value")
+    monkeypatch.delattr(Can, "device_of")
+    document = read(folder, SPEC)
+    assert "type: hauler" in starting_spec("yard", Mode.CENTRAL, {"a": "hauler"}, document.types)
+    found = [(one.code, one.message) for one in lint(document)]
+    assert ("LINK004", "the CAN link of `a` has no device") in found

@@ -74,7 +74,7 @@ def test_the_bundle_has_their_files_and_units(tmp_path: Path) -> None:
         "swarm-newswarm.pebbled.service",
         "swarm-newswarm.multimaster.service",
     ]
-    assert made[HUB].requires == ("pebbled",)
+    assert made[HUB].requires == {"pebbled": ("robots",)}
     assert not [path for path in paths(made[HUB]) if re.search(r"\bros|launch|\.master\.", path)]
 
 
@@ -85,7 +85,7 @@ def test_a_swarm_without_a_provider_has_no_file_of_ros_1(tmp_path: Path) -> None
     made = bundles(swarm)
     text = "".join(f"{file.path}\n{file.content.decode()}" for one in made.values() for file in one.files)
     assert re.findall(r"/ros|ROS_|fkie|launch|11311|\bmaster", text) == []
-    assert {one.requires for one in made.values()} == {("pebbled",)}
+    assert {tuple(one.requires) for one in made.values()} == {("pebbled",)}
     graph = expected_graph(swarm, releases(made))
     assert [host.multimaster for host in graph.hosts if host.multimaster] == []
 

@@ -48,7 +48,7 @@ class Hosts:
 
     def status(self) -> Status:
         """What ``swarmctl status`` shows."""
-        outcomes = probe_hosts(self.graph, _targets(self.by_name), self, window=0.5)
+        outcomes = probe_hosts(self.graph, _targets(self.by_name), self, window=0.5, parallel=4)
         return status(self.graph, outcomes, diagnose(self.graph, outcomes))
 
     def diagnosis(self) -> Diagnosis:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from swarmctl.render.bundle import File, Unit
+from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode
 from swarmctl.render.multimaster import Discovery, JoinNodes
-from swarmctl.render.part import Part
 from swarmctl.resources import HostModule
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
@@ -17,10 +16,10 @@ from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm
 from swarmctl.swarm.topics import DriverTopic
 
 
-def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> tuple[File, Unit]:
+def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> Part:
     name = names.unit(swarm.name, part)
     file = File(f"units/{name}", f"[Service]\nExecStart=/usr/bin/{part}\n".encode())
-    return file, Unit(name, (file.path, *needs))
+    return Part((file,), (Unit(name, (file.path, *needs)),))
 
 
 class Pebble:
@@ -36,15 +35,14 @@ class Pebble:
     master_mb = 0
     probe = HostModule("pebble_probe.observe", Path(__file__).parent)
 
-    def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
+    def robots(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         robots = " ".join(robot.name for robot in swarm.robots_on(host.name))
         file = File("pebble/robots.txt", f"{robots}\n".encode())
-        return Part(
-            (file,), units=(_unit(swarm, "pebbled", (file.path,)),), requires={"pebbled": ("robots",)}
-        )
+        yield Part((file,), requires={"pebbled": ("robots",)})
+        yield _unit(swarm, "pebbled", (file.path,))
 
-    def programs(self, swarm: Swarm, host: Host) -> Part:
-        return Part(units=tuple(_unit(swarm, one.name, ()) for one in swarm.programs_on(host.name)))
+    def programs(self, swarm: Swarm, host: Host) -> Iterator[Part]:
+        return (_unit(swarm, one.name, ()) for one in swarm.programs_on(host.name))
 
     def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         yield File("pebble.bash", b"exec pebble-shell\n", 0o755)
@@ -97,14 +95,15 @@ class Mesh:
     def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
         yield Listener(island.hub, island.master_port + 50, "the mesh", ("multimaster", "provider"))
 
-    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+    def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         lines = [
             f"{origin} {topic}\n"
             for origin, topics in swarm.received[island.name].items()
             for topic in topics
         ]
         file = File("mesh/topics.txt", "".join(lines).encode())
-        return Part((file,), units=(_unit(swarm, names.MULTIMASTER, (file.path,)),))
+        yield Part((file,))
+        yield _unit(swarm, names.MULTIMASTER, (file.path,))
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
         return JoinNodes((f"/mesh_{island.hub}",), reporter=f"/mesh_{island.hub}")

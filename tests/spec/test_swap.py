@@ -178,6 +178,16 @@ def test_robots_that_cannot_take_each_others_place(
         swapped(spec_at(tmp_path, SPEC), *names)
 
 
+def test_several_keys_that_move_out_of_one_line_are_an_error(tmp_path: Path) -> None:
+    plain = "kind: bluetooth, host: pi-2, robot: epuck7,"
+    spec = SPEC.replace("    pin: {secret: pin-3}\n", "").replace(
+        plain, f"{plain} pin: {{secret: p}}, channel: 2,"
+    )
+    at_the_end = re.sub(r'(pin: .*, channel: 2), (mac: ".*")}', r"\2, \1}", spec)
+    with pytest.raises(SwapError, match="cannot be exchanged in one line"):
+        swapped(spec_at(tmp_path, at_the_end), "epuck3", "epuck7")
+
+
 def test_a_fleet_in_several_files_changes_in_each_of_them() -> None:
     document, found = load_checked(ROOT / "examples/lab-fleet/swarm.yaml")
     assert document is not None, found

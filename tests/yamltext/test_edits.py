@@ -323,6 +323,14 @@ def test_a_change_that_would_change_more_or_is_not_understood_is_none(
     assert make_fix("cannot be", replace_value(source, ("d",), 1), change(source), safe=True) is None
 
 
+def test_changes_of_the_same_text_make_no_fix() -> None:
+    source = read("a: {b: 1, c: 2, d: 3}\n")
+    assert make_fix("x", remove(source, ("a", "c")), remove(source, ("a", "d")), safe=True) is None
+    apart = make_fix("x", remove(source, ("a", "b")), remove(source, ("a", "d")), safe=True)
+    assert apart is not None
+    assert apply(source.texts["swarm.yaml"], apart.edits) == "a: {c: 2}\n"
+
+
 def test_edits_of_the_same_text_are_refused() -> None:
     source = read("a: [b, c]\n")
     with pytest.raises(ValueError, match="two edits overlap"):

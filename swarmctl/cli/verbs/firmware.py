@@ -135,7 +135,9 @@ def _flash(jobs: Sequence[Job], targets: Mapping[str, Target], *, stop_robots: b
 
     found: dict[str, flashing.Results | HostError] = {}
     with interruptible(lambda text: console.err().print(text)) as stop:
-        for event in flashing.flash(jobs, targets, transport(), stop, stop_robots=stop_robots):
+        for event in flashing.flash(
+            jobs, targets, transport(), stop, parallel=options.PARALLEL, stop_robots=stop_robots
+        ):
             if isinstance(event, Note):
                 console.err().print(f"  {event.host}: {event.text}")
             elif isinstance(event, Finished | Skipped):

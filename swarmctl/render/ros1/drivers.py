@@ -10,7 +10,7 @@ from swarm_onboard.agent.paths import stop_file
 
 from swarmctl.links.bluetooth_link import RfcommLine
 from swarmctl.render import shipped_files, sketch
-from swarmctl.render.bundle import File, Unit
+from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import Tuned, codec_path, parameters, params_path, tuned, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import foreign_drivers, gate, robot_model
@@ -54,7 +54,7 @@ def launch_file(swarm: Swarm, robots: Sequence[Robot]) -> File:
     return File("launch/swarm.launch", text, origin="robots")
 
 
-def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
+def units(swarm: Swarm, host: Host) -> Iterator[Part]:
     """Yields the units of the drivers, in the order of the spec."""
     for robot in swarm.robots_on(host.name):
         bound = isinstance(robot.line, RfcommLine)
@@ -104,9 +104,7 @@ def _watchdog(shared: Tuned) -> str:
     return f"{watchdog_of(shared.driver.type, shared.baud, shared.robot.settings):.3g}"
 
 
-def _own_unit(
-    swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any]
-) -> tuple[File, Unit]:
+def _own_unit(swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any]) -> Part:
     name = names.unit(swarm.name, robot.name)
     text = render(
         "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
@@ -116,4 +114,4 @@ def _own_unit(
     drivers = tuple(one.path for one in shipped_files.folder("drivers"))
     codec = (codec_path(robot),) if driver.codec else ()
     needs = (file.path, *RUNNING, params_path(robot), urdf_path(robot), *codec, *drivers)
-    return file, Unit(name, needs, robot=robot.name)
+    return Part((file,), (Unit(name, needs, robot=robot.name),))

@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from swarmctl.render.bundle import File, Unit, package
+from swarmctl.render.bundle import File, Part, Unit, package
 from swarmctl.render.driver_config import params_path, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
@@ -45,9 +45,7 @@ def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
         yield File(params_path(robot), params_file(ros.params), origin=origin)
 
 
-def unit(
-    swarm: Swarm, host: Host, robot: Robot, driver: ForeignDriver, common: dict[str, Any]
-) -> tuple[File, Unit]:
+def unit(swarm: Swarm, host: Host, robot: Robot, driver: ForeignDriver, common: dict[str, Any]) -> Part:
     """Returns the unit of a robot's driver. It stops no motors: the gate in front of it does."""
     name = names.unit(swarm.name, robot.name)
     path = f"{home(swarm)}/current/{launch_path(robot)}"
@@ -62,7 +60,7 @@ def unit(
     own_packages = used_packages.of_driver(swarm, driver)
     own = (one.path for one in delivered_packages.files(swarm, host, own_packages))
     needs = (file.path, *RUNNING, ROS_CLIENT, launch_path(robot), *params, *urdf, *own)
-    return file, Unit(name, needs, robot=robot.name)
+    return Part((file,), (Unit(name, needs, robot=robot.name),))
 
 
 def requires(swarm: Swarm, host: Host) -> dict[str, tuple[str, ...]]:

@@ -8,7 +8,7 @@ from typing import Any
 from swarm_onboard.agent.paths import stop_file
 
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import File, Unit
+from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import commander_params
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1.release import RUNNING, home
@@ -39,7 +39,7 @@ def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
     yield File(f"launch/{launch_name(robot)}.launch", text, origin=origin)
 
 
-def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> tuple[File, Unit]:
+def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> Part:
     """Returns the unit of a robot's gate; it starts before that of the driver."""
     name = names.unit(swarm.name, robot.name, names.GATE_NODE)
     values = {
@@ -52,7 +52,9 @@ def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> tuple[File, Unit
     }
     file = File(f"units/{name}", render("gate.service", **values), origin=f"robots.{robot.name}")
     shipped = tuple(one.path for one in shipped_files.folder(FOLDER))
-    return file, Unit(name, (file.path, *RUNNING, _params_path(robot), *shipped), robot=robot.name)
+    return Part(
+        (file,), (Unit(name, (file.path, *RUNNING, _params_path(robot), *shipped), robot=robot.name),)
+    )
 
 
 def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Sequence
 from typing import get_args
 
 from swarmctl.render import sketch
-from swarmctl.render.bundle import File, required, workspace
+from swarmctl.render.bundle import File, Part, required, workspace
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
-from swarmctl.render.part import Part
 from swarmctl.render.ros1 import (
     debian_packages,
     delivered_packages,
@@ -36,27 +35,28 @@ class Noetic:
     master_mb = 100  # a Python program; a driver takes 60, rosout is smaller
     probe = HostModule("swarm_onboard.ros1_probe.observe", onboard().parent)
 
-    def robots(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        """Returns the environment, the master on a hub, and the drivers."""
-        master = [release.master_unit(swarm, host, island)] if host.name == island.hub else []
-        return Part(
+    def robots(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
+        """Yields the environment, the master on a hub, and the drivers."""
+        yield Part(
             files=(*release.files(swarm, host, island), *drivers.files(swarm, host)),
-            units=(*master, *drivers.units(swarm, host)),
             requires=_requires(swarm, host, island),
             wants=sketch.wants(swarm, host),
         )
+        if host.name == island.hub:
+            yield release.master_unit(swarm, host, island)
+        yield from drivers.units(swarm, host)
 
-    def programs(self, swarm: Swarm, host: Host) -> Part:
-        """Returns the programs with a launch file or a script each."""
-        return Part(
+    def programs(self, swarm: Swarm, host: Host) -> Iterator[Part]:
+        """Yields the programs with a launch file or a script each."""
+        yield Part(
             files=tuple(programs.files(swarm, host)),
-            units=tuple(programs.units(swarm, host)),
             requires=programs.requires(swarm, host),
             secrets=tuple(programs.secret_forms(swarm, host)),
             secret_forms=programs.secret_forms(swarm, host),
             platform=delivered_packages.platform(swarm, host),
             unbuilt=delivered_packages.unbuilt(swarm, host),
         )
+        yield from programs.units(swarm, host)
 
     def launch_files(self, swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
         """`setup.bash`, launch files of all drivers and of RViz, a script for each interactive program."""

@@ -8,7 +8,7 @@ from itertools import chain
 
 from swarmctl.field_types import Value
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import File, SecretForm, Unit, package
+from swarmctl.render.bundle import File, Part, SecretForm, Unit, package
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
 from swarmctl.render.ros1.program_commands import (
@@ -62,7 +62,7 @@ def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
             yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
 
 
-def units(swarm: Swarm, host: Host) -> Iterator[tuple[File, Unit]]:
+def units(swarm: Swarm, host: Host) -> Iterator[Part]:
     """Yields a unit for each program of ``host`` that runs without a person at a terminal."""
     for program in swarm.programs_on(host.name):
         if program.runs_by_itself:
@@ -120,7 +120,7 @@ def _arguments(swarm: Swarm, program: Program) -> dict[str, Value]:
     return {name: filled(value, values) for name, value in program.declared.arguments.items()}
 
 
-def _unit(swarm: Swarm, host: Host, program: Program) -> tuple[File, Unit]:
+def _unit(swarm: Swarm, host: Host, program: Program) -> Part:
     name = names.unit(swarm.name, program.name)
     packages = _installed(swarm, program) if program.declared.optional else ()
     container = program.declared.container
@@ -149,7 +149,9 @@ def _unit(swarm: Swarm, host: Host, program: Program) -> tuple[File, Unit]:
     secrets = program.declared.secrets.names
     if secrets:
         needs.append(_GIVE_SECRETS)
-    return file, Unit(name, tuple(needs), program=program.name, packages=packages, secrets=secrets)
+    return Part(
+        (file,), (Unit(name, tuple(needs), program=program.name, packages=packages, secrets=secrets),)
+    )
 
 
 def _secrets(swarm: Swarm, host: Host, program: Program) -> tuple[str, ...]:

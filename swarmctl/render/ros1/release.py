@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import ROOT, File, Unit
+from swarmctl.render.bundle import ROOT, File, Part, Unit
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
 from swarmctl.swarm import names
@@ -44,7 +44,7 @@ def setup_script(swarm: Swarm, host: Host, island: Island) -> File:
     return File("setup.bash", text, origin=f"hosts.{host.name}")
 
 
-def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
+def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
     """Returns the unit of the ROS master."""
     name = names.unit(swarm.name, names.MASTER)
     text = render(
@@ -58,7 +58,9 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> tuple[File, Unit]:
         runtime=names.runtime_folder(swarm.name, names.MASTER),
     )
     file = File(f"units/{name}", text, origin="ros")
-    return file, Unit(name, (file.path, ENVIRONMENT, "bin/ros-exec", RESTART_DELAY, *_MASTER_HELPERS))
+    return Part(
+        (file,), (Unit(name, (file.path, ENVIRONMENT, "bin/ros-exec", RESTART_DELAY, *_MASTER_HELPERS)),)
+    )
 
 
 def ros_client() -> File:

@@ -205,12 +205,12 @@ def bundle(
         files.append(File("units/swarm.target", b""))
         links["/etc/systemd/system/multi-user.target.wants/swarm.target"] = "units/swarm.target"
     return Bundle(
-        "new",
-        "pi",
         tuple(files),
         tuple(Unit(f"{unit}.service", (f"params/{unit}.yaml",)) for unit in units),
         links,
         {"/etc/hosts": "hosts"},
+        swarm="new",
+        host="pi",
     )
 
 

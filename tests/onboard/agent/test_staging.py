@@ -25,7 +25,7 @@ from swarmctl.remote import agent_client
 from swarmctl.render.bundle import Bundle, File
 from tests.onboard.agent.fakehost import FakeHost, bundle, payload_of, request_for
 
-RELEASE = Bundle("new", "pi", (File("a", b"aaaa"), File("sub/b", b"bb", 0o755)))
+RELEASE = Bundle((File("a", b"aaaa"), File("sub/b", b"bb", 0o755)), swarm="new", host="pi")
 
 Member = tuple[tarfile.TarInfo, bytes]
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from swarmctl.render.bundle import ROOT, File, Unit, package
+from swarmctl.render.bundle import ROOT, File, Part, Unit, package
 from swarmctl.render.multimaster import Discovery, JoinNodes, MultimasterProvider
-from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES, Node
@@ -59,14 +58,12 @@ class Fkie:
         mas = _MAS_BASE + _MAS_STEP * (master - USUAL_MASTER)
         yield Listener(hub, mas, "fkie's MAS daemon", loc, runs=False)
 
-    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
+    def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
         """Parameters, launch file, and the unit that starts both nodes."""
         files = (release.ros_client(), *_files(swarm, island))
-        return Part(
-            files,
-            units=(_unit(swarm, host, files),),
-            requires={package(node.package): ("multimaster",) for node in _nodes(swarm, island)},
-        )
+        needed = {package(node.package): ("multimaster",) for node in _nodes(swarm, island)}
+        yield Part(files, requires=needed)
+        yield _unit(swarm, host, files)
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
         """Discovery, and sync where topics arrive; neither publishes diagnostics."""
@@ -98,7 +95,7 @@ def _files(swarm: Swarm, island: Island) -> tuple[File, ...]:
     )
 
 
-def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> tuple[File, Unit]:
+def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> Part:
     """The unit; it waits for the master and restarts with it."""
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render(
@@ -108,7 +105,7 @@ def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> tuple[File, Unit
         runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
     )
     file = File(f"units/{name}", text, origin="multimaster")
-    return file, Unit(name, (file.path, *release.RUNNING, *(one.path for one in files)))
+    return Part((file,), (Unit(name, (file.path, *release.RUNNING, *(one.path for one in files))),))
 
 
 def _command(swarm: Swarm) -> tuple[str, ...]:

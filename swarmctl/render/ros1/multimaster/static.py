@@ -5,13 +5,12 @@ It needs no ROS library, fetches the topics that its own island receives, and wa
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import File, Unit
+from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
-from swarmctl.render.part import Part
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
 from swarmctl.render.yaml_params import params_file
@@ -40,11 +39,12 @@ class Static:
         """Nothing: the node takes any free port."""
         return ()
 
-    def part(self, swarm: Swarm, host: Host, island: Island) -> Part:
-        """Returns the node, its parameters and its unit."""
+    def parts(self, swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
+        """Yields the node, its parameters and its unit."""
         params = File(PARAMS, params_file(_parameters(swarm, host, island)), origin="multimaster")
         files = (params, *shipped_files.folder("multimaster"))
-        return Part(files, units=(_unit(swarm, host, files),))
+        yield Part(files)
+        yield _unit(swarm, host, files)
 
     def nodes(self, swarm: Swarm, island: Island) -> JoinNodes:
         """Returns the node, which reports the state of its bridges."""
@@ -55,11 +55,11 @@ class Static:
 STATIC: MultimasterProvider = Static()
 
 
-def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> tuple[File, Unit]:
+def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> Part:
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render("static.service", **release.service_values(swarm, host), params=PARAMS)
     file = File(f"units/{name}", text, origin="multimaster")
-    return file, Unit(name, (file.path, release.RESTART_DELAY, *(one.path for one in files)))
+    return Part((file,), (Unit(name, (file.path, release.RESTART_DELAY, *(one.path for one in files))),))
 
 
 def _parameters(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
