@@ -34,28 +34,30 @@ def draft_from_clearpath(folder: LabFolder, paths: Sequence[str]) -> Draft:
         system = _child(root, "system")
         ros = _child(system, "ros2")
         user = _scalar(path, system, "username") or _scalar(path, ros, "username")
-        keys: list[str] = []
+        found: list[Value] = []
         for name, address in _hosts(path, _child(system, "hosts")):
             one = (str(name.value), str(address.value))
             if one not in known:
                 fields = {"address": address, **({"user": user} if user else {})}
                 known[one] = hosts.new(one[0], name.place, fields)
-            keys.append(known[one])
+            found.append(Value(known[one], name.place))
         serial = _scalar(path, root, "serial_number")
-        if keys and (called := _scalar(path, ros, "namespace") or serial):
-            _add_robot(draft, called, str(serial.value) if serial else "this robot", keys[0])
+        if found and (called := _scalar(path, ros, "namespace") or serial):
+            _add_robot(draft, called, str(serial.value) if serial else "this robot", found[0])
         draft.unread += _unread(path, root)
     return draft
 
 
-def _add_robot(draft: Draft, called: Value, serial: str, host: str) -> None:
+def _add_robot(draft: Draft, called: Value, serial: str, host: Value) -> None:
     name = named(str(called.value), "robot", called.place, draft.robots)
     model = serial.partition("-")[0]
     why = f"swarmctl has no type for {model}; `swarmctl driver new` writes one of your own"
-    first = "the first host of a robot.yaml is the robot's own computer"
-    on = Value(host, draft.hosts[host].name.place, first)
+    guess = "the first host of a robot.yaml is the robot's own computer"
+    if others := [one for one, robot in draft.robots.items() if robot.fields["host"].value == host.value]:
+        guess += f", and {', '.join(others)} names the same one"
+    on = Value(host.value, host.place, guess)
     draft.robots[name.value] = Entry(name, {"type": Value("my-robot", fill_in=why), "host": on})
-    draft.lines.append(unknown_line(name.value, host, None, "its line, if it has one"))
+    draft.lines.append(unknown_line(name.value, host.value, None, "its line, if it has one"))
 
 
 def _hosts(path: str, hosts: yaml.Node | None) -> Iterator[tuple[Value, Value]]:

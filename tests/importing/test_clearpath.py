@@ -49,6 +49,15 @@ def test_several_files_are_one_fleet(tmp_path: Path) -> None:
     assert "fill in: " in line
 
 
+def test_robots_that_name_one_computer_as_theirs_are_named(tmp_path: Path) -> None:
+    text = (
+        "serial_number: a\nsystem:\n  hosts: [{hostname: pi, ip: 192.168.131.1}]\n  ros2: {namespace: NAME}\n"
+    )
+    found = draft(lab(tmp_path, {f"{one}/robot.yaml": text.replace("NAME", one) for one in ("r1", "r2")}))
+    assert data(found)["robots"] == {"r1": {"host": "pi"}, "r2": {"host": "pi"}}
+    assert "own computer, and r1 names the same one (r2/robot.yaml:3); check" in found.text
+
+
 def test_a_file_without_hosts_is_refused(tmp_path: Path) -> None:
     files = {"robot.yaml": "serial_number: j100-0001\nsystem: {ros2: {namespace: j}}\n"}
     with pytest.raises(DraftError, match="names no host"):
