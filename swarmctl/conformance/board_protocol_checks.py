@@ -38,10 +38,7 @@ def announces_topics(bench: BoardBench) -> Iterator[Result]:
         yield fail(check, str(error), hint)
         return
     settle = bench.config.serial.settle
-    yield ok(
-        "board",
-        f"announces its topics {took:.2f} s after the line is opened ({settle:g} s settle)",
-    )
+    yield ok("board", f"announces its topics {took:.2f} s after the line is opened ({settle:g} s settle)")
     yield ok("protocol", "rosserial 2, of ROS hydro to noetic")
     assert bench.announced is not None
     subscribed = [one.type for one in bench.announced.topics if one.name == COMMAND and not one.published]
@@ -50,11 +47,8 @@ def announces_topics(bench: BoardBench) -> Iterator[Result]:
         return
     drift = Drift(bench.protocol)
     drift.negotiated(bench.announced)
-    yield fail(
-        "subscribes to commands",
-        drift.why_not(COMMAND, subscribed),
-        "fix the sketch: it cannot be driven",
-    )
+    why_not = drift.why_not(COMMAND, subscribed)
+    yield fail("subscribes to commands", why_not, "fix the sketch: it cannot be driven")
 
 
 def has_declared_topics(bench: BoardBench) -> Iterator[Result]:
@@ -117,11 +111,8 @@ def _rated(bench: BoardBench, name: str, declared: float) -> Result:
     if name in bench.bad_messages:
         return fail(check, f"an invalid message: {bench.bad_messages[name]}", "fix the sketch")
     if len(stamps) < 2:
-        return fail(
-            check,
-            f"{len(stamps)} messages in {_WATCH:g} s",
-            "check that the sketch publishes it",
-        )
+        figure = f"{len(stamps)} messages in {_WATCH:g} s"
+        return fail(check, figure, "check that the sketch publishes it")
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0])
     figure = f"{rate:.1f} of {declared:g} Hz"
     if _SLOW * declared <= rate <= _FAST * declared:
