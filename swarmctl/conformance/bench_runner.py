@@ -16,12 +16,12 @@ from swarmctl.conformance import (
     motion_checks,
     protocol_checks,
 )
+from swarmctl.conformance.bench import Bench
 from swarmctl.conformance.board_bench import BoardBench
-from swarmctl.conformance.motion_base import Wheeled
-from swarmctl.conformance.results import Result, Verdict
-from swarmctl.conformance.robot_bench import Bench
+from swarmctl.conformance.polled_bench import PolledBench
+from swarmctl.conformance.results import Result, Verdict, fail
 
-B = TypeVar("B", bound=Wheeled)
+B = TypeVar("B", bound=Bench)
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Checks(Generic[B]):
     others: tuple[tuple[str, Callable[[B], Iterator[Result]]], ...]
 
 
-POLLED_CHECKS = Checks[Bench](
+POLLED_CHECKS = Checks[PolledBench](
     first=(protocol_checks.confirms_stop, protocol_checks.reports_firmware),
     others=(
         ("setup", protocol_checks.accepts_setup),
@@ -84,20 +84,20 @@ def run_checks(bench: B, checks: Checks[B]) -> Generator[Result, None, None]:
             yield from _guarded(name, check(bench), bench)
             yield from _guarded(f"stop after {name}", _stopped(bench), bench)
     except PortError as error:
-        yield Result("line", Verdict.FAIL, str(error), "check the cable, then run the test again")
+        yield fail("line", str(error), "check the cable, then run the test again")
     finally:
         bench.finish()
 
 
-def _guarded(name: str, results: Iterator[Result], bench: Wheeled) -> Iterator[Result]:
+def _guarded(name: str, results: Iterator[Result], bench: Bench) -> Iterator[Result]:
     """Yields the results of a check, or a failure if its exchange fails."""
     try:
         yield from results
     except (*FAILED_EXCHANGE, LinkLostError) as error:
-        yield Result(name, Verdict.FAIL, str(error), bench.config.serial.hint)
+        yield fail(name, str(error), bench.config.serial.hint)
 
 
-def _stopped(bench: Wheeled) -> Iterator[Result]:
+def _stopped(bench: Bench) -> Iterator[Result]:
     """Stops the robot; yields nothing if it stands."""
     bench.stop()
     yield from ()

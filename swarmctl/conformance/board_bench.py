@@ -6,16 +6,12 @@ import hashlib
 import math
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import replace
+from collections.abc import Callable
 
 from swarm_onboard.driver.config import Config
 from swarm_onboard.driver.kinematics import Odometry, Pose, within_limits
 from swarm_onboard.driver.link import BytePort, LinkLostError
-from swarm_onboard.driver.port import PortError
 from swarm_onboard.driver.protocols import RosserialProtocol
-from swarm_onboard.driver.relay import Relay
 from swarm_onboard.driver.rosserial_robot import COMMAND
 from swarm_onboard.driver.wheels import Wheels
 from swarm_onboard.rosserial import frames
@@ -32,17 +28,13 @@ from swarm_onboard.rosserial.conversation import (
 from swarm_onboard.rosserial.messages import TWIST_MD5, TWIST_TYPE, BadMessageError, Log, twist
 from swarm_onboard.rosserial.topics import MessageType
 
-from swarmctl.conformance.motion_base import Fixes, Motion, NoBoard, NotStoppedError, Pace
-from swarmctl.conformance.serial_bench import SerialBench
-from swarmctl.conformance.timed_port import TimedPort
+from swarmctl.conformance.bench import STANDSTILL, Bench, Fixes, Pace, Reading, Velocity
 from swarmctl.robot_types.message_sizes import size_of
 
-Velocity = tuple[float, float]  # m/s forward, rad/s to the left
-STANDSTILL: Velocity = (0.0, 0.0)
 COMMAND_REFRESH_S = 0.1  # s after which a command is repeated
 _STANDS = 0.3  # s without a count after which a wheel stands; counts come about ten times a second
 _WARNING = 2  # of rosserial_msgs/Log
-_ANY = 10.0  # times the top speed
+BRAKING = 0.35  # s
 _COUNTS = 2.0  # s in which counts must come
 _LAST_WORD = 0.05  # s for the last bytes to be sent before the port is closed
 #: A sketch's loop needs a while to reach a speed, and 20 pulses a turn a while to be measured.
@@ -63,50 +55,35 @@ def type_of(name: str) -> MessageType | None:
     )
 
 
-class _Topics(NoBoard):
-    """A relay that only knows message types."""
-
-    def type_of(self, name: str) -> MessageType | None:
-        return type_of(name)
-
-
-class BoardBench(SerialBench):
-    """A ``Wheeled`` robot with a rosserial board. Raises ``LinkLostError`` and ``PortError``.
-
-    Commands are of type ``Velocity``. Frames are stored with the time of their arrival.
-    """
-
-    reply_timeout = 0.0
+class BoardBench(Bench):
+    """The bench of a robot with a rosserial board. Frames are stored with the time of their arrival."""
 
     def __init__(
         self,
         config: Config,
-        open_port: Callable[[], BytePort],
+        open_port: Callable[[], BytePort] | None = None,
         *,
         pace: Pace = PACE,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
+        """Raises ``ValueError`` for a robot without a rosserial board."""
+        super().__init__(config, pace, open_port, clock, sleep)
         if not isinstance(config.protocol, RosserialProtocol):
             raise ValueError(f"robot type {config.robot} does not use rosserial")
-        super().__init__(config, open_port, pace, clock, sleep)
         self.protocol = config.protocol
-        self.relay: Relay = _Topics()
+        self.has_counters = self.protocol.ticks is not None
         self.firmware = ""
         self.warning = ""  # the latest warning of the sketch
         self.announced: Negotiated | None = None
         self.frames: list[tuple[float, int]] = []  # time, topic id
         self.arrivals: dict[str, list[float]] = defaultdict(list)
         self.bad_messages: dict[str, str] = {}  # by topic: why its messages are invalid
-        self.poses: list[tuple[float, Pose]] = []
+        self.readings: list[Reading] = []
         self.turned_at = -math.inf  # time of the latest movement of a wheel
-        self.commanded_at = -math.inf
-        self.lost_frames = self.lost_bytes = 0  # on closed connections
+        self.conversations: list[Conversation] = []  # one each time the port was opened
         self._commanded: Velocity | None = None
-        self._odometry = Odometry()
-        # A driver takes a wheel far beyond its limit for a reset board; here it must be measured.
-        self._any_speed = replace(config.kinematics, wheel_speed_max=_ANY * config.kinematics.wheel_speed_max)
-        self._conversation: Conversation | None = None
+        self._wheels = Wheels(self.protocol, self.any_speed, Odometry())
 
     @property
     def fixes(self) -> Fixes:
@@ -125,46 +102,19 @@ class BoardBench(SerialBench):
         )
 
     @property
-    def has_counters(self) -> bool:
-        """True if the robot reports how far its wheels have turned."""
-        return self.protocol.ticks is not None
-
-    @property
-    def distance(self) -> float:
+    def metres_per_count(self) -> float:
         """The distance of a wheel per count, m."""
         return self._wheels.scale.metres_per_count
 
     @property
     def conversation(self) -> Conversation:
-        """The rosserial conversation. Raises ``PortError`` if the port is closed."""
-        return self.opened(self._conversation)
+        """The latest conversation with the board."""
+        return self.conversations[-1]
 
     @property
     def moving(self) -> bool:
         """Whether a wheel turned within the last 0.3 s."""
         return self.clock() - self.turned_at < _STANDS
-
-    def connect(self) -> None:
-        """Opens the port, unless it is open."""
-        if self._conversation is not None:
-            return
-        self._port = TimedPort(self.open_port(), self.clock)
-        self._conversation = Conversation(
-            self._port.write, type_of, settle=self.config.serial.settle, clock=self.clock, wall=time.time_ns
-        )
-        self._wheels = Wheels(self.protocol, self._any_speed, self._odometry.forget())
-        self._reader = frames.FrameReader()
-        self._commanded = None
-
-    def disconnect(self) -> None:
-        """Closes the port, if it is open."""
-        conversation, self._conversation = self._conversation, None
-        if conversation is None:
-            return
-        self._odometry = self._wheels.odometry
-        self.lost_frames += conversation.reader.losses.frames
-        self.lost_bytes += conversation.reader.losses.bytes
-        self.port.close()
 
     def negotiate(self) -> float:
         """Waits until the board has announced its topics. Returns the seconds since the port was opened.
@@ -176,19 +126,6 @@ class BoardBench(SerialBench):
         if not self.run(self.pace.patience, until=lambda: self.conversation.phase is Phase.CONNECTED):
             raise LinkLostError(f"no topics were announced within {self.pace.patience:g} s")
         return self.clock() - began
-
-    def finish(self) -> None:
-        """Stops a board that was commanded to drive, and closes the port. Raises ``NotStoppedError``."""
-        try:
-            if self.commanded_at > -math.inf:
-                self.stop()
-                self.conversation.stop()
-                self.run(_LAST_WORD)
-        except (LinkLostError, PortError) as error:
-            raise NotStoppedError(str(error)) from error
-        finally:
-            with suppress(PortError):
-                self.disconnect()
 
     def run(
         self, seconds: float, velocity: Velocity | None = None, until: Callable[[], bool] = lambda: False
@@ -219,50 +156,36 @@ class BoardBench(SerialBench):
             raise LinkLostError(str(error)) from error
         self._commanded, self.commanded_at = velocity, self.clock()
 
+    def hold(self, velocity: Velocity, seconds: float) -> None:
+        """Repeats the command for some seconds."""
+        self.run(seconds, velocity)
+
     def stop(self) -> int:
         """Stops the board. Boards do not confirm a stop: their counters show it. Raises ``LinkLostError``."""
-        if self._conversation is None or self._conversation.phase is not Phase.CONNECTED:
-            self.negotiate()
+        self.negotiate()
         self.command(STANDSTILL)
         if self.has_counters and not self.run(self.pace.silence, STANDSTILL, until=lambda: not self.moving):
             raise LinkLostError(f"the wheels still turn {self.pace.silence:g} s after the stop command")
         return 1
 
-    @contextmanager
-    def driving(self, linear: float, angular: float) -> Iterator[Velocity]:
-        """Drives at a velocity (m/s, rad/s) while entered; stops the robot at the end."""
-        velocity = within_limits(linear, angular, self.config.kinematics)
-        try:
-            self.command(velocity)
-            yield velocity
-        finally:
-            self.stop()
-
-    def hold(self, velocity: Velocity, seconds: float) -> None:
-        """Repeats the command for some seconds."""
-        self.run(seconds, velocity)
-
-    def motion(self, linear: float, angular: float) -> Motion:
-        """Drives at a velocity (m/s, rad/s), measures the motion and stops."""
-        with self.driving(linear, angular) as velocity:
-            return self.measured(velocity)
-
-    def measured(self, velocity: Velocity) -> Motion:
-        """Returns the speeds that result from a command, without limiting it."""
-        self.hold(velocity, self.pace.settle)
-        began, before = self.next_pose(velocity)
-        self.hold(velocity, self.pace.measure)
-        ended, after = self.next_pose(velocity)
-        seconds, half = ended - began, velocity[1] * self.config.kinematics.wheel_separation / 2
-        measured = ((after.left - before.left) / seconds, (after.right - before.right) / seconds)
-        return Motion((velocity[0] - half, velocity[0] + half), measured, self.distance / seconds)
-
-    def next_pose(self, velocity: Velocity | None = None) -> tuple[float, Pose]:
-        """Returns the next time and pose. Raises ``LinkLostError``."""
-        known = len(self.poses)
-        if not self.run(_COUNTS, velocity, until=lambda: len(self.poses) > known):
+    def position(self, velocity: Velocity | None = None) -> Reading:
+        """Returns the next reading of the counters. Raises ``LinkLostError`` if none comes for 2 s."""
+        known = len(self.readings)
+        if not self.run(_COUNTS, velocity, until=lambda: len(self.readings) > known):
             raise LinkLostError(f"no counts of both wheels for {_COUNTS:g} s")
-        return self.poses[-1]
+        return self.readings[-1]
+
+    def still_turns(self) -> bool:
+        """Waits longer than wheels need to come to rest; returns whether they turn."""
+        if self.has_counters:
+            self.position()
+            self.run(2 * BRAKING)
+        return self.moving
+
+    def wheel_speeds(self, velocity: Velocity) -> tuple[float, float]:
+        """Returns the speeds of the left and right wheel, m/s, that a command asks for."""
+        linear, half = velocity[0], velocity[1] * self.config.kinematics.wheel_separation / 2
+        return linear - half, linear + half
 
     def encoded_speed(self, linear: float) -> tuple[bytes, str]:
         """Returns the bytes of a speed command (m/s), and the speed in them as text."""
@@ -274,6 +197,22 @@ class BoardBench(SerialBench):
         """Returns a predicate that is true of bytes that move no wheel."""
         head = self.encoded_speed(0.0)[0][:7]
         return lambda data: not data.startswith(head)
+
+    def _connected(self) -> None:
+        settle = self.config.serial.settle
+        self.conversations.append(
+            Conversation(self.port.write, type_of, settle=settle, clock=self.clock, wall=time.time_ns)
+        )
+        self._wheels.forget()
+        self._reader = frames.FrameReader()
+        self._commanded = None
+
+    def _stop_finally(self) -> None:
+        """Stops a board that was commanded to drive; nothing is sent to another one."""
+        if self.commanded_at > -math.inf:
+            self.stop()
+            self.conversation.stop()
+            self.run(_LAST_WORD)
 
     def _receive(self, data: bytes) -> None:
         now = self.clock()
@@ -304,7 +243,7 @@ class BoardBench(SerialBench):
                 self._moved(now, pose)
 
     def _moved(self, now: float, pose: Pose) -> None:
-        before = self.poses[-1][1] if self.poses else pose
+        before = self.readings[-1][1] if self.readings else pose
         if (before.left, before.right) != (pose.left, pose.right):
             self.turned_at = now
-        self.poses.append((now, pose))
+        self.readings.append((now, pose))

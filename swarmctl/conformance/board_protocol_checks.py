@@ -16,7 +16,7 @@ from swarm_onboard.rosserial.topics import Topic
 
 from swarmctl.conformance.board_bench import BoardBench, type_of
 from swarmctl.conformance.board_motion_checks import first_count
-from swarmctl.conformance.results import Result, Verdict
+from swarmctl.conformance.results import Result, fail, ok, warn
 
 _WATCH = 3.0  # s in which rates are measured
 _TIME = 6.0  # s in which a board requests the time twice
@@ -35,28 +35,20 @@ def announces_topics(bench: BoardBench) -> Iterator[Result]:
         took = bench.negotiate()
     except LinkLostError as error:
         check = "protocol" if bench.conversation.reader.old_protocol else "board"
-        yield Result(check, Verdict.FAIL, str(error), hint)
+        yield fail(check, str(error), hint)
         return
     settle = bench.config.serial.settle
-    yield Result(
-        "board",
-        Verdict.OK,
-        f"announces its topics {took:.2f} s after the line is opened ({settle:g} s settle)",
-    )
-    yield Result("protocol", Verdict.OK, "rosserial 2, of ROS hydro to noetic")
+    yield ok("board", f"announces its topics {took:.2f} s after the line is opened ({settle:g} s settle)")
+    yield ok("protocol", "rosserial 2, of ROS hydro to noetic")
     assert bench.announced is not None
     subscribed = [one.type for one in bench.announced.topics if one.name == COMMAND and not one.published]
     if subscribed == [TWIST_TYPE]:
-        yield Result("subscribes to commands", Verdict.OK, f"{COMMAND}, {TWIST_TYPE}")
+        yield ok("subscribes to commands", f"{COMMAND}, {TWIST_TYPE}")
         return
     drift = Drift(bench.protocol)
     drift.negotiated(bench.announced)
-    yield Result(
-        "subscribes to commands",
-        Verdict.FAIL,
-        drift.why_not(COMMAND, subscribed),
-        "fix the sketch: it cannot be driven",
-    )
+    why_not = drift.why_not(COMMAND, subscribed)
+    yield fail("subscribes to commands", why_not, "fix the sketch: it cannot be driven")
 
 
 def has_declared_topics(bench: BoardBench) -> Iterator[Result]:
@@ -68,16 +60,18 @@ def has_declared_topics(bench: BoardBench) -> Iterator[Result]:
         check = f"topic {refusal.name}"
         if refusal.name in declared and type_of(declared[refusal.name]) is None:
             fix = "its definition cannot be compared without ROS"
-            yield Result(check, Verdict.WARN, refusal.reason, fix)
+            yield warn(check, refusal.reason, fix)
         else:
-            yield Result(check, Verdict.FAIL, refusal.reason, "fix the sketch, or flash it again")
+            yield fail(check, refusal.reason, "fix the sketch, or flash it again")
     drift = Drift(replace(bench.protocol, firmware=""))
     drift.negotiated(replace(announced, refusals=()))
     refused = {one.name for one in announced.refusals}
     wrong = [one for one in drift.complaints("") if not any(f"`{name}`" in one for name in refused)]
-    announced_topics = ", ".join(map(_sized, announced.topics))
-    fix = "fix `publishes` and `subscribes` of the type, or flash its sketch" if wrong else ""
-    yield Result("topics", Verdict.FAIL if wrong else Verdict.OK, "; ".join(wrong) or announced_topics, fix)
+    if wrong:
+        fix = "fix `publishes` and `subscribes` of the type, or flash its sketch"
+        yield fail("topics", "; ".join(wrong), fix)
+    else:
+        yield ok("topics", ", ".join(map(_sized, announced.topics)))
 
 
 def _sized(topic: Topic) -> str:
@@ -91,19 +85,15 @@ def reports_firmware(bench: BoardBench) -> Iterator[Result]:
     bench.run(_GREETING, until=lambda: bool(bench.firmware))
     wanted, reported = bench.protocol.firmware, bench.firmware
     if not reported:
-        verdict = Verdict.FAIL if wanted else Verdict.WARN
-        yield Result(
-            "firmware", verdict, "the sketch reports no digest", "flash it with `swarmctl firmware flash`"
-        )
+        doubt = fail if wanted else warn
+        yield doubt("firmware", "the sketch reports no digest", "flash it with `swarmctl firmware flash`")
     elif not wanted:
-        yield Result("firmware", Verdict.OK, f"{reported}; use --spec to compare it")
+        yield ok("firmware", f"{reported}; use --spec to compare it")
+    elif reported == wanted:
+        yield ok("firmware", f"{reported}, as in the spec")
     else:
-        wrong = Drift(replace(bench.protocol, publishes={}, subscribes={})).complaints(reported)
-        yield Result(
-            "firmware",
-            Verdict.FAIL if wrong else Verdict.OK,
-            "; ".join(wrong) or f"{reported}, as in the spec",
-        )
+        wrong = Drift(bench.protocol).complaints(reported)
+        yield fail("firmware", "; ".join(wrong))
 
 
 def publishes_at_declared_rates(bench: BoardBench) -> Iterator[Result]:
@@ -119,22 +109,16 @@ def publishes_at_declared_rates(bench: BoardBench) -> Iterator[Result]:
 def _rated(bench: BoardBench, name: str, declared: float) -> Result:
     check, stamps = f"rate {name}", bench.arrivals[name]
     if name in bench.bad_messages:
-        return Result(
-            check, Verdict.FAIL, f"an invalid message: {bench.bad_messages[name]}", "fix the sketch"
-        )
+        return fail(check, f"an invalid message: {bench.bad_messages[name]}", "fix the sketch")
     if len(stamps) < 2:
-        return Result(
-            check,
-            Verdict.FAIL,
-            f"{len(stamps)} messages in {_WATCH:g} s",
-            "check that the sketch publishes it",
-        )
+        figure = f"{len(stamps)} messages in {_WATCH:g} s"
+        return fail(check, figure, "check that the sketch publishes it")
     rate = (len(stamps) - 1) / (stamps[-1] - stamps[0])
     figure = f"{rate:.1f} of {declared:g} Hz"
     if _SLOW * declared <= rate <= _FAST * declared:
-        return Result(check, Verdict.OK, figure)
-    verdict = Verdict.FAIL if rate < _OFF * declared else Verdict.WARN
-    return Result(check, verdict, figure, f"fix the `rate` of `{name}`, or the sketch")
+        return ok(check, figure)
+    doubt = fail if rate < _OFF * declared else warn
+    return doubt(check, figure, f"fix the `rate` of `{name}`, or the sketch")
 
 
 def _time_requests(bench: BoardBench) -> list[float]:
@@ -144,16 +128,16 @@ def _time_requests(bench: BoardBench) -> list[float]:
 def _times(requests: list[float]) -> Result:
     if len(requests) < 2:
         figure = f"requested {'once' if requests else 'never'} in {_TIME:g} s"
-        return Result("time", Verdict.FAIL, figure, "fix the sketch: a driver drops the board after 15 s")
+        return fail("time", figure, "fix the sketch: a driver drops the board after 15 s")
     every = [after - before for before, after in pairwise(requests)]
-    return Result("time", Verdict.OK, f"requested every {max(every):.1f} s")
+    return ok("time", f"requested every {max(every):.1f} s")
 
 
 def answers_in_time(bench: BoardBench) -> Iterator[Result]:
     """Measures topic request to answer, and command to first count."""
     took = [one for _ in range(bench.pace.questions) if (one := _answer(bench)) is not None]
     if not took:
-        yield Result("latency", Verdict.FAIL, "no topic request is answered", bench.config.serial.hint)
+        yield fail("latency", "no topic request is answered", bench.config.serial.hint)
         return
     missing = bench.pace.questions - len(took)
     slow = max(took) > _LONG or missing
@@ -163,7 +147,7 @@ def answers_in_time(bench: BoardBench) -> Iterator[Result]:
         f"{bench.pace.questions} not"
         + (f"; {count * 1000:.0f} ms from a command to the first count" if count else "")
     )
-    yield Result("latency", Verdict.WARN if slow else Verdict.OK, figure, "check the line" if slow else "")
+    yield warn("latency", figure, "check the line") if slow else ok("latency", figure)
 
 
 def _answer(bench: BoardBench) -> float | None:
@@ -184,9 +168,12 @@ def _answer(bench: BoardBench) -> float | None:
 def loses_no_frames(bench: BoardBench) -> Iterator[Result]:
     """Reports frames damaged and bytes lost so far."""
     bench.run(_WATCH)
-    losses = bench.conversation.reader.losses
-    damaged, lost = bench.lost_frames + losses.frames, bench.lost_bytes + losses.bytes
+    losses = [one.reader.losses for one in bench.conversations]
+    damaged, lost = sum(one.frames for one in losses), sum(one.bytes for one in losses)
     share = damaged / max(1, len(bench.frames) + damaged)
     figure = f"{damaged} of {len(bench.frames) + damaged} frames damaged, {lost} bytes lost"
-    verdict = Verdict.FAIL if share > _MANY else Verdict.WARN if damaged else Verdict.OK
-    yield Result("line", verdict, figure, "check the cable, the ground, the baud rate" if damaged else "")
+    if not damaged:
+        yield ok("line", figure)
+    else:
+        doubt = fail if share > _MANY else warn
+        yield doubt("line", figure, "check the cable, the ground, the baud rate")

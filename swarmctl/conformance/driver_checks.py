@@ -10,9 +10,12 @@ from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.driver.actuators import ActuatorSettings
 from swarm_onboard.driver.driver import Driver, Phase
 from swarm_onboard.driver.kinematics import Pose
+from swarm_onboard.driver.relay import Outgoing, Parameter
+from swarm_onboard.rosserial.topics import MessageType
 
-from swarmctl.conformance.motion_base import Wheeled
-from swarmctl.conformance.results import Result, Verdict
+from swarmctl.conformance.bench import Bench, speeds_between
+from swarmctl.conformance.board_bench import type_of
+from swarmctl.conformance.results import Result, fail, ok, warn
 from swarmctl.conformance.timed_port import TimedPort
 
 _MUCH = 10.0  # times the top speed
@@ -59,8 +62,7 @@ class Run:
         seen = [(at, one) for at, one in self.poses if self.first + _SETTLED <= at <= self.last]
         if len(seen) < 2:
             return None
-        (began, before), (ended, after) = seen[0], seen[-1]
-        return max(abs(after.left - before.left), abs(after.right - before.right)) / (ended - began)
+        return max(map(abs, speeds_between(seen[0], seen[-1])))
 
     @property
     def stood(self) -> float | None:
@@ -73,7 +75,31 @@ class Run:
         return still[0] if still else None
 
 
-def driver_dead_man_stops(bench: Wheeled) -> Iterator[Result]:
+class NoRos:
+    """A relay that only knows message types."""
+
+    def type_of(self, name: str) -> MessageType | None:
+        """Returns a message type as far as it is known without ROS."""
+        return type_of(name)
+
+    def serve(self, topics: object) -> None:
+        """Ignored."""
+
+    def publish(self, topic: object, message: bytes) -> None:
+        """Ignored."""
+
+    def log(self, level: int, text: str) -> None:
+        """Ignored."""
+
+    def ask(self, name: str) -> None:
+        """Ignored."""
+
+    def taken(self) -> list[Outgoing | Parameter]:
+        """Returns nothing: no message comes from ROS."""
+        return []
+
+
+def driver_dead_man_stops(bench: Bench) -> Iterator[Result]:
     """Commands far above the limit, then none; checks what the driver sends, and when."""
     built = bench.config.kinematics
     speed = _MUCH * built.wheel_speed_max
@@ -93,7 +119,7 @@ def driver_dead_man_stops(bench: Wheeled) -> Iterator[Result]:
     yield _dead_man(bench, run, stopped, _LATE)
 
 
-def _run(bench: Wheeled, linear: float) -> Run:
+def _run(bench: Bench, linear: float) -> Run:
     """Runs a driver with commands for a while, then without."""
     run, ports = Run(bench.clock), list[TimedPort]()
 
@@ -104,7 +130,7 @@ def _run(bench: Wheeled, linear: float) -> Run:
     commands = CommandMailbox(bench.clock)
     outputs = ActuatorSettings(bench.config.actuators, commands.ring, bench.clock)
     driver = Driver(
-        bench.config, commands, run, outputs, bench.relay, open_port=opened, clock=bench.clock
+        bench.config, commands, run, outputs, NoRos(), open_port=opened, clock=bench.clock
     )  # fmt: skip
 
     def live(seconds: float, until: Callable[[], bool] = lambda: False) -> None:
@@ -134,33 +160,30 @@ def _limited(run: Run, commanded: float, limit: tuple[bytes, str], idle: Callabl
     data, shown = limit
     unexpected = [one for _, one in run.sent if one != data and not idle(one)]
     if unexpected or data not in {one for _, one in run.sent}:
-        return Result(
-            "limits", Verdict.FAIL, f"{unexpected[:1]} is sent for {commanded:g} m/s", "report this as a bug"
-        )
-    return Result("limits", Verdict.OK, f"{commanded:g} m/s is sent as {shown}")
+        return fail("limits", f"{unexpected[:1]} is sent for {commanded:g} m/s", "report this as a bug")
+    return ok("limits", f"{commanded:g} m/s is sent as {shown}")
 
 
-def _measured_at_the_wheels(bench: Wheeled, run: Run, commanded: float, most: float) -> Iterator[Result]:
+def _measured_at_the_wheels(bench: Bench, run: Run, commanded: float, most: float) -> Iterator[Result]:
     """A user's codec may encode a speed differently each time: the wheels are measured instead."""
     if run.speed is None:
         figure = "the codec is a class, and there are no counters to measure the wheels"
-        yield Result("limits", Verdict.WARN, figure)
-        yield Result("dead-man of the driver", Verdict.WARN, figure)
+        yield warn("limits", figure)
+        yield warn("dead-man of the driver", figure)
         return
     figure = f"{commanded:g} m/s results in {run.speed:.3f} m/s; the limit is {most:g}"
     if _TOO_SLOW * most < run.speed < _TOO_FAST * most:
-        yield Result("limits", Verdict.OK, figure)
+        yield ok("limits", figure)
     else:  # the driver's odometry ignores jumps
-        yield Result("limits", Verdict.FAIL, figure, "fix `speed` of the class or its counters")
+        yield fail("limits", figure, "fix `speed` of the class or its counters")
     yield _dead_man(bench, run, run.stood, _WHEELS_LATE)
 
 
-def _dead_man(bench: Wheeled, run: Run, stopped: float | None, slack: float) -> Result:
+def _dead_man(bench: Bench, run: Run, stopped: float | None, slack: float) -> Result:
     check, timeout = "dead-man of the driver", bench.config.command_timeout
     if stopped is None:
-        return Result(check, Verdict.FAIL, "no stop after the last command", "report this as a bug")
+        return fail(check, "no stop after the last command", "report this as a bug")
     took = stopped - run.last
     late = took > timeout + bench.reply_timeout + slack
-    fix = "late replies delay it: see `replies`" if late else ""
     figure = f"{took:.3f} s from the last command to the stop; {timeout:g} s is set"
-    return Result(check, Verdict.FAIL if late else Verdict.OK, figure, fix)
+    return fail(check, figure, "late replies delay it: see `replies`") if late else ok(check, figure)

@@ -1,4 +1,4 @@
-"""The configuration and port of a driver under test: as on a host, but without a swarm."""
+"""The configuration of a driver under test: as on a host, but without a swarm."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from swarm_onboard.driver.config import Config, parse
-from swarm_onboard.driver.port import Port, PortError
 
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.robot_type import RobotType
@@ -17,7 +16,7 @@ def config_for(robot_type: RobotType, name: str, port: str, baud: int | None, mo
     """Returns the driver configuration of a robot type, without commanders."""
     params = params_of(
         robot_type, robot=name, namespace=f"/{name}", port=port, baud=baud, module=module,
-        settings=with_tuned_sensors(robot_type),
+        settings=_with_tuned_sensors(robot_type),
     )  # fmt: skip
     return parse({**params, "commanders": []})
 
@@ -29,15 +28,7 @@ def config_of(params: Mapping[str, Any], port: str, baud: int | None, module: st
     return parse({**params, "port": port, "serial": serial, "protocol": protocol, "commanders": []})
 
 
-def with_tuned_sensors(robot_type: RobotType) -> RobotSettings:
+def _with_tuned_sensors(robot_type: RobotType) -> RobotSettings:
     """Returns the type's settings with every sensor on that has settings of its own: off, it is not set."""
     rates = {name: 1.0 for name, one in robot_type.sensors.items() if one.settings_key}
     return merged(robot_type.settings, RobotSettings(rates=rates))
-
-
-def open_port(config: Config) -> Port:
-    """Opens the serial port exclusively. Raises ``PortError``."""
-    return Port(config.port, config.serial)
-
-
-__all__ = ["Port", "PortError", "config_for", "config_of", "open_port"]

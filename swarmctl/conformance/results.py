@@ -33,6 +33,21 @@ class Result:
         return known | received | {"verdict": self.verdict.value}
 
 
+def ok(check: str, figure: str) -> Result:
+    """Returns the result of a check that passed."""
+    return Result(check, Verdict.OK, figure)
+
+
+def warn(check: str, figure: str, fix: str = "") -> Result:
+    """Returns a warning, which does not fail the test."""
+    return Result(check, Verdict.WARN, figure, fix)
+
+
+def fail(check: str, figure: str, fix: str = "", received: bytes | None = None) -> Result:
+    """Returns the result of a check that failed."""
+    return Result(check, Verdict.FAIL, figure, fix, received)
+
+
 def passed(results: Iterable[Result]) -> bool:
     """Returns whether no result is a failure."""
     return all(one.verdict is not Verdict.FAIL for one in results)

@@ -7,10 +7,10 @@ from typing import Any
 
 from swarm_onboard.driver.config import Config
 
+from swarmctl.conformance.bench import NotStoppedError
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, Checks, run_checks
 from swarmctl.conformance.board_bench import BoardBench
 from swarmctl.conformance.driver_core import config_for
-from swarmctl.conformance.motion_base import NotStoppedError
 from swarmctl.conformance.results import Result
 from swarmctl.lab.emulators import VirtualPort
 from swarmctl.lab.emulators.arduino_rover import BUFFER, PUBLISHERS, SLOTS, SUBSCRIBERS, ArduinoRover

@@ -12,13 +12,14 @@ from swarm_onboard.command.dead_man import DeadMan
 from swarm_onboard.driver.config import Kinematics, Scale
 from swarm_onboard.driver.kinematics import Units
 from swarm_onboard.driver.link import BytePort
+from swarm_onboard.driver.port import PortError
 
 from swarmctl.conformance import driver_checks, motion_checks, protocol_checks
+from swarmctl.conformance.bench import NotStoppedError, Pace
 from swarmctl.conformance.bench_runner import POLLED_CHECKS, run_checks
-from swarmctl.conformance.driver_core import PortError, config_for, open_port
-from swarmctl.conformance.motion_base import NotStoppedError, Pace
+from swarmctl.conformance.driver_core import config_for
+from swarmctl.conformance.polled_bench import PolledBench
 from swarmctl.conformance.results import Result, Verdict, passed
-from swarmctl.conformance.robot_bench import Bench
 from swarmctl.lab.emulators import emulator
 from swarmctl.lab.emulators.emulator_lookup import EMULATED_AS
 from swarmctl.lab.emulators.serial_faults import Faults
@@ -32,7 +33,7 @@ from swarmctl.yamltext.source import parse
 from tests.conformance.user_robots import OWN, TYPE, beetle
 from tests.sizes import some_of
 
-Check = Callable[[Bench], Iterator[Result]]
+Check = Callable[[PolledBench], Iterator[Result]]
 FAST = Pace(settle=0.05, measure=0.2, silence=0.7, questions=20)
 HASTY = TYPE.replace("reply_timeout: 1.0", "reply_timeout: 0.5")
 CHECKS = [
@@ -48,11 +49,11 @@ def type_of(text: str) -> RobotType:
     return RobotType.model_validate(source.data)
 
 
-def bench_for(port: Port, text: str = TYPE, module: Path = Path()) -> Bench:
+def bench_for(port: Port, text: str = TYPE, module: Path = Path()) -> PolledBench:
     robot_type = type_of(text)
     config = config_for(robot_type, "beetle", str(port.path), None, str(module))
     dead_man = robot_type.firmware_dead_man
-    return Bench(config, lambda: open_port(config), firmware_dead_man=dead_man, pace=FAST)
+    return PolledBench(config, firmware_dead_man=dead_man, pace=FAST)
 
 
 def tried(
@@ -319,7 +320,7 @@ def test_every_emulated_robot_matches_its_shipped_type(name: str) -> None:
     robot_type = robot_type.model_copy(update=unhurried)  # the emulator may get no processor for long
     with Port(emulator(EMULATED_AS.get(name, name))) as port:
         config = config_for(robot_type, name, str(port.path), None, "")
-        bench = Bench(config, lambda: open_port(config), firmware_dead_man=False, pace=FAST)
+        bench = PolledBench(config, firmware_dead_man=False, pace=FAST)
         results = list(run_checks(bench, POLLED_CHECKS))
         assert not port.snapshot().v
     assert [one for one in results if one.verdict is Verdict.FAIL] == []

@@ -11,9 +11,9 @@ import swarm_onboard.driver.rosserial_robot
 from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.dead_man import DeadMan
 
+from swarmctl.conformance.bench import NotStoppedError
 from swarmctl.conformance.bench_runner import BOARD_CHECKS, run_checks
 from swarmctl.conformance.board_bench import type_of
-from swarmctl.conformance.motion_base import NotStoppedError
 from swarmctl.conformance.results import Verdict, passed
 from swarmctl.lab.emulators import VirtualPort
 from swarmctl.lab.emulators.serial_faults import Faults

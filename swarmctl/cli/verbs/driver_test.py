@@ -127,19 +127,18 @@ def _robot_of_swarm(spec: Path, name: str, port: Path, baud: int | None) -> Exam
 def _on_the_bench(config: Config, robot_type: RobotType) -> Examination:
     from swarmctl.conformance.bench_runner import BOARD_CHECKS, POLLED_CHECKS, run_checks
     from swarmctl.conformance.board_bench import BoardBench
-    from swarmctl.conformance.driver_core import open_port
-    from swarmctl.conformance.robot_bench import Bench
+    from swarmctl.conformance.polled_bench import PolledBench
 
     if robot_type.driver_protocol is None:
-        return run_checks(BoardBench(config, lambda: open_port(config)), BOARD_CHECKS)
-    dead_man = robot_type.firmware_dead_man
-    return run_checks(Bench(config, lambda: open_port(config), firmware_dead_man=dead_man), POLLED_CHECKS)
+        return run_checks(BoardBench(config), BOARD_CHECKS)
+    return run_checks(PolledBench(config, firmware_dead_man=robot_type.firmware_dead_man), POLLED_CHECKS)
 
 
 def _run_checks(run: Examination, *, json: bool) -> list[Result]:
     """All results, printed as they arrive; exits with an error if the run fails."""
-    from swarmctl.conformance.driver_core import PortError
-    from swarmctl.conformance.motion_base import AbortError, HangError, NotStoppedError
+    from swarm_onboard.driver.port import PortError
+
+    from swarmctl.conformance.bench import AbortError, HangError, NotStoppedError
     from swarmctl.views import conformance as view
 
     results: list[Result] = []
@@ -163,7 +162,7 @@ def _run_checks(run: Examination, *, json: bool) -> list[Result]:
 @contextmanager
 def _signals() -> Iterator[None]:
     """The first signal ends the test in order; later ones are ignored, so that the robot stops."""
-    from swarmctl.conformance.motion_base import AbortError, HangError
+    from swarmctl.conformance.bench import AbortError, HangError
 
     def end(*_: Any) -> None:
         for number in _SIGNALS:
