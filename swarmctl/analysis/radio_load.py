@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
+from swarmctl.analysis.serial_load import command_rates
 from swarmctl.links.radio_link import Radio
 from swarmctl.swarm.index import SwarmIndex
 
@@ -50,7 +50,7 @@ def dongle_budgets(index: SwarmIndex) -> Iterator[DongleBudget]:
         served.setdefault((link.host, link.dongle), []).append((number, link))
     rates = command_rates(index) if served else {}
     for (host, dongle), links in served.items():
-        exchanges = [_exchanges(index, link.robot, rates.get(link.robot, COMMAND_RATE)) for _, link in links]
+        exchanges = [_exchanges(index, link.robot, rates[link.robot]) for _, link in links]
         yield DongleBudget(
             host,
             dongle,

@@ -161,7 +161,7 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
             continue
         robot = index.spec.robots[link.robot]
         kind, baud = link.line_kind, link.own_baud
-        commands = command_rate.get(link.robot, COMMAND_RATE)
+        commands = command_rate[link.robot]
         key = (robot.type, kind, baud, commands, robot.settings.of_sensors)
         load = loads.get(key)
         if load is None:
@@ -173,13 +173,13 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
 
 
 def command_rates(index: SwarmIndex) -> dict[str, float]:
-    """Returns how often a robot receives commands, Hz; only robots for which a program declares a rate."""
+    """Returns how often each robot receives commands, Hz: as programs declare, else ``COMMAND_RATE``."""
     rates: dict[str, float] = {}
     for one in index.endpoints:
         if one.publishes and one.rate is not None:
             for robot in index.robots_by_command.get(one.topic, ()):
                 rates[robot] = max(one.rate, rates.get(robot, 0.0))
-    return rates
+    return dict.fromkeys(index.spec.robots, COMMAND_RATE) | rates
 
 
 def load_of(
