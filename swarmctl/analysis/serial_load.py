@@ -115,6 +115,22 @@ class SerialLoad:
         }
         return fitting if all(rate > 0 for rate in fitting.values()) else {}
 
+    def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
+        return {
+            "kind": self.kind,
+            "baud": self.baud,
+            "bytes_per_second": round(self.needed, 1),
+            "bytes_per_second_available": round(self.available, 1),
+            "share": round(self.share, 3),
+            "least_share": round(self.least_share, 3),
+            "cycle_seconds": round(self.cycle, 4),
+            "exchanges": [
+                {"name": one.name, "rate": one.rate, "request": one.request, "reply": one.reply}
+                for one in self.exchanges
+            ],
+        }
+
 
 def _rounded_down(rate: float) -> float:
     """A rate as a person would write it: a whole number, or tenths below 2 Hz."""
@@ -131,22 +147,7 @@ class SerialBudget:
 
     def to_json(self) -> dict[str, object]:
         """Returns the value as JSON data, as docs/graph.md describes it."""
-        load = self.load
-        return {
-            "robot": self.robot,
-            "host": self.host,
-            "kind": load.kind,
-            "baud": load.baud,
-            "bytes_per_second": round(load.needed, 1),
-            "bytes_per_second_available": round(load.available, 1),
-            "share": round(load.share, 3),
-            "least_share": round(load.least_share, 3),
-            "cycle_seconds": round(load.cycle, 4),
-            "exchanges": [
-                {"name": one.name, "rate": one.rate, "request": one.request, "reply": one.reply}
-                for one in load.exchanges
-            ],
-        }
+        return {"robot": self.robot, "host": self.host, **self.load.to_json()}
 
 
 def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
