@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from swarmctl.analysis.serial_load import command_rates
-from swarmctl.links.radio_link import Radio
 from swarmctl.swarm.index import SwarmIndex
 
 _PACKET_BITS = 8 * (1 + 5 + 32 + 2) + 9  # preamble, address, payload, checksum, and the control field
@@ -45,11 +44,8 @@ class DongleBudget:
 
 def dongle_budgets(index: SwarmIndex) -> Iterator[DongleBudget]:
     """Yields the budget of every dongle that serves a robot, in the order of the spec."""
-    served: dict[tuple[str, str], list[tuple[int, Radio]]] = {}
-    for number, link in index.radios:
-        served.setdefault((link.host, link.dongle), []).append((number, link))
-    rates = command_rates(index) if served else {}
-    for (host, dongle), links in served.items():
+    rates = command_rates(index) if index.dongles else {}
+    for (host, dongle), links in index.dongles.items():
         exchanges = [_exchanges(index, link.robot, rates[link.robot]) for _, link in links]
         yield DongleBudget(
             host,
