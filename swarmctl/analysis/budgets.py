@@ -6,8 +6,12 @@ from dataclasses import dataclass
 
 from swarmctl.analysis.bluetooth_load import BluetoothBudget, bluetooth_budgets
 from swarmctl.analysis.host_load import HostBudget, host_budgets
-from swarmctl.analysis.ip_link_load import IpLinkBudget, ip_link_budgets
-from swarmctl.analysis.network_load import NetworkBudget, network_budgets
+from swarmctl.analysis.network_load import (
+    IpLinkBudget,
+    NetworkBudget,
+    ip_link_budgets,
+    network_budgets,
+)
 from swarmctl.analysis.radio_load import DongleBudget, dongle_budgets
 from swarmctl.analysis.rosserial_load import RosserialBudget, rosserial_budgets
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
@@ -29,15 +33,7 @@ class Budgets:
 
     def to_json(self) -> dict[str, object]:
         """Returns the value as JSON data, as docs/graph.md describes it."""
-        return {
-            "lines": [one.to_json() for one in self.lines],
-            "radios": [one.to_json() for one in self.radios],
-            "dongles": [one.to_json() for one in self.dongles],
-            "ip_links": [one.to_json() for one in self.ip_links],
-            "boards": [one.to_json() for one in self.boards],
-            "hosts": [one.to_json() for one in self.hosts],
-            "networks": [one.to_json() for one in self.networks],
-        }
+        return {kind: [one.to_json() for one in found] for kind, found in vars(self).items()}
 
 
 def budgets_of(index: SwarmIndex) -> Budgets:

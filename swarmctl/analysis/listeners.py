@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 
 from swarmctl.render.middleware import middleware_of
 from swarmctl.render.multimaster import provider_of
@@ -12,8 +12,12 @@ from swarmctl.swarm.ports import SSH, Listener, ssh_port
 from swarmctl.swarm.resolved import Island
 
 
-def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
-    """Yields every listener of a swarm, host by host in the order of the spec, then island by island."""
+def listeners(index: SwarmIndex) -> Iterator[Listener]:
+    """Yields every listener of a swarm: host by host in the order of the spec, then island by island.
+
+    Last are the ports on which drivers receive from robots with an address, in the order of ``links``.
+    """
+    spec, islands = index.spec, index.islands
     for name in spec.hosts:
         yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
     middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster, spec.ros.distro)
@@ -21,17 +25,13 @@ def listeners(spec: Spec, islands: Sequence[Island]) -> Iterator[Listener]:
         yield from middleware.listeners(spec, island)
         if len(islands) > 1:
             yield from provider.listeners(spec, island)
-
-
-def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
-    """Returns the ports that belong to a master, counted from its own."""
-    return (0, *(provider_of(spec.multimaster, spec.ros.distro).offsets if len(islands) > 1 else ()))
-
-
-def robot_listeners(index: SwarmIndex) -> Iterator[Listener]:
-    """Yields the ports on which drivers receive from robots with an address, in the order of ``links``."""
     for number, ends in index.ip_links.items():
         link = ends.link
         for place, port in enumerate(ends.local_ports):
             loc = ("links", number, "local_ports", place) if link.local_ports else ("links", number, "robot")
             yield Listener(link.host, port, f"the driver of `{link.robot}`", loc, link.kind)
+
+
+def master_offsets(spec: Spec, islands: Collection[Island]) -> tuple[int, ...]:
+    """Returns the ports that belong to a master, counted from its own."""
+    return (0, *(provider_of(spec.multimaster, spec.ros.distro).offsets if len(islands) > 1 else ()))

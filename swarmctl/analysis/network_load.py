@@ -1,23 +1,31 @@
-"""The topics that are sent over each network, beside what the network can carry. Pure numbers."""
+"""What each network and each udp or tcp link of a robot has to carry, beside its capacity. Pure numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from swarmctl.analysis.ip_link_load import ip_link_budgets
 from swarmctl.analysis.rosserial_load import message_bytes
-from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
-from swarmctl.spec.model import Control
+from swarmctl.analysis.serial_load import command_rates
+from swarmctl.links.tcp_link import Tcp
 from swarmctl.swarm.bridges import bridges_of
 from swarmctl.swarm.index import SwarmIndex
+from swarmctl.swarm.ip_links import IpEnds
 from swarmctl.swarm.recordings import Recording, recording_of
 
 CAREFUL_NETWORK = 0.7
-_TCP_HEADERS = 66  # bytes of ethernet, IP and TCP with its time stamp, for each of the segments below
-_SEGMENT = 1448
+_SEGMENT = 1448  # bytes of data in a full packet
+_LENGTH = 4  # bytes before each message of TCPROS
 
-Subscribers = Mapping[str, set[str]]  # by topic, the hosts that subscribe to it
+
+class Source(NamedTuple):
+    """A topic that is published on a host, with its rate in Hz and the size of a message in bytes."""
+
+    topic: str
+    host: str
+    rate: float
+    size: int
 
 
 @dataclass(frozen=True)
@@ -49,11 +57,6 @@ class NetworkBudget:
         """The used share of the capacity; above 1 it is overloaded."""
         return self.needed_mbps / self.capacity_mbps
 
-    def largest(self, count: int) -> list[Flow]:
-        """Returns the ``count`` largest flows, without those below one percent of the whole."""
-        worth = [flow for flow in self.flows if flow.bytes_per_second * 8e2 >= self.needed_mbps * 1e6]
-        return sorted(worth, key=lambda flow: -flow.bytes_per_second)[:count]
-
     def to_json(self) -> dict[str, object]:
         """Returns the value as JSON data, as docs/graph.md describes it."""
         return {
@@ -66,46 +69,119 @@ class NetworkBudget:
         }
 
 
+@dataclass(frozen=True)
+class IpLinkBudget:
+    """The load of one udp or tcp link; ``network`` is the one between its ends, if the spec has it."""
+
+    robot: str
+    host: str
+    kind: str
+    link: int  # its index in ``links``
+    network: str | None
+    needed_mbps: float
+    capacity_mbps: float | None
+
+    @property
+    def share(self) -> float | None:
+        """The used share of the capacity; None if that is unknown."""
+        return self.needed_mbps / self.capacity_mbps if self.capacity_mbps is not None else None
+
+    def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
+        return {
+            "robot": self.robot,
+            "host": self.host,
+            "kind": self.kind,
+            "network": self.network,
+            "mbps": round(self.needed_mbps, 4),
+            "mbps_available": self.capacity_mbps,
+            "share": None if self.share is None else round(self.share, 4),
+        }
+
+
+def ip_link_budgets(index: SwarmIndex) -> Iterator[IpLinkBudget]:
+    """Yields the budget of every udp and tcp link, in the order of the spec.
+
+    The load is what the robot type declares as measured. Else it is that of the commands and of the topics of
+    known rate and size, as if the robot sent each message as ROS does; images of unknown size count nothing.
+    """
+    rates = command_rates(index) if index.ip_links else {}
+    for number, ends in index.ip_links.items():
+        link, network = ends.link, ends.network.name if ends.network is not None else None
+        mbps = ends.load_mbps if ends.load_mbps is not None else _computed_mbps(index, ends, rates)
+        yield IpLinkBudget(link.robot, link.host, link.kind, number, network, mbps, link.capacity_mbps)
+
+
+def _computed_mbps(index: SwarmIndex, ends: IpEnds, rates: Mapping[str, float]) -> float:
+    """The load of a robot's commands and topics."""
+    robot, headers = ends.link.robot, ends.link.header_bytes
+    flows = [(one.rate, one.size) for one in index.driver_topics(robot)]
+    if (command := index.command_topics.get(robot)) is not None:
+        flows.append((rates[robot], message_bytes(command.type, None) or 0))
+    return sum(rate * _with_headers(size, headers) for rate, size in flows) * 8 / 1e6
+
+
 def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
     """Yields the budget of every network, in the order of the spec.
 
     Two hosts use the first network they share, a robot with an address the one in which that lies.
     """
-    carried: dict[str, list[Flow]] = {}
+    carried: dict[str, list[Flow]] = {link.name: [] for _, link in index.networks}
     for flow in _flows(index):
         if shared := index.shared_networks(flow.origin, flow.to):
-            carried.setdefault(shared[0], []).append(flow)
+            carried[shared[0]].append(flow)
     for one in ip_link_budgets(index):
         if one.network is not None:
             flow = Flow(f"{one.kind} link of {one.robot}", one.host, one.robot, one.needed_mbps * 1e6 / 8)
-            carried.setdefault(one.network, []).append(flow)
+            carried[one.network].append(flow)
     for _, link in index.networks:
         capacity = link.capacity_mbps or link.usual_mbps
-        yield NetworkBudget(link.name, link.kind, capacity, tuple(carried.get(link.name, ())))
+        yield NetworkBudget(link.name, link.kind, capacity, tuple(carried[link.name]))
 
 
 def _flows(index: SwarmIndex) -> Iterator[Flow]:
-    """What is published on one host and subscribed to on another, with a known rate and size."""
-    subscribers = _subscribers(index)
-    rates = command_rates(index)
-    declared = {(one.topic, one.host) for one in index.endpoints if one.publishes and one.rate}
-    for control in index.spec.control:
-        yield from _command_flows(index, control, rates, subscribers, declared)
+    """What is published on one host and subscribed to on another."""
+    sources = tuple(_sources(index))
+    subscribers = _subscribers(index, sources)
+    for one in sources:
+        for to in sorted(subscribers.get(one.topic, ())):
+            if to != one.host:
+                yield Flow(one.topic, one.host, to, one.rate * on_the_wire(one.size))
+
+
+def _sources(index: SwarmIndex) -> Iterator[Source]:
+    """What programs, commanders and drivers publish with a known rate and size."""
+    declared = set[tuple[str, str]]()  # topic, program
     for one in index.endpoints:
-        size = message_bytes(one.type, one.size) if one.publishes and one.rate else None
-        if size is not None and one.rate is not None:
-            yield from _flows_of(one.topic, one.host, subscribers, one.rate, size)
-    if subscribers:
-        yield from _sensor_flows(index, subscribers)
+        size = message_bytes(one.type, one.size)
+        if one.publishes and one.rate is not None and size is not None:
+            declared.add((one.topic, one.owner))
+            yield Source(one.topic, one.host, one.rate, size)
+    rates = command_rates(index)
+    for control in index.spec.control:
+        origin = index.commander_host(control.by)
+        for robot in control.of if origin is not None else ():
+            command = index.command_topics.get(robot)
+            if origin is not None and command is not None and (command.topic, control.by) not in declared:
+                yield Source(command.topic, origin, rates[robot], message_bytes(command.type, None) or 0)
+    for namespace, robot in index.robot_by_namespace.items():
+        if (host := index.driving[robot]) is not None:
+            for sent in index.driver_topics(robot):
+                if sent.rate and sent.size:
+                    name = sent.name if sent.name.startswith("/") else f"{namespace}/{sent.name}"
+                    yield Source(name, host, sent.rate, sent.size)
 
 
-def _subscribers(index: SwarmIndex) -> Subscribers:
-    """The hosts of the programs that subscribe to each topic.
+def _subscribers(index: SwarmIndex, sources: Iterable[Source]) -> Mapping[str, set[str]]:
+    """The hosts on which each topic is subscribed to: by drivers, programs and recordings.
 
-    If no program on an island subscribes to a topic that `multimaster.topics` sends there, its hub counts.
+    If nothing on an island subscribes to a topic that `multimaster.topics` sends there, its hub counts.
     A `rosbag record` subscribes to what it selects among the topics of its island.
     """
     found: dict[str, set[str]] = {}
+    for robot, command in index.command_topics.items():
+        if (host := index.driving[robot]) is not None:
+            found.setdefault(command.topic, set()).add(host)
     for one in index.endpoints:
         if not one.publishes and one.host:
             found.setdefault(one.topic, set()).add(one.host)
@@ -117,7 +193,10 @@ def _subscribers(index: SwarmIndex) -> Subscribers:
             if hosts.isdisjoint(island.hosts):
                 hosts.add(island.hub)
     for host, recording in _recordings(index):
-        for topic in filter(recording.takes, _known_at(index, host)):
+        home = index.home[host]
+        known = {one.topic for one in sources if one.host in home.hosts}
+        known.update(one.topic for one in bridges_of(index) if home.name in one.to)
+        for topic in filter(recording.takes, known):
             found.setdefault(topic, set()).add(host)
     return found
 
@@ -133,54 +212,10 @@ def _recordings(index: SwarmIndex) -> Iterator[tuple[str, Recording]]:
             yield host, recording
 
 
-def _known_at(index: SwarmIndex, host: str) -> Iterator[str]:
-    """The topics at the master of ``host``, by full name: published on its island, or bridged to it."""
-    island = index.home[host]
-    yield from (one.topic for one in index.endpoints if one.publishes and one.host in island.hosts)
-    for name, namespace in index.namespaces.items():
-        if index.driving[name] in island.hosts:
-            own = (one.name for one in index.driver_topics(name) if not one.name.startswith("/"))
-            yield from (f"{namespace}/{one}" for one in own)
-            if (command := index.command_topics.get(name)) is not None:
-                yield command.topic
-    yield from (one.topic for one in bridges_of(index) if island.name in one.to)
-
-
-def _command_flows(
-    index: SwarmIndex,
-    control: Control,
-    rates: Mapping[str, float],
-    subscribers: Subscribers,
-    declared: Container[tuple[str, str]],
-) -> Iterator[Flow]:
-    """Commands to the drivers, and to other subscribers unless a program declares this topic on this host."""
-    origin = index.commander_host(control.by)
-    for robot in control.of:
-        to, command = index.driving[robot], index.command_topics.get(robot)
-        if origin is not None and to is not None and command is not None:
-            size, rate = message_bytes(command.type, None) or 0, rates.get(robot, COMMAND_RATE)
-            if origin != to:
-                yield Flow(command.topic, origin, to, rate * on_the_wire(size))
-            if (command.topic, origin) not in declared:
-                yield from _flows_of(command.topic, origin, subscribers, rate, size)
-
-
-def _sensor_flows(index: SwarmIndex, subscribers: Subscribers) -> Iterator[Flow]:
-    namespaces = {index.split_topic(topic)[0] for topic in subscribers}
-    for namespace, name in index.robot_by_namespace.items():
-        host = index.driving[name] if namespace in namespaces else None
-        if host is None:
-            continue
-        for one in index.driver_topics(name):
-            yield from _flows_of(f"{namespace}/{one.name}", host, subscribers, one.rate, one.size)
-
-
-def _flows_of(topic: str, origin: str, subscribers: Subscribers, rate: float, size: int) -> Iterator[Flow]:
-    for to in sorted(subscribers.get(topic, ())):
-        if to != origin:
-            yield Flow(topic, origin, to, rate * on_the_wire(size))
-
-
 def on_the_wire(size: int) -> int:
     """Bytes of a message with its length before it, in as many TCP segments as it takes."""
-    return size + 4 + _TCP_HEADERS * -(-(size + 4) // _SEGMENT)
+    return _with_headers(size + _LENGTH, Tcp.header_bytes)
+
+
+def _with_headers(size: int, headers: int) -> int:
+    return size + headers * -(-size // _SEGMENT)

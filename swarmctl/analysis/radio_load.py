@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from swarmctl.analysis.serial_load import COMMAND_RATE, command_rates
-from swarmctl.links.radio_link import Radio
+from swarmctl.analysis.serial_load import command_rates
 from swarmctl.swarm.index import SwarmIndex
 
 _PACKET_BITS = 8 * (1 + 5 + 32 + 2) + 9  # preamble, address, payload, checksum, and the control field
@@ -45,12 +44,9 @@ class DongleBudget:
 
 def dongle_budgets(index: SwarmIndex) -> Iterator[DongleBudget]:
     """Yields the budget of every dongle that serves a robot, in the order of the spec."""
-    served: dict[tuple[str, str], list[tuple[int, Radio]]] = {}
-    for number, link in index.radios:
-        served.setdefault((link.host, link.dongle), []).append((number, link))
-    rates = command_rates(index) if served else {}
-    for (host, dongle), links in served.items():
-        exchanges = [_exchanges(index, link.robot, rates.get(link.robot, COMMAND_RATE)) for _, link in links]
+    rates = command_rates(index) if index.dongles else {}
+    for (host, dongle), links in index.dongles.items():
+        exchanges = [_exchanges(index, link.robot, rates[link.robot]) for _, link in links]
         yield DongleBudget(
             host,
             dongle,

@@ -115,6 +115,22 @@ class SerialLoad:
         }
         return fitting if all(rate > 0 for rate in fitting.values()) else {}
 
+    def to_json(self) -> dict[str, object]:
+        """Returns the value as JSON data, as docs/graph.md describes it."""
+        return {
+            "kind": self.kind,
+            "baud": self.baud,
+            "bytes_per_second": round(self.needed, 1),
+            "bytes_per_second_available": round(self.available, 1),
+            "share": round(self.share, 3),
+            "least_share": round(self.least_share, 3),
+            "cycle_seconds": round(self.cycle, 4),
+            "exchanges": [
+                {"name": one.name, "rate": one.rate, "request": one.request, "reply": one.reply}
+                for one in self.exchanges
+            ],
+        }
+
 
 def _rounded_down(rate: float) -> float:
     """A rate as a person would write it: a whole number, or tenths below 2 Hz."""
@@ -131,22 +147,7 @@ class SerialBudget:
 
     def to_json(self) -> dict[str, object]:
         """Returns the value as JSON data, as docs/graph.md describes it."""
-        load = self.load
-        return {
-            "robot": self.robot,
-            "host": self.host,
-            "kind": load.kind,
-            "baud": load.baud,
-            "bytes_per_second": round(load.needed, 1),
-            "bytes_per_second_available": round(load.available, 1),
-            "share": round(load.share, 3),
-            "least_share": round(load.least_share, 3),
-            "cycle_seconds": round(load.cycle, 4),
-            "exchanges": [
-                {"name": one.name, "rate": one.rate, "request": one.request, "reply": one.reply}
-                for one in load.exchanges
-            ],
-        }
+        return {"robot": self.robot, "host": self.host, **self.load.to_json()}
 
 
 def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
@@ -161,7 +162,7 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
             continue
         robot = index.spec.robots[link.robot]
         kind, baud = link.line_kind, link.own_baud
-        commands = command_rate.get(link.robot, COMMAND_RATE)
+        commands = command_rate[link.robot]
         key = (robot.type, kind, baud, commands, robot.settings.of_sensors)
         load = loads.get(key)
         if load is None:
@@ -173,13 +174,13 @@ def serial_budgets(index: SwarmIndex) -> Iterator[tuple[int, SerialBudget]]:
 
 
 def command_rates(index: SwarmIndex) -> dict[str, float]:
-    """Returns how often a robot receives commands, Hz; only robots for which a program declares a rate."""
+    """Returns how often each robot receives commands, Hz: as programs declare, else ``COMMAND_RATE``."""
     rates: dict[str, float] = {}
     for one in index.endpoints:
         if one.publishes and one.rate is not None:
             for robot in index.robots_by_command.get(one.topic, ()):
                 rates[robot] = max(one.rate, rates.get(robot, 0.0))
-    return rates
+    return dict.fromkeys(index.spec.robots, COMMAND_RATE) | rates
 
 
 def load_of(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from swarmctl.analysis.host_load import HostBudget, host_budgets
-from swarmctl.analysis.listeners import listeners, robot_listeners
+from swarmctl.analysis.listeners import listeners
 from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses
@@ -86,7 +86,7 @@ class RuleContext(SwarmIndex):
     @cached_property
     def listeners(self) -> tuple[Listener, ...]:
         """Every port on which a host listens for the swarm."""
-        return (*listeners(self.spec, self.islands), *robot_listeners(self))
+        return tuple(listeners(self))
 
     @cached_property
     def line_budgets(self) -> Mapping[int, SerialBudget]:

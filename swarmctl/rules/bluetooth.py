@@ -114,14 +114,10 @@ def crowded_dongles(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("RADIO005")
 def shared_dongles(context: RuleContext) -> Iterator[Diagnostic]:
     """One dongle that several drivers open, each a process of its own; one finding per dongle."""
-    first: dict[tuple[str, str], tuple[int, Radio]] = {}
-    reported: set[tuple[str, str]] = set()
-    for index, link in context.radios:
-        dongle = (link.host, link.dongle)
-        earlier, other = first.setdefault(dongle, (index, link))
-        if earlier == index or dongle in reported:
+    for links in context.dongles.values():
+        if len(links) < 2:
             continue
-        reported.add(dongle)
+        (earlier, other), (index, link) = links[:2]
         yield Diagnostic(
             "RADIO005",
             f"the drivers of `{other.robot}` and `{link.robot}` both open {link.dongle} of `{link.host}`",
@@ -138,10 +134,7 @@ def shared_dongles(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("RADIO004")
 def near_channels(context: RuleContext) -> Iterator[Diagnostic]:
     """Two dongles on one channel, or on channels that overlap; one finding for each pair of dongles."""
-    dongles: dict[tuple[str, str], list[tuple[int, Radio]]] = {}
-    for index, link in context.radios:
-        dongles.setdefault((link.host, link.dongle), []).append((index, link))
-    for (first, ours), (second, theirs) in combinations(dongles.items(), 2):
+    for (first, ours), (second, theirs) in combinations(context.dongles.items(), 2):
         clash = next(((one, other) for one in ours for other in theirs if _overlap(one[1], other[1])), None)
         if clash is None:
             continue

@@ -61,7 +61,7 @@ def networks(context: RuleContext) -> Iterator[Diagnostic]:
     for budget in network_budgets(context):
         if budget.share > CAREFUL_NETWORK:
             never = budget.share > 1
-            flows = budget.largest(3)
+            flows = sorted(budget.flows, key=lambda flow: -flow.bytes_per_second)[:3]
             largest = ", ".join(
                 f"`{flow.topic}` {flow.bytes_per_second * 8 / 1e6:.3g} Mbit/s" for flow in flows
             )
@@ -78,8 +78,8 @@ def networks(context: RuleContext) -> Iterator[Diagnostic]:
                     if flow.topic in sources
                 ),
                 help=(
-                    (f"largest: {largest}; " if largest else f"{len(budget.flows)} topics share it; ")
-                    + "lower the rates, use smaller messages, or subscribe on the publisher's host",
+                    f"flows: {len(budget.flows)}; largest: {largest}",
+                    "lower the rates, use smaller messages, or subscribe on the publisher's host",
                     "or measure the network with iperf3, and set `capacity_mbps`",
                 ),
             )

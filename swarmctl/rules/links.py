@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from swarmctl.analysis.ip_link_load import ip_link_budgets
+from swarmctl.analysis.network_load import ip_link_budgets
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.links.bluetooth_link import Bluetooth
 from swarmctl.links.serial_link import Serial

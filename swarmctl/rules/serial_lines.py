@@ -5,13 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
-from swarmctl.analysis.serial_load import (
-    CAREFUL,
-    COMMAND_RATE,
-    SerialBudget,
-    SerialLoad,
-    command_rates,
-)
+from swarmctl.analysis.serial_load import CAREFUL, SerialBudget, SerialLoad, command_rates
 from swarmctl.diagnostics import Diagnostic, Fix, Note, Span
 from swarmctl.links.serial_link import FTDI, Serial
 from swarmctl.linter.context import RuleContext, rule
@@ -108,7 +102,7 @@ def short_dead_man_timeouts(context: RuleContext) -> Iterator[Diagnostic]:
     rates = command_rates(context)
     for budget in context.line_budgets.values():
         timeout = context.command_timeouts[budget.robot]
-        period = 1 / rates.get(budget.robot, COMMAND_RATE)
+        period = 1 / rates[budget.robot]
         load = budget.load
         least = max(_PERIODS * period, load.cycle)
         if timeout >= least or load.least_share > 1 or timeout <= load.reply_timeout:  # LINE001, LINE006

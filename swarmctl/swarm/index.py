@@ -140,6 +140,14 @@ class SwarmIndex:
         return tuple((index, link) for index, link in self.lines if isinstance(link, Radio))
 
     @cached_property
+    def dongles(self) -> Mapping[tuple[str, str], list[tuple[int, Radio]]]:
+        """The links that each Crazyradio serves, by its host and name."""
+        found: dict[tuple[str, str], list[tuple[int, Radio]]] = {}
+        for index, link in self.radios:
+            found.setdefault((link.host, link.dongle), []).append((index, link))
+        return found
+
+    @cached_property
     def lines_of(self) -> Mapping[str, list[tuple[int, RobotLink]]]:
         """The links of every robot; an empty list for a robot without a link."""
         lines: dict[str, list[tuple[int, RobotLink]]] = {name: [] for name in self.spec.robots}

@@ -78,15 +78,12 @@ def listed(one: Shown) -> dict[str, Any]:
 def detailed(one: Shown) -> dict[str, Any]:
     """Everything about one type as JSON data: its definition and what follows from it."""
     definition = one.type.model_dump(mode="json", exclude_none=True)
-    follows = _of_protocol(one.name, one.type) if isinstance(one.type, RobotType) else {}
+    follows = _of_protocol(one.type) if isinstance(one.type, RobotType) else {}
     return {**listed(one), **follows, "definition": definition}
 
 
-def _of_protocol(name: str, kind: RobotType) -> dict[str, Any]:
+def _of_protocol(kind: RobotType) -> dict[str, Any]:
     """What follows from the definition of a type that has a protocol."""
-    budgets = {link: serial_load.SerialBudget(name, "", load).to_json() for link, load in _loads(kind)}
-    for budget in budgets.values():
-        del budget["robot"], budget["host"]
     return {
         "limits": {
             "wheel_speed": kind.kinematics.wheel_speed_max,
@@ -101,7 +98,7 @@ def _of_protocol(name: str, kind: RobotType) -> dict[str, Any]:
             ],
             "subscribes": [{"topic": topic, "type": message} for topic, message in _subscribed(kind)],
         },
-        "line": budgets,
+        "line": {link: load.to_json() for link, load in _loads(kind)},
     }
 
 

@@ -7,17 +7,19 @@ from collections.abc import Iterable, Iterator
 from rich.table import Table
 from rich.text import Text
 
-from swarmctl.analysis.bluetooth_load import STABLE
+from swarmctl.analysis.bluetooth_load import STABLE, BluetoothBudget
 from swarmctl.analysis.budgets import Budgets
-from swarmctl.analysis.network_load import NetworkBudget
+from swarmctl.analysis.host_load import HostBudget
+from swarmctl.analysis.network_load import IpLinkBudget, NetworkBudget
+from swarmctl.analysis.radio_load import DongleBudget
+from swarmctl.analysis.rosserial_load import RosserialBudget
+from swarmctl.analysis.serial_load import SerialBudget
 from swarmctl.views.equal_hosts import FEW, grouped
 from swarmctl.yamltext import hostlist
 
 _CAREFUL, _FULL = 0.7, 1.0
 
-
 _Row = tuple[str | Text, ...]
-_Part = tuple[tuple[str, ...], Iterable[_Row]]  # headings and rows
 
 
 def tables(shown: Budgets, *, details: bool = False) -> Iterator[Table]:
@@ -25,110 +27,57 @@ def tables(shown: Budgets, *, details: bool = False) -> Iterator[Table]:
 
     Rows that differ in nothing but their owner are one, unless with ``details``.
     """
-    parts = (_lines, _radios, _dongles, _ip_links, _boards, _hosts, _networks)
-    made = (_table(*part(shown), details=details) for part in parts)
-    return (table for table in made if table.row_count)
-
-
-def _lines(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.robot,
-            f"{one.load.kind}, {one.load.baud} baud",
-            _of(one.load.needed, one.load.available, "B/s"),
-            f"{one.load.cycle * 1000:.0f} ms",
-            _share(one.load.share),
-        )
-        for one in shown.lines
+    made = (
+        (("line of", "kind", "bytes", "cycle of requests", "load"), map(_line, shown.lines)),
+        (("adapter of", "name", "robots", "names", "load"), map(_adapter, shown.radios)),
+        (("dongle of", "name", "exchanges", "robots", "load"), map(_dongle, shown.dongles)),
+        (("link of", "kind", "traffic", "over", "load"), map(_ip_link, shown.ip_links)),
+        (("board of", "kind", "publishers", "subscribers", "bytes", "load"), map(_board, shown.boards)),
+        (("host", "kind", "memory", "for, MB", "used"), map(_host, shown.hosts)),
+        (("network", "kind", "load", "traffic", "used"), map(_network, shown.networks)),
     )
-    return (("line of", "kind", "bytes", "cycle of requests", "load"), rows)
+    drawn = (_table(headings, rows, details=details) for headings, rows in made)
+    return (table for table in drawn if table.row_count)
 
 
-def _radios(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.host,
-            one.adapter,
-            _of(len(one.members), STABLE),
-            hostlist.written(one.members),
-            _share(one.share),
-        )
-        for one in shown.radios
-    )
-    return (("adapter of", "name", "robots", "names", "load"), rows)
+def _line(one: SerialBudget) -> _Row:
+    load = one.load
+    bytes_ = _of(load.needed, load.available, "B/s")
+    kind, cycle = f"{load.kind}, {load.baud} baud", f"{load.cycle * 1000:.0f} ms"
+    return one.robot, kind, bytes_, cycle, _share(load.share)
 
 
-def _dongles(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.host,
-            one.dongle,
-            f"{sum(one.exchanges):.0f}/s",
-            hostlist.written(one.members),
-            _share(one.share),
-        )
-        for one in shown.dongles
-    )
-    return (("dongle of", "name", "exchanges", "robots", "load"), rows)
+def _adapter(one: BluetoothBudget) -> _Row:
+    robots = _of(len(one.members), STABLE)
+    return one.host, one.adapter, robots, hostlist.written(one.members), _share(one.share)
 
 
-def _ip_links(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.robot,
-            one.kind,
-            f"{one.needed_mbps:.3g} of {one.capacity_mbps:g} Mbit/s"
-            if one.capacity_mbps is not None
-            else f"{one.needed_mbps:.3g} Mbit/s",
-            one.network or "-",
-            _share(one.share) if one.share is not None else "-",
-        )
-        for one in shown.ip_links
-    )
-    return (("link of", "kind", "traffic", "over", "load"), rows)
+def _dongle(one: DongleBudget) -> _Row:
+    exchanges = f"{sum(one.exchanges):.0f}/s"
+    return one.host, one.dongle, exchanges, hostlist.written(one.members), _share(one.share)
 
 
-def _boards(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.owner,
-            one.name,
-            _of(one.published, one.board.publishers),
-            _of(one.subscribed, one.board.subscribers),
-            _of(one.needed, one.available, "B/s"),
-            _share(one.share),
-        )
-        for one in shown.boards
-    )
-    return (("board of", "kind", "publishers", "subscribers", "bytes", "load"), rows)
+def _ip_link(one: IpLinkBudget) -> _Row:
+    limit = f" of {one.capacity_mbps:g}" if one.capacity_mbps is not None else ""
+    traffic = f"{one.needed_mbps:.3g}{limit} Mbit/s"
+    return one.robot, one.kind, traffic, one.network or "-", "-" if one.share is None else _share(one.share)
 
 
-def _hosts(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.host,
-            one.computer,
-            _of(one.needed_mb, one.memory_mb, "MB"),
-            ", ".join(f"{what} {size}" for what, size in one.parts),
-            _share(one.share),
-        )
-        for one in shown.hosts
-    )
-    return (("host", "kind", "memory", "for, MB", "used"), rows)
+def _board(one: RosserialBudget) -> _Row:
+    publishers = _of(one.published, one.board.publishers)
+    subscribers = _of(one.subscribed, one.board.subscribers)
+    bytes_ = _of(one.needed, one.available, "B/s")
+    return one.owner, one.name, publishers, subscribers, bytes_, _share(one.share)
 
 
-def _networks(shown: Budgets) -> _Part:
-    rows = (
-        (
-            one.network,
-            one.kind,
-            f"{one.needed_mbps:.3g} of {one.capacity_mbps:g} Mbit/s",
-            _traffic(one),
-            _share(one.share),
-        )
-        for one in shown.networks
-    )
-    return (("network", "kind", "load", "traffic", "used"), rows)
+def _host(one: HostBudget) -> _Row:
+    parts = ", ".join(f"{what} {size}" for what, size in one.parts)
+    return one.host, one.computer, _of(one.needed_mb, one.memory_mb, "MB"), parts, _share(one.share)
+
+
+def _network(one: NetworkBudget) -> _Row:
+    load = f"{one.needed_mbps:.3g} of {one.capacity_mbps:g} Mbit/s"
+    return one.network, one.kind, load, _traffic(one), _share(one.share)
 
 
 def _traffic(budget: NetworkBudget) -> str:
@@ -147,14 +96,11 @@ def _table(headings: tuple[str, ...], rows: Iterable[_Row], *, details: bool) ->
     made = Table(box=None, show_edge=False, pad_edge=False)
     for heading in headings:
         made.add_column(heading, overflow="fold")
-    for group in grouped(rows, _beside, alone=lambda group: details or len(group) <= FEW):
+    for group in grouped(
+        rows, lambda row: tuple(map(str, row[1:])), alone=lambda group: details or len(group) <= FEW
+    ):
         made.add_row(hostlist.written(str(row[0]) for row in group), *group[0][1:])
     return made
-
-
-def _beside(row: _Row) -> tuple[str, ...]:
-    """Everything but the owner."""
-    return tuple(map(str, row[1:]))
 
 
 def _share(share: float) -> Text:
