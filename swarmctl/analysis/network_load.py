@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -141,16 +141,27 @@ def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
 
 def _flows(index: SwarmIndex) -> Iterator[Flow]:
     """What is published on one host and subscribed to on another."""
-    sources = tuple(_sources(index))
-    subscribers = _subscribers(index, sources)
+    recordings = tuple(_recordings(index))
+    sources = tuple(_sources(index, None if recordings else _heard(index)))
+    subscribers = _subscribers(index, sources, recordings)
     for one in sources:
         for to in sorted(subscribers.get(one.topic, ())):
             if to != one.host:
                 yield Flow(one.topic, one.host, to, one.rate * on_the_wire(one.size))
 
 
-def _sources(index: SwarmIndex) -> Iterator[Source]:
-    """What programs, commanders and drivers publish with a known rate and size."""
+def _heard(index: SwarmIndex) -> Container[str]:
+    """The namespaces of robots in which something other than a driver subscribes: most robots are in none."""
+    topics = [one.topic for one in index.endpoints if not one.publishes]
+    topics += [one.topic for one in (index.spec.multimaster.topics if index.spec.multimaster else ())]
+    return {index.split_topic(topic)[0] for topic in topics}
+
+
+def _sources(index: SwarmIndex, heard: Container[str] | None) -> Iterator[Source]:
+    """What programs, commanders and drivers publish with a known rate and size.
+
+    Only drivers of robots ``heard``, and those of other packages, whose topics may be anywhere; None: all.
+    """
     declared = set[tuple[str, str]]()  # topic, program
     for one in index.endpoints:
         size = message_bytes(one.type, one.size)
@@ -165,14 +176,17 @@ def _sources(index: SwarmIndex) -> Iterator[Source]:
             if origin is not None and command is not None and (command.topic, control.by) not in declared:
                 yield Source(command.topic, origin, rates[robot], message_bytes(command.type, None) or 0)
     for namespace, robot in index.robot_by_namespace.items():
-        if (host := index.driving[robot]) is not None:
+        may_be_heard = heard is None or namespace in heard or robot in index.ros_drivers
+        if may_be_heard and (host := index.driving[robot]) is not None:
             for sent in index.driver_topics(robot):
                 if sent.rate and sent.size:
                     name = sent.name if sent.name.startswith("/") else f"{namespace}/{sent.name}"
                     yield Source(name, host, sent.rate, sent.size)
 
 
-def _subscribers(index: SwarmIndex, sources: Iterable[Source]) -> Mapping[str, set[str]]:
+def _subscribers(
+    index: SwarmIndex, sources: Iterable[Source], recordings: Iterable[tuple[str, Recording]]
+) -> Mapping[str, set[str]]:
     """The hosts on which each topic is subscribed to: by drivers, programs and recordings.
 
     If nothing on an island subscribes to a topic that `multimaster.topics` sends there, its hub counts.
@@ -192,7 +206,7 @@ def _subscribers(index: SwarmIndex, sources: Iterable[Source]) -> Mapping[str, s
         for island in (islands[to] for to in declared.to if to in islands):
             if hosts.isdisjoint(island.hosts):
                 hosts.add(island.hub)
-    for host, recording in _recordings(index):
+    for host, recording in recordings:
         home = index.home[host]
         known = {one.topic for one in sources if one.host in home.hosts}
         known.update(one.topic for one in bridges_of(index) if home.name in one.to)
