@@ -29,6 +29,12 @@ def onboard() -> Path:
     return Path(swarm_onboard.__path__[0])
 
 
+def host_check_names() -> tuple[str, ...]:
+    """Returns the names of the checks in `swarm_onboard.host_checks`."""
+    files = (onboard() / "host_checks").glob("[a-z]*.py")
+    return tuple(sorted(file.stem for file in files))
+
+
 def schemas() -> Path:
     """Returns the folder of the generated JSON Schemas."""
     return _folder("schemas")

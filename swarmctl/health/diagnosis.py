@@ -17,6 +17,7 @@ from swarmctl.health import (
     peer_checks,
     program_checks,
     publisher_checks,
+    release_checks,
     time_checks,
 )
 from swarmctl.health.checks import State, Verdict
@@ -100,6 +101,7 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
     if answer.release is not None or "release" not in answer.troubles:
         found.add("release", host.name, checks.release(host, answer.release), host=host)
     host_checks.compare(found, host, answer)
+    release_checks.compare(found, host, answer)
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
         found.add("clock", host.name, time_checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
     of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit, robot.pairing_unit)}

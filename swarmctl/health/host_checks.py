@@ -1,124 +1,50 @@
-"""Checks of a host itself: its disks, its memory, what was edited of its release, an open change. Pure."""
+"""The checks of a host itself, which are modules of ``swarm_onboard.host_checks``. Pure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import importlib
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, Protocol, cast
 
-from swarm_onboard.agent import record
+from swarm_onboard.agent.release_store import Home
+from swarm_onboard.host_checks import Judged
 
-from swarmctl.health import checks
-from swarmctl.health.checks import Verdict
+from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import Answer, ChangeSeen, DiskSeen, DriftSeen, MemorySeen
+from swarmctl.health.observations import Answer
 from swarmctl.health.root_cause import Findings
+from swarmctl.resources import host_check_names
 
-DISK, FILES, CHANGE = "disk", "files", "change"
-_FULL, _FULL_INODES = 4 << 20, 64  # bytes; the agent wants a little more than 1 MiB for a release
-_SCARCE, _SCARCE_SHARE = 200 << 20, 0.05  # bytes; of the size: both are warned of
-_SCARCE_INODES = 1000
-_SCARCE_MEMORY = 0.05  # of the size
-_HOT = 80.0  # degrees Celsius: from here on a Raspberry Pi slows down (its documentation, "Frequency
-# management and thermal control")
-_OPEN = (record.APPLYING, record.PENDING, record.UNDOING, record.REMOVING)
-_AT_BOOT = "/etc/systemd/system/multi-user.target.wants/"
-_WHAT = {
-    "changed": "was changed on the host",
-    "missing": "is missing",
-    "damaged": "is damaged",
-    "broken": "has lost a line that marks the swarm's block",
-    "foreign": "is not swarmctl's",
-    "extra": "is not part of the release",
-}
-_CACHE = "__pycache__"
-_REDEPLOY = "run swarmctl deploy"
-_ADOPT = "`swarmctl adopt` brings edits into the spec; `swarmctl deploy --overwrite-edits` replaces them"
+
+class HostCheck(Protocol):
+    """A module of ``swarm_onboard.host_checks``."""
+
+    TABLE: Sequence[tuple[str, str]]
+    Seen: type
+
+    def observe(self, home: Home) -> list[Any]:
+        """Returns what the host has, as values of the type ``Seen``."""
+        ...
+
+    def judge(self, seen: Any, host: str) -> Judged:
+        """Returns the verdict on one of them."""
+        ...
+
+
+@cache
+def host_checks() -> Mapping[str, HostCheck]:
+    """Returns the checks by name."""
+    return {
+        name: cast(HostCheck, importlib.import_module(f"swarm_onboard.host_checks.{name}"))
+        for name in host_check_names()
+    }
 
 
 def compare(found: Findings, host: ExpectedHost, answer: Answer) -> None:
     """Files one finding for each part that the host reports."""
-    for disk in answer.disks:
-        found.add(DISK, f"{host.name} {disk.place}", _disk(host, disk), host=host)
-    if answer.memory is not None:
-        found.add("memory", host.name, _memory(host, answer.memory), host=host)
-    if answer.temperature is not None:
-        found.add("temperature", host.name, _temperature(answer.temperature), host=host)
-    if answer.change is not None:
-        found.add(CHANGE, host.name, _change(host, answer.change), host=host)
-    in_change = answer.change is not None and answer.change.holder is not None
-    if answer.drift is not None and not in_change:
-        found.add(FILES, host.name, _drift(answer.drift), host=host, after=[f"{CHANGE} {host.name}"])
-
-
-def _disk(host: ExpectedHost, seen: DiskSeen) -> Verdict:
-    if seen.read_only:
-        text = f"is read-only: no deploy, and no stop that outlives a restart; {seen.used_by} is on it"
-        hint = f"on {host.name}: sudo dmesg | tail -50; if the disk is sound: sudo mount -o remount,rw"
-        return checks.bad(text, f"{hint} {seen.place}")
-    largest = f"on {host.name}: sudo du -xh {seen.place} | sort -h | tail -20"
-    if seen.free < _FULL:
-        return checks.bad(f"is full: {seen.free >> 10} KiB free; {seen.used_by} is on it", largest)
-    if seen.inodes is not None and seen.inodes < _FULL_INODES:
-        text = f"has {seen.inodes} inodes left: no file can be made; {seen.used_by} is on it"
-        return checks.bad(text, f"on {host.name}: sudo du -x --inodes {seen.place} | sort -n | tail -20")
-    if seen.free < min(_SCARCE, _SCARCE_SHARE * seen.size):
-        return checks.warning(f"is almost full: {seen.free >> 20} MiB free of {seen.size >> 20} MiB", largest)
-    if seen.inodes is not None and seen.inodes < _SCARCE_INODES:
-        return checks.warning(f"has only {seen.inodes} inodes left", largest)
-    return checks.ok(f"{seen.free >> 20} MiB free")
-
-
-def _memory(host: ExpectedHost, seen: MemorySeen) -> Verdict:
-    text = f"{seen.available >> 20} MiB available of {seen.size >> 20} MiB"
-    if seen.available < _SCARCE_MEMORY * seen.size:
-        return checks.warning(f"is almost used up: {text}", f"on {host.name}: ps aux --sort -rss | head")
-    return checks.ok(text)
-
-
-def _temperature(celsius: float) -> Verdict:
-    text = f"the processor has {celsius:.0f} °C"
-    if celsius < _HOT:
-        return checks.ok(text)
-    return checks.warning(f"{text}: it may run more slowly", "let more air to it, or have it do less")
-
-
-def _change(host: ExpectedHost, seen: ChangeSeen) -> Verdict:
-    if seen.holder is not None:
-        return checks.warning(f"is under way: {seen.holder}", "look again when it has ended")
-    if seen.state == record.PENDING and seen.left > 0:
-        text = f"of {seen.who} waits for its confirmation, and is undone in {seen.left:.0f} s without it"
-        return checks.warning(text, "look again then")
-    if seen.state in _OPEN:
-        text = f"of {seen.who} was interrupted, and is neither finished nor undone"
-        error = f": {seen.error}" if seen.error else ""
-        return checks.bad(text + error, f"{_REDEPLOY}, which settles it, on {host.name} too")
-    return checks.ok("none is open")
-
-
-def _drift(seen: DriftSeen) -> Verdict:
-    """Compares with the release. What people have added is only a warning."""
-    added = [path for path, what in seen.files.items() if what == "extra" and _CACHE not in path.split("/")]
-    faults = [*_faults(seen.files), *_links(seen.links), *_blocks(seen.blocks)]
-    if faults:
-        states = {*seen.files.values(), *seen.links.values(), *seen.blocks.values()} - {"extra"}
-        nothing_is_lost = states <= {"missing", "damaged"}
-        return checks.bad(checks.listed(faults), _REDEPLOY if nothing_is_lost else _ADOPT)
-    if added:
-        text = f"{checks.listed(sorted(added))} {'is' if len(added) == 1 else 'are'} not part of the release"
-        return checks.warning(text, "swarmctl deploy keeps a copy on the host and removes them")
-    return checks.ok("are as deployed")
-
-
-def _faults(files: Mapping[str, str]) -> Iterator[str]:
-    return (f"{path} {_WHAT.get(what, what)}" for path, what in files.items() if what != "extra")
-
-
-def _links(links: Mapping[str, str]) -> Iterator[str]:
-    for path, what in links.items():
-        if what == "missing" and path.startswith(_AT_BOOT):
-            yield f"{path[len(_AT_BOOT) :]} does not start at boot: its link is missing"
-        else:
-            yield f"{path} {_WHAT.get(what, what)}"
-
-
-def _blocks(blocks: Mapping[str, str]) -> Iterator[str]:
-    return (f"{path}: the swarm's block {_WHAT.get(what, what)}" for path, what in blocks.items())
+    for name, check in host_checks().items():
+        for seen in answer.checks.get(name, ()):
+            judged = check.judge(seen, host.name)
+            verdict = Verdict(State(judged.state), judged.message, judged.hint)
+            found.add(name, " ".join(filter(None, (host.name, judged.about))), verdict, host=host)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -223,28 +224,6 @@ class DriftSeen:
 
 
 @dataclass(frozen=True)
-class DiskSeen:
-    """A file system to which the swarm writes. ``free`` and ``size`` in bytes; ``inodes`` that are free, None
-    where they have no number; ``used_by``: one of the swarm's folders on it.
-    """
-
-    place: str
-    used_by: str
-    free: int
-    size: int
-    inodes: int | None = None
-    read_only: bool = False
-
-
-@dataclass(frozen=True)
-class MemorySeen:
-    """The memory of a host, in bytes."""
-
-    size: int
-    available: int
-
-
-@dataclass(frozen=True)
 class Answer:
     """The answer of one host. A missing part could not be determined; ``troubles`` may have the reason."""
 
@@ -268,9 +247,7 @@ class Answer:
     boot_id: str = ""
     change: ChangeSeen | None = None
     drift: DriftSeen | None = None
-    disks: tuple[DiskSeen, ...] = ()
-    memory: MemorySeen | None = None
+    checks: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # by name of a host's check
     busy: float | None = None  # share of the time in which the processors worked while the host was probed
-    temperature: float | None = None  # of the processor, degrees Celsius
     images: Mapping[str, ImageSeen] = field(default_factory=dict)  # by unit
     troubles: Mapping[str, str] = field(default_factory=dict)

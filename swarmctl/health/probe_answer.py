@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import is_dataclass, replace
-from itertools import islice
-from types import UnionType
-from typing import Any, get_args, get_origin
+from dataclasses import replace
+from typing import Any
 
+from swarmctl.health.host_checks import host_checks
 from swarmctl.health.observations import Answer
-from swarmctl.remote.answer_check import types_of
-
-_LONGEST_TEXT = 300
-_MOST = 20_000  # entries of one list or mapping
+from swarmctl.remote.agent_client import check_type
+from swarmctl.remote.answer_check import value_of
 
 
 def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
-    """Returns a ``ProbeAnswer`` as values. ``received``: the operator's clock when it came, s."""
+    """Returns a ``ProbeAnswer`` as values. ``received``: the operator's clock when it came, s.
+
+    Raises ``HostError`` if a check of the host reports what it cannot.
+    """
     histories, stopped = data.get("history") or {}, data.get("stopped") or {}
     units = {
         name: {**unit, **histories.get(name, {}), "stopped": stopped.get(name)}
@@ -27,15 +27,24 @@ def answer_of(data: Mapping[str, Any], received: float | None = None) -> Answer:
         for unit, one in data.get("launched", {}).items()
     }
     graph = data.get("graph")
-    answer: Answer = _value(Answer, {
+    answer: Answer = value_of(Answer, {
         **data,
         "units": units,
         "nodes": _nodes(data),
         "launched": launched,
+        "checks": {name: _seen(name, found) for name, found in data.get("checks", {}).items()},
         "graph": {**graph, "foreign": graph["strangers"]} if graph else None,
     })  # fmt: skip
     time = data.get("time")
     return answer if time is None or received is None else replace(answer, clock_ahead=time - received)
+
+
+def _seen(check: str, found: list[Any]) -> list[Any]:
+    if check not in host_checks():
+        return []
+    kind = host_checks()[check].Seen
+    check_type(found, list[kind], f"what the host observed for `{check}`")  # type: ignore[valid-type]
+    return [value_of(kind, one) for one in found]
 
 
 def _nodes(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -58,19 +67,3 @@ def _report(statuses: list[dict[str, Any]] | None) -> dict[str, Any] | None:
         "refused_all": all(one.startswith("/") for one in nodes),
         "strangers": values.get("unauthorised senders"),
     }
-
-
-def _value(kind: Any, data: Any) -> Any:
-    """JSON as a value of the type ``kind``. What is missing or null in an object has its default."""
-    if isinstance(kind, type) and is_dataclass(kind):
-        types = types_of(kind)
-        given = ((name, one) for name, one in data.items() if name in types and one is not None)
-        return kind(**{name: _value(types[name], one) for name, one in given})
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin is UnionType:
-        return _value(inner[0], data)
-    if origin is Mapping:
-        return {name[:_LONGEST_TEXT]: _value(inner[1], one) for name, one in islice(data.items(), _MOST)}
-    if origin is tuple:
-        return tuple(_value(inner[0], one) for one in data[:_MOST])
-    return data[:_LONGEST_TEXT] if kind is str else data

@@ -11,6 +11,7 @@ from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, Expected
 from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.peer_checks import peers_of
 from swarmctl.health.publisher_checks import publishers_of
+from swarmctl.resources import host_check_names
 from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm.topics import DIAGNOSTICS, DriverTopic
 
@@ -64,6 +65,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
             for one in host.programs
             if one.container is not None
         },
+        "checks": list(host_check_names()),
         "clock": (round(window, 3) if graph.simulated_time else 0.0) if host.master_unit else None,
     }
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 
-from swarmctl.resources import HostModule, onboard
+from swarmctl.resources import HostModule, host_check_names, onboard
 
 DEPLOY_VERBS = (
     "observe",
@@ -60,6 +60,8 @@ def _archive(verbs: tuple[str, ...], module: HostModule | None) -> Agent:
     names = ["main", "compiled", *(f"verbs.{verb}" for verb in verbs)]
     names += [program for verb, program in _PROGRAMS.items() if verb in verbs]
     names = [f"swarm_onboard.agent.{name}" for name in names]
+    if "probe" in verbs:
+        names += [f"swarm_onboard.host_checks.{name}" for name in host_check_names()]
     if module is not None:
         folders[module.name.partition(".")[0]] = module.folder
         names.append(module.name)

@@ -259,15 +259,19 @@ def _parse(text: bytes) -> dict[str, Any]:
 
 
 def _checked(request: Mapping[str, Any], answer: dict[str, Any]) -> dict[str, Any]:
-    expected = ANSWERS.get(str(request.get("verb")))
-    problem = mismatch(answer, expected) if expected else ""
-    if problem:
+    if (expected := ANSWERS.get(str(request.get("verb")))) is not None:
+        check_type(answer, expected, f"the answer to `{request['verb']}`")
+    return answer
+
+
+def check_type(value: Any, expected: Any, what: str) -> None:
+    """Raises ``HostError`` if ``value`` from a host, called ``what``, is not of the type ``expected``."""
+    if problem := mismatch(value, expected):
         raise HostError(
             Kind.PROTOCOL,
-            f"the answer to `{request['verb']}` does not fit: {printable(problem.encode())[:300]}",
+            f"{what} does not fit: {printable(problem.encode())[:300]}",
             "is it the right host, and its Python intact?",
         )
-    return answer
 
 
 def _reported(error: Mapping[str, Any]) -> HostError:

@@ -1,15 +1,19 @@
-"""Compares JSON from a host with the type that it should have (swarm_onboard.agent.messages)."""
+"""Compares JSON from a host with the type that it should have, and makes values of it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import is_dataclass
 from functools import lru_cache
+from itertools import islice
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
 
 DEEPEST = 32  # levels of lists and objects in one answer
 _LARGEST = 1 << 63
+_LONGEST_TEXT = 300  # of a value
+_MOST = 20_000  # entries of one list or mapping of a value
 _NAMES = {str: "text", bool: "true or false", int: "a whole number", float: "a number", NoneType: "null"}
 
 
@@ -42,12 +46,12 @@ def _encodable(text: str) -> bool:
 def mismatch(value: Any, expected: Any, where: str = "the answer") -> str:
     """The first part of ``value`` that is not of the type ``expected``, as text; empty if all of it fits.
 
-    ``expected`` is a TypedDict, a union, a Literal, Any, or a list, dict or scalar of JSON. Unknown keys are
-    ignored.
+    ``expected`` is a TypedDict, a named tuple, a union, a Literal, Any, or a list, dict or scalar of JSON.
+    Unknown keys are ignored.
     """
     if expected is Any:
         return ""
-    if is_typeddict(expected):
+    if is_typeddict(expected) or _is_named_tuple(expected):
         return _object_mismatch(value, expected, where)
     origin, inner = get_origin(expected), get_args(expected)
     if origin is Literal:
@@ -69,7 +73,8 @@ def mismatch(value: Any, expected: Any, where: str = "the answer") -> str:
 def _object_mismatch(value: Any, expected: Any, where: str) -> str:
     if not isinstance(value, dict):
         return f"{where} is not an object"
-    if missing := sorted(expected.__required_keys__ - value.keys()):
+    required = expected.__required_keys__ if is_typeddict(expected) else set(expected._fields)
+    if missing := sorted(required - value.keys()):
         return f"{where} has no `{missing[0]}`"
     types = types_of(expected)
     return _first(mismatch(value[key], types[key], f"{where}.{key}") for key in types if key in value)
@@ -100,3 +105,29 @@ def _first(found: Iterable[str]) -> str:
 
 def _name(expected: Any) -> str:
     return _NAMES.get(expected, "what it should be")
+
+
+def value_of(kind: Any, data: Any) -> Any:
+    """Returns JSON that fits ``kind`` as a value of that type, of bounded size.
+
+    What is missing or null in an object has the default of a dataclass.
+    """
+    if _is_named_tuple(kind):
+        types = types_of(kind)
+        return kind(*(None if data[name] is None else value_of(types[name], data[name]) for name in types))
+    if isinstance(kind, type) and is_dataclass(kind):
+        types = types_of(kind)
+        given = ((name, one) for name, one in data.items() if name in types and one is not None)
+        return kind(**{name: value_of(types[name], one) for name, one in given})
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is UnionType:
+        return value_of(inner[0], data)
+    if origin is Mapping:
+        return {name[:_LONGEST_TEXT]: value_of(inner[1], one) for name, one in islice(data.items(), _MOST)}
+    if origin is tuple:
+        return tuple(value_of(inner[0], one) for one in data[:_MOST])
+    return data[:_LONGEST_TEXT] if kind is str else data
+
+
+def _is_named_tuple(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")

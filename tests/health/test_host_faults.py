@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from swarm_onboard.host_checks import disk, memory
 
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import ChangeSeen, DiskSeen, DriftSeen, MemorySeen
+from swarmctl.health.observations import ChangeSeen, DriftSeen
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
@@ -30,7 +31,7 @@ WRONG_KEY = HostError(Kind.HOST_KEY, "the key is not the pinned one")
 
 AT_BOOT = "/etc/systemd/system/multi-user.target.wants"
 CHANGE = ChangeSeen("applying", "anna", 0.0, "", None)
-DISK = DiskSeen("/", "/opt/swarm", 4 << 30, 16 << 30, 100_000, read_only=False)
+DISK = disk.Seen("/", "/opt/swarm", 4 << 30, 16 << 30, 100_000, read_only=False)
 
 FAULTS = {
     "nothing deployed": Fault(
@@ -129,32 +130,13 @@ FAULTS = {
     ),
     "full disk": Fault(
         K3_PI,
-        changed(disks=(replace(DISK, free=12 << 10),)),
+        changed(checks={"disk": (DISK._replace(free=12 << 10),)}),
         {f"disk {K3_PI} /": ("bad", [])},
         message="is full: 12 KiB free; /opt/swarm is on it",
     ),
-    "no inodes": Fault(
-        K3_PI,
-        changed(disks=(replace(DISK, inodes=3),)),
-        {f"disk {K3_PI} /": ("bad", [])},
-        message="has 3 inodes left",
-    ),
-    "disk that is almost full": Fault(
-        K3_PI,
-        changed(disks=(replace(DISK, free=100 << 20),)),
-        {f"disk {K3_PI} /": ("warning", [])},
-        healthy=True,
-        message="100 MiB free of 16384 MiB",
-    ),
-    "read-only disk": Fault(
-        K3_PI,
-        changed(disks=(replace(DISK, read_only=True),)),
-        {f"disk {K3_PI} /": ("bad", [])},
-        message="is read-only",
-    ),
     "little memory": Fault(
         K3_PI,
-        changed(memory=MemorySeen(512 << 20, 20 << 20)),
+        changed(checks={"memory": (memory.Seen(512 << 20, 20 << 20),)}),
         {f"memory {K3_PI}": ("warning", [])},
         healthy=True,
         message="20 MiB available of 512 MiB",
@@ -183,13 +165,6 @@ FAULTS = {
         both(changed(busy=0.97), with_topic("k3", "/k3/odom", count=0, rate=None)),
         {"topic /k3/odom of k3": ("bad", [])},
         message="no message in 2 s",
-    ),
-    "hot processor": Fault(
-        K3_PI,
-        changed(temperature=84.0),
-        {f"temperature {K3_PI}": ("warning", [])},
-        healthy=True,
-        message="84 °C",
     ),
     "clock astray": Fault(
         K3_PI,

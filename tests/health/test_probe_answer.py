@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from swarm_onboard.agent.probe_messages import ProbeAnswer
 
 from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.host_checks import host_checks
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.health.probe_request import listening, request
 from swarmctl.health.swarm_health import status
@@ -42,6 +43,11 @@ _KEYS = st.sampled_from([
 def fitting(kind: Any) -> st.SearchStrategy[Any]:
     """JSON of the type ``kind`` of an answer."""
     origin, inner = get_origin(kind), get_args(kind)
+    if kind == get_type_hints(ProbeAnswer)["checks"]:
+        checks = {name: fitting(list[one.Seen]) for name, one in host_checks().items()}
+        return st.fixed_dictionaries({}, optional=checks)
+    if hasattr(kind, "_fields"):
+        return st.fixed_dictionaries({name: fitting(one) for name, one in get_type_hints(kind).items()})
     if is_typeddict(kind):
         parts = {name: fitting(one) for name, one in get_type_hints(kind).items()}
         optional = {name: parts.pop(name) for name in sorted(kind.__optional_keys__)}
@@ -120,6 +126,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "advertised": "192.168.77.11",
         "restart_window": 600.0,
         "images": {},
+        "checks": list(host_checks()),
         "clock": None,
     }
 

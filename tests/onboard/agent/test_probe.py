@@ -109,7 +109,7 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
         "command_types": [], "publishers": {}, "peers": [],
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
-        "clock": None,
+        "checks": ["memory"], "clock": None,
     }  # fmt: skip
     answer = probe.handle({**request, **other}, b"", None)  # type: ignore[arg-type]
     assert mismatch(json.loads(json.dumps(answer)), ProbeAnswer) == "", "whatever nodes and masters say"

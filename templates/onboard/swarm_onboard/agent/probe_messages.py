@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
 from .messages import Drift, Transaction, UnitState
 
@@ -49,8 +49,8 @@ class ProbeRequest(TypedDict):
     hosts that this one connects to; ``graph``: null on one island; ``launched``: units whose nodes are to be
     found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
     of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by
-    unit; ``clock``: s to listen to the clock of simulated time, 0 where time is not simulated, null where the
-    host runs no master.
+    unit; ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated
+    time, 0 where time is not simulated, null where the host runs no master.
     """
 
     verb: Literal["probe"]
@@ -69,6 +69,7 @@ class ProbeRequest(TypedDict):
     advertised: str
     restart_window: float
     images: dict[str, ImageRequest]
+    checks: list[str]
     clock: float | None
 
 
@@ -269,27 +270,6 @@ class LatchAnswer(TypedDict):
     since: float
 
 
-class DiskAnswer(TypedDict):
-    """A file system: where it is mounted, one of the swarm's places on it, and what it has left in bytes.
-
-    ``inodes``: how many are free, null where they have no number.
-    """
-
-    place: str
-    used_by: str
-    free: int
-    size: int
-    inodes: int | None
-    read_only: bool
-
-
-class MemoryAnswer(TypedDict):
-    """The host's memory in bytes."""
-
-    size: int
-    available: int
-
-
 class ChangeAnswer(Transaction):
     """The last change, and who holds the lock now (null: nobody)."""
 
@@ -302,7 +282,7 @@ class ProbeAnswer(GraphAnswer, total=False):
     ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``environments``: by unit, in
     words, which ROS variables of its main process differ from the release; ``latches``: by robot that
     `swarmctl stop` has stopped, who did and when, in s since 1970; ``drift``: from the current release;
-    ``temperature`` of the processor, in degrees Celsius; ``busy``: the share of the time in which the
+    ``checks``: what those in the request have observed; ``busy``: the share of the time in which the
     processors worked during the probe.
     """
 
@@ -316,9 +296,7 @@ class ProbeAnswer(GraphAnswer, total=False):
     latches: dict[str, LatchAnswer] | None
     change: ChangeAnswer | None
     drift: Drift | None
-    disks: list[DiskAnswer] | None
-    memory: MemoryAnswer | None
-    temperature: float | None
+    checks: dict[str, list[Any]]
     busy: float | None
     time: float
     boot_id: str | None

@@ -12,13 +12,14 @@ import importlib
 import os
 import stat
 import time
+from functools import partial
 
 from swarm_onboard.agent import (
     deployed,
-    host_resources,
     images,
     lock,
     process_environment,
+    processor_work,
     stop_latches,
     systemd,
     unit_history,
@@ -56,7 +57,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     def states() -> dict[str, Any]:
         return systemd.states([str(unit) for unit in request["units"]])
 
-    work = part("load", host_resources.work)
+    work = part("load", processor_work.work)
     before = answer["units"] = part("units", states)
     answer["history"] = part(
         "journal", lambda: unit_history.restarts(home, before or {}, float(request["restart_window"]))
@@ -69,20 +70,24 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     answer["release"] = part("release", home.current)
     answer["change"] = part("change", lambda: {**deployed.last_change(home), "holder": lock.holder(home)})
     answer["drift"] = part("files", lambda: _drift(home))
-    answer["disks"] = part("disks", lambda: host_resources.disks(home))
-    answer["memory"] = part("memory", host_resources.memory)
-    answer["temperature"] = part("temperature", lambda: host_resources.temperature(home))
+    checks = {name: part(name, partial(_observed, name, home)) for name in request["checks"]}
+    answer["checks"] = {name: found for name, found in checks.items() if found is not None}
     answer["latches"] = part(
         "latches", lambda: {name: one._asdict() for name, one in stop_latches.closed(home).items()}
     )
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
-    answer["busy"] = part("load", lambda: host_resources.work().share_since(work)) if work else None
+    answer["busy"] = part("load", lambda: processor_work.work().share_since(work)) if work else None
     answer["units"] = _with_restarts(before, part("units", states))
     part("conflicts", lambda: importlib.import_module(request["module"]).observe_logs(answer))
     answer["boot_id"] = part("boot_id", _boot_id)
     answer["time"] = time.time()
     return answer
+
+
+def _observed(check: str, home: Home) -> list[dict[str, Any]]:
+    module = importlib.import_module(f"swarm_onboard.host_checks.{check}")
+    return [one._asdict() for one in module.observe(home)]
 
 
 def _drift(home: Home) -> Drift | None:
