@@ -142,7 +142,7 @@ def network_budgets(index: SwarmIndex) -> Iterator[NetworkBudget]:
 def _flows(index: SwarmIndex) -> Iterator[Flow]:
     """What is published on one host and subscribed to on another."""
     recordings = tuple(_recordings(index))
-    sources = tuple(_sources(index, None if recordings else _heard(index)))
+    sources = tuple(_sources(index, None if recordings else _subscribed_namespaces(index)))
     subscribers = _subscribers(index, sources, recordings)
     for one in sources:
         for to in sorted(subscribers.get(one.topic, ())):
@@ -150,17 +150,18 @@ def _flows(index: SwarmIndex) -> Iterator[Flow]:
                 yield Flow(one.topic, one.host, to, one.rate * on_the_wire(one.size))
 
 
-def _heard(index: SwarmIndex) -> Container[str]:
-    """The namespaces of robots in which something other than a driver subscribes: most robots are in none."""
+def _subscribed_namespaces(index: SwarmIndex) -> Container[str]:
+    """The namespaces in which something other than a driver subscribes: those of few robots."""
     topics = [one.topic for one in index.endpoints if not one.publishes]
     topics += [one.topic for one in (index.spec.multimaster.topics if index.spec.multimaster else ())]
     return {index.split_topic(topic)[0] for topic in topics}
 
 
-def _sources(index: SwarmIndex, heard: Container[str] | None) -> Iterator[Source]:
+def _sources(index: SwarmIndex, subscribed: Container[str] | None) -> Iterator[Source]:
     """What programs, commanders and drivers publish with a known rate and size.
 
-    Only drivers of robots ``heard``, and those of other packages, whose topics may be anywhere; None: all.
+    Only drivers in the namespaces ``subscribed``, and those of other packages, whose topics may be
+    anywhere; None: all.
     """
     declared = set[tuple[str, str]]()  # topic, program
     for one in index.endpoints:
@@ -176,8 +177,8 @@ def _sources(index: SwarmIndex, heard: Container[str] | None) -> Iterator[Source
             if origin is not None and command is not None and (command.topic, control.by) not in declared:
                 yield Source(command.topic, origin, rates[robot], message_bytes(command.type, None) or 0)
     for namespace, robot in index.robot_by_namespace.items():
-        may_be_heard = heard is None or namespace in heard or robot in index.ros_drivers
-        if may_be_heard and (host := index.driving[robot]) is not None:
+        is_wanted = subscribed is None or namespace in subscribed or robot in index.ros_drivers
+        if is_wanted and (host := index.driving[robot]) is not None:
             for sent in index.driver_topics(robot):
                 if sent.rate and sent.size:
                     name = sent.name if sent.name.startswith("/") else f"{namespace}/{sent.name}"

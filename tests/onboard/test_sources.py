@@ -35,6 +35,7 @@ MAY_IMPORT = {
     "driver": {"swarm_onboard.command", "swarm_onboard.common", "swarm_onboard.rosserial", "serial", *ROS},
     "gate": {"swarm_onboard.command", "swarm_onboard.common", *ROS},
     "multimaster": {"swarm_onboard.common"},
+    "host_checks": {"swarm_onboard.agent"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
     "rosserial": set[str](),
     "stand_in": ROS,
