@@ -9,10 +9,11 @@ the request that sets the next address if a dongle serves several.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from swarmctl.analysis.serial_load import command_rates
+from swarmctl.links.radio_link import Radio
 from swarmctl.swarm.index import SwarmIndex
 
 _PACKET_BITS = 8 * (1 + 5 + 32 + 2) + 9  # preamble, address, payload, checksum, and the control field
@@ -42,10 +43,20 @@ class DongleBudget:
         }
 
 
+def dongle_links(index: SwarmIndex) -> Mapping[tuple[str, str], list[tuple[int, Radio]]]:
+    """Returns the links that each Crazyradio serves, with their places, by its host and name."""
+    found: dict[tuple[str, str], list[tuple[int, Radio]]] = {}
+    for number, link in index.lines:
+        if isinstance(link, Radio):
+            found.setdefault((link.host, link.dongle), []).append((number, link))
+    return found
+
+
 def dongle_budgets(index: SwarmIndex) -> Iterator[DongleBudget]:
     """Yields the budget of every dongle that serves a robot, in the order of the spec."""
-    rates = command_rates(index) if index.dongles else {}
-    for (host, dongle), links in index.dongles.items():
+    dongles = dongle_links(index)
+    rates = command_rates(index) if dongles else {}
+    for (host, dongle), links in dongles.items():
         exchanges = [_exchanges(index, link.robot, rates[link.robot]) for _, link in links]
         yield DongleBudget(
             host,

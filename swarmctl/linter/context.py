@@ -20,7 +20,7 @@ from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Bridge
 from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
 from swarmctl.swarm.topic_origins import Publishers
-from swarmctl.yamltext.source import Source
+from swarmctl.yamltext.source import Loc, Source
 
 
 class RuleContext(SwarmIndex):
@@ -62,6 +62,16 @@ class RuleContext(SwarmIndex):
             return True
         sums = self.messages.sums if "ros1-nodes" in self.middleware.capabilities else {}
         return bool(sums.get(one)) and sums[one] == sums.get(other)
+
+    def command_timeout_loc(self, robot: str) -> Loc:
+        """Returns where the spec sets a robot's command timeout; empty if its type or swarmctl sets it."""
+        given = self.spec.robots[robot]
+        if given.settings.command_timeout is not None:
+            return ("robots", robot, "settings", "command_timeout")
+        of_type = self.types[given.type].settings.command_timeout
+        if of_type is None and self.spec.defaults.robot.command_timeout is not None:
+            return ("defaults", "robot", "command_timeout")
+        return ()
 
     @cached_property
     def urdfs(self) -> RobotUrdfs:

@@ -141,8 +141,14 @@ class _Worker:
         self.sessions = 0
         self.lost = False  # seen by a session, which may be before Dask's client learns it
         self._task = client.submit(Sessions, login, actor=True, pure=False, workers=[name])
-        with client.as_current():  # an actor belongs to the client that is current when it arrives
-            self.actor: Any = self._task.result(timeout=CONNECT)
+        try:
+            with client.as_current():  # an actor belongs to the client that is current when it arrives
+                self.actor: Any = self._task.result(timeout=CONNECT)
+        except Exception as error:  # what Dask raises, or the worker when it imports swarmctl
+            raise ClusterError(
+                f"the worker {name} does not begin: {_first_line(error)}",
+                "end the tasks that keep it busy, or run a cluster of its own for swarmctl",
+            ) from error
         self.agents: set[str] = set()  # the digests of those that it has
         self.lock = threading.Lock()
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from swarmctl.analysis.bluetooth_load import MOST, STABLE, BluetoothBudget, bluetooth_budgets, spread
-from swarmctl.analysis.radio_load import dongle_budgets
+from swarmctl.analysis.radio_load import dongle_budgets, dongle_links
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.links.radio_link import Radio
 from swarmctl.linter.context import RuleContext, rule
@@ -114,7 +114,7 @@ def crowded_dongles(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("RADIO005")
 def shared_dongles(context: RuleContext) -> Iterator[Diagnostic]:
     """One dongle that several drivers open, each a process of its own; one finding per dongle."""
-    for links in context.dongles.values():
+    for links in dongle_links(context).values():
         if len(links) < 2:
             continue
         (earlier, other), (index, link) = links[:2]
@@ -134,7 +134,7 @@ def shared_dongles(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("RADIO004")
 def near_channels(context: RuleContext) -> Iterator[Diagnostic]:
     """Two dongles on one channel, or on channels that overlap; one finding for each pair of dongles."""
-    for (first, ours), (second, theirs) in combinations(context.dongles.items(), 2):
+    for (first, ours), (second, theirs) in combinations(dongle_links(context).items(), 2):
         clash = next(((one, other) for one in ours for other in theirs if _overlap(one[1], other[1])), None)
         if clash is None:
             continue

@@ -9,6 +9,7 @@ from typing import Any
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.links.bluetooth_link import Bluetooth
+from swarmctl.links.radio_link import Radio
 from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.devices import FACTORY
@@ -156,7 +157,8 @@ def duplicate_radio_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """Two Crazyflies with one address on one channel: each obeys the commands for both."""
     claims: list[Claim] = [
         ((link.channel, link.address), f"robot `{link.robot}`", ("links", index, "uri"))
-        for index, link in context.radios
+        for index, link in context.lines
+        if isinstance(link, Radio)
     ]
     help_ = "give each Crazyflie its own address, with the Crazyflie client over USB, or another channel"
     yield from duplicates(context, "ID009", "radio address and channel", claims, help_)

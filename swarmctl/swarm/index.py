@@ -12,7 +12,6 @@ from functools import cached_property
 
 from swarmctl.links.ip_link import IpLink
 from swarmctl.links.link_base import Ends, Line, NetworkLink, RobotLink
-from swarmctl.links.radio_link import Radio
 from swarmctl.robot_types.any_robot_type import AnyRobotType, with_protocol
 from swarmctl.robot_types.effective_settings import command_timeout_of
 from swarmctl.robot_types.motion import Motion, motion_of
@@ -38,7 +37,6 @@ from swarmctl.swarm.topics import (
     program_endpoints,
     sensors_of,
 )
-from swarmctl.yamltext.source import Loc
 
 
 class SwarmIndex:
@@ -133,19 +131,6 @@ class SwarmIndex:
     def ip_links(self) -> Mapping[int, IpEnds]:
         """The udp and tcp links, by index in ``links``."""
         return {index: self.ends_of(link) for index, link in self.lines if isinstance(link, IpLink)}
-
-    @cached_property
-    def radios(self) -> tuple[tuple[int, Radio], ...]:
-        """The links by a Crazyradio."""
-        return tuple((index, link) for index, link in self.lines if isinstance(link, Radio))
-
-    @cached_property
-    def dongles(self) -> Mapping[tuple[str, str], list[tuple[int, Radio]]]:
-        """The links that each Crazyradio serves, by its host and name."""
-        found: dict[tuple[str, str], list[tuple[int, Radio]]] = {}
-        for index, link in self.radios:
-            found.setdefault((link.host, link.dongle), []).append((index, link))
-        return found
 
     @cached_property
     def lines_of(self) -> Mapping[str, list[tuple[int, RobotLink]]]:
@@ -411,13 +396,3 @@ class SwarmIndex:
                 known[key] = command_timeout_of(*self.document.settings_layers(name))
             timeouts[name] = known[key]
         return timeouts
-
-    def command_timeout_loc(self, robot: str) -> Loc:
-        """Returns where the spec sets a robot's command timeout; empty if its type or swarmctl sets it."""
-        given = self.spec.robots[robot]
-        if given.settings.command_timeout is not None:
-            return ("robots", robot, "settings", "command_timeout")
-        of_type = self.types[given.type].settings.command_timeout
-        if of_type is None and self.spec.defaults.robot.command_timeout is not None:
-            return ("defaults", "robot", "command_timeout")
-        return ()

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from swarmctl.remote import agent_client, connections, dask_cluster, parallel_hosts
-from swarmctl.remote.dask_cluster import Workers, address_of
+from swarmctl.remote.dask_cluster import ClusterError, Workers, address_of
 from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started, Stop
 from swarmctl.remote.transport import HostError, Kind, Output, Session, Target
 from tests.deploy.deploying import deploy
@@ -234,3 +234,25 @@ def test_a_worker_has_keys_of_its_own_home(
         list(parallel_hosts.run([host], question, transport=workers, parallel=4))
     assert records.opened[0].identities == (Path("~/.ssh/id_swarm"), other)
     assert records.opened[0].jump == replace(hop, identities=(Path("~/.ssh/id_swarm"),))
+
+
+BEGUN, END = threading.Event(), threading.Event()
+
+
+def other_task() -> None:
+    BEGUN.set()
+    END.wait(PATIENCE)
+
+
+def test_a_worker_that_is_busy_with_other_tasks_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_cluster, "CONNECT", 0.3)
+    with cluster_in_threads(1) as cluster, distributed.Client(cluster, set_as_default=False) as client:
+        address = address_of(cluster.scheduler_address.replace("tcp", "dask"))
+        task = client.submit(other_task)
+        assert BEGUN.wait(PATIENCE)
+        busy = pytest.raises(ClusterError, match=r"the worker tcp://\S+ does not begin: ")
+        with busy as found, dask_cluster.workers(address, login=Hosts):
+            raise AssertionError
+        END.set()
+        task.result(PATIENCE)
+    assert "end the tasks that keep it busy" in found.value.fix

@@ -19,6 +19,18 @@ def test_it_is_that_of_a_board(tmp_path: Path, kind: str, value: int, celsius: l
     assert [one.celsius for one in observe(Home("new", str(tmp_path)))] == celsius
 
 
+def test_a_sensor_that_is_off_costs_the_others_nothing(tmp_path: Path) -> None:
+    for number, kind in enumerate(("iwlwifi_1", "cpu-off", "soc-thermal")):
+        zone = tmp_path / f"sys/class/thermal/thermal_zone{number}"
+        zone.mkdir(parents=True)
+        (zone / "type").write_text(f"{kind}\n")
+        if kind == "soc-thermal":
+            (zone / "temp").write_text("52000\n")
+        else:
+            (zone / "temp").mkdir()  # reading it fails
+    assert observe(Home("new", str(tmp_path))) == [Seen(52.0)]
+
+
 def test_without_a_sensor_it_is_not_checked(tmp_path: Path) -> None:
     assert observe(Home("new", str(tmp_path))) == []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 
 from swarm_onboard.agent import files
 from swarm_onboard.agent.named_tuple import NamedTuple
@@ -30,9 +31,10 @@ def observe(home: Home) -> list[Seen]:
     folder = home.outside(_ZONES)
     found = []
     for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else ():
-        kind, value = (files.read(f"{folder}/{name}/{part}") or b"" for part in ("type", "temp"))
-        if kind.decode("ascii", "replace").lower().startswith(_BOARD) and value.strip().isdigit():
-            found.append(int(value) / 1000)
+        kind = files.read(f"{folder}/{name}/type") or b""
+        if kind.decode("ascii", "replace").lower().startswith(_BOARD):
+            with suppress(OSError, ValueError):  # a sensor that is off has no value
+                found.append(int(files.read(f"{folder}/{name}/temp") or b"") / 1000)
     return [Seen(max(found))] if found else []
 
 

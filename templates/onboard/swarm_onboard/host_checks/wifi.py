@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 TABLE = (
     ("the signal of its Wi-Fi is weaker than -75 dBm", "a warning"),
-    ("its Wi-Fi saves power, which delays packets by 100 ms and more", "a warning"),
+    ("its Wi-Fi saves power: packets for it wait until the radio wakes up", "a warning"),
 )
-_WEAK = -75  # dBm, below which rates fall and packets are repeated
+_WEAK = -75  # dBm, a rule of thumb: below, rates fall and packets are repeated
 _RADIOS = "/proc/net/wireless"
 _GET_POWER = 0x8B2D  # SIOCGIWPOWER of linux/wireless.h
 _REQUEST = struct.Struct("16siBBH4x4x")  # struct iwreq with an iw_param: name, value, fixed, disabled, flags
@@ -61,5 +61,5 @@ def judge(seen: Seen, host: str) -> Judged:
         return Judged("warning", f"{text}: packets are repeated and lost", hint, seen.name)
     if seen.saves_power:
         hint = f"on {host}, until it restarts: sudo iw dev {seen.name} set power_save off"
-        return Judged("warning", "it saves power: packets wait 100 ms and more", hint, seen.name)
+        return Judged("warning", "it saves power: packets for it wait until it wakes up", hint, seen.name)
     return Judged("ok", text, "", seen.name)
