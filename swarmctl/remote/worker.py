@@ -76,15 +76,16 @@ class Sessions:
 
         Returns the answer, which may be a ``HostError``, or a ``Note``; then ``more`` returns what follows.
         """
-        if number in self._closed:  # the order was slower than the end
-            return HostError(Kind.LOST, f"the connection to {target.host} was closed")
-        if number not in self._sessions:
-            self._sessions[number] = _Session(self._transport, target, self._agents, self._loop)
-        self._sessions[number].orders.put(order)
+        if number not in self._closed:  # else the order was slower than the end
+            if number not in self._sessions:
+                self._sessions[number] = _Session(self._transport, target, self._agents, self._loop)
+            self._sessions[number].orders.put(order)
         return await self.more(number)
 
     async def more(self, number: int) -> Any:
         """See ``answer``."""
+        if number in self._closed:
+            return HostError(Kind.LOST, "the connection was closed")
         return await self._sessions[number].reports.get()
 
     async def close(self, number: int) -> None:

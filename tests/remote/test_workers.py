@@ -17,6 +17,7 @@ from swarmctl.remote import agent_client, connections, dask_cluster, parallel_ho
 from swarmctl.remote.dask_cluster import ClusterError, Workers, address_of
 from swarmctl.remote.parallel_hosts import Finished, Note, Skipped, Started, Stop
 from swarmctl.remote.transport import HostError, Kind, Output, Session, Target
+from swarmctl.remote.worker import BecomeRoot
 from tests.deploy.deploying import deploy
 from tests.deploy.test_rollout import HOSTS, TARGETS, FolderTransport, bundles, changed, deployed, hosts
 from tests.onboard.agent.fakehost import FakeHost
@@ -178,6 +179,16 @@ def test_a_worker_keeps_no_session_that_the_operator_has_ended(records: type[Rec
         list(events)
         wait_for(lambda: records.ended[2:] == ["silent"])
     assert len(records.opened) == 3
+
+
+def test_an_order_after_the_end_of_its_session_opens_none(records: type[Recorded]) -> None:
+    with in_threads(1, login=Recorded) as workers:
+        with workers.connect(targets("a")[0]) as session, agent_client.agent_session(session) as host:
+            host.request({"verb": "test"})
+        for method, args in (("answer", (0, targets("a")[0], BecomeRoot())), ("more", (0,))):
+            late = getattr(workers._all[0].actor, method)(*args).result(PATIENCE)
+            assert (late.kind, str(late)) == (Kind.LOST, "the connection was closed")
+    assert len(records.opened) == 1
 
 
 def test_a_worker_whose_operator_has_gone_closes_its_sessions(records: type[Recorded]) -> None:
