@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from swarmctl.version import __version__
 
+TYPE_CHECKING = False  # of `typing`, whose import takes longer than all else before the first verb
 if TYPE_CHECKING:
     from os import PathLike
 

@@ -142,6 +142,23 @@ def test_ctrl_c_is_one_line_and_no_traceback(
     assert capsys.readouterr() == ("", "interrupted\n")
 
 
+@pytest.mark.parametrize("module", ["swarmctl.streams", "swarmctl.cli.app", "typer", "typing"])
+def test_ctrl_c_during_an_import_is_one_line(module: str) -> None:
+    script = f"""
+import sys
+class Interrupt:
+    def find_spec(name, *_):
+        if name == {module!r}:
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt)
+sys.modules.pop({module!r}, None)
+from swarmctl.__main__ import main
+sys.exit(main())
+"""
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (exit_codes.INTERRUPTED, "", "interrupted\n")
+
+
 def test_a_reader_that_leaves_is_no_error() -> None:
     ran = subprocess.run(
         ["sh", "-c", f"{PROGRAM} schema | head -c 1 >/dev/null"], capture_output=True, text=True, check=False

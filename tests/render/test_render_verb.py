@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -48,25 +50,27 @@ def test_json_is_the_only_thing_on_stdout(capsys: pytest.CaptureFixture[str]) ->
 
 def test_again_over_an_earlier_render_takes_away_what_is_gone(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
-    Path("made/k3-pi/old-file").touch()
-    Path("made/gone").mkdir()
-    Path("made/gone/manifest.json").write_text('{"format": 1, "swarm": "newswarm", "host": "gone"}')
+    for host in ("k3-pi", "gone"):
+        Path("made", host, "bin").mkdir(parents=True, exist_ok=True)
+        Path("made", host, "bin/old-file").touch()
+        manifest = json.loads(Path("made/k3-pi/manifest.json").read_text())
+        listed = {**manifest, "host": host, "files": {**manifest["files"], "bin/old-file": {}}}
+        Path("made", host, "manifest.json").write_text(json.dumps(listed))
     Path("made/.unfinished-1").mkdir()
     before = digests(capsys.readouterr().out)
     assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
     assert digests(capsys.readouterr().out) == before
-    assert not Path("made/k3-pi/old-file").exists()
+    assert not Path("made/k3-pi/bin/old-file").exists()
     assert sorted(path.name for path in Path("made").iterdir()) == ["epuck-pi", "k3-pi", "koala-laptop"]
 
 
 def test_one_host_leaves_the_others_alone(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
-    mark = Path("made/epuck-pi/mark")
-    mark.touch()
+    other = Path("made/epuck-pi").stat().st_ino
     capsys.readouterr()
     assert run(["render", "swarm.yaml", "--out", "made", "--host", "k3-pi"]) == exit_codes.OK
     assert list(digests(capsys.readouterr().out)) == ["k3-pi"]
-    assert mark.exists()
+    assert Path("made/epuck-pi").stat().st_ino == other
 
 
 @pytest.mark.parametrize("stranger", ["file.txt", "k3-pi/notes.txt"])
@@ -82,12 +86,41 @@ def test_what_is_not_a_render_is_not_touched(stranger: str, capsys: pytest.Captu
     assert [one for one in Path("made").rglob("*") if one.is_file()] == [path]
 
 
-def test_force_writes_beside_it() -> None:
-    Path("made").mkdir()
-    Path("made/file.txt").write_text("mine")
+@pytest.mark.parametrize("mine", ["file.txt", "k3-pi/notes.txt", "k3-pi/bin/notes/1.txt", "gone/notes.txt"])
+@pytest.mark.parametrize("before", ["nothing", "a render"])
+def test_force_keeps_files_of_the_user(mine: str, before: str) -> None:
+    if before == "a render":
+        assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.OK
+        shutil.copytree("made/k3-pi", "made/gone")
+        manifest = Path("made/gone/manifest.json")
+        manifest.write_text(manifest.read_text().replace("k3-pi", "gone"))
+    path = Path("made") / mine
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("mine")
+    assert run(["render", "swarm.yaml", "--out", "made"]) == exit_codes.ERROR
     assert run(["render", "swarm.yaml", "--out", "made", "--force"]) == exit_codes.OK
-    assert Path("made/file.txt").read_text() == "mine"
+    assert path.read_text() == "mine"
     assert Path("made/k3-pi/manifest.json").is_file()
+    assert mine.startswith("gone/") or not Path("made/gone").exists()
+    assert [one.name for one in Path("made").rglob("gone/*")] in ([], ["notes.txt"])
+
+
+def test_a_file_of_the_user_in_the_way_is_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    path = Path("made/k3-pi/setup.bash")
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    assert run(["render", "swarm.yaml", "--out", "made", "--force"]) == exit_codes.ERROR
+    assert "made/k3-pi/setup.bash was not written by swarmctl render" in capsys.readouterr().err
+    assert [one for one in Path("made").rglob("*") if not one.is_dir()] == [path]
+    assert path.read_text() == "mine"
+
+
+def test_two_renders_write_one_after_the_other() -> None:
+    arguments = [sys.executable, "-m", "swarmctl", "render", "swarm.yaml", "--out", "made"]
+    all_of_them = [
+        subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(3)
+    ]
+    assert [one.communicate()[0] and one.returncode for one in all_of_them] == [0, 0, 0]
 
 
 def test_out_is_a_file(capsys: pytest.CaptureFixture[str]) -> None:

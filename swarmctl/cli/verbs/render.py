@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_format
-import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,8 +13,6 @@ from swarmctl.cli import console, next_command, options, selected
 if TYPE_CHECKING:
     from swarmctl.render.bundle import Bundle
     from swarmctl.swarm.resolved import Swarm
-
-_UNFINISHED = ".unfinished-"
 
 
 def render(
@@ -33,20 +28,22 @@ def render(
 
     Without --host, folders of hosts that are no longer in the spec are removed.
     """
+    from swarmctl.cli import render_folder
     from swarmctl.render.build_bundle import bundles
 
     swarm = console.read_spec(spec)
     wanted = bundles(swarm)
     named = {name: wanted[name] for name in selected.hosts(swarm.candidates, host)}
-    if not force and (foreign := _foreign_path(out)) is not None:
+    if not force and (foreign := render_folder.foreign_file(out)) is not None:
         console.fail(
             f"{foreign} was not written by swarmctl render",
             "choose an empty --out, or use --force to keep it there",
         )
     try:
-        _write(out, named)
-        if not host:
-            _remove_gone(out, wanted)
+        with render_folder.locked(out):
+            render_folder.write(out, named)
+            if not host:
+                render_folder.remove_gone(out, wanted)
     except OSError as error:
         console.fail(console.cannot_write(error, out), "choose another --out")
     _report(out, named, swarm, details=details, json=json)
@@ -57,51 +54,6 @@ def render(
                     f"note: {name}: {', '.join(bundle.unbuilt)} left out, which `prepare` builds"
                 )
         next_command.advise("plan", spec, *next_command.where(limit=host))
-
-
-def _foreign_path(out: Path) -> Path | None:
-    """A path in ``out`` that no render wrote; None if there is none."""
-    if not out.exists():
-        return None
-    if not out.is_dir():
-        return out
-    return next((one for one in sorted(out.iterdir()) if not _is_ours(one)), None)
-
-
-def _is_ours(folder: Path) -> bool:
-    if folder.name.startswith(_UNFINISHED):
-        return True
-    from swarmctl.yamltext.files import content
-
-    try:
-        manifest = json_format.loads(content(folder / "manifest.json"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(manifest, dict) and manifest.get("host") == folder.name
-
-
-def _write(out: Path, bundles: Mapping[str, Bundle]) -> None:
-    """Write each host's folder to a temporary folder, then replace the old one as a whole."""
-    out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=_UNFINISHED, dir=out) as aside:
-        for name, bundle in bundles.items():
-            fresh, place = Path(aside) / name, out / name
-            fresh.mkdir()  # also of a host on which nothing of the swarm runs
-            for file in bundle.files:
-                path = fresh / file.path
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(file.content)
-                path.chmod(file.mode)
-            (fresh / "manifest.json").write_bytes(bundle.manifest_bytes)
-            if place.exists():
-                place.rename(Path(aside) / f"{name}.old")
-            fresh.rename(place)
-
-
-def _remove_gone(out: Path, wanted: Mapping[str, Bundle]) -> None:
-    for one in out.iterdir():
-        if one.name not in wanted and one.is_dir() and _is_ours(one):
-            shutil.rmtree(one)
 
 
 def _report(out: Path, bundles: Mapping[str, Bundle], swarm: Swarm, *, details: bool, json: bool) -> None:
