@@ -23,8 +23,6 @@ _MARK = re.compile("[\ue000-\uf8ff]")
 _MEASURED = re.compile(r"\d(?:(?<![\w.]\d)\d*\.\d+(?!\.?\d)|(?<![\w.-]\d)\d*(?= (?:s|times|ms)\b))")
 _DIGEST = re.compile(r"[0-9a-f](?<!\w.)[0-9a-f]{15}\b")
 _LETTERS = frozenset(ascii_letters + digits)
-_WORDS = {_HOST: "HOST", _ADDRESS: "ADDRESS", _RELEASE: "RELEASE"}
-_EACH = re.compile(r"^HOST\b(?: \(ADDRESS(?:, ([^()]*))?\))?")
 
 
 @dataclass(frozen=True)
@@ -84,6 +82,21 @@ class Names:
         """Returns ``text`` with marks for names and numbers; equal for texts that differ only in these."""
         return _without_numbers(_DIGEST.sub(_RELEASE, self._marked(text)))
 
+    def behind(self, text: str, *, one: bool = False) -> str:
+        """Returns a message that stands behind the name of its host, or of several, without repeating it.
+
+        ``pi (10.0.0.1, port 22) is off`` becomes ``each (port 22) is off`` behind several names.
+        """
+        rest = text.removeprefix(self.host)
+        if rest.startswith(": "):
+            return rest[2:]
+        if one or rest == text or not rest.startswith(" "):
+            return text
+        for address in (f" ({self.address})", f" ({self.address}, "):
+            if self.address and rest.startswith(address):
+                return "each" + rest.replace(address, " (" if address.endswith(" ") else "", 1)
+        return f"each{rest}"
+
     def values_in(self, text: str) -> list[str]:
         """Returns the names and numbers in ``text`` that marks replace."""
         named = self._marked(text)
@@ -141,33 +154,36 @@ def grouped(
 def merged(texts: Sequence[str], names: Sequence[Names]) -> str:
     """Returns texts of one pattern as one: names as ranges, numbers from the least to the greatest.
 
-    A list that is long, or no single range, becomes the word HOST, ADDRESS or ROBOT.
+    If names are no single short range, the first text and how many more there are.
     """
+    together = in_ranges(texts, names)
+    return f"{texts[0]}, and {len(texts) - 1} more" if together is None else together
+
+
+def merged_behind(texts: Sequence[str], names: Sequence[Names]) -> str:
+    """Returns what ``merged`` does, for a text that stands behind the names of its hosts."""
+    one = len(texts) == 1
+    return merged([own.behind(text, one=one) for own, text in zip(names, texts, strict=True)], names)
+
+
+def in_ranges(texts: Sequence[str], names: Sequence[Names]) -> str | None:
+    """Returns texts of one pattern as one, with ranges; None if names are no single short range."""
     if len(set(texts)) == 1:
         return texts[0]
     pattern = names[0].pattern_of(texts[0])
-    columns = iter(zip(*(own.values_in(text) for own, text in zip(names, texts, strict=True)), strict=True))
-    return _MARK.sub(lambda mark: _together(mark[0], next(columns)), pattern)
+    columns = zip(*(own.values_in(text) for own, text in zip(names, texts, strict=True)), strict=True)
+    ranges = [_together(mark, values) for mark, values in zip(_MARK.findall(pattern), columns, strict=True)]
+    if None in ranges:
+        return None
+    left = iter(ranges)
+    return _MARK.sub(lambda _: next(left) or "", pattern)
 
 
-def behind_names(message: str, listed: str) -> str:
-    """Returns a message that stands behind the names of its hosts, without repeating them in front.
-
-    ``HOST (ADDRESS, port 22) is off``, which ``merged`` writes, becomes ``each (port 22) is off``.
-    """
-    for name in (listed, _WORDS[_HOST]):
-        if message.startswith(f"{name}: "):
-            return message.removeprefix(f"{name}: ")
-    return _EACH.sub(lambda found: f"each ({found[1]})" if found[1] else "each", message)
-
-
-def _together(mark: str, values: Sequence[str]) -> str:
+def _together(mark: str, values: Sequence[str]) -> str | None:
     if len(set(values)) == 1:
         return values[0]
     if mark == _NUMBER:
         least, *_, greatest = sorted(values, key=float)
         return f"{least}-{greatest}"
     listed = hostlist.written(values)
-    if mark == _RELEASE or ", " in listed or len(listed) > LONGEST_LIST:
-        return _WORDS.get(mark, "ROBOT")
-    return listed
+    return None if mark == _RELEASE or ", " in listed or len(listed) > LONGEST_LIST else listed

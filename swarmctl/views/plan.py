@@ -10,7 +10,7 @@ from rich.cells import cell_len
 from rich.text import Text
 
 from swarmctl.plan.plan import HostPlan, Kind, Plan, Problem
-from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
+from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind
 from swarmctl.views.escape import printable
 from swarmctl.views.graph.impact import losses
 from swarmctl.views.notes import notes
@@ -109,10 +109,10 @@ class PlanView:
 
     def _problem(self, hosts: Sequence[HostPlan], problems: Sequence[Problem]) -> Text:
         own = [self._own(host) for host in hosts]
-        message = merged([printable(one.message) for one in problems], own)
+        message = merged_behind([printable(one.message) for one in problems], own)
         listed = hostlist.written(host.host for host in hosts)
         kind = (f"  {problems[0].kind}: ", "bold red")
-        text = self._line(Text.assemble((listed, "bold"), kind, behind_names(message, listed)))
+        text = self._line(Text.assemble((listed, "bold"), kind, message))
         hint = self.complete(printable(problems[0].hint))
         return text.append_text(self._line(Text(f"  help: {hint}", "green"), 8)) if hint else text
 

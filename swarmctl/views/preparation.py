@@ -11,7 +11,7 @@ from rich.text import Text
 
 from swarmctl.plan.host_preparation import HostPreparation, Kind
 from swarmctl.plan.plan import Problem
-from swarmctl.views.equal_hosts import Names, behind_names, grouped, merged
+from swarmctl.views.equal_hosts import Names, grouped, merged, merged_behind
 from swarmctl.views.escape import printable
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
@@ -86,8 +86,7 @@ class PreparationView:
         return text
 
     def _problem(self, start: Text, problems: Sequence[Problem], own: Sequence[Names]) -> Text:
-        listed = hostlist.written(one.host for one in own)
-        message = behind_names(merged([printable(one.message) for one in problems], own), listed)
+        message = merged_behind([printable(one.message) for one in problems], own)
         text = self._line(start.append(f"{problems[0].kind}: ", "bold red").append(message), 8)
         hint = self.complete(printable(problems[0].hint))
         return text.append_text(self._line(Text(f"  help: {hint}", "green"), 8)) if hint else text

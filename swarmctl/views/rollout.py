@@ -9,7 +9,7 @@ from rich.text import Text
 
 from swarmctl.deploy.outcome import Outcome, Result
 from swarmctl.remote.transport import HostError, Kind
-from swarmctl.views.equal_hosts import FEW, Names, behind_names, grouped, merged
+from swarmctl.views.equal_hosts import FEW, Names, grouped, merged_behind
 from swarmctl.views.escape import printable
 from swarmctl.views.notes import notes
 from swarmctl.views.progress import verdict
@@ -80,10 +80,11 @@ class RolloutView:
 
     def _failure(self, group: Sequence[_Named]) -> Text:
         errors = [error for _, error in group if isinstance(error, HostError)]
-        message = merged([printable(one.message) for one in errors], [self._own(name) for name, _ in group])
+        own = [self._own(name) for name, _ in group]
+        message = merged_behind([printable(one.message) for one in errors], own)
         kind = (f"  {errors[0].kind.value}: ", "bold red")
         listed = _listed(group)
-        text = self._line(Text.assemble((listed, "bold"), kind, behind_names(message, listed)))
+        text = self._line(Text.assemble((listed, "bold"), kind, message))
         hint = self.complete(printable(errors[0].hint))
         start = Text.assemble("  ", ("help", "bold green"), ": ")
         return text.append_text(self._line(start.append(hint), 8)) if hint else text

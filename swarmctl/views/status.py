@@ -12,7 +12,7 @@ from swarmctl.health.checks import State
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
 from swarmctl.views import status_table
-from swarmctl.views.equal_hosts import Names, behind_names, grouped, merged
+from swarmctl.views.equal_hosts import Names, grouped, in_ranges, merged, merged_behind
 from swarmctl.views.status_table import STYLE, clean, many
 from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
@@ -130,13 +130,10 @@ class _Findings:
     def _sentence(self, equal: Sequence[Finding], blanks: str, style: str) -> Text:
         """One sentence for equal findings; names that do not fit in it follow in a line of their own."""
         first, own = equal[0], [self._own(one) for one in equal]
-        subject, message = (
-            merged(texts, own)
-            for texts in zip(*((clean(one.subject), clean(one.message)) for one in equal), strict=True)
-        )
         who = hostlist.written(one.robot or one.host for one in equal)
-        subject = who if subject in ("HOST", "ROBOT") else subject
-        message = behind_names(message, subject) if subject == who else message
+        subject = in_ranges([clean(one.subject) for one in equal], own) or who
+        messages = [clean(one.message) for one in equal]
+        message = merged_behind(messages, own) if first.subject == first.host else merged(messages, own)
         line = Text.assemble(blanks, (_GLYPH[first.state], STYLE[first.state]))
         line.append(f" {first.check} {subject}: {message}", style)
         text = wrapped(line, self.width, len(blanks) + 4).append("\n")

@@ -12,7 +12,7 @@ from swarmctl.health.checks import LOWEST_SHARE, State
 from swarmctl.health.observations import UnitSeen
 from swarmctl.health.swarm_health import BridgeRow, HostRow, ProgramRow, RobotRow, TopicRow
 from swarmctl.swarm.topics import DIAGNOSTICS
-from swarmctl.views.equal_hosts import FEW, Names, grouped, merged
+from swarmctl.views.equal_hosts import FEW, Names, grouped, in_ranges
 from swarmctl.views.escape import printable
 from swarmctl.views.width import wrapped
 
@@ -101,14 +101,13 @@ def _merged_rows(hosts: Sequence[HostRow]) -> Iterator[_Row]:
         return
     names = [names_of(host) for host in hosts]
     for index, rows in enumerate(zip(*map(_rows, hosts), strict=True)):
-        first, *others = (merged(cells, names) for cells in zip(*(cells for _, cells in rows), strict=True))
-        if cell_len(first) > _LONGEST_RANGE or first.strip() in ("HOST", "ROBOT"):
-            own = rows[0][1][0]
+        columns = list(zip(*(cells for _, cells in rows), strict=True))
+        first = in_ranges(columns[0], names)
+        if first is None or cell_len(first) > _LONGEST_RANGE:
             indent, what = ("", "hosts") if index == 0 else ("  ", "robots")
-            first = f"{indent}{len(hosts)} {what} like {own.strip()}"
-        if others[1] == "RELEASE":
-            others[1] = "one each"
-        yield rows[0][0], (first, *others)
+            first = f"{indent}{len(hosts)} {what} like {columns[0][0].strip()}"
+        others = [in_ranges(cells, names) for cells in columns[1:]]
+        yield rows[0][0], (first, *("one each" if cell is None else cell for cell in others))
 
 
 def _line(cells: Sequence[str], widths: Sequence[int], width: int | None) -> Text:

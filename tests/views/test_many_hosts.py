@@ -65,7 +65,7 @@ def test_a_host_with_another_difference_is_planned_apart() -> None:
     text = PlanView(fleets.names(12)).text(fleets.planned(12, other, fleets.stuck(2), fleets.stuck(3))).plain
     assert "tb-[001,004-006,008-012]  9 hosts like tb-001: 8 files, 1 unit\n" in text
     assert "tb-007  nothing -> 0000000000000007: 8 files, 2 units\n" in text
-    assert "tb-[002-003]  unreachable: tb-[002-003] (10.1.0.[2-3], port 22): timed out\n" in text
+    assert "tb-[002-003]  unreachable: each (port 22): timed out\n" in text
 
 
 def test_units_that_start_for_one_cause_are_ranges() -> None:
