@@ -20,6 +20,7 @@ from swarm_onboard.agent.messages import (
     HoldRequest,
     UnitState,
 )
+from swarm_onboard.agent.record import REMOVING
 
 from swarmctl.deploy.observe_host import offer
 from swarmctl.plan.observed_host import Observed
@@ -79,11 +80,18 @@ class HostTransaction:
     def recover_interrupted(self, host: AgentSession, observed: Observed) -> bool:
         """Finishes what an earlier deploy left open: the same release is confirmed, another one undone.
 
-        Returns False if nothing was open. Raises ``HostError`` if another operator's change waits.
+        Returns False if nothing was open. Raises ``HostError`` if another operator's change waits, or a
+        removal is not finished.
         """
         last = observed.transaction
         if last is None or not observed.unfinished:
             return False
+        if last["state"] == REMOVING:
+            raise HostError(
+                ErrorKind.REFUSED,
+                observed.unfinished,
+                "run the same command again once it is; `swarmctl remove` finishes an interrupted one",
+            )
         if last["left"] and last["next"] == self.release:
             self.note("confirming what an earlier run has applied")
             self._hold(host, last["txid"])

@@ -17,6 +17,7 @@ from swarm_onboard.agent.messages import (
     Transaction,
 )
 from swarm_onboard.agent.messages import UnitState as UnitData
+from swarm_onboard.agent.record import REMOVING
 
 from swarmctl.render.bundle import Bundle
 
@@ -74,11 +75,15 @@ class Observed:
 
     @property
     def unfinished(self) -> str:
-        """The deploy that was interrupted or waits for its confirmation; empty if there is none."""
+        """The change that was interrupted, or waits for its confirmation; empty if there is none."""
         last = self.transaction
         if last is None or last["state"] in ("", "applied", "undone"):
             return ""
-        return f"{last['previous'] or 'nothing'} -> {last['next'] or 'nothing'} by {last['who'] or 'someone'}"
+        who = last["who"] or "someone"
+        if last["state"] == REMOVING:
+            return f"the removal of the swarm is not finished, by {who}"
+        releases = f"{last['previous'] or 'nothing'} -> {last['next'] or 'nothing'}"
+        return f"an earlier deploy was interrupted: {releases} by {who}"
 
     @property
     def files(self) -> Mapping[str, FileData]:

@@ -93,7 +93,7 @@ def _origin(file: File, what: str) -> str:
 
 def _activation(bundle: Bundle, observed: Observed) -> Step:
     if observed.unfinished:
-        return Step(Kind.ACTIVATE, bundle.digest, f"an earlier deploy was interrupted: {observed.unfinished}")
+        return Step(Kind.ACTIVATE, bundle.digest, observed.unfinished)
     if observed.digest is None:
         return Step(Kind.ACTIVATE, bundle.digest, "first release on this host")
     if observed.digest == bundle.digest:

@@ -39,6 +39,11 @@ from swarmctl.resources import HostModule, onboard
 CHANGE_TIMEOUT = 300.0  # s for a change of the host; above the sum of the agent's own steps
 _PACKED = b"z:"
 _SIGNALLED = 128  # what a shell adds to the number of the signal that ended a command
+_LONGEST_QUOTE = 300  # characters of what a host prints instead of an answer
+_OTHER_COMMAND = (
+    "look at the login shell of the account, and for a forced command (`command=` in authorized_keys, "
+    "ForceCommand in sshd_config)"
+)
 _LONGEST_ANSWER = 8 << 20  # unpacked; an answer with the contents of a release is the longest
 
 # -I and -S start Python faster, and without anything a user may have put in its way.
@@ -300,6 +305,12 @@ def _no_answer(word: str, done: Output) -> HostError:
         return HostError(
             Kind.REFUSED, f"the agent cannot be stored: {reason}", "is the file system full, or read-only?"
         )
+    if b"sudo:" in done.stderr and b" tty " in done.stderr:
+        return HostError(
+            Kind.PRIVILEGE,
+            f"no root on this host: {complaint}",
+            "add a file to /etc/sudoers.d with the line `Defaults !requiretty`",
+        )
     if b"sudo:" in done.stderr:
         return HostError(
             Kind.PRIVILEGE,
@@ -307,11 +318,13 @@ def _no_answer(word: str, done: Output) -> HostError:
             "log in as root, let this user run sudo without a password (NOPASSWD in /etc/sudoers.d), "
             "or give its password with SWARMCTL_SUDO_PASSWORD_FILE (docs/hosts.md)",
         )
-    detail = f": {complaint}" if complaint else ""
+    printed = printable(b" ".join(line for line in done.stdout.split(b"\n") if line.strip()))[:_LONGEST_QUOTE]
+    detail = f": {complaint or printed}" if complaint or printed else ""
     # Killed, for want of memory for example, it may answer the same request the next time.
     killed = done.status is not None and (done.status < 0 or done.status > _SIGNALLED)
     kind = Kind.LOST if killed else Kind.PROTOCOL
-    return HostError(kind, f"the agent ended without an answer (status {done.status}){detail}")
+    hint = "" if complaint or not printed else _OTHER_COMMAND
+    return HostError(kind, f"the agent ended without an answer (status {done.status}){detail}", hint)
 
 
 def printable(text: bytes) -> str:

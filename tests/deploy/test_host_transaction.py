@@ -194,6 +194,18 @@ def test_an_agent_that_dies_before_its_first_step_has_changed_nothing(host: Fake
     assert last(host)["next"] == OLD.digest
 
 
+def test_a_deploy_beside_a_removal_is_refused(host: FakeHost) -> None:
+    path = host.prefix / "opt/swarm/new/state/transaction.json"
+    record = {**json.loads(path.read_text()), "state": "removing", "txid": "", "who": "anna@desk (7)"}
+    path.write_text(json.dumps(record))
+    result = run(host, NEW)
+    assert isinstance(result, HostError)
+    assert (result.kind, result.message) == (
+        Kind.REFUSED,
+        "the removal of the swarm is not finished, by anna@desk (7)",
+    )
+
+
 def pending(host: FakeHost, who: str) -> None:
     """A change whose operator went away before the confirmation."""
     unit = "new.robot.service"

@@ -232,9 +232,15 @@ def test_a_unit_whose_conditions_are_met_now_is_started() -> None:
     assert plan.notes == ()
 
 
-def test_an_interrupted_deploy_is_resumed() -> None:
-    plan = reconcile(bundle(), running(bundle(), transaction=transaction("applying")))
-    cause = "an earlier deploy was interrupted: x -> y by someone"
+@pytest.mark.parametrize(
+    ("state", "cause"),
+    [
+        ("applying", "an earlier deploy was interrupted: x -> y by someone"),
+        ("removing", "the removal of the swarm is not finished, by someone"),
+    ],
+)
+def test_an_interrupted_change_is_resumed(state: str, cause: str) -> None:
+    plan = reconcile(bundle(), running(bundle(), transaction=transaction(state)))
     assert lines(plan) == [f"activate {bundle().digest}: {cause}"]
 
 

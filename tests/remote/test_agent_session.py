@@ -149,6 +149,41 @@ def test_an_agent_that_dies_between_two_requests_is_an_error(
             assert caught.value.kind is Kind.LOST
 
 
+@pytest.mark.parametrize(
+    ("prints", "shown"),
+    [
+        ("echo This account is currently not available.; exit 1", "This account is currently not available."),
+        ("echo Backups only.; echo; echo Ask Ann.", "Backups only. Ask Ann."),
+        ("printf %01000d 7", "0" * 300),
+    ],
+)
+def test_what_a_host_prints_instead_of_an_answer_is_shown(
+    prints: str, shown: str, spare: Path, transport: AnySsh
+) -> None:
+    with (
+        servers.running(spare, extra=f"ForceCommand {prints}") as server,
+        transport.connect(server.target()) as session,
+        agent_client.agent_session(session) as agent,
+        pytest.raises(HostError) as caught,
+    ):
+        agent.request(OBSERVE, timeout=PATIENCE)
+    assert caught.value.message.endswith(f"): {shown}")
+    assert "forced command" in caught.value.hint
+
+
+def test_a_umask_of_the_login_does_not_hide_a_release(spare: Path, host: FakeHost, transport: AnySsh) -> None:
+    extra = f'{environment(host)}\nForceCommand umask 0077; eval "$SSH_ORIGINAL_COMMAND"'
+    with (
+        servers.running(spare, extra=extra) as server,
+        transport.connect(server.target()) as session,
+        agent_client.agent_session(session) as agent,
+    ):
+        agent.request(request_for(RELEASE), payload_of(RELEASE), timeout=PATIENCE)
+    for path in (host.prefix / "opt/swarm", *(host.prefix / "opt/swarm").rglob("*")):
+        if not path.is_symlink():
+            assert oct(path.stat().st_mode & 0o444) == "0o444", path
+
+
 def test_an_operator_that_dies_leaves_no_agent_running(
     spare: Path, host: FakeHost, transport: AnySsh
 ) -> None:

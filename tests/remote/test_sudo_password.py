@@ -186,3 +186,17 @@ def test_the_login_that_confirms_a_change_becomes_root(host: Sshd, make: MakeTra
     assert locked_out is not None
     assert locked_out.kind is Kind.PRIVILEGE
     assert "as root" in locked_out.message
+
+
+def test_an_account_that_needs_a_terminal_for_sudo_lacks_a_rule(host: Sshd) -> None:
+    sudoers = host.folder.parent / "sudoers"
+    rules = sudoers.read_text()
+    sudoers.write_text(f"{rules}robot ALL=(ALL) NOPASSWD: ALL\nDefaults requiretty\n")
+    try:
+        with pytest.raises(HostError) as caught:
+            observed(host, None)
+        assert "`Defaults !requiretty`" in caught.value.hint
+        sudoers.write_text(f"{sudoers.read_text()}Defaults !requiretty\n")
+        assert observed(host, None)
+    finally:
+        sudoers.write_text(rules)

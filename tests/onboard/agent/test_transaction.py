@@ -464,6 +464,15 @@ def test_a_deploy_that_nobody_waits_for_does_not_begin(old: FakeHost) -> None:
     assert old.apply(NEW, **CHANGE).answer["release"] == NEW.digest
 
 
+def test_a_deploy_repairs_folders_that_only_root_can_read(old: FakeHost) -> None:
+    """As a ``umask=0077`` for sudo leaves them."""
+    folders = [old.prefix / "opt/swarm", *(old.prefix / "opt/swarm/new" / one for one in (".", "releases"))]
+    for folder in folders:
+        folder.chmod(0o700)
+    old.apply(NEW, **CHANGE)
+    assert [oct(folder.stat().st_mode & 0o777) for folder in folders] == ["0o755"] * 3
+
+
 def test_a_removed_swarm_leaves_nothing(old: FakeHost) -> None:
     assert old.ask({"verb": "remove", "swarm": "new"}).answer == {"removed": True}
 

@@ -5,6 +5,7 @@
 import gc, os, sys, zlib
 from _frozen_importlib_external import MAGIC_NUMBER
 gc.set_threshold(50000)
+os.umask(0o022)
 nonce, digest, size = sys.argv[1:4]
 folder = os.environ.get("SWARM_PREFIX", "") + "/opt/swarm/.agent"
 path = folder + "/" + digest + ".zip"

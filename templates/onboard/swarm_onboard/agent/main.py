@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 def serve(nonce: str) -> None:
     """Answers the requests on standard input until it ends."""
-    os.umask(0o022)
     os.chdir("/")
     # An invalid request ends the agent: the start of the next one is unknown.
     with suppress(OperatorGoneError), _reporting(nonce):

@@ -115,9 +115,13 @@ class Home(NamedTuple):
         return f"{ROOT}/{self.swarm}/current/{relative}"
 
     def prepare(self) -> None:
-        """Makes the folders that are missing. Raises ``OSError``."""
-        for folder in (self.path, self.path + "/releases", self.staging, self.state):
+        """Makes the folders that are missing, and lets units of any account read all. Raises ``OSError``."""
+        root = os.path.dirname(self.path)
+        for folder in (root, self.path, self.path + "/releases", self.staging, self.state):
             os.makedirs(folder, 0o755, exist_ok=True)
+            mode = os.stat(folder).st_mode
+            if mode & 0o055 != 0o055:
+                os.chmod(folder, mode & 0o7777 | 0o055)
 
     def current(self) -> str | None:
         """Returns the digest of the current release; None without one, or if the link leads elsewhere."""
