@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Annotated
 
@@ -18,9 +19,13 @@ from swarmctl.field_types import (
 )
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.robot_types.placeholders import Loc, is_placeholder, meanings, placeholders_in, texts_in
-from swarmctl.robot_types.ros_launchable import RosLaunchable
+from swarmctl.robot_types.ros_launchable import Device, RosLaunchable
 from swarmctl.units import Unit
 
+BASE_FRAME = re.compile(r"(robot_)?base_(link_|footprint_)?frame(_id)?")
+_ODOMETRY_FRAME = re.compile(r"odom(etry)?_frame(_id)?")
+_PREFIX = re.compile(r"(.*_)?prefix|multi_robot_name")
+_TF = re.compile(r"(.*_)?tf(_.*)?")  # such as publish_tf
 VELOCITIES = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")  # what a gate sends
 
 
@@ -55,6 +60,17 @@ class RosDriver(RosLaunchable):
         description="Frame of its odometry: by default `{frame}/odom` where a text of the driver has "
         "`{frame}`, else `odom`. The gate publishes the robot's `start` as the transform from `map` to it.",
     )
+    base_frame: FrameName | None = Field(
+        None,
+        examples=["{frame}/base_link"],
+        description="Frame of the robot's base, where it publishes the transform from the frame of its "
+        "odometry to it; by default the text of a parameter or argument such as `base_frame`.",
+    )
+    devices: tuple[Device, ...] = Field(
+        (),
+        examples=[["/dev/kobuki"]],
+        description="Devices of its host that it opens without a parameter or argument that names them.",
+    )
     requires: tuple[PackageName, ...] = Field(
         (), examples=[["joy"]], description="ROS packages without which it cannot run."
     )
@@ -79,14 +95,36 @@ class RosDriver(RosLaunchable):
         yield from texts_in(self.params, "params")
         yield from texts_in(self.args, "args")
         yield from texts_in(self.environment, "environment")
-        if self.odom_frame is not None:
-            yield ("odom_frame",), self.odom_frame
+        for key, frame in (("odom_frame", self.odom_frame), ("base_frame", self.base_frame)):
+            if frame is not None:
+                yield (key,), frame
 
     @property
     def odometry_frame(self) -> str:
         """The frame of its odometry; it may have placeholders."""
         prefixed = any("frame" in placeholders_in(value) for _, value in self.texts)
         return self.odom_frame or ("{frame}/odom" if prefixed else "odom")
+
+    @property
+    def transform(self) -> tuple[str, str] | None:
+        """The frames of the transform of its odometry, where they are known; they may have placeholders."""
+        base = self.base_frame or self._text_of(BASE_FRAME)
+        if base is None or any(
+            str(value).lower() == "false" and _TF.fullmatch(name)
+            for name, value in self.named_values[1].items()
+        ):
+            return None
+        frames = self.odom_frame or self._text_of(_ODOMETRY_FRAME) or self.odometry_frame, base
+        prefix = None if self.base_frame is not None else self._text_of(_PREFIX)
+        odom, base = (one if prefix is None or "{" in one else f"{prefix}/{one}" for one in frames)
+        return odom, base
+
+    def _text_of(self, name: re.Pattern[str]) -> str | None:
+        """Returns the text of the first parameter or argument with such a name."""
+        values = self.named_values[1].items()
+        return next(
+            (one for key, one in values if isinstance(one, str) and one and name.fullmatch(key)), None
+        )
 
     @property
     def packages(self) -> tuple[str, ...]:

@@ -19,11 +19,15 @@ from swarmctl.field_types import (
     Printable,
     Value,
 )
+from swarmctl.text_patterns import matching
 
 #: Tags of the two forms of `args`; brackets mark a step that is in no file.
 ARGUMENTS, WORDS = "[arguments]", "[words]"
 Arguments = dict[str, Value]
 Words = tuple[Printable, ...]
+Device = Annotated[str, matching(
+    r"^/dev/[A-Za-z0-9._/+=@,~-]+$", "write the path of a device, like /dev/video0", examples=["/dev/video0"],
+)]  # fmt: skip
 
 
 def _form(value: Any) -> str:

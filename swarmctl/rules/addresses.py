@@ -21,6 +21,10 @@ from swarmctl.swarm.ports import ssh_port
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
+_IPV6_BY_NAME = (
+    "nodes with ROS_IPV6=on reach each other over IPv6 by host names, never by an address; "
+    "swarmctl does not set it"
+)
 
 
 @rule("NET002")
@@ -53,7 +57,7 @@ def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 f"host `{name}` cannot have the address `{ip}`",
                 context.span("hosts", name, "address"),
                 label=what.value,
-                help=("write its IPv4 address",),
+                help=("write its IPv4 address", *((_IPV6_BY_NAME,) if what is Kind.IPV6 else ())),
             )
         elif what is Kind.LINK_LOCAL:
             yield Diagnostic(

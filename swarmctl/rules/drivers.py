@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
+from typing import NamedTuple
 
-from swarmctl.diagnostics import Diagnostic, Note, Span
+from swarmctl.diagnostics import Diagnostic, Note, Span, note_of_other
 from swarmctl.links.ip_link import IpLink
 from swarmctl.linter.context import RuleContext, rule
-from swarmctl.robot_types.placeholders import meanings, placeholders_in
+from swarmctl.robot_types.placeholders import PlaceholderError, filled, meanings, placeholders_in
 from swarmctl.robot_types.ros_driver import RosDriver
+from swarmctl.rules.topics import bridged
+from swarmctl.swarm.names import driver_node, resolved
 from swarmctl.yamltext.source import Loc
 
 _PORTS = {"link_port": "port", "uri": "port", "local_port": "local_ports", "local_port_2": "local_ports"}
@@ -45,7 +49,7 @@ def _unavailable(
     else:
         link = f"a {given.kind} link has none"
     place = Note(context.span("robots", robot, key=True), f"robot `{robot}`")
-    span = _span(context, robot, *loc)
+    span = place_of_driver(context, robot, *loc)
     return Diagnostic(
         "DRIVER001",
         f"`{{{missing}}}` is not available for robot `{robot}`: it is {meanings()[missing]}",
@@ -56,7 +60,7 @@ def _unavailable(
     )
 
 
-def _span(context: RuleContext, robot: str, *loc: str | int) -> Span:
+def place_of_driver(context: RuleContext, robot: str, *loc: str | int) -> Span:
     """Returns the place of a value of a robot's driver: of its own, else of its type's, else the robot's."""
     given = context.spec.robots[robot]
     if isinstance(given.driver, RosDriver):
@@ -75,7 +79,70 @@ def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
                 yield Diagnostic(
                     "DRIVER002",
                     f"roslaunch would evaluate the `$(` in `{loc[1]}` of the driver of robot `{name}`",
-                    _span(context, name, *loc),
+                    place_of_driver(context, name, *loc),
                     label="cannot be escaped",
                     help=("write the resulting value", "or set it in a launch file of your package"),
                 )
+
+
+class _Transform(NamedTuple):
+    """The transform that the driver of a robot publishes."""
+
+    robot: str
+    odom: str
+    base: str
+
+
+@rule("DRIVER003")
+def shared_transforms(context: RuleContext) -> Iterator[Diagnostic]:
+    """The drivers of two robots of one master publish a transform to one frame."""
+    found: dict[tuple[str, str, str], list[_Transform]] = {}
+    shared: dict[int, tuple[str, str] | None] = {}  # robots of a type share its driver
+    joined = bridged(context) if context.ros_drivers else {}
+    for name, driver in context.ros_drivers.items():
+        if id(driver) not in shared:
+            shared[id(driver)] = _shared_frames(driver)
+        frames = shared[id(driver)]
+        home = context.island_of_robot(name) if frames is not None else None
+        if home is None or frames is None:
+            continue
+        odom, base = (_filled(context, name, one) for one in frames)
+        topic = resolved("/tf", driver_node(context.namespaces[name]), driver.remap)
+        islands = joined.get(topic, ())
+        for island in islands if home.name in islands else {home.name}:
+            found.setdefault((island, topic, base), []).append(_Transform(name, odom, base))
+    groups = {tuple(one.robot for one in group): group for group in found.values() if len(group) > 1}
+    yield from (_shared_transform(context, group) for group in groups.values())
+
+
+def _shared_frames(driver: RosDriver) -> tuple[str, str] | None:
+    """Returns the frames of a driver's transform, unless each robot has a base frame of its own."""
+    frames = driver.transform
+    return frames if frames is not None and set(placeholders_in(frames[1])) <= {"host"} else None
+
+
+def _filled(context: RuleContext, robot: str, frame: str) -> str:
+    space = context.namespaces[robot][1:]
+    known = {"robot": robot, "namespace": space, "frame": space, "host": context.driving[robot] or ""}
+    with suppress(PlaceholderError):  # of a link
+        return str(filled(frame, known))
+    return frame
+
+
+def _shared_transform(context: RuleContext, group: list[_Transform]) -> Diagnostic:
+    first, second = group[:2]
+    span, other = (place_of_driver(context, one.robot) for one in (second, first))
+    parents = {one.odom for one in group}
+    what = f"one transform, `{first.odom}` to" if len(parents) == 1 else "transforms to one frame,"
+    return Diagnostic(
+        "DRIVER003",
+        f"the drivers of {len(group)} robots of one master publish {what} `{first.base}`",
+        span,
+        label=f"that of `{second.robot}`, as that of `{first.robot}`",
+        notes=note_of_other(other, span),
+        help=(
+            "begin both frames of the driver with `{frame}/`, by its params or args",
+            "or turn its transform off, as args: {kobuki_publish_tf: false} does",
+            "or write `remap: {/tf: tf}` in the driver: each robot then has a topic of its own",
+        ),
+    )

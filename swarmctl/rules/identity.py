@@ -5,6 +5,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Callable, Collection, Hashable, Iterator
+from functools import partial
 from typing import Any
 
 from swarmctl.diagnostics import Diagnostic, Fix, Note
@@ -13,6 +14,7 @@ from swarmctl.links.radio_link import Radio
 from swarmctl.links.serial_link import Serial, Usb
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.devices import FACTORY
+from swarmctl.rules.opened_devices import Opened, opened_twice
 from swarmctl.spec.references import rename, renaming
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import Subnet, normal
@@ -31,7 +33,7 @@ Claim = tuple[Hashable, str, Place]  # the value, its owner, and its place in th
 
 @rule("ID002")
 def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
-    """Two robots of one host on one device or USB adapter."""
+    """Two robots, or a robot and a program, of one host on one device or USB adapter."""
     claims: list[Claim] = []
     adapters: dict[tuple[str, str], list[Usb]] = {}
     for index, link in context.lines:
@@ -55,6 +57,16 @@ def duplicate_devices(context: RuleContext) -> Iterator[Diagnostic]:
             port = (*named_by, 0) if named_by in adapters else (link.host, _port(context, link))
             claims.append((port, f"robot `{link.robot}`", ("links", index, "device")))
     yield from duplicates(context, "ID002", "serial device", claims, "each robot needs its own serial link")
+    yield from opened_twice(context, _of_lines(context))
+
+
+def _of_lines(context: RuleContext) -> Iterator[Opened]:
+    for index, link in context.lines:
+        device = link.device_of(0, 1, "") if isinstance(link, Serial) else None
+        if isinstance(link, Serial) and device is not None:
+            path = device.path if link.usb is not None else _port(context, link)
+            place = partial(context.span, "links", index, *_place(link))
+            yield Opened(link.host, path, f"robot `{link.robot}`", place)
 
 
 def _serial_in(device: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,12 +9,12 @@ from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.robot_types.cameras import Image
 from swarmctl.robot_types.robot_type import RobotType
+from swarmctl.robot_types.ros_driver import BASE_FRAME
 from swarmctl.robot_types.sensors import Range
 from swarmctl.ros_packages.urdf import Fault, Place, Urdf, UrdfError, UrdfTooLargeError
 from swarmctl.ros_packages.xml_tags import MAX_DEPTH, MAX_NAME, MAX_TAGS
 
 _BASE = "base_link"
-_BASE_FRAME = re.compile(r"(robot_)?base_(link_|footprint_)?frame(_id)?")
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,7 @@ def _misfit(context: RuleContext, robot: str, urdf: Urdf) -> tuple[str, Place, s
 def _base_frame(context: RuleContext, robot: str) -> str | None:
     """The base frame that a robot's ROS package is given, without its prefix; None if it is not known."""
     for loc, text in context.ros_drivers[robot].texts:
-        if len(loc) == 2 and _BASE_FRAME.fullmatch(str(loc[1])):
+        if len(loc) == 2 and BASE_FRAME.fullmatch(str(loc[1])):
             frame = text.rpartition("/")[2]
             return frame if frame and "{" not in frame else None
     return None

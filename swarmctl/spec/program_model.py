@@ -21,7 +21,7 @@ from swarmctl.field_types import (
 )
 from swarmctl.named_secret import Secret
 from swarmctl.robot_types.declared_topic import Topic
-from swarmctl.robot_types.ros_launchable import RosLaunchable, Words
+from swarmctl.robot_types.ros_launchable import Device, RosLaunchable, Words
 from swarmctl.spec.install_model import Install
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
@@ -35,9 +35,6 @@ Image = Annotated[str, matching(
     r"^([a-z0-9][A-Za-z0-9._:/-]*@)?sha256:[0-9a-f]{64}$",
     "pin the image by its digest, NAME@sha256:..., as `podman images --digests` shows it", max_length=255,
     examples=["docker.io/library/ros@sha256:" + "5" * 64],
-)]  # fmt: skip
-Device = Annotated[str, matching(
-    r"^/dev/[A-Za-z0-9._/+=@,~-]+$", "write the path of a device, like /dev/video0", examples=["/dev/video0"],
 )]  # fmt: skip
 Volume = Annotated[str, matching(
     r"^/[A-Za-z0-9._/+=@,~-]*:/[A-Za-z0-9._/+=@,~-]+(:ro|:rw)?$",

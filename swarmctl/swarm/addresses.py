@@ -15,7 +15,7 @@ class Kind(str, Enum):
     """The use of an IP address (IANA special-purpose registry, RFC 6890). Values end an error message."""
 
     ORDINARY = "a host address"
-    IPV6 = "IPv6, which ROS 1 nodes cannot advertise"
+    IPV6 = "a literal IPv6 address, which ROS 1 nodes cannot advertise"
     UNSPECIFIED = "an unspecified address"
     LOOPBACK = "a loopback address"
     LINK_LOCAL = "a link-local address, as a host without DHCP has"
