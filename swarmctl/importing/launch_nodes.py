@@ -14,6 +14,7 @@ from swarmctl.importing.lab_folder import LAUNCH, LabFolder
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.launch_programs import left_out, program_fields
 from swarmctl.importing.robot_lines import line_of
+from swarmctl.importing.ros_variables import own_address
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.launch_files import evaluate
@@ -92,13 +93,17 @@ class _Lab:
 
     def _host_of_script(self, path: str, env: Mapping[str, Value]) -> str:
         """Adds the host that the variables of a script are for; returns its name, empty if they name none."""
-        own = env.get("ROS_IP") or env.get("ROS_HOSTNAME")
+        addresses = {key: own_address(one) for key, one in env.items() if key != "ROS_MASTER_URI"}
+        called_by = addresses.get("ROS_HOSTNAME")
+        own = addresses.get("ROS_IP") or called_by
         if own is None or means_self(own.value):
             return ""
         folder, file = posixpath.split(path)
         stem = _OF_SCRIPTS.sub("", file.partition(".")[0])
         called = posixpath.basename(folder) if valid_name(stem, "host") in _GENERAL else stem
-        name = env["ROS_HOSTNAME"].value if "ROS_HOSTNAME" in env else own.value
+        name = str((called_by or own).value)
+        if called_by and called_by.needed and called_by is not own:
+            self.draft.unread.append(f"{called_by.place}: ROS_HOSTNAME; ROS needs {called_by.needed}")
         guess = f"its script is {path}" if called and ip_of(name) else ""
         host = self.hosts.add(called if guess else name, own.place, {"address": own}, guess)
         self.folders.setdefault(folder, set()).add(host)
