@@ -18,8 +18,8 @@ FILL_IN = "fill in: "
 class Value:
     """A value that stands at ``place`` of a file or, with a reason in ``guess``, is derived from others.
 
-    ``was`` is what the file has, where it had to be converted, and ``needed`` what ROS needs there. If no file has the value, ``fill_in`` says
-    what to write, and ``value`` is an example.
+    ``was`` is what the file has, where it had to be converted, and ``needed`` what ROS needs there. If no
+    file has the value, ``fill_in`` says what to write, and ``value`` is an example.
     """
 
     value: Any

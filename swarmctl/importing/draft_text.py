@@ -66,7 +66,7 @@ def summary(draft: Draft, lines: Sequence[Line]) -> str:
     has = (
         _number(len(draft.hosts), "host"),
         _number(len(draft.robots), "robot"),
-        _number(len(draft.programs), "program"),
+        _number(sum(not one.name.fill_in for one in draft.programs.values()), "program"),
     )
     guesses = sum(line.source.startswith(GUESS) for line in lines)
     todo = [
@@ -106,12 +106,15 @@ def _no_robot(draft: Draft) -> Iterator[Line]:
 
 def _section(key: str, entries: Mapping[str, Entry], unlinked: set[str] | None = None) -> Iterator[Line]:
     yield Line("")
-    yield Line(f"{key}:")
+    yield Line(f"{'# ' if all(one.name.fill_in for one in entries.values()) else ''}{key}:")
     for name, entry in entries.items():
         yield from _entry(name, entry, is_unlinked=name in (unlinked or ()))
 
 
 def _entry(name: str, entry: Entry, *, is_unlinked: bool) -> Sequence[Line]:
+    if entry.name.fill_in:
+        shown = {key: one.value for key, one in entry.fields.items()}
+        return [Line(f"  # {text_of(name)}: {literal(shown)}", todo=entry.name.todo)]
     known = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
     fields = [_field("    ", key, one, entry.name.place) for key, one in entry.fields.items()]
     whole = Line(f"  {text_of(name)}: {literal(known)}", entry.name.source)

@@ -50,6 +50,8 @@ class LabHosts:
 
     def _better(self, old: Value, new: Value) -> Value:
         """The address to keep: an IP address wins over a name, and a name over nothing."""
+        if old.fill_in and new.fill_in and old != new:
+            return replace(old, fill_in=f"{old.fill_in}; {new.fill_in}")
         if old.fill_in or (ip_of(str(old.value)) is None and ip_of(str(new.value)) and not new.fill_in):
             return new
         if new.needed and new.value == old.value:

@@ -15,6 +15,7 @@ from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.launch_programs import left_out, program_fields
 from swarmctl.importing.robot_lines import line_of
 from swarmctl.importing.ros_variables import own_address
+from swarmctl.importing.unknown_values import Unknown
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.launch_files import evaluate
@@ -36,8 +37,11 @@ _MULTIMASTERS = {
 
 def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
-    lab = _Lab(types)
     launched = _launched(folder)
+    unknown = {
+        (_normal(place), key): why for one in launched.values() for (place, key), why in one.unknown.items()
+    }
+    lab = _Lab(types, unknown)
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(folder)
@@ -45,13 +49,14 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draf
         why = "no file names a computer; write each, and which one starts what"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
     lab.add_nodes(launched)
-    lab.draft.unread += _unread(launched)
+    lab.draft.unread += (*lab.unknown.unread(), *_unread(launched))
     return lab.draft
 
 
 class _Lab:
-    def __init__(self, types: Mapping[str, RobotType]) -> None:
+    def __init__(self, types: Mapping[str, RobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
         self.types = types
+        self.unknown = Unknown(unknown)
         self.draft = Draft("launch files and scripts")
         self.hosts = LabHosts(self.draft)
         self.machines: dict[str, str] = {}  # hosts by the names of roslaunch
@@ -62,18 +67,24 @@ class _Lab:
 
     def add_machine(self, machine: Machine) -> None:
         """Adds the computer of a <machine>."""
-        name, address, place = machine.name, machine.address, machine.place
-        if name is None or address is None:
-            self.draft.unread.append(f"{place}: the host only knows the name or the address of this machine")
+        name, place = machine.name, _normal(machine.place)
+        if name is None:
             return
-        fields = {"address": address_of(address, place)}
-        fields |= {"user": Value(machine.user, place)} if machine.user else {}
-        fields |= {"port": Value(number(machine.port), place)} if machine.port else {}
+        address = Value(EXAMPLE) if machine.address is None else address_of(machine.address, place)
+        fields = {
+            "address": self.unknown.filled(address, place, *([] if machine.certain else ["if"]), "address")
+        }
+        if machine.user != "":
+            fields["user"] = self.unknown.filled(Value(machine.user or "robot", place), place, "user")
+        if machine.port != "":
+            fields["port"] = self.unknown.filled(
+                Value(number(machine.port or "22"), place), place, "ssh-port"
+            )
         called = name.replace(".", "-")  # a name of roslaunch, which has no domain
         self.machines[name] = self.hosts.add(called, place, fields)
         if machine.has_password:
             self.draft.unread.append(f"{place}: its password is a secret")
-        if machine.is_default:
+        if machine.is_default and machine.certain:
             self.default = self.machines[name]
 
     def add_scripts(self, folder: LabFolder) -> None:
@@ -113,14 +124,16 @@ class _Lab:
         """Adds robots, then programs, which may name robots, and the master of machines."""
         programs: list[tuple[Node, Value]] = []
         for path, node in _nodes(launched):
-            if not node.certain:
-                self.draft.unread.append(f"{node.place}: the host only knows whether this node starts")
-            elif None in (node.package, node.executable, node.name, node.machine):
-                why = "the host only knows the package, executable, name or machine of this node"
-                self.draft.unread.append(f"{node.place}: {why}")
-            elif kind := driven_type(node.package or "", node.executable or "", self.types):
+            kind = driven_type(node.package or "", node.executable or "", self.types)
+            packages = _MULTIMASTERS.get(node.package or "")
+            if None in (node.package, node.executable, node.name):
+                if not self.unknown.has(node.place, "pkg", "type", "name"):
+                    self.draft.unread.append(f"{node.place}: its namespace is not known here")
+            elif not node.certain and (kind or packages):
+                continue
+            elif kind:
                 self._add_robot(node, self._host_of(node, path), kind)
-            elif packages := _MULTIMASTERS.get(node.package or ""):
+            elif packages:
                 self.draft.last.setdefault("multimaster", Value({"packages": packages}, node.place))
             else:
                 programs.append((node, self._host_of(node, path)))
@@ -138,6 +151,8 @@ class _Lab:
 
     def _host_of(self, node: Node, path: str) -> Value:
         """The host of a node: that of its machine, or where its launch file is started."""
+        if node.machine is None:
+            return self.unknown.filled(Value(next(iter(self.draft.hosts))), node.place, "machine")
         if node.machine in self.machines:
             return Value(self.machines[node.machine], node.place)
         if node.machine:
@@ -190,11 +205,14 @@ class _Lab:
         fields = {"robot": Value(robot, node.place)} if robot else {}
         fields |= {} if here else {"host": host}
         fields |= program_fields(node)
+        if node.arguments is None:
+            fields["args"] = self.unknown.filled(Value([]), node.place, "args")
         if namespace and not robot:
             fields["namespace"] = Value(namespace, node.place)
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots})
+        name = name if node.certain else self.unknown.filled(name, node.place, "if")
         self.draft.programs[name.value] = Entry(name, fields)
-        self.draft.unread += left_out(node)
+        self.draft.unread += left_out(node, self.unknown)
 
 
 def _launched(folder: LabFolder) -> Mapping[str, Launched]:
@@ -228,7 +246,8 @@ def _unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
-        yield from (f"{_normal(place)}: the included file is not here" for place in one.unfound)
+        unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
+        yield from (f"{_normal(place)}: the included file is not here" for place in unfound)
         for fault in one.faults:
             if fault.kind is Refusal.MISSING:
                 yield f"{_normal(fault.place)}: the argument `{fault.subject}` is given when it is launched"

@@ -63,7 +63,8 @@ def _mode(draft: Draft) -> Mapping[str, Value]:
 
 
 def _one_master(draft: Draft, hub: Value) -> Mapping[str, Value]:
-    hosts = [one.fields["host"] for one in draft.programs.values() if "host" in one.fields]
+    programs = [one.fields for one in draft.programs.values() if not one.name.fill_in]
+    hosts = [one["host"] for one in programs if "host" in one]
     busy = {one.value for one in hosts if not one.fill_in}
     why = hub.guess or f"ROS_MASTER_URI names `{hub.value}`"
     mode, because = Mode.CENTRAL, f"{why}; `leader` if only this host commands robots"

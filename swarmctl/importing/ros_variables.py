@@ -22,7 +22,7 @@ def own_address(value: Value) -> Value:
 
 
 def master_of(uri: Value) -> tuple[Value, int]:
-    """Returns the host and the port of a ROS_MASTER_URI, also of one that ROS refuses; no host for what is none."""
+    """Returns the host and the port of a ROS_MASTER_URI, also a wrong one; no host for what is none."""
     text = str(uri.value)
     host, port = _server_of(text)
     needed = f"http://{f'[{host}]' if ':' in host else host}:{port or ROS_PORT}"

@@ -77,6 +77,7 @@ class Machine:
     place: Place
     is_default: bool  # for nodes that name no machine
     has_password: bool
+    certain: bool  # as of a node
 
 
 @dataclass
@@ -93,5 +94,7 @@ class Launched:
     packages: dict[str, Place] = field(default_factory=dict)  # that it names, with the first place
     files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
     unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
+    unknown: dict[tuple[Place, str], str] = field(default_factory=dict)
+    """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
     faults: list[Fault] = field(default_factory=list)
     cost: int = 0
