@@ -67,6 +67,8 @@ class Draft:
     networks: list[Value] = field(default_factory=list)
     lines: list[Value] = field(default_factory=list)  # between robots and their hosts
     programs: dict[str, Entry] = field(default_factory=dict)
+    multimaster: dict[str, Value] = field(default_factory=dict)
+    patterns: dict[str, Value] = field(default_factory=dict)  # keys of `multimaster`, to fill in
     last: dict[str, Value] = field(default_factory=dict)  # below the programs
     masters: dict[str, Value] = field(default_factory=dict)  # the host of each host's master
     unread: list[str] = field(default_factory=list)  # places that are not in the draft, and why

@@ -45,6 +45,7 @@ def lines_of(draft: Draft) -> list[Line]:
         *(_section("programs", draft.programs) if draft.programs else ()),
         *([Line("")] if draft.last else ()),
         *(_field("", key, one) for key, one in draft.last.items()),
+        *_multimaster(draft),
     ]
 
 
@@ -96,6 +97,13 @@ def _marked(lines: Sequence[Line], *, is_unlinked: bool = False) -> list[Line]:
     first, *rest = lines
     is_blank = is_unlinked or any(line.todo for line in rest)
     return [replace(first, todo=_BELOW) if is_blank else first, *rest]
+
+
+def _multimaster(draft: Draft) -> Sequence[Line]:
+    if not draft.multimaster:
+        return ()
+    fields = (*draft.multimaster.items(), *draft.patterns.items())
+    return [Line(""), *_marked([Line("multimaster:"), *(_field("  ", key, one) for key, one in fields)])]
 
 
 def _no_robot(draft: Draft) -> Iterator[Line]:

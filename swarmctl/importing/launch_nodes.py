@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.env_files import env_of, is_env_file
+from swarmctl.importing.fkie_settings import FkieSettings
 from swarmctl.importing.known_drivers import driven_type
 from swarmctl.importing.lab_folder import LAUNCH, LabFolder
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
@@ -45,6 +46,8 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draf
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(folder)
+    for node in (node for _, node in _nodes(launched) if node.certain and node.package in _MULTIMASTERS):
+        lab.fkie.add_hosts(node)
     if not lab.draft.hosts and any(one.nodes for one in launched.values()):
         why = "no file names a computer; write each, and which one starts what"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
@@ -59,6 +62,7 @@ class _Lab:
         self.unknown = Unknown(unknown)
         self.draft = Draft("launch files and scripts")
         self.hosts = LabHosts(self.draft)
+        self.fkie = FkieSettings(self.draft, self.hosts)
         self.machines: dict[str, str] = {}  # hosts by the names of roslaunch
         self.folders: dict[str, set[str]] = {}  # hosts by the folders of their scripts
         self.namespaces: dict[tuple[str, str], str] = {}  # robots by host and namespace
@@ -134,14 +138,15 @@ class _Lab:
             elif kind:
                 self._add_robot(node, self._host_of(node, path), kind)
             elif packages:
-                self.draft.last.setdefault("multimaster", Value({"packages": packages}, node.place))
+                host = self._named_host_of(node, path)
+                self.fkie.add(node, packages, "" if host is None or host.fill_in else host.value)
             else:
                 programs.append((node, self._host_of(node, path)))
         for node, host in programs:
             self._add_program(node, host)
         if self.hub:
             hub = Value(self.hub, guess=_ONE_MASTER)
-        elif self.draft.masters or "multimaster" in self.draft.last:
+        elif self.draft.masters or self.draft.multimaster:
             return
         else:
             hub = Value(
@@ -151,6 +156,15 @@ class _Lab:
 
     def _host_of(self, node: Node, path: str) -> Value:
         """The host of a node: that of its machine, or where its launch file is started."""
+        if found := self._named_host_of(node, path):
+            return found
+        if self.hub:
+            why = "nodes without `machine` start where roslaunch runs, often on the master's host"
+            return Value(self.hub, guess=why)
+        return Value(next(iter(self.draft.hosts)), fill_in=f"the host on which {path} is started")
+
+    def _named_host_of(self, node: Node, path: str) -> Value | None:
+        """The host that the machine of a node or the path of its launch file shows."""
         if node.machine is None:
             return self.unknown.filled(Value(next(iter(self.draft.hosts))), node.place, "machine")
         if node.machine in self.machines:
@@ -169,10 +183,7 @@ class _Lab:
         for part in (file.partition(".")[0], *reversed(folder.split("/"))):
             if part and (host := self.hosts.find(part) or self.hosts.find(valid_name(part, "host"))):
                 return Value(host, guess=f"{path} is called like this host")
-        if self.hub:
-            why = "nodes without `machine` start where roslaunch runs, often on the master's host"
-            return Value(self.hub, guess=why)
-        return Value(next(iter(self.draft.hosts)), fill_in=f"the host on which {path} is started")
+        return None
 
     def _add_robot(self, node: Node, host: Value, kind: str) -> None:
         namespace, _, last = (node.name or "").strip("/").rpartition("/")
@@ -239,7 +250,9 @@ def _nodes(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
             if key not in seen:
                 seen.add(key)
                 settings = tuple(replace(one, place=_normal(one.place)) for one in node.parameters)
-                yield path, replace(node, place=_normal(node.place), parameters=settings)
+                texts = tuple(replace(one, place=_normal(one.place)) for one in node.rosparams)
+                place = _normal(node.place)
+                yield path, replace(node, place=place, parameters=settings, rosparams=texts)
 
 
 def _unread(launched: Mapping[str, Launched]) -> Iterator[str]:

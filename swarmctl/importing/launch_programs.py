@@ -36,8 +36,8 @@ def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
             yield f"{one.place}: {one.name} {why}"
     if node.arguments is not None and _words(node) is None:
         yield f"{node.place}: its args may have a secret, or a quote that does not end"
-    for place in node.rosparams:
-        yield f"{place}: its rosparam has no key in a spec; write `params`"
+    for text in node.rosparams:
+        yield f"{text.place}: its rosparam has no key in a spec; write `params`"
 
 
 def _why_left_out(one: Setting) -> str:

@@ -16,8 +16,10 @@ def arrange(draft: Draft) -> None:
     """Adds the mode, the networks and the adapters of hosts to a draft that has all else."""
     draft.first |= _mode(draft)
     mode = Mode(draft.first["mode"].value)
-    if mode not in MULTIMASTER and (unused := draft.last.pop("multimaster", None)):
-        draft.unread.append(f"{unused.place}: fkie's multimaster has no use with one master")
+    if mode not in MULTIMASTER and draft.multimaster:
+        place = draft.multimaster["packages"].place
+        draft.unread.append(f"{place}: fkie's multimaster has no use with one master")
+        draft.multimaster.clear()
     if mode is Mode.COMBINED:
         why = "hosts with the same ROS_MASTER_URI are an island"
         draft.last = {"islands": Value(_islands(_by_master(draft)), guess=why), **draft.last}
@@ -41,7 +43,7 @@ def _by_master(draft: Draft) -> Mapping[str, Sequence[str]]:
 
 
 def _mode(draft: Draft) -> Mapping[str, Value]:
-    groups, multimaster = _by_master(draft), "multimaster" in draft.last
+    groups, multimaster = _by_master(draft), bool(draft.multimaster)
     known = [draft.masters[host] for host in draft.hosts if host in draft.masters]
     wrong = next((one for one in known if one.needed), Value(""))
     if len(draft.hosts) == 1 and not multimaster:
@@ -53,7 +55,9 @@ def _mode(draft: Draft) -> Mapping[str, Value]:
     if len(known) == len(draft.hosts) and any(len(one) > 1 for one in groups.values()):
         why = f"there are {len(groups)} masters, and some hosts share one"
         return {"mode": replace(first, value=Mode.COMBINED.value, guess=why)}
-    if groups:
+    if groups and multimaster:
+        why = "each host has its own master, and fkie's multimaster joins them"
+    elif groups:
         why = "the hosts with a ROS_MASTER_URI do not share a master"
     elif multimaster:
         why = "nodes of fkie's multimaster join several masters"

@@ -10,7 +10,16 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from swarmctl.ros_packages.launched import Fault, Launched, Machine, Node, Place, Refusal, Setting
+from swarmctl.ros_packages.launched import (
+    Fault,
+    Launched,
+    Machine,
+    Node,
+    Place,
+    Refusal,
+    Rosparam,
+    Setting,
+)
 from swarmctl.ros_packages.package import Package
 from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted, unknown_part
 from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
@@ -304,9 +313,20 @@ class _Run:
             self.found(scope, tag, self.value(scope, tag, "textfile"))
 
     def rosparam(self, scope: _Scope, tag: Tag) -> None:
-        self.launched.rosparams.append(self.place(scope, tag))
-        if "file" in tag.attributes and tag.attributes.get("command", "load") == "load":
-            self.found(scope, tag, self.value(scope, tag, "file"))
+        name, text = self.optional(scope, tag, "param"), self.rosparam_text(scope, tag)
+        found = Rosparam(name, text if scope.certain else None, self.place(scope, tag))
+        self.launched.rosparams.append(found)
+
+    def rosparam_text(self, scope: _Scope, tag: Tag) -> str | None:
+        if tag.attributes.get("command", "load") != "load":
+            return None
+        if "file" in tag.attributes:
+            package, path = self.found(scope, tag, self.value(scope, tag, "file"))
+            content = package.contents.get(path) if package else None
+            return None if content is None else content.decode("utf-8", "replace")
+        if tag.attributes.get("subst_value", "").lower() in {"true", "1"}:
+            return substituted(tag.text, scope.arguments)
+        return tag.text
 
     def remap(self, scope: _Scope, tag: Tag) -> None:
         old, new = self.value(scope, tag, "from"), self.value(scope, tag, "to")

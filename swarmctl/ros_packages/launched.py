@@ -50,6 +50,15 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Rosparam:
+    """A <rosparam>: ``name`` is empty if its text has the names; None for what only the host knows."""
+
+    name: str | None
+    text: str | None
+    place: Place
+
+
+@dataclass(frozen=True)
 class Node:
     """A node that a launch file starts; None for a name that only the host knows."""
 
@@ -63,7 +72,7 @@ class Node:
     arguments: str | None = ""
     parameters: tuple[Setting, ...] = ()  # its private ones
     environment: tuple[Setting, ...] = ()
-    rosparams: tuple[Place, ...] = ()
+    rosparams: tuple[Rosparam, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -88,7 +97,7 @@ class Launched:
     nodes: list[Node] = field(default_factory=list)
     parameters: list[Setting] = field(default_factory=list)
     environment: list[Setting] = field(default_factory=list)
-    rosparams: list[Place] = field(default_factory=list)
+    rosparams: list[Rosparam] = field(default_factory=list)
     machines: list[Machine] = field(default_factory=list)
     masters: list[Place] = field(default_factory=list)
     packages: dict[str, Place] = field(default_factory=dict)  # that it names, with the first place
