@@ -11,7 +11,8 @@ import yaml
 
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.importing.lab_hosts import LabHosts
-from swarmctl.ros_packages.launched import Node, Place
+from swarmctl.ros_packages.launched import Launched, Node, Place, Rosparam
+from swarmctl.ros_packages.launched import Setting as Parameter
 from swarmctl.swarm.addresses import ip_of, means_self
 from swarmctl.yamltext.compose import compose
 from swarmctl.yamltext.limits import LoadBudget
@@ -31,18 +32,18 @@ class FkieSettings:
         self.draft = draft
         self.hosts = hosts
 
-    def add_hosts(self, node: Node) -> None:
+    def add_hosts(self, node: Node, whole: Launched) -> None:
         """Adds the hosts that a node has as peers."""
-        for name, value, place in _settings(node):
+        for name, value, place in _settings(node, whole):
             for address in _texts(value) if name == "robot_hosts" else ():
                 if not self.hosts.find(address) and not means_self(address):
                     called = "master" if ip_of(address) else address
                     self.hosts.new(called, place, {"address": Value(address, place)})
 
-    def add(self, node: Node, packages: str, host: str) -> None:
-        """Adds the settings of a node that runs on ``host``, or on each master if this is empty."""
+    def add(self, node: Node, whole: Launched, packages: str, host: str) -> None:
+        """Adds the settings of a node of ``whole`` that runs on ``host``; empty for every master."""
         self._set("packages", packages, node.place)
-        for name, value, place in _settings(node):
+        for name, value, place in _settings(node, whole):
             if value is None:
                 self.draft.unread.append(f"{place}: {name} cannot be read")
             elif name in _KEYS or name in _SAME:
@@ -122,21 +123,31 @@ def _texts(value: Any) -> list[str]:
     return [str(one) for one in items if isinstance(one, str | int | float) and str(one)]
 
 
-def _settings(node: Node) -> Iterator[Setting]:
+def _settings(node: Node, whole: Launched) -> Iterator[Setting]:
     """The private parameters of a node, however they are set; None for a value that cannot be read."""
-    for one in node.parameters:
-        yield _plain(one.name), _data(one.value), one.place
-    for text in node.rosparams:
-        data = _data(text.text)
-        if text.name:
-            yield _plain(text.name), data, text.place
-        elif isinstance(data, dict):
-            yield from ((_plain(str(name)), one, text.place) for name, one in data.items())
-        else:
-            yield "its rosparam", None, text.place
+    for name, value, place in _named(node.parameters, node.rosparams):
+        yield name or "its rosparam", value, place
     for word in _words(node.arguments or ""):
         if match := _REMAP.fullmatch(word):
             yield match[1], _data(match[2]), node.place
+    called = (node.name or "").strip("/")
+    for name, value, place in _named(whole.parameters, whole.rosparams):
+        if name == called and isinstance(value, dict):
+            yield from ((_plain(str(one)), data, place) for one, data in value.items())
+        elif name.startswith(f"{called}/"):
+            yield name.removeprefix(f"{called}/"), value, place
+
+
+def _named(parameters: Sequence[Parameter], rosparams: Sequence[Rosparam]) -> Iterator[Setting]:
+    """Parameters with their values; one without a name is a text that cannot be read."""
+    for one in parameters:
+        yield _plain(one.name), _data(one.value), one.place
+    for text in rosparams:
+        data = _data(text.text)
+        if text.name or not isinstance(data, dict):
+            yield _plain(text.name or ""), data, text.place
+        else:
+            yield from ((_plain(str(name)), value, text.place) for name, value in data.items())
 
 
 def _words(arguments: str) -> Sequence[str]:

@@ -46,8 +46,9 @@ def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draf
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(folder)
-    for node in (node for _, node in _nodes(launched) if node.certain and node.package in _MULTIMASTERS):
-        lab.fkie.add_hosts(node)
+    for path, node in _nodes(launched):
+        if node.certain and node.package in _MULTIMASTERS:
+            lab.fkie.add_hosts(node, launched[path])
     if not lab.draft.hosts and any(one.nodes for one in launched.values()):
         why = "no file names a computer; write each, and which one starts what"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
@@ -139,7 +140,9 @@ class _Lab:
                 self._add_robot(node, self._host_of(node, path), kind)
             elif packages:
                 host = self._named_host_of(node, path)
-                self.fkie.add(node, packages, "" if host is None or host.fill_in else host.value)
+                self.fkie.add(
+                    node, launched[path], packages, "" if host is None or host.fill_in else host.value
+                )
             else:
                 programs.append((node, self._host_of(node, path)))
         for node, host in programs:

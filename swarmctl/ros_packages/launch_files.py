@@ -313,7 +313,8 @@ class _Run:
             self.found(scope, tag, self.value(scope, tag, "textfile"))
 
     def rosparam(self, scope: _Scope, tag: Tag) -> None:
-        name, text = self.optional(scope, tag, "param"), self.rosparam_text(scope, tag)
+        name = _joined(self.optional(scope, tag, "ns"), self.optional(scope, tag, "param"))
+        text = self.rosparam_text(scope, tag)
         found = Rosparam(name, text if scope.certain else None, self.place(scope, tag))
         self.launched.rosparams.append(found)
 

@@ -103,3 +103,20 @@ def test_peers_are_hosts(tmp_path: Path) -> None:
     found = data(draft(lab(tmp_path, {"m.launch": text})))
     assert {one["address"] for one in found["hosts"].values()} == {"10.0.0.1", "rover.local"}
     assert found["multimaster"]["robot_hosts"] == {"master": ["rover"], "rover": ["master"]}
+
+
+@pytest.mark.parametrize(
+    "outside",
+    [
+        '<param name="/n/mcast_group" value="239.0.0.1"/>',
+        '<param name="n/mcast_group" value="239.0.0.1"/>',
+        '<rosparam param="n/mcast_group">239.0.0.1</rosparam>',
+        '<rosparam ns="n">mcast_group: 239.0.0.1</rosparam>',
+        '<rosparam ns="n" param="mcast_group">239.0.0.1</rosparam>',
+        "<rosparam>n: {mcast_group: 239.0.0.1}</rosparam>",
+    ],
+)
+def test_a_parameter_may_stand_outside_its_node(outside: str, tmp_path: Path) -> None:
+    text = node("").replace("<launch>", f"<launch>{outside}")
+    found = data(draft(lab(tmp_path, {**HOSTS, "m.launch": text})))
+    assert found["multimaster"] == {"packages": "fkie_multimaster", "group": "239.0.0.1"}
