@@ -18,8 +18,8 @@ FILL_IN = "fill in: "
 class Value:
     """A value that stands at ``place`` of a file or, with a reason in ``guess``, is derived from others.
 
-    ``was`` is what the file has, where it had to be converted. If no file has the value, ``fill_in`` says
-    what to write, and ``value`` is an example.
+    ``was`` is what the file has, where it had to be converted, and ``needed`` what ROS needs there. If no
+    file has the value, ``fill_in`` says what to write, and ``value`` is an example.
     """
 
     value: Any
@@ -27,6 +27,7 @@ class Value:
     guess: str = ""
     was: str = ""
     fill_in: str = ""
+    needed: str = ""
 
     @property
     def source(self) -> str:
@@ -34,6 +35,7 @@ class Value:
         if self.fill_in:
             return ""
         was = f"{literal(self.was, chr(34))} there" if self.was else ""
+        was = ", ".join(one for one in (was, f"ROS needs {self.needed}" if self.needed else "") if one)
         if not self.guess:
             return ", ".join(one for one in (f"from {self.place}" if self.place else "", was) if one)
         there = ", ".join(one for one in (str(self.place or ""), was) if one)
@@ -65,6 +67,8 @@ class Draft:
     networks: list[Value] = field(default_factory=list)
     lines: list[Value] = field(default_factory=list)  # between robots and their hosts
     programs: dict[str, Entry] = field(default_factory=dict)
+    multimaster: dict[str, Value] = field(default_factory=dict)
+    patterns: dict[str, Value] = field(default_factory=dict)  # keys of `multimaster`, to fill in
     last: dict[str, Value] = field(default_factory=dict)  # below the programs
     masters: dict[str, Value] = field(default_factory=dict)  # the host of each host's master
     unread: list[str] = field(default_factory=list)  # places that are not in the draft, and why

@@ -45,6 +45,7 @@ def lines_of(draft: Draft) -> list[Line]:
         *(_section("programs", draft.programs) if draft.programs else ()),
         *([Line("")] if draft.last else ()),
         *(_field("", key, one) for key, one in draft.last.items()),
+        *_multimaster(draft),
     ]
 
 
@@ -66,7 +67,7 @@ def summary(draft: Draft, lines: Sequence[Line]) -> str:
     has = (
         _number(len(draft.hosts), "host"),
         _number(len(draft.robots), "robot"),
-        _number(len(draft.programs), "program"),
+        _number(sum(not one.name.fill_in for one in draft.programs.values()), "program"),
     )
     guesses = sum(line.source.startswith(GUESS) for line in lines)
     todo = [
@@ -98,6 +99,13 @@ def _marked(lines: Sequence[Line], *, is_unlinked: bool = False) -> list[Line]:
     return [replace(first, todo=_BELOW) if is_blank else first, *rest]
 
 
+def _multimaster(draft: Draft) -> Sequence[Line]:
+    if not draft.multimaster:
+        return ()
+    fields = (*draft.multimaster.items(), *draft.patterns.items())
+    return [Line(""), *_marked([Line("multimaster:"), *(_field("  ", key, one) for key, one in fields)])]
+
+
 def _no_robot(draft: Draft) -> Iterator[Line]:
     yield Line("")
     yield Line("robots:", todo=_NO_ROBOT)
@@ -106,12 +114,15 @@ def _no_robot(draft: Draft) -> Iterator[Line]:
 
 def _section(key: str, entries: Mapping[str, Entry], unlinked: set[str] | None = None) -> Iterator[Line]:
     yield Line("")
-    yield Line(f"{key}:")
+    yield Line(f"{'# ' if all(one.name.fill_in for one in entries.values()) else ''}{key}:")
     for name, entry in entries.items():
         yield from _entry(name, entry, is_unlinked=name in (unlinked or ()))
 
 
 def _entry(name: str, entry: Entry, *, is_unlinked: bool) -> Sequence[Line]:
+    if entry.name.fill_in:
+        shown = {key: one.value for key, one in entry.fields.items()}
+        return [Line(f"  # {text_of(name)}: {literal(shown)}", todo=entry.name.todo)]
     known = {key: one.value for key, one in entry.fields.items() if not one.fill_in}
     fields = [_field("    ", key, one, entry.name.place) for key, one in entry.fields.items()]
     whole = Line(f"  {text_of(name)}: {literal(known)}", entry.name.source)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from urllib.parse import urlsplit
+from dataclasses import replace
 
 from swarmctl.importing.draft import Draft, Entry, Value, named
+from swarmctl.importing.ros_variables import ROS_PORT, master_of
 from swarmctl.ros_packages.launched import Place
 from swarmctl.swarm.addresses import ip_of, means_self
 
 EXAMPLE = "192.168.77.11"
-_ROS_PORT = 11311
 
 
 class LabHosts:
@@ -50,9 +50,13 @@ class LabHosts:
 
     def _better(self, old: Value, new: Value) -> Value:
         """The address to keep: an IP address wins over a name, and a name over nothing."""
+        if old.fill_in and new.fill_in and old != new:
+            return replace(old, fill_in=f"{old.fill_in}; {new.fill_in}")
         if old.fill_in or (ip_of(str(old.value)) is None and ip_of(str(new.value)) and not new.fill_in):
             return new
-        if ip_of(str(new.value)) and new.value != old.value and not new.fill_in:
+        if new.needed and new.value == old.value:
+            return new
+        if (ip_of(str(new.value)) or new.needed) and new.value != old.value and not new.fill_in:
             self.draft.unread.append(f"{new.place}: the address {new.value}; {old.place} has {old.value}")
         return old
 
@@ -62,7 +66,8 @@ class LabHosts:
 
     def add_master(self, users: Collection[str], uri: Value) -> None:
         """Adds the master that hosts use, and the master's own host if it is not known yet."""
-        address, port = _master_of(str(uri.value))
+        master, port = master_of(uri)
+        address = str(master.value)
         if not address:
             self.draft.unread.append(f"{uri.place}: ROS_MASTER_URI names no host")
             return
@@ -71,8 +76,11 @@ class LabHosts:
             name = "master" if ip_of(address) else address
             hub = self.find(address) or self.new(name, uri.place, {"address": Value(address, uri.place)})
         for user in (*users, hub) if hub else users:
-            self.draft.masters.setdefault(user, Value(hub or user, uri.place))
-            if port != _ROS_PORT:
+            found = replace(master, value=hub or user)
+            old = self.draft.masters.setdefault(user, found)
+            if found.needed and old.value == found.value:
+                self.draft.masters[user] = found
+            if port != ROS_PORT:
                 self.draft.hosts[hub or user].fields["master_port"] = Value(port, uri.place)
 
 
@@ -86,15 +94,6 @@ def address_of(text: str, place: Place) -> Value:
 def number(text: str) -> int | str:
     """Returns a port as a number, or the text if it is none."""
     return int(text) if text.isascii() and text.isdecimal() and len(text) < 10 else text
-
-
-def _master_of(uri: str) -> tuple[str, int]:
-    """The host and the port of a ROS_MASTER_URI, also of one without `http://`; no host for what is none."""
-    try:
-        parts = urlsplit(uri if "://" in uri else f"http://{uri}")
-        return parts.hostname or "", parts.port or _ROS_PORT
-    except ValueError:
-        return "", _ROS_PORT
 
 
 def _short(name: str) -> str:

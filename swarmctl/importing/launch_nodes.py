@@ -9,11 +9,14 @@ from dataclasses import replace
 
 from swarmctl.importing.draft import Draft, Entry, Value, named
 from swarmctl.importing.env_files import env_of, is_env_file
+from swarmctl.importing.fkie_settings import FkieSettings
 from swarmctl.importing.known_drivers import driven_type
 from swarmctl.importing.lab_folder import LAUNCH, LabFolder
 from swarmctl.importing.lab_hosts import EXAMPLE, LabHosts, address_of, number
 from swarmctl.importing.launch_programs import left_out, program_fields
 from swarmctl.importing.robot_lines import line_of
+from swarmctl.importing.ros_variables import own_address
+from swarmctl.importing.unknown_values import Unknown
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES
 from swarmctl.robot_types.robot_type import RobotType
 from swarmctl.ros_packages.launch_files import evaluate
@@ -35,24 +38,32 @@ _MULTIMASTERS = {
 
 def draft_from_launch(folder: LabFolder, types: Mapping[str, RobotType]) -> Draft:
     """Returns the draft from the launch files and scripts of a folder; ``types`` are the robot types."""
-    lab = _Lab(types)
     launched = _launched(folder)
+    unknown = {
+        (_normal(place), key): why for one in launched.values() for (place, key), why in one.unknown.items()
+    }
+    lab = _Lab(types, unknown)
     for machine in (machine for one in launched.values() for machine in one.machines):
         lab.add_machine(machine)
     lab.add_scripts(folder)
+    for path, node in _nodes(launched):
+        if node.certain and node.package in _MULTIMASTERS:
+            lab.fkie.add_hosts(node, launched[path])
     if not lab.draft.hosts and any(one.nodes for one in launched.values()):
         why = "no file names a computer; write each, and which one starts what"
         lab.hosts.new("robot-pc", None, {"address": Value(EXAMPLE, fill_in=why)}, "it starts all nodes")
     lab.add_nodes(launched)
-    lab.draft.unread += _unread(launched)
+    lab.draft.unread += (*lab.unknown.unread(), *_unread(launched))
     return lab.draft
 
 
 class _Lab:
-    def __init__(self, types: Mapping[str, RobotType]) -> None:
+    def __init__(self, types: Mapping[str, RobotType], unknown: Mapping[tuple[Place, str], str]) -> None:
         self.types = types
+        self.unknown = Unknown(unknown)
         self.draft = Draft("launch files and scripts")
         self.hosts = LabHosts(self.draft)
+        self.fkie = FkieSettings(self.draft, self.hosts)
         self.machines: dict[str, str] = {}  # hosts by the names of roslaunch
         self.folders: dict[str, set[str]] = {}  # hosts by the folders of their scripts
         self.namespaces: dict[tuple[str, str], str] = {}  # robots by host and namespace
@@ -61,18 +72,24 @@ class _Lab:
 
     def add_machine(self, machine: Machine) -> None:
         """Adds the computer of a <machine>."""
-        name, address, place = machine.name, machine.address, machine.place
-        if name is None or address is None:
-            self.draft.unread.append(f"{place}: the host only knows the name or the address of this machine")
+        name, place = machine.name, _normal(machine.place)
+        if name is None:
             return
-        fields = {"address": address_of(address, place)}
-        fields |= {"user": Value(machine.user, place)} if machine.user else {}
-        fields |= {"port": Value(number(machine.port), place)} if machine.port else {}
+        address = Value(EXAMPLE) if machine.address is None else address_of(machine.address, place)
+        fields = {
+            "address": self.unknown.filled(address, place, *([] if machine.certain else ["if"]), "address")
+        }
+        if machine.user != "":
+            fields["user"] = self.unknown.filled(Value(machine.user or "robot", place), place, "user")
+        if machine.port != "":
+            fields["port"] = self.unknown.filled(
+                Value(number(machine.port or "22"), place), place, "ssh-port"
+            )
         called = name.replace(".", "-")  # a name of roslaunch, which has no domain
         self.machines[name] = self.hosts.add(called, place, fields)
         if machine.has_password:
             self.draft.unread.append(f"{place}: its password is a secret")
-        if machine.is_default:
+        if machine.is_default and machine.certain:
             self.default = self.machines[name]
 
     def add_scripts(self, folder: LabFolder) -> None:
@@ -92,13 +109,17 @@ class _Lab:
 
     def _host_of_script(self, path: str, env: Mapping[str, Value]) -> str:
         """Adds the host that the variables of a script are for; returns its name, empty if they name none."""
-        own = env.get("ROS_IP") or env.get("ROS_HOSTNAME")
+        addresses = {key: own_address(one) for key, one in env.items() if key != "ROS_MASTER_URI"}
+        called_by = addresses.get("ROS_HOSTNAME")
+        own = addresses.get("ROS_IP") or called_by
         if own is None or means_self(own.value):
             return ""
         folder, file = posixpath.split(path)
         stem = _OF_SCRIPTS.sub("", file.partition(".")[0])
         called = posixpath.basename(folder) if valid_name(stem, "host") in _GENERAL else stem
-        name = env["ROS_HOSTNAME"].value if "ROS_HOSTNAME" in env else own.value
+        name = str((called_by or own).value)
+        if called_by and called_by.needed and called_by is not own:
+            self.draft.unread.append(f"{called_by.place}: ROS_HOSTNAME; ROS needs {called_by.needed}")
         guess = f"its script is {path}" if called and ip_of(name) else ""
         host = self.hosts.add(called if guess else name, own.place, {"address": own}, guess)
         self.folders.setdefault(folder, set()).add(host)
@@ -108,22 +129,27 @@ class _Lab:
         """Adds robots, then programs, which may name robots, and the master of machines."""
         programs: list[tuple[Node, Value]] = []
         for path, node in _nodes(launched):
-            if not node.certain:
-                self.draft.unread.append(f"{node.place}: the host only knows whether this node starts")
-            elif None in (node.package, node.executable, node.name, node.machine):
-                why = "the host only knows the package, executable, name or machine of this node"
-                self.draft.unread.append(f"{node.place}: {why}")
-            elif kind := driven_type(node.package or "", node.executable or "", self.types):
+            kind = driven_type(node.package or "", node.executable or "", self.types)
+            packages = _MULTIMASTERS.get(node.package or "")
+            if None in (node.package, node.executable, node.name):
+                if not self.unknown.has(node.place, "pkg", "type", "name"):
+                    self.draft.unread.append(f"{node.place}: its namespace is not known here")
+            elif not node.certain and (kind or packages):
+                continue
+            elif kind:
                 self._add_robot(node, self._host_of(node, path), kind)
-            elif packages := _MULTIMASTERS.get(node.package or ""):
-                self.draft.last.setdefault("multimaster", Value({"packages": packages}, node.place))
+            elif packages:
+                host = self._named_host_of(node, path)
+                self.fkie.add(
+                    node, launched[path], packages, "" if host is None or host.fill_in else host.value
+                )
             else:
                 programs.append((node, self._host_of(node, path)))
         for node, host in programs:
             self._add_program(node, host)
         if self.hub:
             hub = Value(self.hub, guess=_ONE_MASTER)
-        elif self.draft.masters or "multimaster" in self.draft.last:
+        elif self.draft.masters or self.draft.multimaster:
             return
         else:
             hub = Value(
@@ -133,6 +159,17 @@ class _Lab:
 
     def _host_of(self, node: Node, path: str) -> Value:
         """The host of a node: that of its machine, or where its launch file is started."""
+        if found := self._named_host_of(node, path):
+            return found
+        if self.hub:
+            why = "nodes without `machine` start where roslaunch runs, often on the master's host"
+            return Value(self.hub, guess=why)
+        return Value(next(iter(self.draft.hosts)), fill_in=f"the host on which {path} is started")
+
+    def _named_host_of(self, node: Node, path: str) -> Value | None:
+        """The host that the machine of a node or the path of its launch file shows."""
+        if node.machine is None:
+            return self.unknown.filled(Value(next(iter(self.draft.hosts))), node.place, "machine")
         if node.machine in self.machines:
             return Value(self.machines[node.machine], node.place)
         if node.machine:
@@ -149,10 +186,7 @@ class _Lab:
         for part in (file.partition(".")[0], *reversed(folder.split("/"))):
             if part and (host := self.hosts.find(part) or self.hosts.find(valid_name(part, "host"))):
                 return Value(host, guess=f"{path} is called like this host")
-        if self.hub:
-            why = "nodes without `machine` start where roslaunch runs, often on the master's host"
-            return Value(self.hub, guess=why)
-        return Value(next(iter(self.draft.hosts)), fill_in=f"the host on which {path} is started")
+        return None
 
     def _add_robot(self, node: Node, host: Value, kind: str) -> None:
         namespace, _, last = (node.name or "").strip("/").rpartition("/")
@@ -185,11 +219,14 @@ class _Lab:
         fields = {"robot": Value(robot, node.place)} if robot else {}
         fields |= {} if here else {"host": host}
         fields |= program_fields(node)
+        if node.arguments is None:
+            fields["args"] = self.unknown.filled(Value([]), node.place, "args")
         if namespace and not robot:
             fields["namespace"] = Value(namespace, node.place)
         name = named(last, "node", node.place, {*self.draft.programs, *self.draft.robots})
+        name = name if node.certain else self.unknown.filled(name, node.place, "if")
         self.draft.programs[name.value] = Entry(name, fields)
-        self.draft.unread += left_out(node)
+        self.draft.unread += left_out(node, self.unknown)
 
 
 def _launched(folder: LabFolder) -> Mapping[str, Launched]:
@@ -216,14 +253,17 @@ def _nodes(launched: Mapping[str, Launched]) -> Iterator[tuple[str, Node]]:
             if key not in seen:
                 seen.add(key)
                 settings = tuple(replace(one, place=_normal(one.place)) for one in node.parameters)
-                yield path, replace(node, place=_normal(node.place), parameters=settings)
+                texts = tuple(replace(one, place=_normal(one.place)) for one in node.rosparams)
+                place = _normal(node.place)
+                yield path, replace(node, place=place, parameters=settings, rosparams=texts)
 
 
 def _unread(launched: Mapping[str, Launched]) -> Iterator[str]:
     for path, one in launched.items():
         if not one.files and not one.faults:
             yield f"{path}: it, or all launch files together, are too large"
-        yield from (f"{_normal(place)}: the included file is not here" for place in one.unfound)
+        unfound = (place for place in one.unfound if (place, "file") not in one.unknown)
+        yield from (f"{_normal(place)}: the included file is not here" for place in unfound)
         for fault in one.faults:
             if fault.kind is Refusal.MISSING:
                 yield f"{_normal(fault.place)}: the argument `{fault.subject}` is given when it is launched"

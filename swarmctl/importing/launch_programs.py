@@ -9,6 +9,7 @@ from typing import Any
 
 from swarmctl.importing.draft import Value
 from swarmctl.importing.secret_names import is_secret
+from swarmctl.importing.unknown_values import Unknown
 from swarmctl.robot_types.placeholders import escaped
 from swarmctl.ros_packages.launched import Node, Setting
 
@@ -28,15 +29,15 @@ def program_fields(node: Node) -> dict[str, Value]:
     return {key: Value(value, node.place) for key, value in values.items() if value}
 
 
-def left_out(node: Node) -> Iterator[str]:
-    """Says what of a node its program does not have."""
+def left_out(node: Node, unknown: Unknown) -> Iterator[str]:
+    """Says what of a node its program does not have, but for what is ``unknown``."""
     for one in (*node.parameters, *node.environment):
-        if why := _why_left_out(one):
+        if not unknown.has(one.place, "value") and (why := _why_left_out(one)):
             yield f"{one.place}: {one.name} {why}"
-    if _words(node) is None:
-        yield f"{node.place}: its args may have a secret, or only the host knows them"
-    for place in node.rosparams:
-        yield f"{place}: its rosparam has no key in a spec; write `params`"
+    if node.arguments is not None and _words(node) is None:
+        yield f"{node.place}: its args may have a secret, or a quote that does not end"
+    for text in node.rosparams:
+        yield f"{text.place}: its rosparam has no key in a spec; write `params`"
 
 
 def _why_left_out(one: Setting) -> str:

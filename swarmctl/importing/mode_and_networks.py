@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from swarmctl.importing.draft import Draft, Value
 from swarmctl.spec.model import Mode
@@ -15,8 +16,10 @@ def arrange(draft: Draft) -> None:
     """Adds the mode, the networks and the adapters of hosts to a draft that has all else."""
     draft.first |= _mode(draft)
     mode = Mode(draft.first["mode"].value)
-    if mode not in MULTIMASTER and (unused := draft.last.pop("multimaster", None)):
-        draft.unread.append(f"{unused.place}: fkie's multimaster has no use with one master")
+    if mode not in MULTIMASTER and draft.multimaster:
+        place = draft.multimaster["packages"].place
+        draft.unread.append(f"{place}: fkie's multimaster has no use with one master")
+        draft.multimaster.clear()
     if mode is Mode.COMBINED:
         why = "hosts with the same ROS_MASTER_URI are an island"
         draft.last = {"islands": Value(_islands(_by_master(draft)), guess=why), **draft.last}
@@ -40,28 +43,32 @@ def _by_master(draft: Draft) -> Mapping[str, Sequence[str]]:
 
 
 def _mode(draft: Draft) -> Mapping[str, Value]:
-    groups, multimaster = _by_master(draft), "multimaster" in draft.last
+    groups, multimaster = _by_master(draft), bool(draft.multimaster)
     known = [draft.masters[host] for host in draft.hosts if host in draft.masters]
+    wrong = next((one for one in known if one.needed), Value(""))
     if len(draft.hosts) == 1 and not multimaster:
-        only = Value(next(iter(draft.hosts)), guess="it is the only host")
+        only = replace(wrong, value=next(iter(draft.hosts)), guess="it is the only host")
         return {"mode": Value(Mode.SINGLE_MINDED.value, guess="there is one host"), "leader": only}
     if len(groups) == 1 and (len(known) > 1 or known[0].value not in next(iter(groups.values()))):
-        return _one_master(draft, known[0])
-    place = known[0].place if known else None
+        return _one_master(draft, wrong if wrong.needed else known[0])
+    first = wrong if wrong.needed or not known else replace(known[0], fill_in="")
     if len(known) == len(draft.hosts) and any(len(one) > 1 for one in groups.values()):
         why = f"there are {len(groups)} masters, and some hosts share one"
-        return {"mode": Value(Mode.COMBINED.value, place, why)}
-    if groups:
+        return {"mode": replace(first, value=Mode.COMBINED.value, guess=why)}
+    if groups and multimaster:
+        why = "each host has its own master, and fkie's multimaster joins them"
+    elif groups:
         why = "the hosts with a ROS_MASTER_URI do not share a master"
     elif multimaster:
         why = "nodes of fkie's multimaster join several masters"
     else:
         why = "no ROS_MASTER_URI was found, and without one ROS looks for the master on each node's own host"
-    return {"mode": Value(Mode.STANDALONE.value, place, why)}
+    return {"mode": replace(first, value=Mode.STANDALONE.value, guess=why)}
 
 
 def _one_master(draft: Draft, hub: Value) -> Mapping[str, Value]:
-    hosts = [one.fields["host"] for one in draft.programs.values() if "host" in one.fields]
+    programs = [one.fields for one in draft.programs.values() if not one.name.fill_in]
+    hosts = [one["host"] for one in programs if "host" in one]
     busy = {one.value for one in hosts if not one.fill_in}
     why = hub.guess or f"ROS_MASTER_URI names `{hub.value}`"
     mode, because = Mode.CENTRAL, f"{why}; `leader` if only this host commands robots"

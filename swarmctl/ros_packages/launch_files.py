@@ -10,9 +10,18 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from swarmctl.ros_packages.launched import Fault, Launched, Machine, Node, Place, Refusal, Setting
+from swarmctl.ros_packages.launched import (
+    Fault,
+    Launched,
+    Machine,
+    Node,
+    Place,
+    Refusal,
+    Rosparam,
+    Setting,
+)
 from swarmctl.ros_packages.package import Package
-from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted
+from swarmctl.ros_packages.substitution import SubstitutionError, is_true, substituted, unknown_part
 from swarmctl.ros_packages.xml_tags import Tag, TooLargeError, XmlError, root_of
 
 _BYTES = 64  # that take as long to read as one tag to evaluate
@@ -37,6 +46,7 @@ class _Scope:
     declared: set[str]
     remaps: tuple[tuple[str, str], ...] = ()
     certain: bool = True
+    condition: str = ""  # the substitution for which it is not certain
     passes_all: bool = False
     chain: tuple[str, ...] = ()
     in_include: dict[str, str | None] | None = None  # what an <include> passes on
@@ -74,6 +84,7 @@ class _Run:
         self.packages = packages
         self.launched = Launched()
         self.left = limit
+        self.reasons: dict[str, str] = {}  # the substitutions on which arguments depend
         self.elements: Mapping[str, Callable[[_Scope, Tag], None]] = {
             "arg": self.argument,
             "group": self.group,
@@ -143,7 +154,9 @@ class _Run:
             if applies is not False and missing:
                 self.fault(scope, tag, Refusal.BROKEN, tag.name, f"<{tag.name}> has no `{missing[0]}`")
             elif applies is not False and tag.name in self.elements:
-                inner = scope if applies else replace(scope, certain=False)
+                inner = scope if applies else self.unsure(scope, tag)
+                if inner.condition and tag.name not in {"arg", "group", "include"}:
+                    self.launched.unknown.setdefault((self.place(scope, tag), "if"), inner.condition)
                 self.elements[tag.name](inner, tag)
                 scope.remaps = inner.remaps if applies else scope.remaps
         except SubstitutionError as error:
@@ -171,6 +184,14 @@ class _Run:
                 return None if value is None else value is wanted
         return True
 
+    def unsure(self, scope: _Scope, tag: Tag) -> _Scope:
+        """The scope of an element whose condition is not known."""
+        key = "if" if "if" in tag.attributes else "unless"
+        return replace(scope, certain=False, condition=scope.condition or self.reason(scope, tag, key))
+
+    def reason(self, scope: _Scope, tag: Tag, key: str) -> str:
+        return unknown_part(tag.attributes[key], scope.arguments, self.reasons)
+
     def optional(self, scope: _Scope, tag: Tag, key: str) -> str | None:
         """The value of an attribute; empty if it is left out."""
         return self.value(scope, tag, key) if key in tag.attributes else ""
@@ -180,7 +201,11 @@ class _Run:
         found = substituted(tag.attributes[key], scope.arguments, folder)
         for match in _FOUND.finditer(found or tag.attributes[key]) if scope.certain else ():
             self.launched.packages.setdefault(match[1], self.place(scope, tag))
-        return found if found is None or len(found) <= _LONGEST else None
+        found = found if found is None or len(found) <= _LONGEST else None
+        if found is None and tag.name != "arg" and key not in {"if", "unless"}:
+            reason = self.reason(scope, tag, key)
+            self.launched.unknown.setdefault((self.place(scope, tag), key), reason)
+        return found
 
     def argument(self, scope: _Scope, tag: Tag) -> None:
         name = self.value(scope, tag, "name")
@@ -190,6 +215,7 @@ class _Run:
         if not scope.certain:
             scope.declared.add(name)
             scope.perhaps.add(name)
+            self.reasons[name] = scope.condition
             into.setdefault(name, None)
             return
         if name in scope.declared and not scope.passes_all:
@@ -198,9 +224,12 @@ class _Run:
         if "value" in tag.attributes:
             if name in into and scope.in_include is None and not scope.passes_all:
                 self.fault(scope, tag, Refusal.FIXED, name, f"the file sets `{name}` itself, by `value`")
+            self.reasons[name] = self.reason(scope, tag, "value")
             into[name] = self.value(scope, tag, "value")
         elif "default" in tag.attributes:
             value = self.value(scope, tag, "default")
+            if name not in into:
+                self.reasons[name] = self.reason(scope, tag, "default")
             into.setdefault(name, value)
 
     def group(self, scope: _Scope, tag: Tag) -> None:
@@ -216,7 +245,7 @@ class _Run:
     def node(self, scope: _Scope, tag: Tag) -> None:
         package, kind, name = (self.value(scope, tag, key) for key in ("pkg", "type", "name"))
         inner = scope.inner()
-        inner.namespace = self.namespace(scope, tag)
+        inner.namespace, inner.condition = self.namespace(scope, tag), ""
         found = self.launched
         first, first_variable, first_file = (
             len(found.parameters),
@@ -253,7 +282,7 @@ class _Run:
             return
         inner = _Scope(
             package, path, self.namespace(scope, tag), {**(scope.arguments if passes_all else {}), **given},
-            set(), scope.remaps, scope.certain, passes_all, (*scope.chain, path),
+            set(), scope.remaps, scope.certain, scope.condition, passes_all, (*scope.chain, path),
         )  # fmt: skip
         certain = {name: value for name, value in given.items() if name not in passing.perhaps}
         self.file(inner, certain, self.place(scope, tag))
@@ -284,9 +313,21 @@ class _Run:
             self.found(scope, tag, self.value(scope, tag, "textfile"))
 
     def rosparam(self, scope: _Scope, tag: Tag) -> None:
-        self.launched.rosparams.append(self.place(scope, tag))
-        if "file" in tag.attributes and tag.attributes.get("command", "load") == "load":
-            self.found(scope, tag, self.value(scope, tag, "file"))
+        name = _joined(self.optional(scope, tag, "ns"), self.optional(scope, tag, "param"))
+        text = self.rosparam_text(scope, tag)
+        found = Rosparam(name, text if scope.certain else None, self.place(scope, tag))
+        self.launched.rosparams.append(found)
+
+    def rosparam_text(self, scope: _Scope, tag: Tag) -> str | None:
+        if tag.attributes.get("command", "load") != "load":
+            return None
+        if "file" in tag.attributes:
+            package, path = self.found(scope, tag, self.value(scope, tag, "file"))
+            content = package.contents.get(path) if package else None
+            return None if content is None else content.decode("utf-8", "replace")
+        if tag.attributes.get("subst_value", "").lower() in {"true", "1"}:
+            return substituted(tag.text, scope.arguments)
+        return tag.text
 
     def remap(self, scope: _Scope, tag: Tag) -> None:
         old, new = self.value(scope, tag, "from"), self.value(scope, tag, "to")
@@ -304,7 +345,7 @@ class _Run:
         )
         found = Machine(
             name, address, user, port, self.place(scope, tag),
-            is_default=default == "true", has_password="password" in tag.attributes,
+            is_default=default == "true", has_password="password" in tag.attributes, certain=scope.certain,
         )  # fmt: skip
         self.launched.machines.append(found)
 

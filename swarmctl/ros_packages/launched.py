@@ -50,6 +50,15 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Rosparam:
+    """A <rosparam>: ``name`` is empty if its text has the names; None for what only the host knows."""
+
+    name: str | None
+    text: str | None
+    place: Place
+
+
+@dataclass(frozen=True)
 class Node:
     """A node that a launch file starts; None for a name that only the host knows."""
 
@@ -63,7 +72,7 @@ class Node:
     arguments: str | None = ""
     parameters: tuple[Setting, ...] = ()  # its private ones
     environment: tuple[Setting, ...] = ()
-    rosparams: tuple[Place, ...] = ()
+    rosparams: tuple[Rosparam, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -77,6 +86,7 @@ class Machine:
     place: Place
     is_default: bool  # for nodes that name no machine
     has_password: bool
+    certain: bool  # as of a node
 
 
 @dataclass
@@ -87,11 +97,13 @@ class Launched:
     nodes: list[Node] = field(default_factory=list)
     parameters: list[Setting] = field(default_factory=list)
     environment: list[Setting] = field(default_factory=list)
-    rosparams: list[Place] = field(default_factory=list)
+    rosparams: list[Rosparam] = field(default_factory=list)
     machines: list[Machine] = field(default_factory=list)
     masters: list[Place] = field(default_factory=list)
     packages: dict[str, Place] = field(default_factory=dict)  # that it names, with the first place
     files: dict[str, None] = field(default_factory=dict)  # it and its includes, as messages show them
     unfound: list[Place] = field(default_factory=list)  # includes whose file is not known here
+    unknown: dict[tuple[Place, str], str] = field(default_factory=dict)
+    """The substitution on which an attribute depends; `if` is also `unless`, and that of what is around."""
     faults: list[Fault] = field(default_factory=list)
     cost: int = 0

@@ -56,6 +56,19 @@ def _value(command: str, rest: list[str], arguments: Arguments, dirname: str) ->
     return arguments[rest[0]]
 
 
+def unknown_part(text: str, arguments: Arguments, reasons: Mapping[str, str]) -> str:
+    """Returns the substitution that keeps ``text`` from being known; ``reasons`` are those of arguments."""
+    if text.startswith("$(eval "):
+        return "$(eval)"
+    for match in _ARGUMENT.finditer(text):
+        command, name = [*match[1].split(), "", ""][:2]
+        if command == "arg" and arguments.get(name) is None:
+            return reasons.get(name, match[0])
+        if command in _LATER:
+            return f"$({command} {name})"
+    return "a value that is too long"
+
+
 def is_true(value: str | None) -> bool | None:
     """Returns the meaning of an `if` or `unless`; None if it is not known. Raises `SubstitutionError`."""
     if value is None:
