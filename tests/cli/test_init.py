@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from itertools import combinations
 from pathlib import Path
 
@@ -37,9 +38,25 @@ def test_only_placeholders_are_found_in_every_mode(mode: Mode, first: str) -> No
         document, found = load_text(text, "swarm.yaml", CATALOG)
         assert found == (), types
         assert document is not None
-        assert {one.code for one in lint(document)} <= {PLACEHOLDER}, types
+        assert {one.code for one in lint(document)} <= {PLACEHOLDER, *_shared_by(types, mode)}, types
         assert valid("swarm", json.loads(json.dumps(document.source.data))), types
         assert list(document.spec.robots) == list(robots)
+
+
+def _shared_by(types: Iterable[str], mode: Mode) -> set[str]:
+    """What two robots of types share whose launch file fixes their devices (an error) or frames."""
+    frames = {"DRIVER003"} if "kobuki" in types else set()
+    fixed = any(name.startswith(("kobuki", "turtlebot3")) for name in types)
+    return frames | ({"ID002"} if fixed and mode is Mode.SINGLE_MINDED else set())
+
+
+def test_robots_with_one_device_on_one_host_are_an_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flags = ["--mode", "single-minded", "--robot", "tb3-[1-2]=turtlebot3-burger"]
+    assert run(["init", str(tmp_path), *flags]) == exit_codes.ERROR
+    assert "robot `tb3-1` and robot `tb3-2` open one device of host `laptop`" in capsys.readouterr().err
+    assert not (tmp_path / "swarm.yaml").exists()
 
 
 def test_it_writes_a_spec_and_its_schemas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,7 +81,7 @@ def test_the_modelines_lead_to_the_schema(tmp_path: Path, root: Path) -> None:
 @pytest.mark.parametrize("mode", list(Mode), ids=lambda mode: mode.value)
 def test_a_range_stays_one_entry(mode: Mode, tmp_path: Path) -> None:
     """Its hosts, addresses and lines become ranges as well; robots by Bluetooth in between count on."""
-    robots = ["k3-[1-3]=khepera3", "one=koala", "epuck-[1-3]=epuck", "tb3-[01-12]=turtlebot3-burger"]
+    robots = ["k3-[1-3]=khepera3", "one=koala", "epuck-[1-3]=epuck", "p3-[01-12]=pioneer3"]
     flags = [word for robot in robots for word in ("--robot", robot)]
     assert run(["init", str(tmp_path), "--mode", mode.value, *flags]) == exit_codes.OK
     swarm, found = load_swarm(tmp_path / "swarm.yaml")
@@ -72,7 +89,7 @@ def test_a_range_stays_one_entry(mode: Mode, tmp_path: Path) -> None:
     assert swarm is not None
     assert len(swarm.robots) == 3 + 1 + 3 + 12
     written = (tmp_path / "swarm.yaml").read_text("utf-8")
-    assert [written.count(f"{robot}: {{type") for robot in ('"k3-[1-3]"', "one", '"tb3-[01-12]"')] == [
+    assert [written.count(f"{robot}: {{type") for robot in ('"k3-[1-3]"', "one", '"p3-[01-12]"')] == [
         1,
         1,
         1,
