@@ -127,6 +127,7 @@ def running(
         "UsePAM no",
         "LogLevel DEBUG2",
         extra,
+        f"SetEnv HOME={folder}/home",  # unless `extra` sets it: no .bashrc of this account prints anything
     ]
     (folder / "config").write_text("\n".join(config) + "\n")
     process = subprocess.Popen(
