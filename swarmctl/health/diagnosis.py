@@ -60,17 +60,15 @@ def diagnose(
             found, host, clocks, answers.get(host.name), gate=gates[host.name], names=names
         )
     time_checks.compare(found, graph, answers)
+    unconnected = peer_checks.compare(found, graph, answers)
     for host in graph.hosts:
         for robot in host.robots:
             if host.name in answers:
                 _command_sources(found, robot, answers.get(host.hub), answers[host.name])
-                publisher_checks.compare(found, host, robot, answers.get(host.hub))
+                publisher_checks.compare(found, host, robot, answers.get(host.hub), unconnected)
                 _stop(found, robot, answers[host.name])
                 _robot(found, host, robot, answers[host.name], names)
                 _gate(found, host, robot, answers[host.name], hub=answers.get(host.hub), names=names)
-                runs = f"{'gate' if robot.gate is not None else 'driver'} {robot.name}"
-                after = [f"master {host.name}", f"unit {_unit_subject(host.name, robot.unit)}", runs]
-                peer_checks.compare(found, host, robot, answers.get(host.hub), after)
             else:
                 not_probed = checks.unknown("its host could not be probed")
                 found.add("robot", robot.name, not_probed, robot=robot, after=[gates[host.name]])

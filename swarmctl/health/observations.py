@@ -181,6 +181,19 @@ class SenderSeen:
 
 
 @dataclass(frozen=True)
+class PeerSeen:
+    """A registered node of another host, with the topics that it publishes for nodes of this one.
+
+    ``error``: the address and ``port`` that let no connection in, and why; none if those tried let one in.
+    """
+
+    uri: str
+    topics: tuple[str, ...] = ()
+    port: int = 0
+    error: str = ""
+
+
+@dataclass(frozen=True)
 class DeviceSeen:
     """A serial device. ``usable``: drivers may open it (mode and group)."""
 
@@ -236,7 +249,8 @@ class Answer:
     commanders: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     receivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     others: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by topic
-    peers: Mapping[str, str] = field(default_factory=dict)  # by node, why it cannot be connected to
+    peers: Mapping[str, PeerSeen] = field(default_factory=dict)  # by node
+    listening: tuple[int, ...] = ()  # ports of the host on which a process listens
     senders: Mapping[str, SenderSeen] = field(default_factory=dict)
     graph: GraphSeen | None = None
     simulated_time: SimulatedTimeSeen | None = None

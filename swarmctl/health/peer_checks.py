@@ -1,37 +1,100 @@
-"""Whether a hub can connect to the nodes that take commands on other hosts. Pure.
+"""Whether nodes can connect to the nodes of other hosts, in the directions in which ROS 1 connects. Pure.
 
-The master announces new publishers to a subscriber by a call to its URI (ROS wiki, Slave API,
-``publisherUpdate``). Where a firewall drops that call, a driver runs, publishes, and receives no command.
+A master connects to the slave API of every node (ROS wiki, Slave API, ``publisherUpdate``), a subscriber to
+that of each publisher and to its port for topics. Where a firewall drops one of these connections, all units
+run, and messages do not arrive.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from swarmctl.health import checks
-from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import Answer
+from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
+from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.observations import Answer, PeerSeen
 from swarmctl.health.root_cause import Findings
 
-
-def peers_of(hosts: Iterable[ExpectedHost], hub: ExpectedHost) -> Iterator[str]:
-    """Yields the nodes to which ``hub`` connects, of an island with these ``hosts``."""
-    for host in hosts:
-        if host.name != hub.name:
-            yield from (robot.guard_node for robot in host.robots if robot.guard_node)
+CHECK = "connection"
+Unconnected = Mapping[tuple[str, str], str]  # the findings, by robot and the publisher of its commands
+Owner = tuple[ExpectedRobot | None, ExpectedProgram | None]
 
 
-def compare(
-    found: Findings, host: ExpectedHost, robot: ExpectedRobot, hub: Answer | None, after: Iterable[str]
-) -> None:
-    """Files a finding if the hub has tried to connect to the node that takes the commands of ``robot``."""
-    if hub is None or robot.guard_node not in hub.peers:
-        return
-    verdict = checks.ok("can be connected to")
-    if why := hub.peers[robot.guard_node]:
-        where = f"{robot.guard_node} on {host.name}"
-        verdict = checks.bad(
-            f"{host.hub} cannot connect to {where}: {why}; commands of nodes that start now do not arrive",
-            f"check the firewall on {host.name}: sudo nft list ruleset; all ports must be open to {host.hub}",
-        )
-    found.add("peer", robot.name, verdict, robot=robot, after=after)
+@dataclass(frozen=True)
+class Input:
+    """Topics to which a node subscribes, and whose node that is; ``node`` is for people."""
+
+    node: str
+    topics: tuple[str, ...]
+    owner: Owner
+
+
+def inputs_of(host: ExpectedHost) -> Iterator[Input]:
+    """Yields what the nodes of ``host`` subscribe to."""
+    for robot in host.robots:
+        if robot.command:
+            yield Input(robot.guard_node or f"the driver of {robot.name}", (robot.command,), (robot, None))
+    for program in host.programs:
+        topics = tuple(topic for topic, _ in program.subscribes)
+        yield Input(program.node or f"a node of {program.name}", topics, (None, program))
+
+
+def peers_of(graph: ExpectedGraph, hub: ExpectedHost) -> Iterator[str]:
+    """Yields the nodes on other hosts to which the master on ``hub`` connects; none if it has none."""
+    others = (host for host in graph.hosts if hub.is_hub and hub.name == host.hub != host.name)
+    return (node for host in others for node in _owners(host))
+
+
+def _owners(host: ExpectedHost) -> dict[str, Owner]:
+    """The named nodes of ``host``, those that take commands first, with the robot or program of each."""
+    found: dict[str, Owner] = {robot.guard_node: (robot, None) for robot in host.robots}
+    found |= {robot.node: (robot, None) for robot in host.robots}
+    found |= {program.node: (None, program) for program in host.programs}
+    return {node: owner for node, owner in found.items() if node}
+
+
+def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> Unconnected:
+    """Files a finding for each pair of nodes of which one was seen not to connect to the other.
+
+    The first one of each host that lets nothing in explains the others.
+    """
+    places = {host.advertised.lower(): host for host in graph.hosts}
+    causes: dict[str, list[str]] = {}
+    unconnected: dict[tuple[str, str], str] = {}
+    for host in graph.hosts:
+        for node, seen in answers[host.name].peers.items() if host.name in answers else ():
+            home = places.get(checks.host_of(seen.uri))
+            if home is None or home.name == host.name or not _is_closed(node, seen, answers.get(home.name)):
+                continue
+            for one, effect in _cut_off(host, home, node, seen):
+                robot, program = one.owner
+                hint = f"check the firewall on {home.name}: sudo nft list ruleset; all TCP ports must be"
+                key = found.add(
+                    CHECK, f"{one.node} on {host.name} to {node} on {home.name}",
+                    checks.bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
+                    robot=robot, program=program, after=causes.get(home.name, ()),
+                )  # fmt: skip
+                causes.setdefault(home.name, []).append(key)
+                if robot is not None and one.topics:
+                    unconnected[robot.name, node] = key
+    return unconnected
+
+
+def _is_closed(node: str, seen: PeerSeen, home: Answer | None) -> bool:
+    """Whether a process listens on the port that let no connection in. A node that hangs may let none in."""
+    if not seen.error or home is None or seen.port not in home.listening:
+        return False
+    return node not in home.nodes or home.nodes[node].alive is True
+
+
+def _cut_off(
+    host: ExpectedHost, home: ExpectedHost, node: str, seen: PeerSeen
+) -> Iterator[tuple[Input, str]]:
+    """Yields what of ``host`` does not connect to ``node``, with the effect."""
+    for one in inputs_of(host):
+        if topics := [topic for topic in one.topics if topic in seen.topics]:
+            yield one, f"unless the two are connected already, nothing arrives on {checks.listed(topics)}"
+    owner = _owners(home).get(node)
+    if owner is not None and host.name == home.hub and seen.uri.rstrip("/").endswith(f":{seen.port}"):
+        yield Input("the master", (), owner), "messages of nodes that start now do not arrive there"

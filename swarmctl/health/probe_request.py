@@ -9,7 +9,7 @@ from swarm_onboard.agent.probe_messages import GraphRequest, NodeRequest, ProbeR
 from swarmctl.health.checks import RESTART_WINDOW
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.peer_checks import peers_of
+from swarmctl.health.peer_checks import inputs_of, peers_of
 from swarmctl.health.publisher_checks import publishers_of
 from swarmctl.resources import host_check_names
 from swarmctl.robot_types.ros_driver import VELOCITIES
@@ -52,7 +52,8 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "commands": [topic for one in island for robot in one.robots for topic in _command_topics(robot)],
         "command_types": list(VELOCITIES) if gated else [],
         "publishers": publishers_of(graph, host) if island else {},
-        "peers": list(peers_of(island, host)),
+        "peers": list(peers_of(graph, host)),
+        "inputs": list(dict.fromkeys(topic for one in inputs_of(host) for topic in one.topics)),
         "devices": [robot.device for robot in host.robots if robot.device],
         "launched": {
             **{one.unit: _topics_of(one, window) for one in host.robots if not one.node},

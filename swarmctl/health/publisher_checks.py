@@ -8,6 +8,7 @@ from swarmctl.health import checks
 from swarmctl.health.checks import Verdict
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.observations import Answer
+from swarmctl.health.peer_checks import Unconnected
 from swarmctl.health.root_cause import Findings
 
 
@@ -28,7 +29,9 @@ def publishers_of(graph: ExpectedGraph, hub: ExpectedHost) -> dict[str, list[str
     }
 
 
-def compare(found: Findings, host: ExpectedHost, robot: ExpectedRobot, hub: Answer | None) -> None:
+def compare(
+    found: Findings, host: ExpectedHost, robot: ExpectedRobot, hub: Answer | None, unconnected: Unconnected
+) -> None:
     """Files a finding for each topic of ``robot`` with other publishers, or with ones that do not answer."""
     if hub is None:
         return
@@ -41,7 +44,9 @@ def compare(found: Findings, host: ExpectedHost, robot: ExpectedRobot, hub: Answ
             found.add("publisher", topic, _silent(nodes, hub, remove), robot=robot)
     commanders = hub.commanders.get(robot.command, ())
     if silent := [node for node in commanders if _is_silent(node, hub)]:
-        found.add("publisher", robot.command, _silent(silent, hub, remove), robot=robot)
+        causes = [unconnected.get((robot.name, node), "") for node in silent]
+        after = causes if all(causes) else ()
+        found.add("publisher", robot.command, _silent(silent, hub, remove), robot=robot, after=after)
 
 
 def _own_topics(robot: ExpectedRobot) -> Iterator[str]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from tests.e2e.lab_swarm import HOME, LabSwarm, quoted, until
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, moves, quoted, until
 from tests.timing import Promise
 
 HOST = "k3-pi"
@@ -20,7 +23,7 @@ table inet strict {
     type filter hook input priority 0; policy drop;
     iif lo accept
     ct state established,related accept
-    tcp dport 22 accept
+    tcp dport { 22, 11311 } accept
   }
 }
 """
@@ -53,14 +56,38 @@ def test_a_publisher_that_has_ended_is_named_and_taken_out(swarm: LabSwarm) -> N
     assert "publisher /k3/cmd_vel" not in [one["key"] for one in again["findings"]]
 
 
-def test_a_firewall_that_lets_no_commands_in_is_named(swarm: LabSwarm, promise: Promise) -> None:
-    swarm.shell(HOST, f"printf %s {quoted(FIREWALL)} | sudo nft -f -")
+@contextmanager
+def firewall(swarm: LabSwarm, host: str) -> Iterator[None]:
+    """A host that lets in nothing but connections of ssh and to a ROS master."""
+    swarm.shell(host, f"printf %s {quoted(FIREWALL)} | sudo nft -f -")
     try:
+        yield
+    finally:
+        swarm.shell(host, "sudo nft delete table inet strict")
+
+
+def test_a_firewall_of_a_robots_host_is_named(swarm: LabSwarm, promise: Promise) -> None:
+    with firewall(swarm, HOST):
         seen = swarm.swarmctl("status")
         assert seen.status == 5, seen.out
         text = next(line for line in seen.out.splitlines()[1:] if line)
-        assert text.startswith(f"✗ peer k3: koala-laptop cannot connect to /k3/driver on {HOST}: "), seen.out
-        promise("status names a host's firewall", seen.seconds, 10)
-    finally:
-        swarm.shell(HOST, "sudo nft delete table inet strict")
+        pair = f"the master on {LEADER} to /k3/driver on {HOST}"
+        assert text.startswith(f"✗ connection {pair}: cannot connect to 192.168.77.11:"), seen.out
+        promise("status names a robot's firewall", seen.seconds, 10)
     assert swarm.swarmctl("status").status == 0
+
+
+def test_a_firewall_of_the_commanders_host_is_named(swarm: LabSwarm, promise: Promise) -> None:
+    """The robot's host cannot connect to the publisher: all units run, and the robot stands."""
+    with firewall(swarm, LEADER), swarm.publishing(LEADER, "k3", 0.1):
+        until(lambda: "cannot connect to" in first_cause(swarm), "it is not named")
+        seen = swarm.swarmctl("status")
+        assert seen.status == 5, seen.out
+        text = next(line for line in seen.out.splitlines()[1:] if line)
+        assert text.startswith(f"✗ connection /k3/driver on {HOST} to /rostopic_"), seen.out
+        assert f" on {LEADER}: cannot connect to 192.168.77.10:" in text
+        assert f"check the firewall on {LEADER}: sudo nft list ruleset" in seen.out
+        assert not moves(swarm.robot("k3"))
+        promise("status names a commander's firewall", seen.seconds, 10)
+    with swarm.driving(LEADER, "k3", 0.1):
+        assert swarm.swarmctl("status").status == 0

@@ -121,6 +121,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "command_types": [],
         "publishers": {},
         "peers": [],
+        "inputs": ["/k3/cmd_vel"],
         "devices": ["/dev/swarm/k3"],
         "launched": {},
         "advertised": "192.168.77.11",

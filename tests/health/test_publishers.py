@@ -39,15 +39,6 @@ FAULTS = {
 }
 
 
-UNREACHED = changed(peers={"/k3/driver": "timed out", "/epuck/driver": ""})
-
-
-def test_a_node_that_the_hub_cannot_connect_to_is_a_fault() -> None:
-    where = "koala-laptop cannot connect to /k3/driver on k3-pi"
-    text = f"{where}: timed out; commands of nodes that start now do not arrive"
-    check(Fault(LAPTOP, UNREACHED, {"peer k3": ("bad", [])}, message=text))
-
-
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
 def test_a_fault_is_reported(fault: Fault) -> None:
     check(fault)

@@ -13,6 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 from swarm_onboard.agent import unit_journal
@@ -21,7 +22,7 @@ from swarm_onboard.agent.unit_journal import Message
 from swarm_onboard.agent.verbs import probe
 from swarm_onboard.ros1_probe import nodes
 
-from swarmctl.health.observations import SenderSeen
+from swarmctl.health.observations import PeerSeen, SenderSeen
 from swarmctl.health.probe_answer import answer_of
 from swarmctl.remote.answer_check import mismatch
 from tests.onboard.ros1_probe.ros_fakes import (
@@ -106,7 +107,7 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
     request = {
         "swarm": "test", "module": "swarm_onboard.ros1_probe.observe",
         "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
-        "command_types": [], "publishers": {}, "peers": [],
+        "command_types": [], "publishers": {}, "peers": [], "inputs": [],
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
         "checks": ["memory"], "clock": None,
@@ -261,13 +262,23 @@ def test_a_process_number_that_is_none_costs_no_more_than_itself(
     assert answer["master"]["pid"] == 0
 
 
-def test_nodes_that_nothing_connects_to_have_the_reason(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+def test_nodes_of_other_hosts_are_connected_to(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     fake, master = graph
     fake.nodes["/dead"] = "http://127.0.0.1:9/"
-    answer = answer_of(probed(master, peers=["/k3/driver", "/dead", "/never_registered"]))
-    assert answer.peers["/k3/driver"] == ""
-    assert "refused" in answer.peers["/dead"]
-    assert "/never_registered" not in answer.peers
+    peers = ["/k3/driver", "/dead", "/never_registered"]
+    answer = answer_of(probed(master, peers=peers, inputs=["/k3/cmd_vel", "/map"], advertised="10.0.0.1"))
+    assert answer.troubles == {}
+    assert answer.peers == {
+        "/k3/driver": PeerSeen(fake.nodes["/k3/driver"]),
+        "/dead": PeerSeen("http://127.0.0.1:9/", (), 9, "127.0.0.1:9: connection refused"),
+        "/joystick": PeerSeen(fake.nodes["/joystick"], ("/k3/cmd_vel",)),
+    }
+    assert urlsplit(master).port in answer.listening
+    assert 9 not in answer.listening
+
+
+def test_nodes_of_the_same_host_are_not(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    assert probed(graph[1], peers=["/k3/driver"], inputs=["/k3/cmd_vel"])["peers"] == {}
 
 
 def test_other_publishers_of_a_topic_are_reported_with_their_host(
@@ -286,8 +297,8 @@ def test_a_master_that_talks_nonsense_costs_the_commanders_only(
 ) -> None:
     functions = {**graph[0].functions(), "getSystemState": lambda caller: [1, "", state]}
     with served(functions) as uri:
-        answer = probed(uri)
-    assert "commanders" in answer["troubles"]
+        answer = probed(uri, inputs=["/k3/cmd_vel"])
+    assert {"commanders", "peers"} <= answer["troubles"].keys()
     assert answer["nodes"]["/k3/driver"]["alive"] is True
 
 

@@ -80,7 +80,7 @@ def probed(master: str, pid: int, monkeypatch: pytest.MonkeyPatch, lines: Any = 
     }
     request = {
         "master": master, "nodes": [], "commands": [], "command_types": [], "publishers": {}, "peers": [],
-        "graph": None, "clock": None,
+        "inputs": [], "graph": None, "clock": None,
         "advertised": "127.0.0.1", "launched": {UNIT: {"/lab/scan": 0.5, "/tf": 0.0}},
     }  # fmt: skip
     observe.observe(request, answer)  # type: ignore[arg-type]
@@ -122,7 +122,7 @@ def test_an_answer_that_is_not_that_of_roslaunch_costs_its_unit_only(
     lists: str, graph: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with served({"list_processes": lambda: [1, "processes", json.loads(lists)]}) as uri:
-        monkeypatch.setattr(processes, "listening_ports", lambda _: [urlsplit(uri).port])
+        monkeypatch.setattr(processes, "listening_ports", lambda pid=0: [urlsplit(uri).port])
         answer = probed(graph, os.getpid(), monkeypatch)
     assert answer["launched"][UNIT]["error"] == "the answer of roslaunch makes no sense"
     assert answer["master"]["reachable"]

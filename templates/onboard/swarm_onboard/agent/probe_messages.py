@@ -46,7 +46,8 @@ class ProbeRequest(TypedDict):
     the conflicts, after the last states of the units; ``master``: its URI, empty without one; ``commands``:
     topics whose publishers and subscribers are looked up, with those of all topics that have one of
     ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``peers``: nodes on other
-    hosts that this one connects to; ``graph``: null on one island; ``launched``: units whose nodes are to be
+    hosts to which the master here connects; ``inputs``: topics to whose publishers on other hosts nodes of
+    this one connect; ``graph``: null on one island; ``launched``: units whose nodes are to be
     found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
     of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by
     unit; ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated
@@ -64,6 +65,7 @@ class ProbeRequest(TypedDict):
     command_types: list[str]
     publishers: dict[str, list[str]]
     peers: list[str]
+    inputs: list[str]
     devices: list[str]
     launched: dict[str, dict[str, float]]
     advertised: str
@@ -169,6 +171,18 @@ class StrangerAnswer(TypedDict):
     subscribes: list[str]
 
 
+class PeerAnswer(TypedDict):
+    """A registered node of another host: its URI, and the ``inputs`` that it publishes.
+
+    ``error``: the address and ``port`` that let no connection in, and why; none if those tried let one in.
+    """
+
+    uri: str
+    topics: list[str]
+    port: int
+    error: str
+
+
 class IslandsAnswer(TypedDict):
     """``publishers`` of bridged topics: by topic the URI of each node; ``types``: by topic."""
 
@@ -200,10 +214,10 @@ class SimulatedTimeAnswer(SimulatedTimeUse, total=False):
 class GraphAnswer(TypedDict, total=False):
     """What the module of a middleware finds out, by node and by topic. Missing: it could not, or has none.
 
-    ``others``: nodes that publish a topic and should not; ``peers``: by registered node of the request, why
-    it cannot be connected to, or no text; ``launched``: by unit; ``conflicts``: by unit and node.
-    ``troubles``: the reasons, by part: ``ros``, ``commanders``, ``graph``, ``launched``, ``conflicts``,
-    ``simulated time``.
+    ``others``: nodes that publish a topic and should not; ``listening``: the TCP ports of this host with a
+    process; ``launched``: by unit; ``conflicts``: by unit and node.
+    ``troubles``: the reasons, by part: ``ros``, ``commanders``, ``graph``, ``peers``, ``launched``,
+    ``conflicts``, ``simulated time``.
     """
 
     master: MasterAnswer
@@ -211,7 +225,8 @@ class GraphAnswer(TypedDict, total=False):
     commanders: dict[str, list[str]]
     receivers: dict[str, list[str]]
     others: dict[str, list[str]]
-    peers: dict[str, str]
+    peers: dict[str, PeerAnswer]
+    listening: list[int]
     senders: dict[str, SenderAnswer]
     graph: IslandsAnswer
     simulated_time: SimulatedTimeAnswer

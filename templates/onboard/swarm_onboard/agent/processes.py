@@ -54,18 +54,18 @@ def _process(proc: str, pid: int) -> Process:
     return Process(pid, state, _read(f"{proc}/{pid}/cmdline").rstrip("\0").split("\0"))
 
 
-def listening_ports(pid: int, proc: str = "/proc") -> list[int]:
-    """The TCP ports on which a process listens. Raises ``OSError`` if it has ended."""
-    sockets = set(_sockets(f"{proc}/{pid}/fd"))
+def listening_ports(pid: int = 0, proc: str = "/proc") -> list[int]:
+    """The TCP ports on which a process listens, or any of the host. Raises ``OSError`` if it has ended."""
+    sockets = set(_sockets(f"{proc}/{pid}/fd")) if pid else None
     ports = set()
     for table in ("tcp", "tcp6"):
         try:
-            lines = _read(f"{proc}/{pid}/net/{table}").splitlines()[1:]
+            lines = _read(f"{proc}/{pid or 'self'}/net/{table}").splitlines()[1:]
         except FileNotFoundError:  # a kernel without IPv6
             continue
         for line in lines:
             fields = line.split()
-            if fields[3] == _LISTENING and fields[9] in sockets:
+            if fields[3] == _LISTENING and (sockets is None or fields[9] in sockets):
                 ports.add(int(fields[1].rpartition(":")[2], 16))
     return sorted(ports)
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 CALLER = "/swarmctl_probe"
 CALL_SECONDS = 2.0
+_CONNECT_SECONDS = 3.5  # Linux sends the first packet of a connection after 1 s and after 3 s again
 _LARGEST_REPLY = 16 << 20  # the system state of some thousand robots
 _ANY = {"md5sum": "*", "type": "*", "tcp_nodelay": "1"}
 _LARGEST_HEADER = 64 << 10
@@ -50,6 +51,31 @@ def _value_in(reply: bytes) -> Any:
     if code != 1:
         raise PeerError(clipped(message))
     return value
+
+
+async def system_state(uri: str) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """The publishers and the subscribers of each topic at a master. Raises ``PeerError``."""
+    state = await call(uri, "getSystemState", seconds=3 * CALL_SECONDS)
+    try:
+        return _by_topic(state[0]), _by_topic(state[1])
+    except (TypeError, ValueError, LookupError):
+        raise PeerError("the master's system state makes no sense") from None
+
+
+def _by_topic(pairs: Any) -> dict[str, list[str]]:
+    return {str(topic): [clipped(node) for node in sorted(nodes)] for topic, nodes in pairs}
+
+
+async def try_port(host: str, port: int, service: str = "") -> None:
+    """Connects to a port of a node, and closes the connection. Raises ``PeerError`` if there is none.
+
+    ``service``: one of the node, at its port for topics and services. The ``probe`` of a service, as in
+    rospy's wait_for_service, neither subscribes nor calls, and is no error in the node's log.
+    """
+    _, writer = await bounded(_CONNECT_SECONDS, _connect(host, port), "timed out")
+    if service:
+        writer.write(packed({"callerid": CALLER, "service": service, "md5sum": "*", "probe": "1"}))
+    writer.close()
 
 
 async def _connect(host: str, port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
@@ -94,16 +120,7 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, 
     Large messages end it early; ``flow.seconds`` is then the time that it took. Of two listeners of one name
     on one topic, rospy closes the connection of the first: ``caller`` sets them apart.
     """
-    protocol = await call(uri, "requestTopic", topic, [["TCPROS"]])
-    try:
-        name, host, port = protocol
-        host, port = place_of(
-            f"http://{host}:{int(port)}" if ":" not in host else f"http://[{host}]:{int(port)}"
-        )
-    except (TypeError, ValueError):
-        raise PeerError("it does not offer this topic over TCPROS") from None
-    if name != "TCPROS":
-        raise PeerError("it does not offer this topic over TCPROS")
+    host, port = await offered(uri, topic)
     reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
     try:
         writer.write(packed({"callerid": caller, "topic": topic, **_ANY}))
@@ -119,6 +136,19 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, 
             raise PeerError("the publisher closed the connection") from None
     finally:
         writer.close()
+
+
+async def offered(uri: str, topic: str) -> tuple[str, int]:
+    """Host and port at which the node at ``uri`` publishes ``topic``. Raises ``PeerError``."""
+    protocol = await call(uri, "requestTopic", topic, [["TCPROS"]])
+    try:
+        name, host, port = protocol
+        place = place_of(f"http://{host}:{int(port)}" if ":" not in host else f"http://[{host}]:{int(port)}")
+    except (TypeError, ValueError):
+        raise PeerError("it does not offer this topic over TCPROS") from None
+    if name != "TCPROS":
+        raise PeerError("it does not offer this topic over TCPROS")
+    return place
 
 
 async def _greeted(reader: asyncio.StreamReader) -> str:

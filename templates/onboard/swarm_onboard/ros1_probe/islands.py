@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from typing import TYPE_CHECKING, Any, Iterable, Mapping
+from typing import TYPE_CHECKING, Iterable, Mapping
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
@@ -27,13 +27,12 @@ _AT_ONCE = 16  # calls to the master
 
 async def look(master: str, request: GraphRequest) -> IslandsAnswer:
     """Returns the answer. Raises ``PeerError`` if the master does not answer or its answer is malformed."""
-    state = await client.call(master, "getSystemState", seconds=3 * client.CALL_SECONDS)
+    publishes, subscribes = await client.system_state(master)
     kinds = await client.call(master, "getTopicTypes", seconds=3 * client.CALL_SECONDS)
     try:
-        publishes, subscribes = _by_topic(state[0]), _by_topic(state[1])
         types = {str(topic): clipped(kind) for topic, kind in kinds}
     except (TypeError, ValueError, LookupError):
-        raise PeerError("the master's system state makes no sense") from None
+        raise PeerError("the master's list of types makes no sense") from None
     names = {node for side in (publishes, subscribes) for found in side.values() for node in found}
     nodes = await _places(master, names)
     topics = [str(topic) for topic in request["topics"][:_MOST_TOPICS]]
@@ -45,10 +44,6 @@ async def look(master: str, request: GraphRequest) -> IslandsAnswer:
         "types": {topic: types[topic] for topic in topics if topic in types},
         "strangers": _strangers(nodes, publishes, subscribes, {str(one).lower() for one in request["own"]}),
     }
-
-
-def _by_topic(pairs: Any) -> dict[str, list[str]]:
-    return {str(topic): [str(node) for node in nodes] for topic, nodes in pairs}
 
 
 async def _places(master: str, nodes: Iterable[str]) -> dict[str, str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import re
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Container, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, AbstractSet, Any, Iterable, Mapping, Sequence
 
 from swarm_onboard.agent import processes, unit_history, unit_journal
 from swarm_onboard.agent.clip import clipped
@@ -106,15 +106,11 @@ def _starts(entries: Any) -> dict[str, int]:
     return {clipped(f"/{match.group(1)}"): starts for match, starts in matches if match}
 
 
-async def _by_topics(request: ProbeRequest, wanted: Container[str]) -> list[str]:
+async def _by_topics(request: ProbeRequest, wanted: AbstractSet[str]) -> list[str]:
     """The nodes that advertise this host and publish or subscribe one of the topics ``wanted``."""
-    state = await client.call(request["master"], "getSystemState", seconds=3 * client.CALL_SECONDS)
-    try:
-        found = [str(one) for side in state[:2] for topic, names in side if topic in wanted
-                 for one in names[:_MOST_PUBLISHERS]]  # fmt: skip
-    except (TypeError, ValueError, LookupError):
-        raise PeerError("the master's system state makes no sense") from None
-    names = list(dict.fromkeys(found))
+    sides = await client.system_state(request["master"])
+    found = (side.get(topic, [])[:_MOST_PUBLISHERS] for side in sides for topic in sorted(wanted))
+    names = list(dict.fromkeys(name for names in found for name in names))
     places = await asyncio.gather(*(_place(request["master"], name) for name in names))
     own = str(request["advertised"]).lower()
     return [name for name, place in zip(names, places) if place == own]

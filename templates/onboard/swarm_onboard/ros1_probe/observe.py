@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import suppress
-from typing import TYPE_CHECKING, AbstractSet, Any, Mapping, Sequence
+from typing import TYPE_CHECKING, AbstractSet, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
-from swarm_onboard.ros1_probe import client, islands, launched, name_conflicts, nodes, simulated_time
+from swarm_onboard.ros1_probe import client, islands, launched, name_conflicts, nodes, peers, simulated_time
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.probe_messages import (
@@ -66,7 +65,7 @@ async def _master_and_nodes(request: ProbeRequest, answer: GraphAnswer, running:
         works.append(
             _commanders(uri, request["commands"], request["command_types"], request["publishers"], answer)
         )
-    works += [_peer(uri, name, answer["peers"]) for name in request["peers"][:_MOST_NODES]]
+    works.append(peers.look(request, answer))
     bridged = request.get("graph")
     if bridged:
         works.append(_graph(uri, bridged, answer))
@@ -109,12 +108,11 @@ async def _commanders(
             known = await client.call(uri, "getTopicTypes", seconds=3 * client.CALL_SECONDS)
             found = sorted(str(topic) for topic, kind in known if kind in types)
             topics += [topic for topic in found if topic not in named][:_MOST_OTHERS]
-        state = await client.call(uri, "getSystemState", seconds=3 * client.CALL_SECONDS)
-        publishers, subscribers = _nodes_of(state[0]), _nodes_of(state[1])
+        publishers, subscribers = map(_first_names, await client.system_state(uri))
     except PeerError as error:
         answer["troubles"]["commanders"] = str(error)
     except (TypeError, ValueError, LookupError):
-        answer["troubles"]["commanders"] = "the master's system state makes no sense"
+        answer["troubles"]["commanders"] = "the master's list of types makes no sense"
     else:
         answer["commanders"] = {topic: publishers.get(topic, []) for topic in topics}
         answer["receivers"] = {topic: subscribers.get(topic, []) for topic in topics}
@@ -127,20 +125,8 @@ async def _commanders(
         await asyncio.gather(*works)
 
 
-async def _peer(master_uri: str, name: str, answers: dict[str, str]) -> None:
-    """Why a node cannot be called at the URI that the master has of it; not of one that it does not have."""
-    with suppress(PeerError):
-        uri = str(await client.call(master_uri, "lookupNode", name))
-        try:
-            await client.call(uri, "getPid")
-        except PeerError as error:
-            answers[name] = str(error)
-        else:
-            answers[name] = ""
-
-
-def _nodes_of(entries: Any) -> dict[str, list[str]]:
-    return {str(topic): [clipped(name) for name in sorted(names)[:_MOST_NAMES]] for topic, names in entries}
+def _first_names(side: Mapping[str, list[str]]) -> dict[str, list[str]]:
+    return {topic: names[:_MOST_NAMES] for topic, names in side.items()}
 
 
 async def _sender(

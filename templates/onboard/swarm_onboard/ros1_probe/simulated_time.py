@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError
 from swarm_onboard.ros1_probe import client
 from swarm_onboard.ros1_probe.nodes import seconds_of
@@ -49,12 +48,8 @@ async def _clock(uri: str, seconds: float, found: SimulatedTimeAnswer) -> None:
 
 
 async def _publishers(uri: str) -> list[str]:
-    state = await client.call(uri, "getSystemState", seconds=3 * client.CALL_SECONDS)
-    try:
-        names = {str(topic): nodes for topic, nodes in state[0]}.get(CLOCK, [])
-        return [clipped(name) for name in sorted(names)[:_MOST_NAMES]]
-    except (TypeError, ValueError, LookupError):
-        raise PeerError("the master's system state makes no sense") from None
+    publishers, _ = await client.system_state(uri)
+    return publishers.get(CLOCK, [])[:_MOST_NAMES]
 
 
 def stamp_of(body: bytes) -> float:

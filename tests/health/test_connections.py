@@ -1,0 +1,179 @@
+"""Nodes that cannot connect to nodes of other hosts: which pairs are faults, and which are other checks'."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.expected_graph import ExpectedGraph
+from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.observations import Answer, PeerSeen, SenderSeen
+from swarmctl.health.probe_request import request
+from swarmctl.health.root_cause import Diagnosis
+from tests.health import swarm_values as leader
+from tests.health import test_bridge_checks as isles
+from tests.health.faults import AWAY, shape
+from tests.health.swarm_values import EPUCK_PI, K3_PI, LAPTOP, all_well, graph
+
+ADDRESS = {LAPTOP: "192.168.77.10", K3_PI: "192.168.77.11", EPUCK_PI: "192.168.77.12"}
+PILOT = f"/k3/driver on {K3_PI} to /pilot on {LAPTOP}"
+COMMANDS = f"connection {PILOT}"
+ANNOUNCED = f"connection the master on {LAPTOP} to /k3/driver on {K3_PI}"
+
+
+def closed(host: str, port: int, *topics: str, slave: int = 40001, why: str = "timed out") -> PeerSeen:
+    """A node on ``host`` of which ``port`` lets nothing in."""
+    return PeerSeen(f"http://{ADDRESS[host]}:{slave}/", topics, port, f"{ADDRESS[host]}:{port}: {why}")
+
+
+def seen(
+    peers: Mapping[str, Mapping[str, PeerSeen]], listening: Mapping[str, tuple[int, ...]], **of_laptop: Any
+) -> dict[str, Any]:
+    """The answers of all hosts, with the peers and the ports of some."""
+    answers: dict[str, Any] = {
+        name: replace(one, peers=peers.get(name, {}), listening=listening.get(name, ()))
+        for name, one in all_well().items()
+    }
+    return {**answers, LAPTOP: replace(answers[LAPTOP], **of_laptop)}
+
+
+def found(diagnosis: Diagnosis, key: str) -> tuple[str, str]:
+    one = next(one for one in diagnosis.findings if one.key == key)
+    return one.message, one.hint
+
+
+SLAVE, TOPICS = {LAPTOP: (40001,)}, {LAPTOP: (40001, 45123)}
+CASES: dict[str, tuple[PeerSeen, dict[str, tuple[int, ...]], list[str]]] = {
+    "slave API closed": (closed(LAPTOP, 40001, "/k3/cmd_vel"), SLAVE, [COMMANDS]),
+    "port for topics closed": (closed(LAPTOP, 45123, "/k3/cmd_vel"), TOPICS, [COMMANDS]),
+    "rejected": (closed(LAPTOP, 40001, "/k3/cmd_vel", why="connection refused"), SLAVE, [COMMANDS]),
+    "open": (PeerSeen("http://192.168.77.10:40001/", ("/k3/cmd_vel",)), SLAVE, []),
+    "ended, and still registered": (closed(LAPTOP, 40001, "/k3/cmd_vel"), {}, []),
+    "publishes nothing for this host": (closed(LAPTOP, 40001, "/other/cmd_vel"), SLAVE, []),
+    "on the same host": (closed(K3_PI, 40001, "/k3/cmd_vel"), {K3_PI: (40001,)}, []),
+    "on a host outside of the swarm": (
+        replace(closed(LAPTOP, 40001, "/k3/cmd_vel"), uri="http://10.9.9.9:40001/"),
+        SLAVE,
+        [],
+    ),
+}
+
+
+@pytest.mark.parametrize(("peer", "listening", "causes"), CASES.values(), ids=CASES.keys())
+def test_a_pair_is_a_fault_if_a_process_listens_there(
+    peer: PeerSeen, listening: dict[str, tuple[int, ...]], causes: list[str]
+) -> None:
+    diagnosis = diagnose(graph(), seen({K3_PI: {"/pilot": peer}}, listening))
+    assert shape(diagnosis) == {key: ("bad", []) for key in causes}
+    assert diagnosis.healthy is not causes
+
+
+def test_a_pair_has_both_nodes_the_address_and_the_repair() -> None:
+    answers = seen({K3_PI: {"/pilot": closed(LAPTOP, 45123, "/k3/cmd_vel")}}, TOPICS)
+    message, hint = found(diagnose(graph(), answers), COMMANDS)
+    assert message.startswith("cannot connect to 192.168.77.10:45123: timed out; ")
+    assert message.endswith("nothing arrives on /k3/cmd_vel")
+    rules = "check the firewall on koala-laptop: sudo nft list ruleset"
+    assert hint == f"{rules}; all TCP ports must be open to k3-pi"
+
+
+def test_the_master_connects_to_nodes_of_other_hosts() -> None:
+    answers = seen({LAPTOP: {"/k3/driver": closed(K3_PI, 40001)}}, {K3_PI: (40001,)})
+    diagnosis = diagnose(graph(), answers)
+    assert shape(diagnosis) == {ANNOUNCED: ("bad", [])}
+    assert found(diagnosis, ANNOUNCED)[1].startswith("check the firewall on k3-pi: ")
+
+
+def test_each_host_that_lets_nothing_in_is_one_cause() -> None:
+    pilot = closed(LAPTOP, 40001, "/k3/cmd_vel", "/epuck/cmd_vel")
+    answers = seen(
+        {
+            LAPTOP: {"/k3/driver": closed(K3_PI, 40001)},
+            K3_PI: {"/pilot": pilot},
+            EPUCK_PI: {"/pilot": pilot},
+        },
+        {**SLAVE, K3_PI: (40001,)},
+    )
+    assert shape(diagnose(graph(), answers)) == {
+        ANNOUNCED: ("bad", []),
+        COMMANDS: ("bad", [f"connection /epuck/driver on {EPUCK_PI} to /pilot on {LAPTOP}"]),
+    }
+
+
+def test_a_publisher_that_its_hub_cannot_call_is_a_symptom() -> None:
+    """Its host is not the hub: the hub calls it in vain, too."""
+    pilot = {"/pilot": closed(EPUCK_PI, 40001, "/k3/cmd_vel")}
+    silent = {"/pilot": SenderSeen("192.168.77.12", {}, "no answer within 2 s")}
+    commands = {**all_well()[LAPTOP].commanders, "/k3/cmd_vel": ("/pilot",)}
+    answers = seen({K3_PI: pilot}, {EPUCK_PI: (40001,)}, senders=silent, commanders=commands)
+    key = f"connection /k3/driver on {K3_PI} to /pilot on {EPUCK_PI}"
+    assert shape(diagnose(graph(), answers)) == {key: ("bad", ["publisher /k3/cmd_vel"])}
+
+
+@pytest.mark.parametrize("silent", [["/dead"], ["/dead", "/pilot"]])
+def test_a_publisher_that_has_ended_is_its_own_cause(silent: list[str]) -> None:
+    dead = {name: SenderSeen("192.168.77.10", {}, "connection refused") for name in silent}
+    commands = {**all_well()[LAPTOP].commanders, "/k3/cmd_vel": ("/dead", "/pilot")}
+    pilot = {"/pilot": closed(LAPTOP, 40001, "/k3/cmd_vel")}
+    answers = seen({K3_PI: pilot}, SLAVE, senders=dead, commanders=commands)
+    shown = {COMMANDS: ("bad", []), "publisher /k3/cmd_vel": ("warning", [])}
+    assert shape(diagnose(graph(), answers)) == shown
+
+
+def test_a_node_that_hangs_is_the_fault_of_its_own_check() -> None:
+    answers = seen({LAPTOP: {"/k3/driver": closed(K3_PI, 40001)}}, {K3_PI: (40001,)})
+    hung = leader.with_node("k3", alive=False, error="no answer within 2 s")
+    diagnosis = diagnose(graph(), {**answers, K3_PI: hung(answers[K3_PI])})
+    assert "driver k3" in shape(diagnosis)
+    assert ANNOUNCED not in shape(diagnosis)
+
+
+def test_a_host_that_does_not_answer_has_no_pairs() -> None:
+    answers = seen({LAPTOP: {"/k3/driver": closed(K3_PI, 40001)}}, {})
+    assert list(shape(diagnose(graph(), {**answers, K3_PI: AWAY}))) == ["host k3-pi"]
+
+
+def with_program(**changes: Any) -> ExpectedGraph:
+    """The example, with a program on the laptop that subscribes to the odometry of k3."""
+    plain = ExpectedProgram(
+        "map", LAPTOP, optional=False, unit="", node="/map", packages=(), install_hint="", publishes=(),
+        subscribes=(("/k3/odom", "nav_msgs/Odometry"),), oneshot=True,
+    )  # fmt: skip
+    laptop, *others = graph().hosts
+    return replace(graph(), hosts=(replace(laptop, programs=(replace(plain, **changes),)), *others))
+
+
+@pytest.mark.parametrize(("node", "name"), [("/map", "/map"), ("", "a node of map")])
+@pytest.mark.parametrize(("port", "causes"), [(40001, 2), (45123, 1)])
+def test_a_program_connects_to_what_it_subscribes_to(node: str, name: str, port: int, causes: int) -> None:
+    answers = seen({LAPTOP: {"/k3/driver": closed(K3_PI, port, "/k3/odom")}}, {K3_PI: (40001, 45123)})
+    diagnosis = diagnose(with_program(node=node), answers)
+    pairs = [one for one in diagnosis.findings if one.check == "connection"]
+    assert pairs[0].subject == f"{name} on {LAPTOP} to /k3/driver on {K3_PI}"
+    assert pairs[0].program == "map"
+    assert len(pairs) == causes, "the master needs the slave API only"
+
+
+def test_a_request_has_what_nodes_of_the_host_connect_to() -> None:
+    requests = {host.name: request(with_program(), host, 2.0) for host in with_program().hosts}
+    assert requests[LAPTOP]["peers"] == ["/k3/driver", "/epuck/driver"]
+    assert requests[LAPTOP]["inputs"] == ["/koala/cmd_vel", "/k3/odom"]
+    assert (requests[K3_PI]["peers"], requests[K3_PI]["inputs"]) == ([], ["/k3/cmd_vel"])
+
+
+def test_a_master_connects_to_no_node_of_another_island() -> None:
+    shown = isles.graph()
+    assert [request(shown, host, 2.0)["peers"] for host in shown.hosts] == [[], []]
+
+
+def test_a_publisher_of_another_island_is_connected_to_directly() -> None:
+    teleop = PeerSeen(isles.TELEOP, (isles.COMMANDS,), 4002, "192.168.77.10:4002: timed out")
+    answers: dict[str, Answer] = isles.all_well()
+    answers["k3-pi"] = replace(answers["k3-pi"], peers={"/teleop": teleop})
+    answers["laptop"] = replace(answers["laptop"], listening=(4002,))
+    causes = shape(diagnose(isles.graph(), answers))
+    assert causes["connection /k3/driver on k3-pi to /teleop on laptop"] == ("bad", [])
