@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from lxml import etree
 
 from swarmctl.cli import exit_codes, options
 from swarmctl.cli.app import run
@@ -17,6 +18,7 @@ from swarmctl.health.observations import Answer
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.health.swarm_values import K3_PI, all_well, graph, nothing_deployed, with_device
 
+JUNIT = etree.XMLSchema(file=str(Path(__file__).parent.parent / "views/schemas/junit-10.xsd"))
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
 
 
@@ -102,7 +104,29 @@ def test_wait_for_hosts_leaves_their_health_aside(hosts: Hosts, leader_spec: Pat
 
 def test_watch_and_wait_exclude_each_other(hosts: Hosts, leader_spec: Path) -> None:
     assert run(["status", str(leader_spec), "--wait", "--watch"]) == exit_codes.USAGE
+    assert run(["status", str(leader_spec), "--junit", "x.xml", "--watch"]) == exit_codes.USAGE
     assert not hosts.probed
+
+
+@pytest.mark.parametrize("answers", [one for one, _ in CASES.values()], ids=CASES.keys())
+def test_junit_fails_for_each_trouble(
+    hosts: Hosts, leader_spec: Path, tmp_path: Path, answers: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hosts.rounds = [answers()]
+    run(["status", str(leader_spec), "--json", "--junit", str(tmp_path / "status.xml")])
+    findings = json.loads(capsys.readouterr().out)["findings"]
+    root = etree.parse(tmp_path / "status.xml").getroot()
+    JUNIT.assertValid(root)
+    results = {
+        f"{case.get('classname').rpartition('.')[2]} {case.get('name')}": [one.tag for one in case]
+        for case in root.iter("testcase")
+    }
+    assert results.keys() == {one["key"] for one in findings}
+    for one in findings:
+        fails = one["state"] == "bad" or (one["state"] == "unknown" and one["cause"] is None)
+        assert (results[one["key"]] == ["failure"]) is fails, one
+        assert bool(results[one["key"]]) is (one["state"] != "ok"), one
+    assert root.get("failures") == str(sum(one == ["failure"] for one in results.values()))
 
 
 def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
