@@ -89,7 +89,10 @@ class Verbs(LazyVerbs):
         ),
         Verb("rules", "List the rules that check a spec."),
         Verb("explain", "Explain one rule: what it finds, why it matters, how to fix it.", module="rules"),
-        Verb("schema", "Print the JSON Schema (draft-07) of a spec or of a robot type."),
+        Verb(
+            "schema",
+            "Print the JSON Schema of a spec or of a robot type (draft-07), or of what status --json prints.",
+        ),
         Verb("emulate", "Run one emulated robot on a pty."),
         Verb("mode", "Infer the mode of a spec, or convert it to another mode."),
         Verb(

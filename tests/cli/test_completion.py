@@ -35,7 +35,7 @@ def test_verbs_have_their_help() -> None:
         ("swarmctl va", ["validate"]),
         ("swarmctl mode ", ["infer", "convert"]),
         ("swarmctl driver t", ["test"]),
-        ("swarmctl status --j", ["--json"]),
+        ("swarmctl status --j", ["--json", "--junit"]),
         ("swarmctl validate --format sa", ["sarif"]),
         ("swarmctl explain DEV00", [f"DEV00{number}" for number in (1, 2, 3, 4, 5, 7, 8, 9)]),
         ("swarmctl driver show kh", ["khepera3"]),

@@ -8,15 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from jsonschema import Draft202012Validator, ValidationError
+from lxml import etree
 
 from swarmctl.cli import exit_codes, options
 from swarmctl.cli.app import run
 from swarmctl.health import collect as asking
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.observations import Answer
+from swarmctl.health.status_schema import status_schema
 from swarmctl.remote.transport import HostError, Kind, Target
 from tests.health.swarm_values import K3_PI, all_well, graph, nothing_deployed, with_device
 
+SCHEMA = Draft202012Validator(status_schema())
+JUNIT = etree.XMLSchema(file=str(Path(__file__).parent.parent / "views/schemas/junit-10.xsd"))
 AWAY = HostError(Kind.UNREACHABLE, "connect timed out")
 
 
@@ -102,7 +107,33 @@ def test_wait_for_hosts_leaves_their_health_aside(hosts: Hosts, leader_spec: Pat
 
 def test_watch_and_wait_exclude_each_other(hosts: Hosts, leader_spec: Path) -> None:
     assert run(["status", str(leader_spec), "--wait", "--watch"]) == exit_codes.USAGE
+    assert run(["status", str(leader_spec), "--junit", "x.xml", "--watch"]) == exit_codes.USAGE
     assert not hosts.probed
+
+
+@pytest.mark.parametrize("answers", [one for one, _ in CASES.values()], ids=CASES.keys())
+def test_json_fits_its_schema_and_junit_fails_for_each_trouble(
+    hosts: Hosts, leader_spec: Path, tmp_path: Path, answers: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hosts.rounds = [answers()]
+    run(["status", str(leader_spec), "--json", "--junit", str(tmp_path / "status.xml")])
+    report = json.loads(capsys.readouterr().out)
+    SCHEMA.validate(report)
+    with pytest.raises(ValidationError):
+        SCHEMA.validate({**report, "hosts": [{**report["hosts"][0], "state": "fine"}]})
+    findings = report["findings"]
+    root = etree.parse(tmp_path / "status.xml").getroot()
+    JUNIT.assertValid(root)
+    results = {
+        f"{case.get('classname').rpartition('.')[2]} {case.get('name')}": [one.tag for one in case]
+        for case in root.iter("testcase")
+    }
+    assert results.keys() == {one["key"] for one in findings}
+    for one in findings:
+        fails = one["state"] == "bad" or (one["state"] == "unknown" and one["cause"] is None)
+        assert (results[one["key"]] == ["failure"]) is fails, one
+        assert bool(results[one["key"]]) is (one["state"] != "ok"), one
+    assert root.get("failures") == str(sum(one == ["failure"] for one in results.values()))
 
 
 def test_json_is_one_document(hosts: Hosts, leader_spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -164,7 +195,11 @@ def test_hosts_that_have_not_the_release_of_the_spec_are_named(
     """As after an operator was killed between two confirmations."""
     hosts.rounds, hosts.releases = [all_well()], {K3_PI: "b" * 16}
     run(["status", str(leader_spec), "--json"])
-    findings = json.loads(capsys.readouterr().out)["findings"]
+    report = json.loads(capsys.readouterr().out)
+    SCHEMA.validate(report)
+    with pytest.raises(ValidationError):
+        SCHEMA.validate({**report, "hosts": [{**report["hosts"][0], "state": "fine"}]})
+    findings = report["findings"]
     found = {one["host"]: one for one in findings if one["check"] == "release"}
     assert {host for host, one in found.items() if one["state"] != "ok"} == {K3_PI}
     assert found[K3_PI]["message"].startswith(f"runs {'b' * 16}, the spec renders ")

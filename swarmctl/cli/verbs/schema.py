@@ -1,4 +1,4 @@
-"""``swarmctl schema``: the JSON Schema of a spec or of a robot type, for editors."""
+"""``swarmctl schema``: JSON Schemas of specs and robot types, for editors, and of ``status --json``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from swarmctl.cli import console, file_writes
+from swarmctl.cli import console, exit_codes, file_writes
 
 
 class Subject(str, Enum):
@@ -17,6 +17,10 @@ class Subject(str, Enum):
 
     SWARM = "swarm"
     ROBOT_TYPE = "robot-type"
+    STATUS = "status"
+
+
+_OF_EDITORS = (Subject.SWARM, Subject.ROBOT_TYPE)
 
 
 def schema(
@@ -25,16 +29,25 @@ def schema(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="DIR", help="Write both schemas to this folder; older ones are replaced."
+            "--out",
+            metavar="DIR",
+            help="Write those of specs and robot types to this folder; older ones are replaced.",
         ),
     ] = None,
 ) -> None:
-    """Print the JSON Schema (draft-07) of a spec or of a robot type.
+    """Print the JSON Schema of a spec or of a robot type (draft-07), or of what status --json prints.
 
     Editors check and complete a spec whose first line is: # yaml-language-server: $schema=FILE
     """
     if out is not None:
         _write(schema_files(out))
+        return
+    if subject is Subject.STATUS:
+        from swarmctl.health.status_schema import status_schema
+
+        if markdown:
+            console.fail("there is no reference page of `status --json`", code=exit_codes.USAGE)
+        console.print_json(status_schema())
         return
     from swarmctl.schema.json_schema import schema_of
     from swarmctl.schema.markdown import reference
@@ -46,10 +59,10 @@ def schema(
 
 
 def schema_files(folder: Path) -> Mapping[Path, bytes]:
-    """Both schemas, as files in a folder."""
+    """The schemas for editors, as files in a folder."""
     from swarmctl import resources
 
-    shipped = (resources.schemas() / f"{one.value}.schema.json" for one in Subject)
+    shipped = (resources.schemas() / f"{one.value}.schema.json" for one in _OF_EDITORS)
     return {folder / file.name: file.read_bytes() for file in shipped}
 
 

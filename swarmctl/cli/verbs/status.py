@@ -6,6 +6,7 @@ import json as json_format
 import time
 from collections.abc import Callable
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
@@ -63,10 +64,14 @@ def status(
     executor: executors.Executor = "",
     details: options.Details = False,
     json: options.Json = False,
+    junit: Annotated[
+        Path | None,
+        typer.Option("--junit", metavar="FILE", help="Also write the findings to FILE as JUnit XML, for CI."),
+    ] = None,
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
-    if watch and wait:
-        usage = "--watch and --wait exclude each other"
+    if watch and (wait or junit is not None):
+        usage = f"--watch and {'--wait' if wait else '--junit'} exclude each other"
         console.fail(usage, "--watch repeats until Ctrl-C", code=exit_codes.USAGE)
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     complete = next_command.completing(spec, where)
@@ -77,6 +82,11 @@ def status(
         elif watch:
             _watch(look, every, details=details, complete=complete)
         seen = _awaited(look, goal, timeout) if wait else _observed(look)
+    if junit is not None:
+        from swarmctl.cli import file_writes
+        from swarmctl.views import status_junit
+
+        file_writes.replace(junit, status_junit.render(seen).encode())
     if json:
         console.print_json(seen.to_json())
     else:

@@ -20,7 +20,13 @@ def render(report: Report) -> str:
     root = Element("testsuites", {"name": _NAME})
     for one in report.checked:
         _suite(root, report, one)
-    root.attrib |= _counts(root)
+    return written(root)
+
+
+def written(root: Element) -> str:
+    """Returns the text of a document, with its numbers of tests."""
+    for suite in (root, *root.iter("testsuite")):
+        suite.attrib |= _counts(suite)
     indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{tostring(root, encoding="unicode")}\n'
 
@@ -38,7 +44,6 @@ def _suite(root: Element, report: Report, one: Checked) -> None:
     for (file, code), together in cases.items():
         case = SubElement(suite, "testcase", {"classname": printable(file), "name": code})
         _findings(case, report, one, together)
-    suite.attrib |= _counts(suite)
 
 
 def _findings(case: Element, report: Report, one: Checked, found: Sequence[Diagnostic]) -> None:
