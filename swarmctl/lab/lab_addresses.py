@@ -12,6 +12,7 @@ from swarmctl.swarm.resolved import Network, Swarm
 OPERATOR = "operator"
 UPLINK = "uplink"
 _NAMED = "10.88.{}.0/24"  # subnets of networks on which every host is known by a name
+_NAMED_IPV6 = "fd00:88:{}::/64"
 
 
 def addresses_of(swarm: Swarm) -> Mapping[str, Ip]:
@@ -27,7 +28,7 @@ def addresses_of(swarm: Swarm) -> Mapping[str, Ip]:
         elif near:
             subnet = usual_subnet(near[0])
         else:
-            subnet = subnet_of(_NAMED.format(made))
+            subnet = subnet_of((_NAMED_IPV6 if swarm.ipv6 else _NAMED).format(made))
             made += 1
         found[name] = next(free(subnet, found.values()))
     return {name: found[name] for name in known}

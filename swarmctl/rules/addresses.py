@@ -8,6 +8,7 @@ from swarmctl.diagnostics import Diagnostic, Note
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.rules.identity import Claim, duplicates
 from swarmctl.swarm.addresses import (
+    Ip,
     Kind,
     Scheme,
     Subnet,
@@ -21,9 +22,10 @@ from swarmctl.swarm.ports import ssh_port
 
 _LARGEST = 8  # bits that the addresses of the largest private network have in common (RFC 1918)
 _UNFIT = (Kind.UNSPECIFIED, Kind.GROUP, Kind.RESERVED)
-_IPV6_BY_NAME = (
-    "nodes with ROS_IPV6=on reach each other over IPv6 by host names, never by an address; "
-    "swarmctl does not set it"
+_NAMED = "or give it a name as `address`, and write `ros: {ipv6: true}`"
+_BY_NAME = (
+    "write a name that every host resolves to its IPv6 address",
+    "or write its own IPv6 address (2000::/3 or fd00::/8) and `ros: {naming: hosts}`",
 )
 
 
@@ -48,16 +50,28 @@ def loopback_addresses(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("NET003", "NET011")
 def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """An address at which no ROS 1 node is reachable, or that may change at each boot."""
+    masters, ros = "master" in context.middleware.capabilities, context.spec.ros
     for name, ip in context.addresses.items():
-        if ip is None or (what := kind(ip)) is Kind.ORDINARY:
+        if ip is None:
             continue
-        if what in _UNFIT or (what is Kind.IPV6 and "master" in context.middleware.capabilities):
+        what = kind(ip)
+        if masters and ros.ipv6 and name not in context.jump_hosts:
+            if not (ros.naming == "hosts" and ip.version == 6 and _is_own(ip)):
+                yield Diagnostic(
+                    "NET003",
+                    f"host `{name}` cannot have the address `{ip}` with `ipv6: true`",
+                    context.span("hosts", name, "address"),
+                    label="nodes reach each other over IPv6 by names",
+                    notes=(Note(context.span("ros", "ipv6"), "ROS_IPV6=on"),),
+                    help=_BY_NAME,
+                )
+        elif what in _UNFIT or (what is Kind.IPV6 and masters):
             yield Diagnostic(
                 "NET003",
                 f"host `{name}` cannot have the address `{ip}`",
                 context.span("hosts", name, "address"),
                 label=what.value,
-                help=("write its IPv4 address", *((_IPV6_BY_NAME,) if what is Kind.IPV6 else ())),
+                help=("write its IPv4 address", *((_NAMED,) if what is Kind.IPV6 else ())),
             )
         elif what is Kind.LINK_LOCAL:
             yield Diagnostic(
@@ -67,6 +81,16 @@ def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
                 label="random, changes after a conflict",
                 help=("give the host a fixed address outside 169.254.0.0/16",),
             )
+
+
+def wanted_version(context: RuleContext) -> str:
+    """Returns the IP version over which the nodes of the swarm reach each other."""
+    return "IPv6" if context.spec.ros.ipv6 else "IPv4"
+
+
+def _is_own(ip: Ip) -> bool:
+    """True of a global or unique local address: one that other hosts can reach."""
+    return not (ip.is_loopback or ip.is_link_local or ip.is_multicast or ip.is_unspecified)
 
 
 @rule("NET004")
@@ -83,6 +107,7 @@ def naming_schemes(context: RuleContext) -> Iterator[Diagnostic]:
     kept = {*schemes[usual], *context.jump_hosts}
     strays = [name for name in context.spec.hosts if name not in kept]
     more = f" and {len(strays) - 1} more" if len(strays) > 1 else ""
+    need = wanted_version(context)
     yield Diagnostic(
         "NET004",
         f"host `{strays[0]}`{more} is addressed by {scheme(context.spec.hosts[strays[0]].address).value}, "
@@ -90,7 +115,7 @@ def naming_schemes(context: RuleContext) -> Iterator[Diagnostic]:
         context.span("hosts", strays[0], "address"),
         label="every host must resolve it",
         notes=(Note(context.span("hosts", schemes[usual][0], "address"), usual.value),),
-        help=("write the IPv4 address of every host; swarmctl then writes the names into /etc/hosts",),
+        help=(f"write the {need} address of every host; swarmctl then writes the names into /etc/hosts",),
     )
 
 
@@ -112,7 +137,8 @@ def borrowed_names(context: RuleContext) -> Iterator[Diagnostic]:
 
 @rule("NET017")
 def unlisted_hosts(context: RuleContext) -> Iterator[Diagnostic]:
-    """`naming: hosts` with a host that has no IPv4 address for /etc/hosts."""
+    """`naming: hosts` with a host that has no IP address for /etc/hosts."""
+    need = wanted_version(context)
     if context.spec.ros.naming != "hosts":
         return
     for name, ip in context.addresses.items():
@@ -120,12 +146,12 @@ def unlisted_hosts(context: RuleContext) -> Iterator[Diagnostic]:
         if ip is None and name not in context.jump_hosts and normal(given) != name:
             yield Diagnostic(
                 "NET017",
-                f"`naming: hosts` needs an IPv4 `address` for `{name}`",
+                f"`naming: hosts` needs an {need} `address` for `{name}`",
                 context.span("hosts", name, "address"),
                 label="a name, not an IP address",
                 notes=(Note(context.span("ros", "naming"), "nodes advertise host names"),),
                 help=(
-                    "write its IPv4 address; swarmctl then writes it with the name into every /etc/hosts",
+                    f"write its {need} address; swarmctl then writes it with the name into every /etc/hosts",
                     f"or, if all hosts resolve `{given}`, write `naming: address`",
                 ),
             )

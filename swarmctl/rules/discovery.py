@@ -238,6 +238,19 @@ def parted_islands(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
+@rule("MM008")
+def discovery_over_ipv4(context: RuleContext) -> Iterator[Diagnostic]:
+    """Discovery by an IPv4 group between masters that reach each other over IPv6."""
+    if context.spec.ros.ipv6 and (found := discovering(context)) is not None:
+        yield Diagnostic(
+            "MM008",
+            f"masters cannot find each other over IPv6: the discovery uses the IPv4 group {found[0].group}",
+            context.span("ros", "ipv6"),
+            label="nodes and masters use IPv6",
+            help=("write `multimaster: {provider: static}`, whose masters know each other from the spec",),
+        )
+
+
 def _undiscovered(context: RuleContext, settings: Multimaster, one: str, other: str) -> bool:
     lists = settings.robot_hosts
     return (

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from swarmctl.diagnostics import Diagnostic, Fix, Note
 from swarmctl.links.wlan_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
+from swarmctl.rules.addresses import wanted_version
 from swarmctl.swarm.addresses import Subnet
 from swarmctl.yamltext.edits import append_item, make_fix
 
@@ -157,7 +158,7 @@ def unclear_names(context: RuleContext) -> Iterator[Diagnostic]:
                 notes=tuple(
                     Note(context.span("links", index, "name"), "one network") for index, _ in networks[:2]
                 ),
-                help=("write the IPv4 address that it has on the network of its hub",),
+                help=(f"write the {wanted_version(context)} address that it has on the network of its hub",),
             )
 
 

@@ -81,6 +81,11 @@ class Ros(Model):
         description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "
         "which /etc/hosts then resolves on every host.",
     )
+    ipv6: bool = Field(
+        False,
+        description="Whether ROS nodes reach each other over IPv6: by names that every host resolves to an "
+        "IPv6 address. Masters of several islands then need `provider: static`.",
+    )
     use_sim_time: bool = Field(
         False,
         description="Whether nodes take the time from `/clock`, which a program on each island publishes: a "

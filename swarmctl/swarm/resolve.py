@@ -42,6 +42,7 @@ def resolve(document: Document) -> Swarm:
         distro=spec.ros.distro,
         workspace=spec.ros.workspace,
         use_sim_time=spec.ros.use_sim_time,
+        ipv6=spec.ros.ipv6,
         hosts={name: _host(name, spec) for name in spec.hosts},
         robots=_robots(index),
         networks=_networks(index),

@@ -253,6 +253,7 @@ class Swarm:
     builders: tuple[str, ...] = ()
     builds: Mapping[str, Built] = field(default_factory=dict, repr=False)  # by their keys
     use_sim_time: bool = False
+    ipv6: bool = False
 
     @cached_property
     def received(self) -> Mapping[str, Mapping[str, Mapping[str, str]]]:

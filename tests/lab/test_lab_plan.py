@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,8 @@ def test_ipv6() -> None:
     plan = plan_of(swarm_of({"a": "fd00::1", "b": "fd00::2"}, wlan("air", "a", "b", subnet="fd00::/64")))
     assert plan.host("a").interfaces == (Interface("wlan0", "air", "fd00::1/64"),)
     assert plan.networks[0].operator == "fd00::ffff:ffff:ffff:fffe/64"
+    named = replace(swarm_of({"a": "a.lab"}, wlan("air", "a")), ipv6=True)
+    assert plan_of(named).aliases == (("a.lab", "fd00:88::ffff:ffff:ffff:fffe"),)
 
 
 @pytest.mark.parametrize(

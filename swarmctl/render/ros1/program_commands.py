@@ -19,6 +19,7 @@ RUN_NODE = "bin/run-node"
 FILES_VARIABLE, SECRETS_VARIABLE = "SWARM_FILES", "SWARM_SECRETS"
 # What a program in a container needs to know of its ROS; the values are those of the unit's environment.
 _PASSED = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
+_IPV6 = ("ROS_IPV6",)
 
 
 def command_of(swarm: Swarm, program: Program) -> tuple[str, ...]:
@@ -125,7 +126,8 @@ def _container(swarm: Swarm, program: Program, container: Container) -> Iterator
     folders += [secrets_folder(swarm.name, program.name)] if declared.secrets.files else []
     for volume in (*(f"{folder}:{folder}:ro" for folder in folders), *container.volumes):
         yield from ("--volume", volume)
-    for name in (*_PASSED, *environment_of(swarm, program), *declared.secrets.env):
+    passed = (*_PASSED, *_IPV6) if swarm.ipv6 else _PASSED
+    for name in (*passed, *environment_of(swarm, program), *declared.secrets.env):
         yield from ("--env", name)
     yield container.image
     yield from with_values(swarm, program, (*container.command, *declared.words))

@@ -93,6 +93,7 @@ def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
         "master_uri": swarm.master_uri(island),
         "self_key": "ROS_IP" if ip_of(host.advertised) else "ROS_HOSTNAME",
         "advertised": host.advertised,
+        "ipv6": swarm.ipv6,
         "use_sim_time": swarm.use_sim_time,
         "own_packages": "".join(f"{folder}:" for folder in own),
         "package_path": ":".join((*own, *_DEBIAN_PACKAGES)),

@@ -32,6 +32,7 @@ def host(tmp_path: Path, seen: Mapping[str, str]) -> Home:
         (WANTED, []),
         ({**WANTED, "ROS_IP": "10.9.9.9"}, ["ROS_IP is 10.9.9.9 instead of 10.0.0.2"]),
         ({"ROS_IP": "10.0.0.2"}, ["ROS_MASTER_URI is not set, instead of http://10.0.0.1:11311"]),
+        ({**WANTED, "ROS_IPV6": "on"}, ["ROS_IPV6 is on, and the release does not set it"]),
         ({**WANTED, "ROS_HOSTNAME": "pi"}, ["ROS_HOSTNAME is pi, and the release does not set it"]),
     ],
 )

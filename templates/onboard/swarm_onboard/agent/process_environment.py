@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .release_store import Home
 
 FILE = "env/ros.env"
-NAMES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")  # with which nodes find each other
+NAMES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_IPV6")  # with which nodes find each other
 
 
 def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> dict[str, list[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 
 from swarm_onboard.common.tcpros import counted, packed, read_header
-from swarm_onboard.common.xmlrpc import PeerError
+from swarm_onboard.common.xmlrpc import PeerError, listening
 
 _LARGEST_HEADER = 4096
 _MOST_WAITING = 64 << 10  # bytes in the send buffer of a slow subscriber
@@ -28,7 +28,7 @@ class Publication:
 
     async def start(self) -> int:
         """Starts to listen; returns the port."""
-        server = await asyncio.start_server(self._attend, "0.0.0.0", 0, limit=_LARGEST_HEADER)
+        server = await asyncio.start_server(self._attend, sock=listening(), limit=_LARGEST_HEADER)
         return int(server.sockets[0].getsockname()[1])
 
     def publish(self, body: bytes) -> None:

@@ -13,7 +13,7 @@ from collections import Counter
 from typing import Any, Callable, Mapping
 from xmlrpc.client import Fault
 
-from swarm_onboard.common.xmlrpc import PeerError, length_in, loads
+from swarm_onboard.common.xmlrpc import PeerError, length_in, listening, loads
 
 _MOST_CONNECTIONS = 64
 _MOST_FROM_ONE = 8
@@ -32,7 +32,7 @@ class SlaveApi:
 
     async def start(self) -> int:
         """Starts to listen; returns the port."""
-        server = await asyncio.start_server(self._attend, "0.0.0.0", 0, limit=16 << 10)
+        server = await asyncio.start_server(self._attend, sock=listening(), limit=16 << 10)
         return int(server.sockets[0].getsockname()[1])
 
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -66,6 +66,13 @@ async def within(seconds: float, work: Awaitable[T]) -> T:
         task.cancel()
 
 
+def listening() -> socket.socket:
+    """Returns a socket at a free TCP port of all addresses, IPv6 included where this host has it."""
+    if socket.has_dualstack_ipv6():
+        return socket.create_server(("", 0), family=socket.AF_INET6, dualstack_ipv6=True)
+    return socket.create_server(("", 0))
+
+
 def place_of(uri: str) -> tuple[str, int]:
     """Returns host and port of a URI, ``http://host:port/``. Raises ``NonsenseError``."""
     try:
