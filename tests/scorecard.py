@@ -55,7 +55,7 @@ ROWS = (
         "R02",
         "a name is unknown",
         _at("remote/ssh", "kinds_of_unreachable_hosts_are_distinguished"),
-        "an IPv6 address is refused by the rule NET003: ROS 1 nodes cannot advertise it",
+        "a literal IPv6 address is refused by the rule NET003: ROS 1 nodes cannot advertise it",
     ),
     Row(
         "R03",
