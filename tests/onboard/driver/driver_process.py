@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -105,6 +105,10 @@ class Node:
         while time.monotonic() < end:
             self.command(linear, angular, sender)
             time.sleep(0.05)
+
+    def drive_until(self, what: Callable[[], bool], linear: float, angular: float = 0.0) -> None:
+        """Command at 20 Hz until ``what`` is true."""
+        wait_for(lambda: self.command(linear, angular) or what(), interval=0.05)
 
     def latest(self, topic: str) -> dict[str, Any] | None:
         return next((message for message in reversed(self.published) if message["topic"] == topic), None)

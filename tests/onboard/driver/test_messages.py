@@ -157,7 +157,7 @@ def test_a_robot_drives_without_sensor_messages_and_reports_it(tmp_path):
         node.wait_until_ready()
         wait_for(lambda: {"proximity", "microphones", "/tf_static", "/diagnostics"} <= topics_of(node))
         node.drive(0.5, 0.1)
-        assert wiring.moving()
+        node.drive_until(wiring.moving, 0.1)
         assert "this host lacks sensor_msgs" in node.status()["message"]
         assert "imu" in node.values()["left out"]
         assert not topics_of(node) & {"imu", "joint_states", "battery", "tof/front"}
@@ -256,7 +256,7 @@ def test_a_robot_without_its_urdf_drives_and_reports_it(tmp_path):
         with running(wiring.config) as node:
             node.wait_until_ready()
             node.drive(0.5, 0.1)
-            assert wiring.moving()
+            node.drive_until(wiring.moving, 0.1)
             wait_for(lambda: "no parameters: " in node.status()["message"])
 
 

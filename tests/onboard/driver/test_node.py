@@ -141,7 +141,7 @@ def test_a_cable_pulled_and_put_back_leaves_the_robot_standing(tmp_path):
         assert wiring.pty.snapshot().left == 0
         assert node.process.poll() is None
         node.drive(0.3, 0.1)
-        assert wiring.moving()
+        node.drive_until(wiring.moving, 0.1)
 
 
 def test_a_bad_line_costs_replies_but_never_the_stop(tmp_path):

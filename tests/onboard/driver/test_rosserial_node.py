@@ -73,10 +73,10 @@ def test_a_missing_or_different_type_is_reported_and_the_rest_works(tmp_path):
         assert "`lamp` as std_msgs/String of another definition" in status["message"]
         wait_for(lambda: node.latest("lwheel"))
         node.drive(0.3, 0.2)
-        assert wiring.moving()
+        node.drive_until(wiring.moving, 0.2)
         wiring.pty.send(rover.say("odd", b"\0"))
         node.drive(0.3, 0.2)
-        assert wiring.moving()
+        node.drive_until(wiring.moving, 0.2)
         assert node.latest("odd") is None
         assert {"topic": "subscribes", "name": "lamp"} not in node.published
 
