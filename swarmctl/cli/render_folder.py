@@ -35,10 +35,6 @@ def locked(out: Path) -> Iterator[None]:
 
 def foreign_file(out: Path) -> Path | None:
     """A file in ``out`` that no render wrote; None if there is none."""
-    if not out.exists():
-        return None
-    if not out.is_dir():
-        return out
     return next((file for one in sorted(out.iterdir()) for file in _foreign(one)), None)
 
 

@@ -111,6 +111,16 @@ def test_watch_and_wait_exclude_each_other(hosts: Hosts, leader_spec: Path) -> N
     assert not hosts.probed
 
 
+def test_a_junit_file_that_cannot_be_written_costs_no_status(
+    hosts: Hosts, leader_spec: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hosts.rounds = [spoilt()]
+    assert run(["status", str(leader_spec), "--junit", str(tmp_path / "no/x.xml")]) == exit_codes.ERROR
+    shown = capsys.readouterr()
+    assert "/dev/swarm/k3 does not exist" in shown.out
+    assert "cannot write" in shown.err
+
+
 @pytest.mark.parametrize("answers", [one for one, _ in CASES.values()], ids=CASES.keys())
 def test_json_fits_its_schema_and_junit_fails_for_each_trouble(
     hosts: Hosts, leader_spec: Path, tmp_path: Path, answers: Any, capsys: pytest.CaptureFixture[str]

@@ -34,13 +34,15 @@ def render(
     swarm = console.read_spec(spec)
     wanted = bundles(swarm)
     named = {name: wanted[name] for name in selected.hosts(swarm.candidates, host)}
-    if not force and (foreign := render_folder.foreign_file(out)) is not None:
-        console.fail(
-            f"{foreign} was not written by swarmctl render",
-            "choose an empty --out, or use --force to keep it there",
-        )
+    if out.exists() and not out.is_dir():
+        console.fail(f"{out} was not written by swarmctl render", "choose another --out")
     try:
         with render_folder.locked(out):
+            if not force and (foreign := render_folder.foreign_file(out)) is not None:
+                console.fail(
+                    f"{foreign} was not written by swarmctl render",
+                    "choose an empty --out, or use --force to keep it there",
+                )
             render_folder.write(out, named)
             if not host:
                 render_folder.remove_gone(out, wanted)

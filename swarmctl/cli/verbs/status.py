@@ -82,11 +82,6 @@ def status(
         elif watch:
             _watch(look, every, details=details, complete=complete)
         seen = _awaited(look, goal, timeout) if wait else _observed(look)
-    if junit is not None:
-        from swarmctl.cli import file_writes
-        from swarmctl.views import status_junit
-
-        file_writes.replace(junit, status_junit.render(seen).encode())
     if json:
         console.print_json(seen.to_json())
     else:
@@ -97,6 +92,11 @@ def status(
             kinds = ["unreachable" if one.check == "host" else one.check for one in seen.diagnosis.troubles]
             forgotten_lab.guess("status", spec, seen.swarm, kinds, limit)
         _advise(seen, spec, where, in_lab=options.in_lab(lab, lab_name))
+    if junit is not None:
+        from swarmctl.cli import file_writes
+        from swarmctl.views import status_junit
+
+        file_writes.replace(junit, status_junit.render(seen).encode())
     raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
 
 
