@@ -236,6 +236,14 @@ def environment(host: str, unit: str, differences: Sequence[str]) -> Verdict:
     return bad(f"{listed(differences)}: a drop-in sets it, or the unit runs from before", hint)
 
 
+def parameters(robot: ExpectedRobot, seen: NodeSeen) -> Verdict:
+    """Checks the parameters that the driver has set, for nodes that read them when they start."""
+    if not seen.parameters:
+        return ok("are as the driver set them")
+    restart = f"on {robot.host}, to set them again: sudo systemctl restart {robot.unit}"
+    return bad(f"of {robot.node}: {listed(seen.parameters)}", restart)
+
+
 def report(seen: Report) -> Verdict:
     """Returns the state that the driver reports in /diagnostics."""
     state = {0: State.OK, 1: State.WARNING}.get(seen.level, State.BAD)

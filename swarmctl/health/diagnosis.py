@@ -51,14 +51,9 @@ def diagnose(
         _system(found, host, answer, answers.get(host.hub))
     masters = {host.name: answers[host.name].units.get(host.master_unit or "") for host, _ in present}
     with_master = [(host, answer) for host, answer in present if host.master_uri]
-    for host, answer in sorted(with_master, key=lambda one: not one[0].is_hub):
+    for host, answer in with_master:
         hub, gate = answers.get(host.hub), gates.get(host.hub, "")
         _master(found, host, answer, hub, process=masters.get(host.hub), gate=gate)
-    for host in graph.hosts:
-        clocks = time_checks.clock_programs(graph, host)
-        program_checks.compare(
-            found, host, clocks, answers.get(host.name), gate=gates[host.name], names=names
-        )
     time_checks.compare(found, graph, answers)
     unconnected = peer_checks.compare(found, graph, answers)
     for host in graph.hosts:
@@ -72,13 +67,9 @@ def diagnose(
             else:
                 not_probed = checks.unknown("its host could not be probed")
                 found.add("robot", robot.name, not_probed, robot=robot, after=[gates[host.name]])
-        clocks = time_checks.clock_programs(graph, host)
-        others = [one for one in host.programs if one not in clocks]
-        program_checks.compare(
-            found, host, others, answers.get(host.name), gate=gates[host.name], names=names
-        )
+        program_checks.compare(found, host, answers.get(host.name), gate=gates[host.name], names=names)
     bridge_checks.compare(found, graph, answers, gates)
-    return Diagnosis(tuple(found.by_key.values()))
+    return found.diagnosis()
 
 
 def _reached(found: Findings, host: ExpectedHost, outcome: Answer | HostError) -> str:
@@ -220,6 +211,8 @@ def _robot(
     )  # fmt: skip
     if node is None or not node.alive:
         return
+    if robot.parameters:
+        found.add("parameters", robot.name, checks.parameters(robot, node), robot=robot, after=[driver, release])
     report = ""
     if node.report is not None:
         report = found.add(

@@ -8,7 +8,7 @@ from swarmctl.render.bundle import package
 from swarmctl.render.middleware import middleware_of
 from swarmctl.spec.program_model import Container
 from swarmctl.swarm.resolved import Host, Program, Swarm
-from swarmctl.swarm.topics import DriverTopic
+from swarmctl.swarm.topics import CLOCK, DriverTopic
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,11 @@ class ExpectedProgram:
     oneshot: bool = False  # it ends, and its exit code is checked
     measured: tuple[DriverTopic, ...] = ()
     container: Container | None = None
+
+    @property
+    def gives_time(self) -> bool:
+        """True if nodes have their time from it, where time is simulated."""
+        return any(name == CLOCK for name, _ in self.publishes)
 
 
 def programs_of(swarm: Swarm, host: Host) -> tuple[ExpectedProgram, ...]:

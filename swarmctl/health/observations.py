@@ -124,6 +124,7 @@ class NodeSeen:
     subscribes: Mapping[str, str] = field(default_factory=dict)
     topics: Mapping[str, TopicSeen] = field(default_factory=dict)
     report: Report | None = None
+    parameters: tuple[str, ...] = ()  # those that are not as its driver has set them, in words
 
 
 @dataclass(frozen=True)

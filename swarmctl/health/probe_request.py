@@ -29,7 +29,9 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
     island = [one for one in graph.hosts if one.hub == host.name] if host.is_hub else []
     gated = any(robot.gate is not None for one in island for robot in one.robots)
     robots: list[NodeRequest] = [
-        {"name": robot.node, "topics": _topics_of(robot, window)} for robot in host.robots if robot.node
+        {"name": robot.node, "topics": _topics_of(robot, window), "parameters": {**robot.parameters}}
+        for robot in host.robots
+        if robot.node
     ]
     gates: list[NodeRequest] = [
         {"name": gate.node, "topics": {gate.reports.name: listening(gate.reports, window)}}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from swarmctl.health import checks, image_checks, launched_checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost
@@ -18,17 +16,16 @@ CHECK = "program"
 def compare(
     found: Findings,
     host: ExpectedHost,
-    programs: Iterable[ExpectedProgram],
     answer: Answer | None,
     *,
     gate: str,
     names: Conflicts,
 ) -> None:
-    """Files one finding for each of ``programs`` of ``host``, and one per topic with a declared rate.
+    """Files one finding for each program of ``host``, and one per topic with a declared rate.
 
     ``gate``: the finding whether the host answered; ``names``: those of equal node names.
     """
-    for program in programs:
+    for program in host.programs:
         if answer is None:
             not_probed = checks.unknown("its host could not be probed")
             found.add(CHECK, program.name, not_probed, program=program, after=[gate])
@@ -39,7 +36,8 @@ def compare(
             after.append(f"release {host.name}")
         if unit is not None and unit.runs:
             parts = [f"probe {host.name} {part}" for part in ("ros", "launched")]
-            after += [f"master {host.name}", *parts, f"release {host.name}", f"simulated time {host.hub}"]
+            after += [f"master {host.name}", *parts, f"release {host.name}"]
+            after += [] if program.gives_time else [f"simulated time {host.hub}"]
         key = found.add(CHECK, program.name, verdict(program, host, answer), program=program, after=after)
         for topic in program.measured if unit is not None and unit.runs else ():
             node = publisher(program, answer, topic.name)

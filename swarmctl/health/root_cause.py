@@ -1,9 +1,11 @@
-"""Root cause analysis: findings, each linked to its cause, and symptoms folded under a cause. Pure."""
+"""Root cause analysis: a graph of findings, in which each is linked to its cause. Pure."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import networkx as nx
 
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
@@ -75,10 +77,14 @@ class Diagnosis:
 
 
 class Findings:
-    """Collects findings and links each to its cause."""
+    """Collects findings, and what may explain each of them, in any order.
+
+    They are the nodes of a graph whose edges lead from a finding to those that it may explain.
+    """
 
     def __init__(self) -> None:
-        self.by_key: dict[str, Finding] = {}
+        self._graph: nx.DiGraph[str] = nx.DiGraph()
+        self._filed: dict[str, Finding] = {}
 
     def add(
         self,
@@ -104,14 +110,21 @@ class Findings:
             host=part.host if part else host.name if host else "",
             robot=robot.name if robot else "",
             program=program.name if program else "",
-            cause=None if judged.fine else self._root_of(after),
         )
-        self.by_key[finding.key] = finding
+        self._filed[finding.key] = finding
+        self._graph.add_node(finding.key)
+        self._graph.add_edges_from((one, finding.key) for one in after)
         return finding.key
 
-    def _root_of(self, keys: Iterable[str]) -> str | None:
-        for key in keys:
-            one = self.by_key.get(key)
-            if one is not None and one.state is not State.OK:
-                return one.cause or one.key
-        return None
+    def diagnosis(self) -> Diagnosis:
+        """Returns all findings with their causes, each after those that may explain it, else as filed."""
+        order = {key: number for number, key in enumerate(self._filed)}
+        found: dict[str, Finding] = {}
+        for key in nx.lexicographical_topological_sort(self._graph.subgraph(order), key=order.__getitem__):
+            one = self._filed[key]
+            reasons = (found[each] for each in self._graph.pred[key] if each in found)
+            first = next((each for each in reasons if each.state is not State.OK), None)
+            if one.state is not State.OK and first is not None:
+                one = replace(one, cause=first.cause or first.key)
+            found[key] = one
+        return Diagnosis(tuple(found.values()))

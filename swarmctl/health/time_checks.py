@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from swarmctl.health import checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.observations import Answer, SimulatedTimeSeen
 from swarmctl.health.program_checks import CHECK as PROGRAM
 from swarmctl.health.root_cause import Findings
@@ -26,15 +25,10 @@ def clock(ahead: float) -> Verdict:
     return Verdict(State.WARNING, text, "check that chrony runs on both; `chronyc sources` lists its sources")
 
 
-def clock_programs(graph: ExpectedGraph, host: ExpectedHost) -> tuple[ExpectedProgram, ...]:
-    """The programs of ``host`` from which the nodes have their time; none where time is not simulated."""
-    found = (one for one in host.programs if any(name == CLOCK for name, _ in one.publishes))
-    return tuple(found) if graph.simulated_time else ()
-
-
 def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> None:
-    """Files one finding for each master, after those of the programs that publish the clock."""
-    clocks = [f"{PROGRAM} {one.name}" for host in graph.hosts for one in clock_programs(graph, host)]
+    """Files one finding for each master."""
+    programs = (one for host in graph.hosts for one in host.programs if one.gives_time)
+    clocks = [f"{PROGRAM} {one.name}" for one in programs if graph.simulated_time]
     for host in graph.hosts:
         seen = answers[host.name].simulated_time if host.name in answers else None
         if host.name not in answers or not host.master_unit or (seen is None and not graph.simulated_time):

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
+from swarm_onboard.driver.shown_params import shown_params
+
 from swarmctl.render import sketch
 from swarmctl.render.yaml_params import entries, file_of
 from swarmctl.robot_types.driver_params import common_params, own_params
@@ -24,8 +26,17 @@ def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> byt
     if stop_file:
         rest["stop_file"] = stop_file
     rest["commanders"] = [commander_params(one) for one in robot.commanders]
-    own = own_params(driver.type, robot=robot.name, namespace=robot.namespace, port=driver.line.path)
-    return file_of(entries(own), text, entries(rest))
+    return file_of(entries(_own(robot, driver)), text, entries(rest))
+
+
+def set_parameters(robot: Robot, driver: SwarmctlDriver) -> dict[str, Any]:
+    """Returns the ROS parameters that the driver of ``robot`` sets."""
+    commanders = [commander_params(one) for one in robot.commanders]
+    return shown_params({**_own(robot, driver), **tuned(robot, driver).params, "commanders": commanders})
+
+
+def _own(robot: Robot, driver: SwarmctlDriver) -> dict[str, Any]:
+    return own_params(driver.type, robot=robot.name, namespace=robot.namespace, port=driver.line.path)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ To add one, write an object with the members of ``Middleware`` and register it u
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal, Protocol, cast
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol, cast
 
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.bundle import File, Part
@@ -49,7 +49,8 @@ class ExpectedDriver:
     ``node`` is empty where a launch file names the nodes.
 
     ``guarded``: it is swarmctl's, the main process of its unit, and rejects unauthorised publishers.
-    ``gate`` rejects them in front of another driver; ``ungated``: why nothing does.
+    ``gate`` rejects them in front of another driver; ``ungated``: why nothing does. ``parameters``: those
+    that the node sets in the graph.
     """
 
     unit: str
@@ -60,6 +61,7 @@ class ExpectedDriver:
     guarded: bool
     gate: ExpectedGate | None = None
     ungated: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

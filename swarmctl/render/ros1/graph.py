@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from swarmctl.render.driver_config import set_parameters
 from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, ExpectedNode
 from swarmctl.render.ros1.gate import REPORTS as GATE_REPORTS
 from swarmctl.robot_types.declared_topic import Topic
@@ -38,6 +39,7 @@ def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
         guarded=isinstance(robot.driver, SwarmctlDriver),
         gate=_gate(swarm, robot, robot.driver) if isinstance(robot.driver, ForeignDriver) else None,
         ungated=(robot.driver.ros.reason or "") if isinstance(robot.driver, ForeignDriver) else "",
+        parameters=set_parameters(robot, robot.driver) if isinstance(robot.driver, SwarmctlDriver) else {},
     )
 
 

@@ -7,11 +7,17 @@ from typing import Any, Literal, TypedDict
 from .messages import Drift, Transaction, UnitState
 
 
-class NodeRequest(TypedDict):
+class ListenRequest(TypedDict):
     """A node to probe; ``topics``: seconds to listen to each."""
 
     name: str
     topics: dict[str, float]
+
+
+class NodeRequest(ListenRequest, total=False):
+    """``parameters``: those that the node has set, to be compared with what the master has."""
+
+    parameters: dict[str, Any]
 
 
 class GraphRequest(TypedDict):
@@ -113,7 +119,8 @@ class NodeAnswer(TypedDict, total=False):
     """A node. ``registered``: the graph has it; ``alive``: it answers; null is unknown.
 
     ``publishes`` and ``subscribes``: type by topic; ``topics``: those of the request; ``uri``: with the host
-    that it advertises, missing if nodes advertise none.
+    that it advertises, missing if nodes advertise none; ``parameters``: what of them is not as in the
+    request, in words.
     """
 
     registered: bool | None
@@ -125,6 +132,7 @@ class NodeAnswer(TypedDict, total=False):
     subscribes: dict[str, str]
     topics: dict[str, TopicAnswer]
     reports: list[StatusAnswer]
+    parameters: list[str]
 
 
 class EndedAnswer(TypedDict):

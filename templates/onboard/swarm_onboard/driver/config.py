@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Mapping
 
@@ -11,6 +11,7 @@ from swarm_onboard.command.authority import Commander, commander_of
 from swarm_onboard.command.start import Start, start_of
 from swarm_onboard.common.parameters import between, loaded, positive
 from swarm_onboard.driver.protocols import Protocol, protocol_of
+from swarm_onboard.driver.shown_params import shown_params
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,7 @@ class Config:
     urdf: Path | None = None  # file with its shape
     start: Start | None = None
     stop_file: str = ""  # the latch of `swarmctl stop`
+    shown: Mapping[str, Any] = field(default_factory=dict)  # as ROS parameters
 
     def readable(self, sensor: Sensor, firmware: str) -> bool:
         """Returns whether a robot with this ``firmware`` has the query of a sensor."""
@@ -153,6 +155,7 @@ def parse(data: Mapping[str, Any], folder: Path = Path()) -> Config:
         urdf=folder / str(data["urdf"]) if "urdf" in data else None,
         start=start_of(data["start"]) if "start" in data else None,
         stop_file=str(data.get("stop_file", "")),
+        shown=shown_params(data),
     )
 
 

@@ -22,7 +22,6 @@ from swarm_onboard.driver.config import Actuator, Config, Sensor
 from swarm_onboard.driver.kinematics import Pose
 from swarm_onboard.driver.ros_frames import Frames
 from swarm_onboard.driver.ros_motion import MotionTopics
-from swarm_onboard.driver.shown_params import shown_params
 
 
 def join(config: Config, commands: CommandMailbox, gate: CommandGate, outputs: ActuatorSettings) -> RosSink:
@@ -46,7 +45,7 @@ def _set_params(config: Config) -> Iterator[str]:
     Yields what could not be shown.
     """
     try:
-        rospy.set_param(rospy.get_name(), shown_params(config))
+        rospy.set_param(rospy.get_name(), dict(config.shown))
         if config.urdf is not None:
             rospy.set_param("robot_description", config.urdf.read_text("utf-8"))
     except Exception as error:  # noqa: BLE001  the robot drives without them

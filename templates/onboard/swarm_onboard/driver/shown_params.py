@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from swarm_onboard.driver.config import Config
+from typing import Any, Mapping
 
 
-def shown_params(config: Config) -> dict[str, Any]:
-    """Returns the parameters of the node, in SI units; nothing reads them back."""
-    kinematics = config.kinematics
-    radius = {} if kinematics.wheel_radius is None else {"wheel_radius": kinematics.wheel_radius}
+def shown_params(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the parameters of the node, in SI units. ``data``: its parameter file. No node reads them back."""
+    kinematics, prefix = data["kinematics"], data["frame_prefix"]
+    shown = ("wheel_separation", "wheel_speed_max", "wheel_radius")
     return {
-        "robot": config.robot,
-        "title": config.title,
-        "port": config.port,
-        "baud": config.serial.baud,
-        "command_timeout": config.command_timeout,
-        "commanders": {one.name: one.priority for one in config.commanders},
-        "limits": {"linear": kinematics.linear_max, "angular": kinematics.angular_max},
-        "kinematics": {
-            "wheel_separation": kinematics.wheel_separation,
-            "wheel_speed_max": kinematics.wheel_speed_max,
-            **radius,
-        },
-        "frames": {"odom": f"{config.frame_prefix}odom", "base": f"{config.frame_prefix}base_link"},
-        "rates": {one.name: one.rate for one in config.sensors},
+        "robot": data["robot"],
+        "title": data["title"],
+        "port": data["port"],
+        "baud": data["serial"]["baud"],
+        "command_timeout": data["command_timeout"],
+        "commanders": {one["name"]: one["priority"] for one in data["commanders"]},
+        "limits": {"linear": kinematics["linear_max"], "angular": kinematics["angular_max"]},
+        "kinematics": {name: kinematics[name] for name in shown if name in kinematics},
+        "frames": {"odom": f"{prefix}odom", "base": f"{prefix}base_link"},
+        "rates": {name: sensor["rate"] for name, sensor in data["sensors"].items()},
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Iterator, Mapping
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 LONGEST_LISTENING = 15.0  # s for one topic
 _MOST_TOPICS = 20  # of one node
+_MOST_PARAMETERS = 20  # of one node, in words
 _DIAGNOSTICS = "/diagnostics"
 
 
@@ -46,9 +47,31 @@ async def look(
         found.update({"alive": False, "error": str(error)})
         return
     wanted = [one for one in request["topics"].items() if not published_only or one[0] in found["publishes"]]
-    await asyncio.gather(
-        *(_topic(uri, topic, seconds_of(listening), found) for topic, listening in wanted[:_MOST_TOPICS])
-    )
+    topics = (_topic(uri, topic, seconds_of(listening), found) for topic, listening in wanted[:_MOST_TOPICS])
+    await asyncio.gather(_parameters(master_uri, request, found), *topics)
+
+
+async def _parameters(master_uri: str, request: NodeRequest, node: NodeAnswer) -> None:
+    """Compares the parameters that a node has set with those that the master has."""
+    wanted = request.get("parameters")
+    if not wanted:
+        return
+    try:
+        seen = await client.call(master_uri, "getParam", request["name"])
+    except PeerError:  # of its own accord, a master says so of one that is not set
+        seen = {}
+    node["parameters"] = list(_differences(wanted, seen))[:_MOST_PARAMETERS]
+
+
+def _differences(wanted: Mapping[str, Any], seen: Any, above: str = "") -> Iterator[str]:
+    for name, value in wanted.items():
+        path = f"{above}{name}"
+        if not isinstance(seen, dict) or name not in seen:
+            yield f"{path} is not set"
+        elif isinstance(value, dict):
+            yield from _differences(value, seen[name], f"{path}/")
+        elif seen[name] != value:
+            yield clipped(f"{path} is {seen[name]!r} instead of {value!r}")
 
 
 def seconds_of(value: Any) -> float:
