@@ -24,9 +24,10 @@ Probe = Callable[[], dict[str, Any]]
 
 
 @pytest.fixture
-def probed(monkeypatch: pytest.MonkeyPatch) -> list[Probe]:
+def probed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Probe]:
     """The looks at the hosts, each a function; then Ctrl-C."""
     rounds: list[Probe] = []
+    monkeypatch.chdir(tmp_path)
 
     def probe_hosts(*_: Any, **__: Any) -> dict[str, Any]:
         if not rounds:
