@@ -15,6 +15,7 @@ TEST_FILES := /usr/lib/avr/include/avr/io.h:avr-libc /usr/share/arduino/hardware
   /usr/include/simavr/sim_avr.h:libsimavr-dev /usr/include/math.h:libc6-dev
 POWER_TOOLS := mkfs.ext4:e2fsprogs mkfs.xfs:xfsprogs mkfs.btrfs:btrfs-progs
 EDITOR_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/editor-tools
+MONITORING_TOOLS := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/swarmctl/monitoring-tools
 # Tests wait more than they compute.
 WORKERS := $(shell expr $$(nproc) \* 3)
 # For tests whose number of examples is chosen: without the limit of time that ends a test that hangs.
@@ -24,7 +25,7 @@ LABS := $(shell expr $$(nproc) \* 2 + 1)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools
+.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -33,10 +34,10 @@ help: ## show the targets
 demo: $(VENV)/.run lab-tools ## boot the example swarm, deploy it, drive it
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" examples/paper-leader/demo.sh
 
-test: $(VENV)/.dev lab-tools test-tools editor-tools lint ## lint, then every test; what fails is run once more, alone
+test: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools lint ## lint, then every test; what fails is run once more, alone
 	$(BIN)/python -m tests.run --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
-test-all: $(VENV)/.dev lab-tools test-tools editor-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
+test-all: $(VENV)/.dev lab-tools test-tools editor-tools monitoring-tools lint power-cuts races ## test, and what takes long: mutations, fuzzing, power cuts, races, tables of the lab
 	SWARMCTL_FUZZ=$${SWARMCTL_FUZZ:-5000} $(BIN)/python -m tests.run --all --workers $(WORKERS) --labs $(LABS) $(PYTEST_ARGS)
 
 check: $(VENV)/.dev lint ## lint, then for 90 s the fast tests, those of what you changed first
@@ -139,6 +140,13 @@ editor-tools: ## the YAML language server for the tests of editors, if npm is in
 	  timeout 90 npm install --silent --no-audit --no-fund --ignore-scripts --fetch-retries=0 \
 	    --prefix $(EDITOR_TOOLS) yaml-language-server@1.25.0 >/dev/null 2>&1 || \
 	  echo "-- npm is missing or failed: the tests of the YAML language server are skipped"
+
+monitoring-tools: ## Prometheus and promtool of Debian for the tests, unpacked but not installed; else they are skipped
+	@[ -x $(MONITORING_TOOLS)/usr/bin/promtool ] || \
+	  { made=$$(mktemp -d) && trap 'rm -rf "$$made"' EXIT && cd "$$made" && \
+	    timeout 90 apt-get download -qq prometheus >/dev/null 2>&1 && dpkg-deb -x prometheus_*.deb unpacked && \
+	    mkdir -p $(MONITORING_TOOLS) && cp -r unpacked/usr $(MONITORING_TOOLS)/; } || \
+	  echo "-- prometheus cannot be downloaded: the tests with a Prometheus are skipped"
 
 fetch = { echo "-- installing" $(1); $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null; }
 install = missing=; for pair in $(1); do PATH="$$PATH:/usr/sbin:/sbin" command -v "$${pair%%:*}" >/dev/null || missing="$$missing $${pair\#\#*:}"; done; \

@@ -67,6 +67,7 @@ class Verbs(LazyVerbs):
             HOSTS_UNREACHABLE,
         ),
         Verb("status", "Show the health of hosts, robots and programs.", HOSTS_UNREACHABLE, UNHEALTHY),
+        Verb("exporter", "Serve the health of the swarm to Prometheus, until Ctrl-C."),
         Verb(
             "stop",
             "Stop robots at once, and keep them stopped until `swarmctl start`.",

@@ -22,7 +22,8 @@ def fitting(verb: str, where: Sequence[str]) -> list[str]:
     return [*where[:at], *where[at + 2 :]]
 
 
-_SPREAD = ("adopt", "deploy", "plan", "remove", "rollback", "status")  # verbs that have `--executor`
+#: Verbs that have `--executor`.
+_SPREAD = ("adopt", "deploy", "exporter", "plan", "remove", "rollback", "status")
 _HINTED = re.compile(r"\bswarmctl (adopt|deploy|plan|prepare|remove|start|status|trust)\b(?: SPEC\b)?")
 
 

@@ -92,6 +92,13 @@ PARALLEL_URGENT = 256  # of `stop` and its like
 Parallel = Annotated[
     int, typer.Option("--parallel", metavar="N", min=1, max=512, help="Number of hosts at the same time.")
 ]
+WINDOW = 2.0  # s
+Window = Annotated[
+    float,
+    typer.Option(
+        "--window", min=0.5, max=10.0, metavar="SECONDS", help="How long the rate of each topic is measured."
+    ),
+]
 StopRobots = Annotated[
     bool,
     typer.Option("--stop-robots", help="Stop robots that move or are under command; they stay stopped."),

@@ -271,8 +271,13 @@ def topic(wanted: DriverTopic, node: NodeSeen, busy: float | None = None) -> Ver
     return _rate(wanted, seen, busy)
 
 
+def too_slow(wanted: DriverTopic, seen: TopicSeen) -> bool:
+    """Returns True if the probe listened for too short a time to measure the rate."""
+    return seen.rate is None and (not seen.seconds or 0 < wanted.rate * seen.seconds < _PERIODS_TO_JUDGE)
+
+
 def _rate(wanted: DriverTopic, seen: TopicSeen, busy: float | None) -> Verdict:
-    if wanted.rate * seen.seconds < _PERIODS_TO_JUDGE and seen.rate is None:
+    if too_slow(wanted, seen):
         return Verdict(State.SKIPPED, f"is too slow to be measured in {seen.seconds:g} s")
     if seen.count == 0:
         return bad(f"no message in {seen.seconds:g} s, {wanted.rate:g} Hz expected")

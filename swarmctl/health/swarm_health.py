@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from swarmctl.health import command_sources, launched_checks, program_checks
+from swarmctl.health import checks, command_sources, launched_checks, program_checks
 from swarmctl.health.bridge_checks import CHECK
 from swarmctl.health.checks import State
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
@@ -122,6 +122,15 @@ class Status:
             "hosts": [asdict(host) for host in self.hosts],
             "findings": [asdict(finding) | {"key": finding.key} for finding in self.diagnosis.findings],
         }
+
+
+@dataclass(frozen=True)
+class Look:
+    """A status, with when its look at the hosts ``began``, s since 1970, and how many s it ``took``."""
+
+    status: Status
+    began: float
+    took: float
 
 
 def status(graph: ExpectedGraph, outcomes: Mapping[str, Answer | HostError], diagnosis: Diagnosis) -> Status:
@@ -242,7 +251,8 @@ def _commanders(robot: ExpectedRobot, hub: Answer | None) -> tuple[str, ...] | N
 
 def _topic(wanted: DriverTopic, node: NodeSeen | None) -> TopicRow:
     seen = node.topics.get(wanted.name) if node else None
-    rate = None if seen is None else 0.0 if seen.rate is None and not seen.count else seen.rate
+    measured = seen is not None and not seen.error and not checks.too_slow(wanted, seen)
+    rate = None if seen is None or not measured else 0.0 if not seen.count else seen.rate
     age = seen.age if seen is not None else None
     return TopicRow(
         wanted.name,

@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from swarmctl.cli import console, executors, exit_codes, forgotten_lab, next_command, options, selected
+from swarmctl.cli import console, executors, exit_codes, forgotten_lab, next_command, options, swarm_look
 from swarmctl.cli.spec_args import SpecFiles
 
 if TYPE_CHECKING:
     from rich.text import Text
 
-    from swarmctl.health.swarm_health import Status
-    from swarmctl.remote.transport import Transport
+    from swarmctl.cli.swarm_look import Looking
+    from swarmctl.health.swarm_health import Look, Status
 
-Look = Callable[[], "Status"]
 _AGAIN = 1.0  # s between two looks of --wait
 
 
@@ -51,12 +50,7 @@ def status(
     timeout: Annotated[
         float, typer.Option(min=1.0, metavar="SECONDS", help="How long --wait waits at most.")
     ] = 120.0,
-    window: Annotated[
-        float,
-        typer.Option(
-            min=0.5, max=10.0, metavar="SECONDS", help="How long the rate of each topic is measured."
-        ),
-    ] = 2.0,
+    window: options.Window = options.WINDOW,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -68,20 +62,27 @@ def status(
         Path | None,
         typer.Option("--junit", metavar="FILE", help="Also write the findings to FILE as JUnit XML, for CI."),
     ] = None,
+    metrics: Annotated[
+        Path | None,
+        typer.Option("--metrics", metavar="FILE", help="Also write metrics of Prometheus to FILE."),
+    ] = None,
 ) -> None:
     """Show the health of hosts, robots and programs. Exit code 4 if the only cause is unreachable hosts."""
     if watch and (wait or junit is not None):
         usage = f"--watch and {'--wait' if wait else '--junit'} exclude each other"
         console.fail(usage, "--watch repeats until Ctrl-C", code=exit_codes.USAGE)
+    if metrics is not None:
+        swarm_look.need_prometheus_client("--metrics")
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     complete = next_command.completing(spec, where)
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
-        look = _look(spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
-        if watch and json:
-            _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
-        elif watch:
-            _watch(look, every, details=details, complete=complete)
-        seen = _awaited(look, goal, timeout) if wait else _observed(look)
+        looking = swarm_look.looking(
+            spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel
+        )
+        if watch:
+            _watch(looking, every, json=json, details=details, complete=complete, metrics=metrics)
+        look = _awaited(looking, goal, timeout) if wait else _observed(looking)
+    seen = look.status
     if json:
         console.print_json(seen.to_json())
     else:
@@ -97,45 +98,8 @@ def status(
         from swarmctl.views import status_junit
 
         file_writes.replace(junit, status_junit.render(seen).encode())
+    _write_metrics(look, metrics)
     raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
-
-
-def _look(
-    spec: SpecFiles,
-    limit: list[str] | None,
-    transport: Transport,
-    *,
-    lab: bool,
-    lab_name: str,
-    window: float,
-    parallel: int,
-) -> Look:
-    """A function that observes all hosts and diagnoses the swarm."""
-    from swarmctl.health import swarm_health as health
-    from swarmctl.health.collect import probe_hosts
-    from swarmctl.health.diagnosis import diagnose
-    from swarmctl.health.expected_graph import Release, expected_graph
-    from swarmctl.linter.launch_uses import launch_uses, nodes_of
-    from swarmctl.render.build_bundle import bundles
-    from swarmctl.swarm.index import SwarmIndex
-
-    document = console.read_document(spec)
-    swarm = console.swarm_of(document, options.lab_of(document, lab, lab_name))
-    wanted = bundles(swarm)
-    releases = {
-        name: Release(wanted[name].digest, tuple(unit.name for unit in wanted[name].units))
-        for name in selected.hosts(swarm.candidates, limit)
-        if wanted[name].files
-    }
-    graph = expected_graph(swarm, releases)
-    targets = options.targets(spec, swarm, lab=lab, lab_name=lab_name)
-    launched = nodes_of(launch_uses(SwarmIndex(document)))
-
-    def look() -> Status:
-        outcomes = probe_hosts(graph, targets, transport, window=window, parallel=parallel)
-        return health.status(graph, outcomes, diagnose(graph, outcomes, launched))
-
-    return look
 
 
 def _advise(seen: Status, spec: SpecFiles, where: list[str], *, in_lab: bool) -> None:
@@ -148,26 +112,27 @@ def _advise(seen: Status, spec: SpecFiles, where: list[str], *, in_lab: bool) ->
         next_command.advise("status", spec, *where, "--watch")
 
 
-def _observed(look: Look) -> Status:
+def _observed(looking: Looking) -> Look:
     """Observe the hosts, with a progress message on a terminal."""
     if not console.err().is_terminal:
-        return look()
+        return looking()
     with console.err().status("connecting to the hosts ..."):
-        return look()
+        return looking()
 
 
-def _awaited(look: Look, goal: Goal, timeout: float) -> Status:
+def _awaited(looking: Looking, goal: Goal, timeout: float) -> Look:
     """Observes until the goal is reached or the time is up; prints what it waits for when that changes."""
     from swarmctl.views.escape import printable
 
     due, last = time.monotonic() + timeout, ""
     while True:
-        seen = look()
+        look = looking()
+        seen = look.status
         if goal.reached(seen):
-            return seen
+            return look
         if time.monotonic() >= due:
             console.err().print(f"not {goal.value} within {timeout:g} s", highlight=False)
-            return seen
+            return look
         first, count = seen.diagnosis.troubles[0], len(seen.diagnosis.troubles)
         more = f", and {count - 1} more" if count > 1 else ""
         text = f"waiting: {printable(first.key)}: {printable(first.message)}{more}"
@@ -177,27 +142,45 @@ def _awaited(look: Look, goal: Goal, timeout: float) -> Status:
         time.sleep(min(_AGAIN, max(0.0, due - time.monotonic())))
 
 
-def _watch(look: Look, every: float, *, details: bool, complete: Callable[[str], str]) -> NoReturn:
-    """Print each round: in place on a terminal, elsewhere one block after the other."""
+def _watch(
+    looking: Looking,
+    every: float,
+    *,
+    json: bool,
+    details: bool,
+    complete: Callable[[str], str],
+    metrics: Path | None,
+) -> NoReturn:
+    """Print each round: in place on a terminal, elsewhere one block or line of JSON after the other."""
     from swarmctl.views import status as view
 
     def text(seen: Status) -> Text:
         return view.status(seen, details=details, width=console.columns(), complete=complete)
 
+    def rounds(show: Callable[[Status], None]) -> NoReturn:
+        while True:
+            due = time.monotonic() + every
+            look = looking()
+            show(look.status)
+            _write_metrics(look, metrics)
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    if json:
+        rounds(lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
     if not console.out().is_terminal:
-        _each_round(look, every, lambda seen: console.out().print(text(seen), end="\n\n"))
+        rounds(lambda seen: console.out().print(text(seen), end="\n\n"))
     from rich.live import Live
 
     with Live(console=console.out(), auto_refresh=False) as live:
-        _each_round(look, every, lambda seen: live.update(text(seen), refresh=True))
+        rounds(lambda seen: live.update(text(seen), refresh=True))
 
 
-def _each_round(look: Look, every: float, show: Callable[[Status], None]) -> NoReturn:
-    """Repeat for ever: observe, show, wait for the rest of ``every`` seconds."""
-    while True:
-        due = time.monotonic() + every
-        show(look())
-        time.sleep(max(0.0, due - time.monotonic()))
+def _write_metrics(look: Look, file: Path | None) -> None:
+    if file is not None:
+        from swarmctl.cli import file_writes
+        from swarmctl.views import status_metrics
+
+        file_writes.replace(file, status_metrics.render(look))
 
 
 def _exit(seen: Status) -> int:
