@@ -68,7 +68,7 @@ def _multimaster(
 
 def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: NodeSeen | None) -> Verdict:
     """Checks a multimaster node: registered, alive, and the status it reports."""
-    restart = f"on {hub.name}: systemctl restart {wanted.unit}"
+    restart = f"on {hub.name}: sudo systemctl restart {wanted.unit}"
     if seen is None or seen.registered is None:
         return checks.unknown("was not checked")
     if not seen.registered:

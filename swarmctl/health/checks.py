@@ -11,6 +11,7 @@ from swarmctl.health import unit_conditions
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.observations import (
     DeviceSeen,
+    LoadSeen,
     MasterSeen,
     NodeSeen,
     Report,
@@ -106,7 +107,7 @@ def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
     if seen.active == "activating":
         return Verdict(State.WARNING, _with("is starting", seen.text), journal)
     if not seen.runs:
-        return bad(f"does not run ({seen.active or 'unknown'})", f"on {host}: systemctl start {name}")
+        return bad(f"does not run ({seen.active or 'unknown'})", f"on {host}: sudo systemctl start {name}")
     if seen.restarts >= MOST_RESTARTS:
         text = f"{_times(seen.restarts)} since it was started{_running(seen)}"
         return Verdict(State.WARNING, text, journal)
@@ -120,8 +121,8 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
         text = f"a signal has stopped its process{'es' if len(seen.stopped) > 1 else ''} "
         return bad(text + ", ".join(seen.stopped), f"on {host}: sudo kill -CONT {numbers}")
     if seen.restarted or (seen.active == "activating" and seen.restarts) or seen.sub == "auto-restart":
-        text = f"crash loop: {_times(seen.restarts)}, last result {_ending(seen)}"
-        return bad(text + _log(seen), journal)
+        what = f"crash loop: {_times(seen.restarts)}" if seen.restarts else "ended and is started again"
+        return bad(f"{what}, last result {_ending(seen)}{_log(seen)}", journal)
     if seen.recent > MOST_RESTARTS:
         text = f"{_times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {_ending(seen)}"
         reset = f"once it is fixed: sudo systemctl reset-failed {name}"
@@ -192,7 +193,7 @@ def driver(
     robot: ExpectedRobot, host: ExpectedHost, process: UnitSeen | None, seen: NodeSeen | None
 ) -> Verdict:
     """Checks the driver's node on ``host``. ``process``: its unit."""
-    restart = f"on {robot.host}: systemctl restart {robot.unit}"
+    restart = f"on {robot.host}: sudo systemctl restart {robot.unit}"
     if seen is None or seen.registered is None:
         return unknown(f"{robot.node} was not checked")
     runs = process is not None and process.runs
@@ -223,7 +224,7 @@ def driver(
     if own and seen.pid and own != seen.pid:
         text = f"{robot.node} is process {seen.pid}, but its unit runs {own}: a second driver has its name"
         return Verdict(
-            State.WARNING, text, f"on {robot.host}: end process {seen.pid}, then restart {robot.unit}"
+            State.WARNING, text, f"on {robot.host}: sudo kill {seen.pid}; sudo systemctl restart {robot.unit}"
         )
     return ok(f"{robot.node} runs")
 
@@ -250,11 +251,21 @@ def report(seen: Report) -> Verdict:
     return Verdict(state, seen.message or "reports no details")
 
 
-def topic(wanted: DriverTopic, node: NodeSeen, busy: float | None = None) -> Verdict:
+def load(seen: LoadSeen, host: str) -> Verdict:
+    """Checks whether the processes of a host leave time of its processors."""
+    if seen.own < _BUSY:
+        return ok("has time left")
+    text = (
+        f"its processes take {seen.own:.0%} of the time of its processors, most of it {listed(seen.busiest)}"
+    )
+    return warning(text, f"on {host}: top")
+
+
+def topic(wanted: DriverTopic, node: NodeSeen, load: LoadSeen | None = None) -> Verdict:
     """Checks that a topic is published, its type and its rate.
 
-    ``busy``: the share of the time in which the processors of its host worked. A host with much to do slows
-    down its nodes, and what status looks with: then a low rate is a warning, and silence is none.
+    ``load``: of its host. A host with much to do slows down its nodes, and what status looks with: then a low
+    rate is a warning, and silence is none.
     """
     published_as = node.publishes.get(wanted.name)
     seen = node.topics.get(wanted.name)
@@ -268,7 +279,7 @@ def topic(wanted: DriverTopic, node: NodeSeen, busy: float | None = None) -> Ver
         return unknown("was not measured")
     if seen.error:
         return bad(f"cannot be received: {seen.error}")
-    return _rate(wanted, seen, busy)
+    return _rate(wanted, seen, load)
 
 
 def too_slow(wanted: DriverTopic, seen: TopicSeen) -> bool:
@@ -276,7 +287,7 @@ def too_slow(wanted: DriverTopic, seen: TopicSeen) -> bool:
     return seen.rate is None and (not seen.seconds or 0 < wanted.rate * seen.seconds < _PERIODS_TO_JUDGE)
 
 
-def _rate(wanted: DriverTopic, seen: TopicSeen, busy: float | None) -> Verdict:
+def _rate(wanted: DriverTopic, seen: TopicSeen, load: LoadSeen | None) -> Verdict:
     if too_slow(wanted, seen):
         return Verdict(State.SKIPPED, f"is too slow to be measured in {seen.seconds:g} s")
     if seen.count == 0:
@@ -288,8 +299,8 @@ def _rate(wanted: DriverTopic, seen: TopicSeen, busy: float | None) -> Verdict:
         return ok(text)
     if seen.age is not None and seen.age * wanted.rate > _PERIODS_TO_JUDGE:
         return bad(f"{text}, the last message {seen.age:.1f} s ago")
-    if busy is not None and busy >= _BUSY:
-        text = f"{text}, while the processors of its host were busy ({busy:.0%})"
+    if load is not None and load.busy >= _BUSY:
+        text = f"{text}, while the processors of its host were busy ({load.busy:.0%})"
         return warning(text, "`top` on the host shows what keeps them busy")
     return bad(text)
 

@@ -39,7 +39,7 @@ def diagnose(
 
     ``launched``: the nodes that launch files start, by host and program or robot.
     """
-    found = Findings()
+    found = Findings(graph.hosts)
     answers = {name: one for name, one in outcomes.items() if isinstance(one, Answer)}
     gates = {}
     for host in graph.hosts:
@@ -90,6 +90,8 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
     if answer.release is not None or "release" not in answer.troubles:
         found.add("release", host.name, checks.release(host, answer.release), host=host)
     host_checks.compare(found, host, answer)
+    if answer.load is not None:
+        found.add("load", host.name, checks.load(answer.load, host.name), host=host)
     release_checks.compare(found, host, answer)
     if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
         found.add("clock", host.name, time_checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
@@ -212,7 +214,9 @@ def _robot(
     if node is None or not node.alive:
         return
     if robot.parameters:
-        found.add("parameters", robot.name, checks.parameters(robot, node), robot=robot, after=[driver, release])
+        found.add(
+            "parameters", robot.name, checks.parameters(robot, node), robot=robot, after=[driver, release]
+        )
     report = ""
     if node.report is not None:
         report = found.add(
@@ -225,7 +229,7 @@ def _robot(
     for topic in robot.topics:
         found.add(
             "topic", f"{topic.name} of {robot.name}",
-            _of_robot(checks.topic(topic, node, answer.busy), robot),
+            _of_robot(checks.topic(topic, node, answer.load), robot),
             robot=robot, after=[device, unit, report, driver, probe_ros, release, time],
         )  # fmt: skip
 
@@ -277,7 +281,7 @@ def _launched(
     for topic in robot.topics:
         found.add(
             "topic", f"{topic.name} of {robot.name}",
-            _of_robot(launched_checks.topic(topic, seen, answer.busy), robot),
+            _of_robot(launched_checks.topic(topic, seen, answer.load), robot),
             robot=robot, after=[*after, driver, f"{time_checks.TIME} {host.hub}"],
         )  # fmt: skip
 

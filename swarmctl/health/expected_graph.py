@@ -74,6 +74,7 @@ class ExpectedHost:
 
     name: str
     address: str
+    account: str
     advertised: str
     optional: bool
     release: Release
@@ -138,6 +139,7 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
     return ExpectedHost(
         name=host.name,
         address=host.address,
+        account=host.user,
         advertised=host.advertised,
         optional=host.optional,
         release=release,

@@ -39,7 +39,7 @@ def runs(
         text = (
             f"{gate.node} is process {seen.pid}, but its unit runs {process.pid}: a second one has its name"
         )
-        hint = f"on {robot.host}: end process {seen.pid}, then restart {gate.unit}"
+        hint = f"on {robot.host}: sudo kill {seen.pid}; sudo systemctl restart {gate.unit}"
         return Verdict(State.WARNING, text, hint)
     return ok(f"{gate.node} runs")
 

@@ -9,7 +9,7 @@ from typing import Protocol
 from swarmctl.health import checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import EndedSeen, LaunchedSeen, NodeSeen
+from swarmctl.health.observations import EndedSeen, LaunchedSeen, LoadSeen, NodeSeen
 from swarmctl.swarm.topics import DriverTopic
 
 LONGEST_TASK = 60.0  # s; a node that ends with exit code 0 before that has done its task
@@ -48,10 +48,10 @@ def driver(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None) 
     return found or checks.ok(f"{', '.join(seen.started) if seen is not None else 'it'} runs")
 
 
-def topic(wanted: DriverTopic, seen: LaunchedSeen, busy: float | None = None) -> Verdict:
+def topic(wanted: DriverTopic, seen: LaunchedSeen, load: LoadSeen | None = None) -> Verdict:
     """Checks a topic that one of the nodes of a launch file should publish; see ``checks.topic``."""
     node = publisher(wanted.name, seen)
-    return checks.topic(wanted, node, busy) if node is not None else checks.bad("is not published")
+    return checks.topic(wanted, node, load) if node is not None else checks.bad("is not published")
 
 
 def problem(program: Launched, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict | None:
@@ -82,7 +82,7 @@ def _has_done_its_task(one: EndedSeen) -> bool:
 
 def _alive(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterator[Verdict]:
     """Nodes that are registered, but not alive, or elsewhere. Not all that roslaunch runs register."""
-    restart = f"on {host.name}: systemctl restart {program.unit}"
+    restart = f"on {host.name}: sudo systemctl restart {program.unit}"
     for name in seen.started:
         node = seen.nodes.get(name)
         if node is None or not node.registered:

@@ -238,6 +238,17 @@ class DriftSeen:
 
 
 @dataclass(frozen=True)
+class LoadSeen:
+    """The share of the time in which the processors worked while the host was probed (``busy``), that in which
+    they worked for its ``own`` processes, which is less in a container, and the ``busiest`` of these.
+    """
+
+    busy: float
+    own: float = 0.0
+    busiest: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Answer:
     """The answer of one host. A missing part could not be determined; ``troubles`` may have the reason."""
 
@@ -263,6 +274,6 @@ class Answer:
     change: ChangeSeen | None = None
     drift: DriftSeen | None = None
     checks: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # by name of a host's check
-    busy: float | None = None  # share of the time in which the processors worked while the host was probed
+    load: LoadSeen | None = None
     images: Mapping[str, ImageSeen] = field(default_factory=dict)  # by unit
     troubles: Mapping[str, str] = field(default_factory=dict)

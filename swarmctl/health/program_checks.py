@@ -43,7 +43,7 @@ def compare(
             node = publisher(program, answer, topic.name)
             if node is not None:
                 subject = f"{topic.name} of {program.name}"
-                rate = checks.topic(topic, node, answer.busy)
+                rate = checks.topic(topic, node, answer.load)
                 found.add("topic", subject, rate, program=program, after=[*after, key])
 
 
@@ -78,7 +78,7 @@ def verdict(program: ExpectedProgram, host: ExpectedHost, answer: Answer) -> Ver
 
 
 def _node(program: ExpectedProgram, host: ExpectedHost, node: NodeSeen | None) -> Verdict | None:
-    restart = f"on {host.name}: systemctl restart {program.unit}"
+    restart = f"on {host.name}: sudo systemctl restart {program.unit}"
     if node is None or node.registered is None:
         return checks.unknown(f"{program.node} was not checked")
     if not node.registered:

@@ -82,7 +82,8 @@ class Findings:
     They are the nodes of a graph whose edges lead from a finding to those that it may explain.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, hosts: Iterable[ExpectedHost] = ()) -> None:
+        self._of_root = {host.name for host in hosts if host.account == "root"}
         self._graph: nx.DiGraph[str] = nx.DiGraph()
         self._filed: dict[str, Finding] = {}
 
@@ -100,14 +101,15 @@ class Findings:
         """Adds a verdict, returns its key. If not ok, its cause is the first in ``after`` that is not ok."""
         owner = robot or program or host
         part = robot or program
+        place = part.host if part else host.name if host else ""
         judged = verdict.bearable() if owner is not None and owner.optional else verdict
         finding = Finding(
             check,
             subject,
             judged.state,
             judged.message,
-            judged.hint,
-            host=part.host if part else host.name if host else "",
+            judged.hint.replace("sudo ", "") if place in self._of_root else judged.hint,
+            host=place,
             robot=robot.name if robot else "",
             program=program.name if program else "",
         )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from swarmctl.health import checks, command_sources, launched_checks, program_checks
@@ -112,6 +113,30 @@ class Status:
     swarm: str
     hosts: tuple[HostRow, ...]
     diagnosis: Diagnosis
+
+    def causes(self) -> list[tuple[Finding, tuple[Finding, ...]]]:
+        """Returns every cause that is not ok with its symptoms, the worst first.
+
+        A cause is as bad as its worst symptom, as a warning may explain a fault. Of equally bad ones, hosts
+        without a release stand first, then those with the most symptoms.
+        """
+
+        def rank(one: tuple[Finding, Sequence[Finding]]) -> tuple[int, bool, int]:
+            cause, symptoms = one
+            worst = max(_SEVERITY.index(each.state) for each in (cause, *symptoms))
+            bare = self.is_bare(cause)
+            return -worst, not bare, 0 if bare else -len(symptoms)
+
+        return sorted(self.diagnosis.explained(), key=rank)
+
+    @cached_property
+    def bare(self) -> frozenset[str]:
+        """The hosts that have no release: what is found on them follows from that."""
+        return frozenset(host.name for host in self.hosts if host.deployed is False)
+
+    def is_bare(self, cause: Finding) -> bool:
+        """Returns True if ``cause`` is that a host has no release."""
+        return cause.check == "release" and cause.host in self.bare
 
     def to_json(self) -> dict[str, Any]:
         """Returns what ``status --json`` prints."""

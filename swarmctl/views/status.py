@@ -8,7 +8,7 @@ from functools import cached_property
 
 from rich.text import Text
 
-from swarmctl.health.checks import State
+from swarmctl.health.checks import State, listed
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
 from swarmctl.views import status_table
@@ -18,7 +18,6 @@ from swarmctl.views.width import wrapped
 from swarmctl.yamltext import hostlist
 
 MOST_SYMPTOMS = 6  # shown under one cause
-_WORST_FIRST = tuple(State)[::-1]
 _GLYPH = {State.OK: "✓", State.SKIPPED: "-", State.WARNING: "!", State.UNKNOWN: "?", State.BAD: "✗"}
 
 
@@ -63,33 +62,22 @@ class _Findings:
     complete: Callable[[str], str]
 
     @cached_property
-    def _bare(self) -> set[str]:
-        """The hosts that have no release: what is found on them follows from that."""
-        return {host.name for host in self.shown.hosts if host.deployed is False}
-
-    @cached_property
     def _hosts(self) -> dict[str, Names]:
         return {host.name: status_table.names_of(host) for host in self.shown.hosts}
 
     def text(self) -> Text:
         text = Text()
-        explained = sorted(self.shown.diagnosis.explained(), key=self._rank)
-        symptoms = {cause.key: found for cause, found in explained}
-        for causes in self._equal(cause for cause, _ in explained):
-            found = [symptom for cause in causes for symptom in symptoms[cause.key]]
+        symptoms = dict(self.shown.causes())
+        alone = [one for one in symptoms if one.state is State.SKIPPED and not symptoms[one]]
+        skipped = [] if self.details else alone
+        for causes in self._equal(cause for cause in symptoms if cause not in skipped):
+            found = [symptom for cause in causes for symptom in symptoms[cause]]
             text.append_text(self._cause(causes, self._equal(found))).append("\n")
+        if skipped:
+            named = listed([f"{equal[0].check} {self._subject(equal)}" for equal in self._equal(skipped)])
+            line = Text.assemble(("-", STYLE[State.SKIPPED]), f" skipped: {named}; --details tells why\n")
+            text.append_text(wrapped(line, self.width, 4)).append("\n")
         return text
-
-    def _rank(self, one: tuple[Finding, Sequence[Finding]]) -> tuple[int, bool]:
-        """The worst stands first: a cause with its symptoms, as a warning may explain a fault.
-
-        Of equally bad ones, hosts without a release stand first.
-        """
-        cause, symptoms = one
-        return min(_WORST_FIRST.index(each.state) for each in (cause, *symptoms)), not self._is_bare(cause)
-
-    def _is_bare(self, cause: Finding) -> bool:
-        return cause.check == "release" and cause.host in self._bare
 
     def _equal(self, findings: Iterable[Finding]) -> list[list[Finding]]:
         return grouped(findings, lambda one: one.key if self.details else self._pattern(one))
@@ -108,13 +96,13 @@ class _Findings:
             line = Text.assemble("    ", ("help", "bold green"), f": {hint}")
             text.append_text(wrapped(line, self.width, 10)).append("\n")
         most = len(symptoms) if self.details else MOST_SYMPTOMS
-        if self._is_bare(causes[0]) and not self.details:
+        if self.shown.is_bare(causes[0]) and not self.details:
             return text.append_text(self._elsewhere(symptoms, most))
         return text.append_text(self._symptoms(symptoms, most))
 
     def _elsewhere(self, symptoms: Sequence[Sequence[Finding]], most: int) -> Text:
         """The symptoms on hosts that have a release; those of the others are counted."""
-        there = [[one for one in equal if one.host not in self._bare] for equal in symptoms]
+        there = [[one for one in equal if one.host not in self.shown.bare] for equal in symptoms]
         text = self._symptoms([equal for equal in there if equal], most)
         hidden = sum(map(len, symptoms)) - sum(map(len, there))
         line = Text(f"    {many(hidden, 'symptom')} of that: --details lists them\n")
@@ -127,15 +115,19 @@ class _Findings:
         left = sum(map(len, symptoms[most:]))
         return text.append(f"    ... and {left} more\n" if left else "")
 
+    def _subject(self, equal: Sequence[Finding]) -> str:
+        """The subjects of equal findings, or the names of their robots or hosts where they are not in ranges."""
+        ranges = in_ranges([clean(one.subject) for one in equal], [self._own(one) for one in equal])
+        return ranges or hostlist.written(one.robot or one.host for one in equal)
+
     def _sentence(self, equal: Sequence[Finding], blanks: str, style: str) -> Text:
         """One sentence for equal findings; names that do not fit in it follow in a line of their own."""
         first, own = equal[0], [self._own(one) for one in equal]
         who = hostlist.written(one.robot or one.host for one in equal)
-        subject = in_ranges([clean(one.subject) for one in equal], own) or who
         messages = [clean(one.message) for one in equal]
         message = merged_behind(messages, own) if first.subject == first.host else merged(messages, own)
         line = Text.assemble(blanks, (_GLYPH[first.state], STYLE[first.state]))
-        line.append(f" {first.check} {subject}: {message}", style)
+        line.append(f" {first.check} {self._subject(equal)}: {message}", style)
         text = wrapped(line, self.width, len(blanks) + 4).append("\n")
         if len(equal) > 1 and who not in line.plain:
             named = Text(f"{blanks}    {many(len(equal), 'time')}: {who}")

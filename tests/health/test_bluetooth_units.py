@@ -41,8 +41,7 @@ def test_units_that_are_skipped_for_one_reason_stand_once(tmp_path: Path) -> Non
     without = {name: replace(seen[name], **NO_ADAPTER) for name in bluetooth}
     answers["pi"] = replace(answers["pi"], units={**seen, **without})
     text = view.status(status(graph, answers, diagnose(graph, answers))).plain
-    skipped = [line.split(" on pi: ")[0] for line in text.splitlines() if line.startswith("- unit ")]
-    assert skipped == [
-        "- unit swarm-pucks.ep-[1-6].pair.service",
-        "- unit swarm-pucks.ep-[1-6].rfcomm.service",
+    pairing, line = (f"unit swarm-pucks.ep-[1-6].{what}.service on pi" for what in ("pair", "rfcomm"))
+    assert [line for line in text.splitlines() if line.startswith("- ")] == [
+        f"- skipped: {pairing}, {line}; --details tells why"
     ]

@@ -9,7 +9,7 @@ from swarm_onboard.host_checks import disk, memory
 
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
-from swarmctl.health.observations import ChangeSeen, DriftSeen
+from swarmctl.health.observations import ChangeSeen, DriftSeen, LoadSeen
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, spoilt
 from tests.health.swarm_values import (
@@ -141,28 +141,36 @@ FAULTS = {
         healthy=True,
         message="20 MiB available of 512 MiB",
     ),
+    "processors without a rest": Fault(
+        K3_PI,
+        changed(load=LoadSeen(1.0, 0.97, ("sh (41)", "sh (42)"))),
+        {f"load {K3_PI}": ("warning", [])},
+        healthy=True,
+        message="its processes take 97% of the time of its processors, most of it sh (41), sh (42)",
+    ),
+    "processors that work for others": Fault(K3_PI, changed(load=LoadSeen(1.0, 0.2)), {}, healthy=True),
     "slow topic on a busy host": Fault(
         K3_PI,
-        both(changed(busy=0.97), with_topic("k3", "/k3/odom", rate=4.0)),
+        both(changed(load=LoadSeen(0.97)), with_topic("k3", "/k3/odom", rate=4.0)),
         {"topic /k3/odom of k3": ("warning", [])},
         healthy=True,
         message="measured 4.0 Hz of 10, while the processors of its host were busy (97%)",
     ),
     "slow topic on a host that rests": Fault(
         K3_PI,
-        both(changed(busy=0.5), with_topic("k3", "/k3/odom", rate=4.0)),
+        both(changed(load=LoadSeen(0.5)), with_topic("k3", "/k3/odom", rate=4.0)),
         {"topic /k3/odom of k3": ("bad", [])},
         message="measured 4.0 Hz of 10",
     ),
     "topic that stops on a busy host": Fault(
         K3_PI,
-        both(changed(busy=0.97), with_topic("k3", "/k3/odom", rate=4.0, age=1.5)),
+        both(changed(load=LoadSeen(0.97)), with_topic("k3", "/k3/odom", rate=4.0, age=1.5)),
         {"topic /k3/odom of k3": ("bad", [])},
         message="the last message 1.5 s ago",
     ),
     "silent topic on a busy host": Fault(
         K3_PI,
-        both(changed(busy=0.97), with_topic("k3", "/k3/odom", count=0, rate=None)),
+        both(changed(load=LoadSeen(0.97)), with_topic("k3", "/k3/odom", count=0, rate=None)),
         {"topic /k3/odom of k3": ("bad", [])},
         message="no message in 2 s",
     ),

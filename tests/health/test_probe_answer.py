@@ -114,6 +114,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
                     "/k3/battery": 2.5,
                     "/diagnostics": 2.5,
                 },
+                "parameters": sent["nodes"][0]["parameters"],
             }
         ],
         "graph": None,

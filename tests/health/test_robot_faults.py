@@ -44,6 +44,12 @@ FAULTS = {
         {"device k3": ("bad", [])},
         message="cannot be opened by drivers: group root, mode 0600",
     ),
+    "parameters that the master has lost": Fault(
+        K3_PI,
+        with_node("k3", parameters=("port is not set", "limits/linear is 9 instead of 0.298")),
+        {"parameters k3": ("bad", [])},
+        message="of /k3/driver: port is not set, limits/linear is 9 instead of 0.298",
+    ),
     "a file where the device should be": Fault(
         K3_PI, with_device("k3", is_device=False), {"device k3": ("bad", [])}, message="not a serial device"
     ),

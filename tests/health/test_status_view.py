@@ -118,7 +118,15 @@ def test_what_is_unhealthy_stands_above_what_is_skipped() -> None:
     answers[LAPTOP] = skipped(answers[LAPTOP])
     answers[K3_PI] = no_serial_port("k3")(answers[K3_PI])
     text = view.status(shown(answers)).plain
-    assert text.index("✗ device k3") < text.index("- unit swarm-newswarm.master")
+    assert text.index("✗ device k3") < text.index("- skipped: unit swarm-newswarm.master")
+
+
+def test_of_two_faults_the_one_with_more_symptoms_stands_first() -> None:
+    answers = all_well()
+    answers[LAPTOP] = with_unit(UNIT["koala"], recent=5)(answers[LAPTOP])
+    answers[K3_PI] = no_serial_port("k3")(answers[K3_PI])
+    text = view.status(shown(answers)).plain
+    assert text.index("✗ device k3") < text.index("✗ unit swarm-newswarm.koala.service")
 
 
 def test_nothing_from_a_host_reaches_the_terminal_raw() -> None:

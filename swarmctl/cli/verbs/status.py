@@ -133,7 +133,7 @@ def _awaited(looking: Looking, goal: Goal, timeout: float) -> Look:
         if time.monotonic() >= due:
             console.err().print(f"not {goal.value} within {timeout:g} s", highlight=False)
             return look
-        first, count = seen.diagnosis.troubles[0], len(seen.diagnosis.troubles)
+        first, count = seen.causes()[0][0], len(seen.diagnosis.troubles)
         more = f", and {count - 1} more" if count > 1 else ""
         text = f"waiting: {printable(first.key)}: {printable(first.message)}{more}"
         if text != last:

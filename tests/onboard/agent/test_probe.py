@@ -204,6 +204,23 @@ def test_the_probe_registers_nothing(prefix: Path, graph: tuple[FakeRos, str]) -
     assert set(graph[0].calls) == {"getPid", "getParam", "lookupNode", "getSystemState"}
 
 
+def test_parameters_that_are_not_as_the_node_set_them_are_named(
+    prefix: Path, graph: tuple[FakeRos, str]
+) -> None:
+    wanted = {"port": "/dev/k3", "limits": {"linear": 0.3, "angular": 2.0}, "rates": {"odom": 10.0}}
+    node = {"name": "/k3/driver", "topics": {}, "parameters": wanted}
+    for seen, found in (
+        (wanted, []),
+        (
+            {"port": "/dev/k3", "limits": {"linear": 9.0}, "rates": 1},
+            ["limits/linear is 9.0 instead of 0.3", "limits/angular is not set", "rates/odom is not set"],
+        ),
+        ("what is no dictionary", ["port is not set", "limits is not set", "rates is not set"]),
+    ):
+        graph[0].parameters["/k3/driver"] = seen
+        assert probed(graph[1], nodes=[node])["nodes"]["/k3/driver"]["parameters"] == found
+
+
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     state = probed(graph[1])["units"]["swarm-test.k3.service"]
     assert (state["restarts"], state["restarted"]) == (2, 1)

@@ -243,6 +243,16 @@ class GraphAnswer(TypedDict, total=False):
     troubles: dict[str, str]
 
 
+class LoadAnswer(TypedDict):
+    """The share of the time of the probe in which the processors worked (``busy``), that in which they worked
+    for processes that the host sees (``own``), and the names of the ``busiest``.
+    """
+
+    busy: float
+    own: float
+    busiest: list[str]
+
+
 class HistoryAnswer(TypedDict):
     """The ``recent`` restarts of a unit, how it ended last, and ``since`` when (s since 1970) that counts.
 
@@ -303,10 +313,9 @@ class ProbeAnswer(GraphAnswer, total=False):
     """A part that fails is missing or null, and ``troubles`` has the reason.
 
     ``stopped``: by unit, the processes that a signal or a debugger has stopped; ``environments``: by unit, in
-    words, which ROS variables of its main process differ from the release; ``latches``: by robot that
-    `swarmctl stop` has stopped, who did and when, in s since 1970; ``drift``: from the current release;
-    ``checks``: what those in the request have observed; ``busy``: the share of the time in which the
-    processors worked during the probe.
+    words, which ROS variables of its main process differ from the release, and which drop-ins start another
+    program; ``latches``: by robot that `swarmctl stop` has stopped, who did and when, in s since 1970;
+    ``drift``: from the current release; ``checks``: what those in the request have observed.
     """
 
     release: str | None
@@ -320,6 +329,6 @@ class ProbeAnswer(GraphAnswer, total=False):
     change: ChangeAnswer | None
     drift: Drift | None
     checks: dict[str, list[Any]]
-    busy: float | None
+    load: LoadAnswer | None
     time: float
     boot_id: str | None

@@ -1,7 +1,8 @@
-"""The ROS variables of running processes that are not those of the current release."""
+"""What runs that is not of the current release: ROS variables of processes, and units with another program."""
 
 from __future__ import annotations
 
+import glob
 from contextlib import suppress
 
 from . import files
@@ -13,27 +14,35 @@ if TYPE_CHECKING:
 
     from .release_store import Home
 
+_DROP_INS = ("/run/systemd/system", "/etc/systemd/system")
 FILE = "env/ros.env"
 NAMES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_IPV6")  # with which nodes find each other
 
 
 def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> dict[str, list[str]]:
-    """Returns by unit what its main process has differently, in words; nothing of what cannot be read.
-
-    ``units``: their states.
-    """
+    """Returns by unit what is different, in words; nothing of what cannot be read. ``units``: their states."""
     content = files.read(f"{home.current_link}/{FILE}")
     if content is None:
         return {}
     wanted = _variables(content.decode("utf-8", "replace").splitlines())
     found: dict[str, list[str]] = {}
     for unit, state in units.items():
+        found[unit] = [f"ExecStart is that of {path}" for path in _starting_drop_ins(home, unit)]
         with suppress(OSError):  # it has ended
             pid = state["pid"]
             text = files.read(f"{proc}/{pid}/environ") if pid else None
             if text:
-                found[unit] = list(_compared(_variables(text.decode("utf-8", "replace").split("\0")), wanted))
+                seen = _variables(text.decode("utf-8", "replace").split("\0"))
+                found[unit].extend(_compared(seen, wanted))
     return {unit: texts for unit, texts in found.items() if texts}
+
+
+def _starting_drop_ins(home: Home, unit: str) -> Iterable[str]:
+    """Yields the drop-ins of a unit that start another program than its file (systemd.unit(5))."""
+    for folder in _DROP_INS:
+        for path in sorted(glob.glob(home.outside(f"{folder}/{glob.escape(unit)}.d/*.conf"))):
+            if b"\nExecStart=" in b"\n" + (files.read(path) or b""):
+                yield clipped(path)
 
 
 def _variables(lines: Iterable[str]) -> dict[str, str]:

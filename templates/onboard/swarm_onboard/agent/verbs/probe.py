@@ -77,7 +77,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     )
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
-    answer["busy"] = part("load", lambda: processor_work.work().share_since(work)) if work else None
+    answer["load"] = part("load", lambda: processor_work.work().since(work)) if work else None
     answer["units"] = _with_restarts(before, part("units", states))
     part("conflicts", lambda: importlib.import_module(request["module"]).observe_logs(answer))
     answer["boot_id"] = part("boot_id", _boot_id)
