@@ -36,6 +36,16 @@ def status(
     return text
 
 
+def worst_first(shown: Status) -> list[Finding]:
+    """Every cause that is not ok, in the order in which ``status`` shows them."""
+    return [cause for cause, _ in _Findings(shown, True, None, str).ranked()]
+
+
+def line(cause: Finding) -> str:
+    """A finding as its line in ``status`` begins, without the glyph: ``device k3: /dev/ttyUSB0 ...``."""
+    return f"{cause.check} {clean(cause.subject)}: {clean(cause.message)}"
+
+
 def summary(shown: Status) -> Text:
     """``newswarm is healthy: 3 hosts, 3 robots``, or how many causes make it unhealthy."""
     robots = sum(len(host.robots) for host in shown.hosts)
@@ -73,12 +83,16 @@ class _Findings:
 
     def text(self) -> Text:
         text = Text()
-        explained = sorted(self.shown.diagnosis.explained(), key=self._rank)
+        explained = self.ranked()
         symptoms = {cause.key: found for cause, found in explained}
         for causes in self._equal(cause for cause, _ in explained):
             found = [symptom for cause in causes for symptom in symptoms[cause.key]]
             text.append_text(self._cause(causes, self._equal(found))).append("\n")
         return text
+
+    def ranked(self) -> list[tuple[Finding, tuple[Finding, ...]]]:
+        """Every cause that is not ok with its symptoms, the worst first."""
+        return sorted(self.shown.diagnosis.explained(), key=self._rank)
 
     def _rank(self, one: tuple[Finding, Sequence[Finding]]) -> tuple[int, bool]:
         """The worst stands first: a cause with its symptoms, as a warning may explain a fault.

@@ -28,7 +28,7 @@ def swarmctl(state: Path, *arguments: str | Path) -> subprocess.CompletedProcess
 
 
 def test_the_verbs() -> None:
-    assert sorted(["up", "down", "status", "robots", "shell", "repair"]) == VERBS
+    assert sorted(["up", "down", "status", "robots", "shell", "repair", "scenario"]) == VERBS
 
 
 @pytest.mark.parametrize(

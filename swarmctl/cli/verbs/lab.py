@@ -20,7 +20,7 @@ from swarmctl.cli import (
     selected,
     spec_args,
 )
-from swarmctl.cli.verbs import firmware, lab_fault
+from swarmctl.cli.verbs import firmware, lab_fault, lab_scenario
 
 if TYPE_CHECKING:
     from swarmctl.swarm.resolved import Swarm
@@ -221,3 +221,4 @@ def _at_terminal() -> bool:
 
 lab.add_typer(lab_fault.fault, name="fault")
 lab.command(epilog=exit_codes.epilog())(lab_fault.repair)
+lab.command(epilog=exit_codes.epilog(exit_codes.UNHEALTHY))(lab_scenario.scenario)

@@ -47,7 +47,7 @@ def _cause(kind: FaultKind, spec: SpecFiles, selections: list[str], name: str, t
     from swarmctl.yamltext import hostlist
 
     value = _read(kind, text)
-    said: dict[str, list[str]] = {}
+    outcome: dict[str, list[str]] = {}
     with lab_targets.errors(spec, name):
         if kind.of_robots:
             which, chosen = lab_targets.robots(spec, name, selections)
@@ -55,8 +55,8 @@ def _cause(kind: FaultKind, spec: SpecFiles, selections: list[str], name: str, t
             network = text if kind.option is not None and kind.option.name == "network" else ""
             which, chosen = lab_targets.hosts(spec, name, selections, network)
         for target in chosen:
-            said.setdefault(labs.fault(which, kind.name, target, value), []).append(target)
-    for what, targets in said.items():
+            outcome.setdefault(labs.fault(which, kind.name, target, value), []).append(target)
+    for what, targets in outcome.items():
         console.out().print(f"{hostlist.written(targets)}: {what}")
     next_command.advise("status", spec, *next_command.where(lab=True, lab_name=name))
 

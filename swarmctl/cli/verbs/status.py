@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from swarmctl.remote.transport import Transport
 
 Look = Callable[[], "Status"]
+WINDOW = 2.0  # s in which rates are measured
 _AGAIN = 1.0  # s between two looks of --wait
 
 
@@ -56,7 +57,7 @@ def status(
         typer.Option(
             min=0.5, max=10.0, metavar="SECONDS", help="How long the rate of each topic is measured."
         ),
-    ] = 2.0,
+    ] = WINDOW,
     lab: options.Lab = False,
     lab_name: options.LabName = "",
     limit: options.Limit = None,
@@ -76,7 +77,7 @@ def status(
     where = next_command.where(lab=lab, lab_name=lab_name, limit=limit, executor=executor)
     complete = next_command.completing(spec, where)
     with executors.transport(executor, in_lab=options.in_lab(lab, lab_name)) as transport:
-        look = _look(spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
+        look = look_of(spec, limit, transport, lab=lab, lab_name=lab_name, window=window, parallel=parallel)
         if watch and json:
             _each_round(look, every, lambda seen: print(json_format.dumps(seen.to_json()), flush=True))
         elif watch:
@@ -100,15 +101,15 @@ def status(
     raise typer.Exit(exit_codes.OK if wait and goal.reached(seen) else _exit(seen))
 
 
-def _look(
+def look_of(
     spec: SpecFiles,
     limit: list[str] | None,
     transport: Transport,
     *,
     lab: bool,
     lab_name: str,
-    window: float,
-    parallel: int,
+    window: float = WINDOW,
+    parallel: int = options.PARALLEL,
 ) -> Look:
     """A function that observes all hosts and diagnoses the swarm."""
     from swarmctl.health import swarm_health as health

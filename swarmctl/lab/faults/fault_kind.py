@@ -93,14 +93,14 @@ def scripted(
     begin: Callable[[Any], str],
     end: str,
     *,
-    said: Callable[[Any], str],
+    outcome: Callable[[Any], str],
     option: FaultOption | None = None,
 ) -> FaultKind:
     """Returns a kind whose beginning and end are shell scripts, run as root on the host."""
 
     def begins(lab: RunningLab, host: str, value: Any) -> str:
         lab.in_host(host, begin(value))
-        return said(value)
+        return outcome(value)
 
     def ends(lab: RunningLab, hosts: Sequence[str]) -> None:
         for host in hosts:

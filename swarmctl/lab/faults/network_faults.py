@@ -111,7 +111,7 @@ LOSS = scripted(
     "Lose packets from and to hosts, at random.",
     loss_script,
     _rules("lab_loss"),
-    said=lambda share: f"loses {share:g} % of the packets in each direction",
+    outcome=lambda share: f"loses {share:g} % of the packets in each direction",
     option=FaultOption("percent", "N", "How many packets are lost, in percent.", percent),
 )
 BANDWIDTH = FaultKind(
@@ -126,5 +126,5 @@ NO_MULTICAST = scripted(
     "Lose the multicast packets from and to hosts.",
     lambda _: no_multicast_script(),
     _rules("lab_multicast"),
-    said=lambda _: "no multicast",
+    outcome=lambda _: "no multicast",
 )

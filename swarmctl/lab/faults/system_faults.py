@@ -55,7 +55,7 @@ mount --bind {PLACE} {PLACE}
 mount -o remount,bind,ro {PLACE}"""
 
 
-def _clock_said(seconds: Any) -> str:
+def _clock_outcome(seconds: Any) -> str:
     return f"new Python processes see its clock {abs(seconds):g} s {'ahead' if seconds > 0 else 'behind'}"
 
 
@@ -64,7 +64,7 @@ CLOCK = scripted(
     "Step the clock of hosts for Python processes that start from now on; hosts share the machine's own.",
     clock_script,
     END_OF_CLOCK,
-    said=_clock_said,
+    outcome=_clock_outcome,
     option=FaultOption("step", "SECONDS", "How far the clock is ahead; behind, if negative.", step),
 )
 DISK_FULL = scripted(
@@ -72,12 +72,12 @@ DISK_FULL = scripted(
     f"Fill the file system of {PLACE} on hosts. What is written there meanwhile is lost in the end.",
     lambda _: full_script(),
     END_OF_MOUNT,
-    said=lambda _: f"{PLACE} is full",
+    outcome=lambda _: f"{PLACE} is full",
 )
 READ_ONLY = scripted(
     "read-only",
     f"Make {PLACE} read-only on hosts.",
     lambda _: read_only_script(),
     END_OF_MOUNT,
-    said=lambda _: f"{PLACE} is read-only",
+    outcome=lambda _: f"{PLACE} is read-only",
 )
