@@ -37,7 +37,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Response:
-    """What status said of a fault. Times in s; None: not named, or not recovered.
+    """What status showed of a fault. Times in s; None: not named, or not recovered.
 
     ``detected``: from the fault to the end of the look that named it; ``recovered``: from the beginning of
     the repair to the end of the first healthy look.

@@ -1,4 +1,4 @@
-"""What status said of faults, as a table."""
+"""What status showed of faults, as a table."""
 
 from __future__ import annotations
 

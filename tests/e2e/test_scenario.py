@@ -25,7 +25,7 @@ faults:
 """
 
 
-def test_a_scenario_tells_what_status_said_instead(swarm: LabSwarm) -> None:
+def test_a_scenario_shows_the_first_line_of_status_instead(swarm: LabSwarm) -> None:
     file = swarm.folder / "faults.yaml"
     file.write_text(SCENARIO)
     run = swarm.run("lab", "scenario", str(swarm.spec), str(file), "--name", swarm.name)

@@ -225,7 +225,7 @@ def test_a_repair_ends_every_fault(tiny: str) -> None:
     assert not succeeds(tiny, "beta", "ping -c1 -W1 10.91.1.1")
     lab.fault(tiny, "power-off", "beta")
     lab.repair(tiny, quiet)
-    on(tiny, "alpha", f"{clean}; python3 -c '{ASK_VERSION}'")
+    on(tiny, "alpha", f"{clean} && python3 -c '{ASK_VERSION}'")
     assert "a fault" not in on(tiny, "alpha", "cat /usr/lib/python3.*/encodings/__init__.py")
     reach(tiny, "alpha", "10.91.1.2")
     lab.repair(tiny, quiet)  # once more: harmless
