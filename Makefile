@@ -25,7 +25,7 @@ LABS := $(shell expr $$(nproc) \* 2 + 1)
 unexport PYTHONDONTWRITEBYTECODE
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 
-.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools
+.PHONY: demo test test-all check busy power-cuts races scorecard experiments dead-man faults motion fuzz lint format generated man bench bench-tools lock clean distclean lab-tools test-tools power-tools editor-tools monitoring-tools
 .DEFAULT_GOAL := help
 
 help: ## show the targets
@@ -58,6 +58,9 @@ motion: $(VENV)/.run ## motion commanded against motion driven, with the papers'
 
 dead-man: $(VENV)/.dev lab-tools ## how soon robots stop for each fault; writes the table of docs/dead-man.md (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_dead_man.py --regenerate $(PYTEST_ARGS)
+
+faults: $(VENV)/.run lab-tools ## what status says of each fault of tests/faults.yaml, how soon, and when it is gone (needs root)
+	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" tests/faults.sh
 
 lint: $(VENV)/.dev ## style, types, Python 3.8 on robots, and who may import whom
 	$(BIN)/ruff check .

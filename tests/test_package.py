@@ -144,7 +144,10 @@ def test_every_template_and_schema_is_in_it(wheel: Path, root: Path) -> None:
 def test_pip_installs_a_manual_page_for_each_verb(installed: Path) -> None:
     pages = {page.name for page in (installed.parent / "share/man/man1").iterdir()}
     assert {"swarmctl.1", *(f"swarmctl-{verb.name}.1" for verb in Verbs.verbs)} < pages
-    assert ".B swarmctl lab unplug" in (installed.parent / "share/man/man1/swarmctl-lab-unplug.1").read_text()
+    assert (
+        ".B swarmctl lab fault unplug"
+        in (installed.parent / "share/man/man1/swarmctl-lab-fault-unplug.1").read_text()
+    )
 
 
 def test_nothing_else_is_in_it(wheel: Path) -> None:

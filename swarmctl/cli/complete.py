@@ -48,6 +48,11 @@ def hosts_and_operator(context: typer.Context, incomplete: str) -> list[str]:
     return _beginning(incomplete, lambda: [*_spec(context).hosts, "operator"])
 
 
+def hosts_and_robots(context: typer.Context, incomplete: str) -> list[str]:
+    """The hosts and the robots of the spec."""
+    return _beginning(incomplete, lambda: [*_spec(context).hosts, *_spec(context).robots])
+
+
 def types(context: typer.Context, incomplete: str) -> list[str]:
     """The robot types that swarmctl ships and those beside the spec."""
     from swarmctl.spec.catalog import load_catalog

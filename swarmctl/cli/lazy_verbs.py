@@ -67,10 +67,12 @@ class _BesideSpec(TyperCommand):
 
 
 def _with_usual_spec(verb: Any) -> Any:
-    for one in (verb, *getattr(verb, "commands", {}).values()):
-        words = [param.name for param in one.params if param.param_type_name == "argument"]
+    for one in getattr(verb, "commands", {}).values():
+        _with_usual_spec(one)
+    if not hasattr(verb, "commands"):
+        words = [param.name for param in verb.params if param.param_type_name == "argument"]
         if words[:1] == ["spec"] and len(words) > 1:
-            one.__class__ = _BesideSpec
+            verb.__class__ = _BesideSpec
     return verb
 
 

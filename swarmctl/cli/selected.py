@@ -32,6 +32,16 @@ def robots(known: Candidates, selections: Sequence[str], option: str) -> list[st
     return list(_selected(known, selections, "robots", option).names) if selections else list(known.robots)
 
 
+def hosts_and_robots(
+    known: Candidates, selections: Sequence[str], option: str
+) -> tuple[list[str], list[str]]:
+    """The selected hosts, and the selected robots together with those of these hosts; exits without any."""
+    found = _selected(known, selections, "hosts", option)
+    direct = [one for one in found.names if one not in found.through]
+    meant = {name for names in found.through.values() for name in names}
+    return direct, [name for name, one in known.robots.items() if name in meant or one.host in direct]
+
+
 def one(known: Candidates, selection: str, kind: Kind, option: str) -> str:
     """The one host or robot that is selected; exits with an error that names all for several."""
     from swarmctl.yamltext import hostlist

@@ -255,10 +255,8 @@ def load(seen: LoadSeen, host: str) -> Verdict:
     """Checks whether the processes of a host leave time of its processors."""
     if seen.own < _BUSY:
         return ok("has time left")
-    text = (
-        f"its processes take {seen.own:.0%} of the time of its processors, most of it {listed(seen.busiest)}"
-    )
-    return warning(text, f"on {host}: top")
+    text = f"its processes take {seen.own:.0%} of the time of its processors"
+    return warning(f"{text}, most of it {listed(seen.busiest)}", f"on {host}: top")
 
 
 def topic(wanted: DriverTopic, node: NodeSeen, load: LoadSeen | None = None) -> Verdict:

@@ -1,4 +1,4 @@
-"""The commands of a lab: up, down, status, and faults (plug, cut, kill)."""
+"""The commands of a lab: up, down, status, and faults and their repair."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from typing import Any
 from swarmctl.lab import paths, preparation, supervisor_client, supervisor_start
 from swarmctl.lab.driver_stand_ins import StandIn
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX
-from swarmctl.lab.errors import LabError
-from swarmctl.lab.host_startup import BOOT_TIMEOUT, wait_for_hosts
+from swarmctl.lab.faults import kinds, power_faults
+from swarmctl.lab.faults.fault_kind import RunningLab, running_lab
+from swarmctl.lab.host_startup import wait_for_hosts
 from swarmctl.lab.hosts import image, network, nspawn, processes
 from swarmctl.lab.lab_plan import LabHost, LabPlan, LabRobot
 from swarmctl.lab.lab_state import State, read_state
@@ -59,7 +60,7 @@ def up(plan: LabPlan, progress: Progress) -> None:
             stopped = [host.name for host in plan.hosts if report["hosts"][host.name]["state"] == "stopped"]
             starting = f"; starting {hostlist.written(stopped)}" if stopped else " already"
             progress(f"lab {plan.name} is up{starting}")
-            _repair(files, plan, stopped)
+            kinds.end_all(RunningLab(plan, files), *_all_of(plan))
         else:
             supervisor_start.allow_inotify(progress)
             with _step(progress, "disks") as note:
@@ -116,15 +117,9 @@ def _stand_in(one: StandIn, state: State) -> str:
     return f"a stand-in moves and publishes in place of {replaced}{empty}"
 
 
-def _repair(files: LabPaths, plan: LabPlan, stopped: Sequence[str]) -> None:
-    """Reverts ``kill``, ``cut`` and ``unplug``."""
-    for name in stopped:
-        supervisor_client.command(files, "start", name)
-    for host in plan.hosts:
-        network.set_cable(plan, files, host.name, up=True)
-    for robot in plan.robots:
-        if robot.emulator:
-            supervisor_client.command(files, "plug", robot.name)
+def _all_of(plan: LabPlan) -> tuple[list[str], list[str]]:
+    """The names of the hosts and the robots of a lab."""
+    return [host.name for host in plan.hosts], [robot.name for robot in plan.robots]
 
 
 def down(name: str) -> bool:
@@ -227,24 +222,42 @@ def _set_cable(name: str, host: str, link: str | None, *, up: bool) -> tuple[str
 
 def kill(name: str, host: str) -> None:
     """Cuts a host's power and waits until it has stopped. Its disk is kept. Raises ``LabError``."""
-    supervisor_client.command(lab_paths(name), "kill", read_state(lab_paths(name)).plan.host(host).name)
-    deadline = time.monotonic() + BOOT_TIMEOUT
-    while supervisor_client.running(lab_paths(name))["hosts"][host]["state"] != "stopped":
-        if time.monotonic() > deadline:
-            raise LabError(f"host {host} does not stop")
-        time.sleep(0.02)
+    power_faults.power_off(running_lab(name), host)
 
 
 def start(name: str, hosts: Sequence[str], progress: Progress) -> None:
     """Boots hosts and waits until they answer SSH."""
-    files = lab_paths(name)
-    whole = read_state(files).plan
-    chosen = tuple(whole.host(host) for host in hosts)
-    since = time.monotonic()
-    for host in chosen:
-        supervisor_client.command(files, "start", host.name)
-    only = LabPlan(whole.name, whole.swarm, chosen, whole.networks, ())
-    wait_for_hosts(files, only, progress, since=since)
+    lab, since = running_lab(name), time.monotonic()
+    power_faults.power_on(lab, [lab.plan.host(host).name for host in hosts])
+    _wait_for(lab, hosts, progress, since)
+
+
+def fault(name: str, kind: str, target: str, value: Any = None) -> str:
+    """Begins a fault of a kind (``kinds.KINDS``) at a host or a robot. Returns what is true of it now.
+
+    ``value`` is that of the kind's option. Raises ``LabError``.
+    """
+    return kinds.KINDS[kind].begin(running_lab(name), target, value)
+
+
+def repair(
+    name: str, progress: Progress, hosts: Sequence[str] | None = None, robots: Sequence[str] | None = None
+) -> None:
+    """Ends all faults of hosts and robots, of all by default, and waits until the hosts answer SSH.
+
+    Raises ``LabError``.
+    """
+    lab, since = running_lab(name), time.monotonic()
+    every = _all_of(lab.plan)
+    concerned = every[0] if hosts is None else hosts
+    kinds.end_all(lab, concerned, every[1] if robots is None else robots)
+    _wait_for(lab, concerned, progress, since)
+
+
+def _wait_for(lab: RunningLab, hosts: Sequence[str], progress: Progress, since: float) -> None:
+    chosen = tuple(lab.plan.host(host) for host in hosts)
+    only = LabPlan(lab.plan.name, lab.plan.swarm, chosen, lab.plan.networks, ())
+    wait_for_hosts(lab.files, only, progress, since=since)
 
 
 def plan(name: str) -> LabPlan:

@@ -23,6 +23,7 @@ from swarmctl.lab import control_socket, supervisor_start
 from swarmctl.lab.driver_stand_ins import StandIn, state_in
 from swarmctl.lab.emulators import TYPES
 from swarmctl.lab.emulators.emulator_lookup import EMULATOR_SUFFIX, build_robot
+from swarmctl.lab.emulators.serial_faults import Faults
 from swarmctl.lab.emulators.serial_robot import Port
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import network, nspawn
@@ -230,6 +231,8 @@ class Supervisor:
             "status": lambda _: None,
             "plug": self._plug,
             "unplug": self._unplug,
+            "stall": self._stall,
+            "resume": self._resume,
             "kill": self._kill,
             "start": self._start,
         }
@@ -269,6 +272,12 @@ class Supervisor:
         line = self._line(name)
         line.port.unplug()
         self.runners[line.robot.host].link_devices()
+
+    def _stall(self, name: str) -> None:
+        self._line(name).port.faults = Faults(stuck=True, drop=1.0)
+
+    def _resume(self, name: str) -> None:
+        self._line(name).port.faults = Faults()
 
     def _kill(self, name: str) -> None:
         self._runner(name).kill_host()

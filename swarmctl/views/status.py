@@ -35,6 +35,11 @@ def status(
     return text
 
 
+def line(cause: Finding) -> str:
+    """A finding as its line in ``status`` begins, without the glyph: ``device k3: /dev/ttyUSB0 ...``."""
+    return f"{cause.check} {clean(cause.subject)}: {clean(cause.message)}"
+
+
 def summary(shown: Status) -> Text:
     """``newswarm is healthy: 3 hosts, 3 robots``, or how many causes make it unhealthy."""
     robots = sum(len(host.robots) for host in shown.hosts)

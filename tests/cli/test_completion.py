@@ -35,6 +35,7 @@ def test_verbs_have_their_help() -> None:
         ("swarmctl va", ["validate"]),
         ("swarmctl mode ", ["infer", "convert"]),
         ("swarmctl driver t", ["test"]),
+        ("swarmctl lab fault re", ["reboot", "read-only"]),
         ("swarmctl status --j", ["--json", "--junit"]),
         ("swarmctl validate --format sa", ["sarif"]),
         ("swarmctl explain DEV00", [f"DEV00{number}" for number in (1, 2, 3, 4, 5, 7, 8, 9)]),
@@ -58,9 +59,10 @@ def here(tmp_path: Path, leader_spec: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("swarmctl lab unplug swarm.yaml ", ["koala", "k3", "epuck"]),
-        ("swarmctl lab unplug k", ["koala", "k3"]),
-        ("swarmctl lab cut k", ["koala-laptop", "k3-pi"]),
+        ("swarmctl lab fault unplug swarm.yaml ", ["koala", "k3", "epuck"]),
+        ("swarmctl lab fault unplug k", ["koala", "k3"]),
+        ("swarmctl lab fault link-down k", ["koala-laptop", "k3-pi"]),
+        ("swarmctl lab repair swarm.yaml k3", ["k3-pi", "k3"]),
         ("swarmctl lab shell swarm.yaml o", ["operator"]),
         ("swarmctl firmware flash swarm.yaml e", ["epuck"]),
         ("swarmctl deploy swarm.yaml --limit k", ["koala-laptop", "k3-pi", "koala", "k3"]),
@@ -75,4 +77,4 @@ def test_robots_and_hosts_of_the_spec(here: Path, line: str, expected: list[str]
 
 def test_a_wrong_spec_offers_nothing(here: Path) -> None:
     (here / "swarm.yaml").write_text("robots: [")
-    assert offered("swarmctl lab unplug swarm.yaml ").strip() == ""
+    assert offered("swarmctl lab fault unplug swarm.yaml ").strip() == ""

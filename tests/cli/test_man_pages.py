@@ -19,7 +19,7 @@ def written() -> dict[str, str]:
 
 def test_every_verb_has_a_page() -> None:
     assert {f"swarmctl-{verb.name}" for verb in Verbs.verbs} < written().keys()
-    assert {"swarmctl", "swarmctl-lab-unplug", "swarmctl-mode-convert"} < written().keys()
+    assert {"swarmctl", "swarmctl-lab-fault-unplug", "swarmctl-mode-convert"} < written().keys()
 
 
 def test_a_page_names_options_and_exit_codes() -> None:

@@ -135,7 +135,7 @@ def check(line: str) -> None:
         ("mode convert --to central", "swarmctl mode convert --to central --write"),
         ("status --lab", "swarmctl lab up"),
         ("lab status --name second", "swarmctl lab up --name second"),
-        ("lab unplug k3", "swarmctl lab up"),
+        ("lab fault unplug k3", "swarmctl lab up"),
         ("init 'other lab'", "swarmctl validate 'other lab/swarm.yaml'"),
     ],
 )

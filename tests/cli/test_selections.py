@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -62,12 +61,15 @@ class Fleet:
         plan = part_of(plan_of(swarm), list(only) or list(swarm.hosts))
         self.patch.setattr(lab, "plan", lambda _: plan)
         self.patch.setattr(lab, "operator", lambda _: SimpleNamespace(swarm="shelf"))
-        for verb in ("cut", "join", "kill", "start", "plug", "unplug"):
-            self.patch.setattr(lab, verb, partial(self._record, verb))
+        self.patch.setattr(lab, "fault", self._fault)
+        self.patch.setattr(lab, "repair", self._repair)
 
-    def _record(self, verb: str, _: str, subject: object, *more: object) -> tuple[str, ...]:
-        self.calls.append(" ".join([verb, str(subject), *(str(one) for one in more if not callable(one))]))
-        return ("lab",)
+    def _fault(self, _: str, kind: str, target: str, value: object) -> str:
+        self.calls.append(" ".join([kind, target, *([] if value is None else [str(value)])]))
+        return kind
+
+    def _repair(self, _: str, __: object, hosts: list[str] | None, robots: list[str] | None) -> None:
+        self.calls.append(f"repair {hosts} {robots}")
 
 
 @pytest.fixture
@@ -185,20 +187,27 @@ def test_boards_are_selected_too(spec: str, capsys: pytest.CaptureFixture[str]) 
 @pytest.mark.parametrize(
     ("line", "called", "printed"),
     [
-        ("cut @shelf,!pi-2", "cut pi-1 None; cut pi-3 None", "pi-[1,3]: disconnected from lab\n"),
-        ("join pi-1 k3-4 --network lab", "join pi-1 lab; join pi-3 lab", "pi-[1,3]: connected to lab\n"),
-        ("kill pi-*", "kill pi-1; kill pi-2; kill pi-3", "pi-[1-3]: power off\n"),
-        ("start pi-[1-2]", "start ['pi-1', 'pi-2']", "pi-[1-2]: power on\n"),
-        ("unplug @old", "unplug k3-1; unplug k3-2", "k3-[1-2]: cable disconnected\n"),
-        ("plug pi-3", "plug k3-3; plug k3-4", "k3-[3-4]: cable connected\n"),
+        ("fault link-down @shelf,!pi-2", "link-down pi-1; link-down pi-3", "pi-[1,3]: link-down\n"),
+        (
+            "fault link-down pi-1 k3-4 --network lab",
+            "link-down pi-1 lab; link-down pi-3 lab",
+            "pi-[1,3]: link-down\n",
+        ),
+        ("fault power-off pi-*", "power-off pi-1; power-off pi-2; power-off pi-3", "pi-[1-3]: power-off\n"),
+        ("fault loss pi-1 --percent 2", "loss pi-1 2.0", "pi-1: loss\n"),
+        ("fault unplug @old", "unplug k3-1; unplug k3-2", "k3-[1-2]: unplug\n"),
+        ("fault kill pi-3", "kill k3-3; kill k3-4", "k3-[3-4]: kill\n"),
+        ("repair", "repair None None", "lab shelf: no faults\n"),
+        ("repair pi-3", "repair ['pi-3'] ['k3-3', 'k3-4']", "pi-3, k3-[3-4]: no faults\n"),
+        ("repair k3-3 pi-1", "repair ['pi-1'] ['k3-1', 'k3-3']", "pi-1, k3-[1,3]: no faults\n"),
     ],
-    ids=["cut", "join", "kill", "start", "unplug", "plug"],
 )
 def test_faults_of_a_lab_take_selections(
     fleet: Fleet, line: str, called: str, printed: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    verb, *rest = line.split()
-    assert run(["lab", verb, fleet.spec, *rest]) == exit_codes.OK
+    words = line.split()
+    at = 2 if words[0] == "fault" else 1
+    assert run(["lab", *words[:at], fleet.spec, *words[at:]]) == exit_codes.OK
     assert "; ".join(fleet.calls) == called
     assert capsys.readouterr().out == printed
 
@@ -207,30 +216,30 @@ def test_faults_of_a_lab_take_selections(
     ("verb", "called"),
     [
         (["unplug", "k3-[1-2]"], ["unplug k3-1", "unplug k3-2"]),
-        (["kill", "k3-4", "laptop"], ["kill laptop", "kill pi-3"]),
+        (["power-off", "k3-4", "laptop"], ["power-off laptop", "power-off pi-3"]),
     ],
 )
 def test_faults_of_a_named_lab_need_no_valid_spec(fleet: Fleet, verb: list[str], called: list[str]) -> None:
     Path(fleet.spec).write_text(SPEC.replace("mode:", "mod:"))
     word, *selections = verb
-    assert run(["lab", word, fleet.spec, *selections, "--name", "shelf"]) == exit_codes.OK
+    assert run(["lab", "fault", word, fleet.spec, *selections, "--name", "shelf"]) == exit_codes.OK
     assert fleet.calls == called
 
 
 def test_a_group_in_a_named_lab_needs_the_spec(fleet: Fleet, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["lab", "unplug", fleet.spec, "@old", "--name", "shelf"]) == exit_codes.OK
+    assert run(["lab", "fault", "unplug", fleet.spec, "@old", "--name", "shelf"]) == exit_codes.OK
     assert fleet.calls == ["unplug k3-1", "unplug k3-2"]
     Path(fleet.spec).write_text(SPEC.replace("mode:", "mod:"))
-    assert run(["lab", "unplug", fleet.spec, "@old", "--name", "shelf"]) == exit_codes.ERROR
+    assert run(["lab", "fault", "unplug", fleet.spec, "@old", "--name", "shelf"]) == exit_codes.ERROR
     assert "`mode`" in capsys.readouterr().err
 
 
 def test_what_a_lab_of_a_part_lacks_is_left_out(fleet: Fleet, capsys: pytest.CaptureFixture[str]) -> None:
     fleet.boot("laptop", "pi-1")
-    assert run(["lab", "kill", fleet.spec, "pi-*"]) == exit_codes.OK
-    assert fleet.calls == ["kill pi-1"]
+    assert run(["lab", "fault", "power-off", fleet.spec, "pi-*"]) == exit_codes.OK
+    assert fleet.calls == ["power-off pi-1"]
     assert "note: lab shelf has no pi-[2-3]\n" in capsys.readouterr().err
-    assert run(["lab", "kill", fleet.spec, "pi-2"]) == exit_codes.ERROR
+    assert run(["lab", "fault", "power-off", fleet.spec, "pi-2"]) == exit_codes.ERROR
     err = capsys.readouterr().err
     assert "error: lab shelf has no pi-2\n  help: it has laptop, pi-1\n" in err
 
@@ -268,7 +277,7 @@ def test_robots_with_stand_ins_are_shown_in_a_lab_that_is_named(
     monkeypatch.setattr(lab, "robots", lambda _: {"cart": {}, "rover": {}})
     assert run(["lab", "robots", fleet.spec, "--name", "shelf", "--json", "--limit", "cart"]) == exit_codes.OK
     assert list(json.loads(capsys.readouterr().out)["robots"]) == ["cart"]
-    assert run(["lab", "unplug", fleet.spec, "cart", "--name", "shelf"]) == exit_codes.ERROR
+    assert run(["lab", "fault", "unplug", fleet.spec, "cart", "--name", "shelf"]) == exit_codes.ERROR
     assert "error: lab shelf has no cable of cart" in capsys.readouterr().err
 
 

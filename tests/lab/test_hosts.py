@@ -12,6 +12,7 @@ import pytest
 
 from swarmctl.lab import lab, paths, supervisor_start
 from swarmctl.lab.errors import LabError
+from swarmctl.lab.faults.kinds import KINDS
 from swarmctl.lab.hosts import network
 from swarmctl.lab.lab_plan import LabPlan
 from tests.lab.lab_values import plan_from
@@ -211,6 +212,24 @@ def test_a_second_up_repairs_the_lab(tiny: str, plan: LabPlan) -> None:
     lab.up(plan, quiet)
     reach(tiny, "alpha", "10.91.1.2")
     on(tiny, "alpha", f"python3 -c '{ASK_VERSION}'")
+
+
+@in_a_lab
+def test_a_repair_ends_every_fault(tiny: str) -> None:
+    clean = "! mountpoint -q /opt/swarm && ! sudo -n nft list ruleset | grep lab_ && ! tc qdisc | grep tbf"
+    values = {"percent": "100", "rate": "1Mbit", "step": "5", "network": "wire"}
+    for name, kind in KINDS.items():
+        if name not in ("kill", "reboot", "power-off"):
+            value = kind.read(values[kind.option.name]) if kind.option else None
+            lab.fault(tiny, name, "rover" if kind.of_robots else "alpha", value)
+    assert not succeeds(tiny, "beta", "ping -c1 -W1 10.91.1.1")
+    lab.fault(tiny, "power-off", "beta")
+    lab.repair(tiny, quiet)
+    on(tiny, "alpha", f"{clean} && python3 -c '{ASK_VERSION}'")
+    assert "a fault" not in on(tiny, "alpha", "cat /usr/lib/python3.*/encodings/__init__.py")
+    reach(tiny, "alpha", "10.91.1.2")
+    lab.repair(tiny, quiet)  # once more: harmless
+    reach(tiny, "alpha", "10.91.2.252")
 
 
 @in_a_lab

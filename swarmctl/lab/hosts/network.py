@@ -14,12 +14,14 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts.processes import run
-from swarmctl.lab.lab_plan import LabHost, LabPlan
 from swarmctl.lab.paths import NAMESPACES, LabPaths
+
+if TYPE_CHECKING:
+    from swarmctl.lab.lab_plan import LabHost, LabPlan
 
 CLONE_NEWNET = 0x40000000
 
