@@ -239,8 +239,8 @@ class DriftSeen:
 
 @dataclass(frozen=True)
 class LoadSeen:
-    """The share of the time in which the processors worked while the host was probed (``busy``), that in which
-    they worked for its ``own`` processes, which is less in a container, and the ``busiest`` of these.
+    """The share of the time of the probe in which the processors worked (``busy``), that in which they worked
+    for the host's ``own`` processes, which is less in a container, and the ``busiest`` of these.
     """
 
     busy: float

@@ -121,7 +121,7 @@ class _Findings:
         return text.append(f"    ... and {left} more\n" if left else "")
 
     def _subject(self, equal: Sequence[Finding]) -> str:
-        """The subjects of equal findings, or the names of their robots or hosts where they are not in ranges."""
+        """The subjects of equal findings; their robots or hosts where they differ in more than ranges."""
         ranges = in_ranges([clean(one.subject) for one in equal], [self._own(one) for one in equal])
         return ranges or hostlist.written(one.robot or one.host for one in equal)
 

@@ -1,4 +1,4 @@
-"""What runs that is not of the current release: ROS variables of processes, and units with another program."""
+"""What runs and is not of the release: ROS variables of processes, and programs that drop-ins start."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAMES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_IPV6")  # with which n
 
 
 def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> dict[str, list[str]]:
-    """Returns by unit what is different, in words; nothing of what cannot be read. ``units``: their states."""
+    """Returns by unit what differs, in words; nothing of what cannot be read. ``units``: their states."""
     content = files.read(f"{home.current_link}/{FILE}")
     if content is None:
         return {}
