@@ -47,8 +47,11 @@ def diagnose(
         gates[host.name] = _reached(found, host, outcome)
     present = [(host, answers[host.name]) for host in graph.hosts if host.name in answers]
     names = node_names.compare(found, graph, answers, launched)
+    clocks = time_checks.clocks(graph, answers)
     for host, answer in present:
-        _system(found, host, answer, answers.get(host.hub))
+        _system(found, host, answer)
+        if host.name in clocks:
+            found.add("clock", host.name, clocks[host.name], host=host)
     masters = {host.name: answers[host.name].units.get(host.master_unit or "") for host, _ in present}
     with_master = [(host, answer) for host, answer in present if host.master_uri]
     for host, answer in with_master:
@@ -83,8 +86,8 @@ def _reached(found: Findings, host: ExpectedHost, outcome: Answer | HostError) -
     return found.add(check, host.name, verdict, host=host)
 
 
-def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | None) -> None:
-    """Checks release, clock, and units of no robot and no program; files the parts that the probe missed."""
+def _system(found: Findings, host: ExpectedHost, answer: Answer) -> None:
+    """Checks release, system, and units of no robot and no program; files the parts that the probe missed."""
     for part, why in answer.troubles.items():
         found.add("probe", f"{host.name} {part}", checks.unknown(why), host=host)
     if answer.release is not None or "release" not in answer.troubles:
@@ -93,8 +96,6 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer, hub: Answer | N
     if answer.load is not None:
         found.add("load", host.name, checks.load(answer.load, host.name), host=host)
     release_checks.compare(found, host, answer)
-    if hub is not None and hub.clock_ahead is not None and answer.clock_ahead is not None:
-        found.add("clock", host.name, time_checks.clock(answer.clock_ahead - hub.clock_ahead), host=host)
     of_others = {name for robot in host.robots for name in (robot.unit, robot.line_unit, robot.pairing_unit)}
     of_others |= {robot.gate.unit for robot in host.robots if robot.gate is not None}
     of_others |= {program.unit for program in host.programs}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from statistics import median
 
 from swarmctl.health import checks
 from swarmctl.health.checks import State, Verdict
@@ -16,12 +17,38 @@ TIME = "simulated time"
 _LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
 
 
-def clock(ahead: float) -> Verdict:
-    """Compares clocks. ``ahead``: by how much this host's clock is ahead of the hub's, s."""
+def clocks(graph: ExpectedGraph, answers: Mapping[str, Answer]) -> dict[str, Verdict]:
+    """Compares the clocks of the hosts whose clock and whose hub's clock are known."""
+    islands: dict[str, dict[str, float]] = {}
+    for host in graph.hosts:
+        ahead = answers[host.name].clock_ahead if host.name in answers else None
+        if ahead is not None:
+            islands.setdefault(host.hub, {})[host.name] = ahead
+    return {
+        name: clock(ahead - reference, whose)
+        for hub, aheads in islands.items()
+        if hub in aheads
+        for reference, whose in [_reference(hub, aheads)]
+        for name, ahead in aheads.items()
+    }
+
+
+def _reference(hub: str, aheads: Mapping[str, float]) -> tuple[float, str]:
+    """The clock of the hub, or that of the other hosts where these agree that the hub's is wrong."""
+    others = [ahead for name, ahead in aheads.items() if name != hub]
+    if len(others) > 1 and max(others) - min(others) <= _LARGEST_SKEW:
+        middle = median(others)
+        if abs(aheads[hub] - middle) > _LARGEST_SKEW:
+            return middle, "the other hosts' clock"
+    return aheads[hub], "the hub's clock"
+
+
+def clock(ahead: float, whose: str) -> Verdict:
+    """Compares clocks. ``ahead``: by how much a host's clock is ahead of ``whose``, s."""
     if abs(ahead) <= _LARGEST_SKEW:
-        return checks.ok("agrees with the hub's clock")
+        return checks.ok(f"agrees with {whose}")
     side = "ahead of" if ahead > 0 else "behind"
-    text = f"is {abs(ahead):.1f} s {side} the hub's clock: transforms and time stamps are wrong"
+    text = f"is {abs(ahead):.1f} s {side} {whose}: transforms and time stamps are wrong"
     return Verdict(State.WARNING, text, "check that chrony runs on both; `chronyc sources` lists its sources")
 
 

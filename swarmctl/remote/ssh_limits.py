@@ -20,7 +20,7 @@ R = TypeVar("R")
 class Timeouts:
     """Time limits of a login, in seconds."""
 
-    connect: float = 10.0
+    connect: float = 8.0  # the fourth attempt of TCP comes after 7 s (tcp(7): tcp_syn_retries)
     banner: float = 10.0
     auth: float = 15.0
     channel: float = CHANNEL_TIMEOUT

@@ -15,6 +15,7 @@ from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, s
 from tests.health.swarm_values import (
     EPUCK_PI,
     K3_PI,
+    LAPTOP,
     TARGET,
     all_well,
     both,
@@ -179,7 +180,14 @@ FAULTS = {
         changed(clock_ahead=-61.0),
         {f"clock {K3_PI}": ("warning", [])},
         healthy=True,
-        message="61.1 s behind",
+        message="61.1 s behind the hub's clock",
+    ),
+    "clock of the hub astray": Fault(
+        LAPTOP,
+        changed(clock_ahead=-61.0),
+        {f"clock {LAPTOP}": ("warning", [])},
+        healthy=True,
+        message="61.1 s behind the other hosts' clock",
     ),
 }
 

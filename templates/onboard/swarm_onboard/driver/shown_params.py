@@ -6,7 +6,7 @@ from typing import Any, Mapping
 
 
 def shown_params(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the parameters of the node, in SI units; it does not read them. ``data``: its parameter file."""
+    """Returns the parameters of a node, in SI units; it does not read them. ``data``: its parameter file."""
     kinematics, prefix = data["kinematics"], data["frame_prefix"]
     shown = ("wheel_separation", "wheel_speed_max", "wheel_radius")
     return {
