@@ -80,7 +80,7 @@ class _Findings:
             text.append_text(self._cause(causes, self._equal(found))).append("\n")
         if skipped:
             named = listed([f"{equal[0].check} {self._subject(equal)}" for equal in self._equal(skipped)])
-            line = Text.assemble(("-", STYLE[State.SKIPPED]), f" skipped: {named}; --details tells why\n")
+            line = Text.assemble(("-", STYLE[State.SKIPPED]), f" skipped: {named}; --details shows why\n")
             text.append_text(wrapped(line, self.width, 4)).append("\n")
         return text
 

@@ -76,7 +76,8 @@ def test_spec_may_be_left_out_beside_swarm_yaml(folder: Path, arguments: list[st
 
 
 @pytest.mark.parametrize(
-    "arguments", [["unplug", "k3"], ["cut", "k3-pi"], ["shell", "k3-pi", "--", "ls"], ["robots"], ["status"]]
+    "arguments",
+    [["fault", "unplug", "k3"], ["repair", "k3-pi"], ["shell", "k3-pi", "--", "ls"], ["robots"], ["status"]],
 )
 def test_a_lab_verb_takes_its_first_word_as_the_robot_or_host(
     folder: Path, arguments: list[str], capsys: pytest.CaptureFixture[str]

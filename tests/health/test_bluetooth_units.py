@@ -43,5 +43,5 @@ def test_units_that_are_skipped_for_one_reason_stand_once(tmp_path: Path) -> Non
     text = view.status(status(graph, answers, diagnose(graph, answers))).plain
     pairing, line = (f"unit swarm-pucks.ep-[1-6].{what}.service on pi" for what in ("pair", "rfcomm"))
     assert [line for line in text.splitlines() if line.startswith("- ")] == [
-        f"- skipped: {pairing}, {line}; --details tells why"
+        f"- skipped: {pairing}, {line}; --details shows why"
     ]

@@ -71,6 +71,7 @@ class FakeKoala:
         self.garble = b""  # sent instead of every reply
         self.takes = 0.0  # seconds for a reply
         self.counters = (0, 0)
+        self.battery = 600  # steps of 20 mV
         self.waiting = b""  # sent, and not read yet
         self.requests: list[tuple[float, str]] = []
         self.opened = 0
@@ -124,7 +125,7 @@ class FakeKoala:
             "H": ",{},{}".format(*self.counters),
             "N": "," + ",".join(["7"] * 16),
             "B": ",5,1",
-            "M": ",600",
+            "M": f",{self.battery}",
         }.get(request[0], "")
         return (request[0].lower() + numbers + "\r\n").encode()
 

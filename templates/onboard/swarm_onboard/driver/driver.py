@@ -28,6 +28,7 @@ from swarm_onboard.driver.tally import Tally
 
 _STABLE = 5.0  # s a session must last before its loss counts as a new one
 _WARM, _WARM_PERIODS = 2.0, 2.5  # s, and periods, until a sensor's rate can be measured
+_LOW = 0.15  # of a full battery, by its voltage
 _SLOW = 0.8  # of the wanted rate, below which a sensor is reported as slow
 
 
@@ -189,7 +190,9 @@ class Driver:
             for name, measured, wanted in connection.rates()
             if measured < _SLOW * wanted and age > max(_WARM, _WARM_PERIODS / wanted)
         ]
-        complaints = [*strangers, *connection.complaints(), *slow]
+        charge = connection.battery()
+        low = [f"the battery is at {charge:.0%}"] if charge is not None and charge < _LOW else []
+        complaints = [*strangers, *connection.complaints(), *slow, *low]
         message = "; ".join([connection.activity(), *complaints])
         return Report(Level.WARN if complaints else Level.OK, message, figures)
 
