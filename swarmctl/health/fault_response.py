@@ -12,19 +12,15 @@ PATIENCE = 120.0  # s until the swarm must be healthy, before a fault and after 
 
 @dataclass(frozen=True)
 class Look:
-    """One look at the swarm. ``causes``: the lines of the findings, worst first.
-
-    ``quiet``: none of them is a warning or worse.
-    """
+    """One look at the swarm. ``causes``: the lines of the causes that are a warning or worse, worst first."""
 
     healthy: bool
-    quiet: bool
     causes: tuple[str, ...]
 
     @property
     def first(self) -> str:
         """What it says first; ``healthy`` if nothing is wrong."""
-        return HEALTHY if self.quiet or not self.causes else self.causes[0]
+        return self.causes[0] if self.causes else HEALTHY
 
     def says_first(self, line: str) -> bool:
         """Whether the first finding begins with ``line``."""

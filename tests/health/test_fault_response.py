@@ -8,10 +8,10 @@ import pytest
 
 from swarmctl.health.fault_response import PATIENCE, Look, Observer, Response
 
-WELL = Look(healthy=True, quiet=True, causes=("unit pair: is skipped",))
-BROKEN = Look(healthy=False, quiet=False, causes=("device k3: gone", "unit pair: is skipped"))
-WARNED = Look(healthy=True, quiet=False, causes=("clock pi: is 5 s ahead",))
-OTHER = Look(healthy=False, quiet=False, causes=("host pi: away", "device k3: gone"))
+WELL = Look(healthy=True, causes=())
+BROKEN = Look(healthy=False, causes=("device k3: gone",))
+WARNED = Look(healthy=True, causes=("clock pi: is 5 s ahead",))
+OTHER = Look(healthy=False, causes=("host pi: away", "device k3: gone"))
 
 
 class Swarm:

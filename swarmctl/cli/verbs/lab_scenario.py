@@ -106,9 +106,8 @@ def _look(lab: _Lab, transport: Transport) -> Callable[[], Look]:
 
     def seen() -> Look:
         status = looking().status
-        causes = [cause for cause, _ in status.causes()]
-        quiet = all(one.state in (State.OK, State.SKIPPED) for one in causes)
-        return Look(status.diagnosis.healthy, quiet, tuple(map(view.line, causes)))
+        causes = (cause for cause, _ in status.causes() if cause.state is not State.SKIPPED)
+        return Look(status.diagnosis.healthy, tuple(map(view.line, causes)))
 
     return seen
 
