@@ -77,13 +77,18 @@ Deed = Callable[[], None]
 
 def _responses(observer: Observer, deeds: list[tuple[Entry, Deed, Deed]]) -> tuple[list[Response], str]:
     """The response to each fault, and why the run ended early; empty if it did not."""
+    from swarmctl.lab.errors import LabError
+
     seen, whole = observer.until_healthy()
     if not whole:
         return [], f"the swarm is not healthy before the first fault: {seen.first}"
     found: list[Response] = []
     for number, (entry, begin, repair) in enumerate(deeds, 1):
         console.show(f"{number} of {len(deeds)}: {entry.name}", error=True)
-        found.append(observer.response(entry.name, entry.first, entry.within, begin, repair))
+        try:
+            found.append(observer.response(entry.name, entry.first, entry.within, begin, repair))
+        except LabError as error:
+            return found, f"{entry.name}: {error}"
         if found[-1].recovered is None:
             return found, f"the swarm did not recover from the fault `{entry.name}`"
     return found, ""

@@ -111,6 +111,11 @@ def test_a_first_start_that_takes_long_is_measured(host: Path) -> None:
     assert unit_history.restarts(Home("test", str(host)), seen, 600.0)[UNIT]["starting"] == 30.0
 
 
+def test_a_restart_that_follows_a_new_master_does_not_count(host: Path) -> None:
+    journal(host, exited("exited", "91"), RESTARTED, exited("exited", "1"), RESTARTED)
+    assert unit_journal.restarts([UNIT], 5.0) == {UNIT: ([1700000000.0], "exit code 1")}
+
+
 def test_the_journal_is_left_alone_where_nothing_restarted(host: Path) -> None:
     seen = {UNIT: {"restarts": 0, "active": "active"}}
     found = unit_history.restarts(Home("test", str(host)), seen, 600.0)

@@ -11,6 +11,7 @@ import threading
 import time
 
 import pytest
+from swarm_onboard.common.systemd import REJOINS
 from swarm_onboard.driver.port import Port, PortError
 
 from swarmctl.lab.emulators.serial_faults import Faults
@@ -93,7 +94,7 @@ def test_a_node_that_the_master_forgot_stops_its_robot_and_ends(tmp_path):
         node.wait_until_ready()
         node.command(0.1)
         wait_for(wiring.moving)
-        assert node.process.wait(PATIENCE) != 0
+        assert node.process.wait(PATIENCE) == REJOINS
         assert not wiring.moving()
 
 

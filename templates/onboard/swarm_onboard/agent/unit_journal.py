@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 
+from swarm_onboard.common.systemd import REJOINS
+
 from . import json_text, systemd
 from .named_tuple import NamedTuple
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
 # systemd/sd-messages.h
 _RESTARTED = "5eb03494b6584870a536b337290809b3"  # SD_MESSAGE_UNIT_RESTART_SCHEDULED
 _EXITED = "98e322203f7a4ed290d09fe03c09fe15"  # SD_MESSAGE_UNIT_PROCESS_EXIT
+_REJOINED = f"exit code {REJOINS}"
 _MOST_EVENTS = 3000
 _MOST_MESSAGES = 2000
 _TIMEOUT = 10  # s
@@ -34,7 +37,10 @@ class Message(NamedTuple):
 
 
 def restarts(units: Sequence[str], since: float) -> dict[str, Restarts]:
-    """The restarts of each unit since ``since`` (s since 1970). A start by hand or by a deploy is none."""
+    """The restarts of each unit since ``since`` (s since 1970).
+
+    A start by hand or by a deploy is none, nor is that of a node which ended because of a new ROS master.
+    """
     matches = [f"MESSAGE_ID={_RESTARTED}", f"MESSAGE_ID={_EXITED}", *(f"UNIT={unit}" for unit in units)]
     fields = "MESSAGE,MESSAGE_ID,UNIT,EXIT_CODE,EXIT_STATUS"
     found = {unit: Restarts([], "") for unit in units}
@@ -42,9 +48,11 @@ def restarts(units: Sequence[str], since: float) -> dict[str, Restarts]:
         unit = str(entry.get("UNIT"))
         if unit not in found:
             continue
-        if entry.get("MESSAGE_ID") == _RESTARTED:
+        if entry.get("MESSAGE_ID") == _RESTARTED and found[unit].exit != _REJOINED:
             found[unit].times.append(_time(entry))
-        elif "ain process" in _text(entry):  # "Main process exited"; not a control process
+        elif entry.get("MESSAGE_ID") == _EXITED and "ain process" in _text(
+            entry
+        ):  # "Main process exited"; not a control process
             found[unit] = found[unit]._replace(exit=_exit(entry))
     return found
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from concurrent import futures
 from concurrent.futures import Future
 from types import FrameType
 from typing import Callable
+
+from swarm_onboard.common.systemd import REJOINS
 
 _LOOK_EVERY = 1.0  # s between two looks whether the master knows the node
 _MISSES = 2
@@ -19,7 +22,11 @@ class TerminatedError(BaseException):
 
 
 class UnregisteredError(Exception):
-    """The node is no longer part of the graph: why, as text for people. It exits with EX_TEMPFAIL."""
+    """The node is no longer part of the graph: why, as text for people, and the exit code."""
+
+    def __init__(self, why: str, code: int = os.EX_TEMPFAIL) -> None:
+        super().__init__(why)
+        self.code = code
 
 
 def end_on_signals() -> None:
@@ -37,7 +44,7 @@ def watch(loop: Future[None], forgotten: Callable[[], bool]) -> None:
     while not futures.wait([loop], _LOOK_EVERY).done:
         misses = misses + 1 if forgotten() else 0
         if misses == _MISSES:
-            raise UnregisteredError(_NEW_MASTER)
+            raise UnregisteredError(_NEW_MASTER, REJOINS)
     loop.result()
     raise UnregisteredError(_SHUT_DOWN)
 

@@ -84,7 +84,7 @@ def main(
         pass
     except UnregisteredError as error:
         print(error, file=sys.stderr)
-        return os.EX_TEMPFAIL
+        return error.code
     return 0
 
 

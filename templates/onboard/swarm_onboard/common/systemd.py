@@ -8,6 +8,9 @@ import socket
 import time
 from typing import Callable, Mapping
 
+REJOINS = 91
+"""Exit code of a node that ends because the ROS master was restarted: no other program is known to use it."""
+
 
 class Notifier:
     """Writes to the socket that systemd names in the environment."""
