@@ -34,6 +34,22 @@ def first_cause(swarm: LabSwarm) -> str:
     return next((line for line in out.splitlines()[1:] if line), "")
 
 
+GRAPH = """
+import os, xmlrpc.client
+master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+sides = master.getSystemState("/look")[2]
+print([sorted([topic, sorted(nodes)] for topic, nodes in side) for side in sides])
+print(sorted(master.getTopicTypes("/look")[2]), sorted(master.getParamNames("/look")[2]))
+"""
+
+
+def test_a_look_changes_nothing_in_the_graph(swarm: LabSwarm) -> None:
+    before = swarm.shell(HOST, f"{ROS}; python3 -c {quoted(GRAPH)}")
+    assert "/k3/cmd_vel" in before
+    assert swarm.swarmctl("status").status == 0
+    assert swarm.shell(HOST, f"{ROS}; python3 -c {quoted(GRAPH)}") == before
+
+
 def test_a_second_publisher_of_odometry_is_named(swarm: LabSwarm) -> None:
     begun = f"{ROS}; nohup rostopic pub -r 5 /k3/odom nav_msgs/Odometry '{{}}' >/dev/null 2>&1 & echo $!"
     pid = swarm.shell(HOST, begun).split()[-1]
