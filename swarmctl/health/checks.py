@@ -108,8 +108,8 @@ def unit(name: str, host: str, seen: UnitSeen | None) -> Verdict:
         return Verdict(State.WARNING, _with("is starting", seen.text), journal)
     if not seen.runs:
         return bad(f"does not run ({seen.active or 'unknown'})", f"on {host}: sudo systemctl start {name}")
-    if seen.restarts >= MOST_RESTARTS:
-        text = f"{_times(seen.restarts)} since it was started{_running(seen)}"
+    if (restarts := seen.restarts - seen.rejoined) >= MOST_RESTARTS:
+        text = f"{_times(restarts)} since it was started{_running(seen)}"
         return Verdict(State.WARNING, text, journal)
     return ok(_with("runs", seen.text))
 
@@ -143,14 +143,23 @@ def master(
         hint = f"check the route from {host.name} to {host.hub}: address, firewall, wireless client isolation"
         text = f"{host.master_uri} does not answer: {seen.error}"
         return bad(text, f"on {host.name}: systemctl status {host.master_unit}" if host.is_hub else hint)
-    if process is not None and process.sub in _NO_MAIN_PROCESS and not process.skipped:
+    if is_foreign(seen, process):
         port = urlsplit(host.master_uri or "").port
         text = f"another master answers at {host.master_uri}: that of {host.hub} does not run"
-        return bad(text, f"on {host.hub}, to find it: sudo ss -ltnp sport = :{port}")
+        return bad(
+            text + (_log(process) if process is not None else ""),
+            f"on {host.hub}, to find it: sudo ss -ltnp sport = :{port}",
+        )
     if run_id and seen.run_id != run_id:
         text = f"another master than that of {host.hub} answers at {host.master_uri}"
         return bad(text, "check whether a second machine has this address")
     return ok(f"answers in {seen.latency * 1000:.1f} ms")
+
+
+def is_foreign(seen: MasterSeen | None, process: UnitSeen | None) -> bool:
+    """Returns True if a master answers, and not that of the unit ``process``, which does not run."""
+    answers = seen is not None and seen.reachable
+    return answers and process is not None and process.sub in _NO_MAIN_PROCESS and not process.skipped
 
 
 def device(robot: ExpectedRobot, seen: DeviceSeen | None) -> Verdict:

@@ -101,7 +101,8 @@ def _system(found: Findings, host: ExpectedHost, answer: Answer) -> None:
     of_others |= {program.unit for program in host.programs}
     for name in host.release.units:
         if name not in of_others:
-            _unit(found, host, name, answer)
+            foreign = name == host.master_unit and checks.is_foreign(answer.master, answer.units.get(name))
+            _unit(found, host, name, answer, after=[f"master {host.name}"] if foreign else [])
 
 
 def _unit(
@@ -117,6 +118,8 @@ def _unit(
     explaining = [f"probe {host.name} units", *after]
     if seen is not None and seen.load == "not-found":
         explaining.append(f"release {host.name}")
+    if seen is not None and seen.ended:
+        explaining.append(f"{release_checks.FILES} {host.name}")
     verdict = checks.unit(name, host.name, seen)
     return found.add(
         "unit", _unit_subject(host.name, name), verdict, host=host, robot=robot, after=explaining
@@ -145,7 +148,9 @@ def _master(
     if host.is_hub:
         own_unit = f"unit {_unit_subject(host.name, host.master_unit or '')}"
         verdict = checks.master(host, answer.master, process=process)
-        found.add("master", host.name, verdict, host=host, after=[probe, own_unit])
+        # One that has the port is why the unit does not run.
+        after = [probe] if checks.is_foreign(answer.master, process) else [probe, own_unit]
+        found.add("master", host.name, verdict, host=host, after=after)
     else:
         run_id = hub.master.run_id if hub is not None and hub.master is not None else ""
         verdict = checks.master(host, answer.master, run_id, process)

@@ -9,7 +9,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class UnitSeen:
-    """A systemd unit. ``restarted`` counts the restarts during the probe, ``recent`` the latest ones.
+    """A systemd unit. ``restarted`` counts the restarts during the probe, ``recent`` the latest ones, and
+    ``rejoined`` those of ``restarts`` that followed a new ROS master, of which none is recent.
 
     ``running``: for how long a unit that was restarted has run by now, s.
     ``starting``: for how long one that was not restarted has been starting, s; ``log``: the end of its log
@@ -28,12 +29,18 @@ class UnitSeen:
     restarted: int = 0
     skipped: bool = False
     recent: int = 0
+    rejoined: int = 0
     running: float = 0.0
     starting: float = 0.0
     log: str = ""
     exit: str = ""
     stopped: tuple[str, ...] = ()
     unmet: tuple[str, ...] = ()
+
+    @property
+    def ended(self) -> bool:
+        """True if it ended by itself, and systemd starts it again or has given up."""
+        return self.active == "failed" or self.sub == "auto-restart" or self.restarted > 0
 
     @property
     def runs(self) -> bool:

@@ -17,6 +17,7 @@ from tests.health.swarm_values import (
     K3_PI,
     LAPTOP,
     TARGET,
+    UNIT,
     all_well,
     both,
     changed,
@@ -25,6 +26,7 @@ from tests.health.swarm_values import (
     with_device,
     with_optional,
     with_topic,
+    with_unit,
 )
 
 LOST = HostError(Kind.LOST, "the connection died")
@@ -174,6 +176,23 @@ FAULTS = {
         both(changed(load=LoadSeen(0.97)), with_topic("k3", "/k3/odom", count=0, rate=None)),
         {"topic /k3/odom of k3": ("bad", [])},
         message="no message in 2 s",
+    ),
+    "an edited file that ends the driver": Fault(
+        K3_PI,
+        both(
+            changed(drift=DriftSeen({"params/k3.yaml": "changed"}, {}, {})),
+            with_unit(UNIT["k3"], active="activating", sub="auto-restart", restarts=4),
+        ),
+        {f"files {K3_PI}": ("bad", [UNIT_K3])},
+        message="params/k3.yaml was changed on the host",
+    ),
+    "an edited file, and a driver that was stopped": Fault(
+        K3_PI,
+        both(
+            changed(drift=DriftSeen({"params/k3.yaml": "changed"}, {}, {})),
+            with_unit(UNIT["k3"], active="inactive", sub="dead"),
+        ),
+        {f"files {K3_PI}": ("bad", []), UNIT_K3: ("bad", [])},
     ),
     "clock astray": Fault(
         K3_PI,

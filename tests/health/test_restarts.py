@@ -44,6 +44,7 @@ def judged(**changes: Any) -> tuple[State, str]:
         ({"restarts": 1, "recent": 1}, State.OK, "runs"),
         ({"restarts": MOST_RESTARTS, "recent": MOST_RESTARTS}, State.WARNING, "restarted 3 times since"),
         ({"restarts": 40, "recent": 0}, State.WARNING, "restarted 40 times since it was started"),
+        ({"restarts": 40, "rejoined": 38}, State.OK, "runs"),
         ({"restarts": 4, "recent": 4}, State.BAD, f"{BUDGET} success"),
         ({"restarts": 4, "recent": 4, "exit": "exit code 1"}, State.BAD, f"{BUDGET} exit code 1"),
         ({"restarts": 4, "recent": 4, "running": 12.4}, State.BAD, "success; it has run for 12 s now"),

@@ -256,12 +256,15 @@ class LoadAnswer(TypedDict):
 class HistoryAnswer(TypedDict):
     """The ``recent`` restarts of a unit, how it ended last, and ``since`` when (s since 1970) that counts.
 
+    ``rejoined``: those since its last start by hand or by a deploy that followed a new ROS master.
+
     ``running``: for how long a unit that was restarted has run by now, s; 0 if it does not run.
     ``starting``: for how long one that was not restarted has been starting, s; else 0. ``log``: the end of
     the log of a unit that does not run.
     """
 
     recent: int
+    rejoined: int
     exit: str
     since: float
     running: float

@@ -36,6 +36,7 @@ def stopped(units: Sequence[str]) -> dict[str, list[str]]:
 
 def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) -> dict[str, dict[str, Any]]:
     """For each unit: ``recent`` restarts, how it ended last (``exit``), and ``since`` when that counts.
+    ``rejoined``: other restarts, since its last start by hand, that followed a new ROS master.
 
     ``units``: their states; ``window``: s before now. A start by hand or by a deploy, and ``systemctl
     reset-failed``, begin a new count. ``running``: for how long a restarted unit has run, s; else 0.
@@ -45,7 +46,7 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
     begin = _begin(home, window)
     troubled = [unit for unit, state in units.items() if state["restarts"] or state["active"] == "failed"]
     found = unit_journal.restarts(troubled, begin) if troubled else {}
-    nothing = unit_journal.Restarts([], "")
+    nothing = unit_journal.Restarts([], "", 0)
     starts = _times([unit for unit in units if not units[unit]["restarts"]], _BEGAN)
     again = [unit for unit in troubled if units[unit]["active"] == "active"]
     active = _times(again, _ACTIVE) if again else {}
@@ -55,6 +56,7 @@ def restarts(home: Home, units: Mapping[str, Mapping[str, Any]], window: float) 
     return {
         unit: {
             "recent": min(state["restarts"], len(found.get(unit, nothing).times)),
+            "rejoined": min(state["restarts"], found.get(unit, nothing).rejoined),
             "exit": found.get(unit, nothing).exit,
             "since": max(begin, starts.get(unit, begin)),
             "running": round(max(0.0, now - active.get(unit, now)), 1),

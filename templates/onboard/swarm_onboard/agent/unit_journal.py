@@ -23,10 +23,14 @@ _TIMEOUT = 10  # s
 
 
 class Restarts(NamedTuple):
-    """When systemd restarted a unit (s since 1970), and how its main process ended last, empty if unknown."""
+    """When systemd restarted a unit (s since 1970), and how its main process ended last, empty if unknown.
+
+    ``rejoined``: other restarts, since its last start by hand or by a deploy, that followed a new ROS master.
+    """
 
     times: list[float]
     exit: str
+    rejoined: int
 
 
 class Message(NamedTuple):
@@ -37,19 +41,20 @@ class Message(NamedTuple):
 
 
 def restarts(units: Sequence[str], since: float) -> dict[str, Restarts]:
-    """The restarts of each unit since ``since`` (s since 1970).
-
-    A start by hand or by a deploy is none, nor is that of a node which ended because of a new ROS master.
-    """
+    """The restarts of each unit since ``since`` (s since 1970). A start by hand or by a deploy is none."""
     matches = [f"MESSAGE_ID={_RESTARTED}", f"MESSAGE_ID={_EXITED}", *(f"UNIT={unit}" for unit in units)]
-    fields = "MESSAGE,MESSAGE_ID,UNIT,EXIT_CODE,EXIT_STATUS"
-    found = {unit: Restarts([], "") for unit in units}
-    for entry in _entries(fields, since, _MOST_EVENTS, matches):
+    fields = "MESSAGE,MESSAGE_ID,UNIT,EXIT_CODE,EXIT_STATUS,N_RESTARTS"
+    found = {unit: Restarts([], "", 0) for unit in units}
+    for entry in _entries(fields, 0.0, _MOST_EVENTS, matches):
         unit = str(entry.get("UNIT"))
         if unit not in found:
             continue
-        if entry.get("MESSAGE_ID") == _RESTARTED and found[unit].exit != _REJOINED:
-            found[unit].times.append(_time(entry))
+        if entry.get("MESSAGE_ID") == _RESTARTED:
+            before = 0 if entry.get("N_RESTARTS") == "1" else found[unit].rejoined
+            rejoins = found[unit].exit == _REJOINED
+            found[unit] = found[unit]._replace(rejoined=before + rejoins)
+            if not rejoins and _time(entry) >= since:
+                found[unit].times.append(_time(entry))
         elif entry.get("MESSAGE_ID") == _EXITED and "ain process" in _text(
             entry
         ):  # "Main process exited"; not a control process
