@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, AbstractSet, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
@@ -80,10 +81,11 @@ async def master(uri: str) -> MasterAnswer:
     began = time.monotonic()
     try:
         pid = await client.call(uri, "getPid")
-        latency = time.monotonic() - began
-        run_id = await client.call(uri, "getParam", "/run_id")
     except PeerError as error:
         return {"reachable": False, "error": str(error)}
+    latency, run_id = time.monotonic() - began, ""
+    with suppress(PeerError):  # roscore sets it, a rosmaster alone does not
+        run_id = await client.call(uri, "getParam", "/run_id")
     return {
         "reachable": True,
         "pid": nodes.process_of(pid),
