@@ -239,3 +239,14 @@ def test_the_table_shows_what_each_hub_receives() -> None:
     assert rows["k3-pi"].endswith("receives 1/1 topic of laptop")
     [row] = found.to_json()["hosts"][0]["bridges"]
     assert (row["topic"], row["origin"], row["state"]) == (ODOM, "k3-pi", State.BAD)
+
+
+def test_a_clock_that_differs_between_islands_is_named() -> None:
+    found = diagnose(graph(), on("k3-pi", clock_ahead=61.0))
+    assert shape(found) == {"clock k3-pi": ("warning", [])}
+    assert "is 60.9 s ahead of laptop's clock" in reported(found, "clock k3-pi")[1]
+
+
+def test_clocks_of_islands_that_exchange_nothing_are_not_compared() -> None:
+    found = diagnose(replace(graph(), bridges=()), on("k3-pi", clock_ahead=61.0))
+    assert reported(found, "clock k3-pi")[0] is State.OK
