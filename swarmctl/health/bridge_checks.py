@@ -14,6 +14,7 @@ from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen
 from swarmctl.health.root_cause import Findings
+from swarmctl.swarm.topics import DIAGNOSTICS
 
 CHECK = "bridge"
 _NAMED = 3  # nodes or topics in one sentence
@@ -85,7 +86,10 @@ def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: Nod
 def bridged(
     bridge: ExpectedBridge, origin: GraphSeen | None, target: GraphSeen | None, homes: Mapping[str, str]
 ) -> Verdict:
-    """Checks that the target's master lists exactly the publishers that the origin has."""
+    """Checks that the target's master lists exactly the publishers that the origin has.
+
+    What a robot's driver publishes has no others; commands and diagnostics may have some of each island.
+    """
     if origin is None or target is None:
         missing = bridge.hub if target is None else bridge.origin_hub
         return checks.unknown(f"the graph of {missing} was not checked")
@@ -99,8 +103,14 @@ def bridged(
         node = moved[0]
         return checks.bad(f"{bridge.hub} lists {node} at {there[node]} instead of {here[node]}")
     kind = target.types.get(bridge.topic, "*")
-    if kind not in (bridge.type, "*"):
-        return checks.bad(f"has type {kind} at {bridge.hub} instead of {bridge.type}")
+    wrong = "" if kind in (bridge.type, "*") else f"has type {kind} instead of {bridge.type}"
+    rivals = list(_of_island(bridge.to, target.publishers.get(bridge.topic, {}), homes))
+    if rivals and bridge.robots and bridge.topic != DIAGNOSTICS:
+        text = f"{_some(rivals)} of {bridge.to} publishes it as well at {bridge.hub}"
+        text += f", where it {wrong}" if wrong else ": subscribers there receive both"
+        return checks.bad(text, "stop that node, or remap its topic")
+    if wrong:
+        return checks.bad(f"{wrong} at {bridge.hub}")
     if not here:
         text = f"no publisher on {bridge.origin} at the moment"
         return checks.bad(text) if bridge.robots else Verdict(State.SKIPPED, text)

@@ -137,6 +137,10 @@ CASES: dict[str, tuple[dict[str, Mapping[str, str]], str]] = {
         {ODOM: {"/k3/driver": "http://192.168.77.11:9/"}},
         f"laptop lists /k3/driver at http://192.168.77.11:9/ instead of {DRIVER}",
     ),
+    "published by a node of this island as well": (
+        {ODOM: {"/k3/driver": DRIVER, "/fake": "http://192.168.77.10:9/"}},
+        "/fake of laptop publishes it as well at laptop: subscribers there receive both",
+    ),
 }
 
 
@@ -152,8 +156,17 @@ def test_another_type_under_the_same_name_is_bad() -> None:
     strange = GraphSeen(BOTH, {ODOM: "std_msgs/String"}, (K3_SYNC, DRIVER_AWAY))
     found = diagnose(graph(), on("laptop", graph=strange))
     assert reported(found, ODOM_BRIDGE) == (
-        State.BAD, "has type std_msgs/String at laptop instead of nav_msgs/Odometry",
+        State.BAD, "has type std_msgs/String instead of nav_msgs/Odometry at laptop",
     )  # fmt: skip
+
+
+def test_a_second_publisher_of_another_type_is_named() -> None:
+    second = {**BOTH, ODOM: {"/k3/driver": DRIVER, "/fake": "http://192.168.77.10:9/"}}
+    found = diagnose(graph(), on("laptop", graph=replace(seen(second), types={ODOM: "std_msgs/String"})))
+    assert reported(found, ODOM_BRIDGE)[1] == (
+        "/fake of laptop publishes it as well at laptop, where it has type std_msgs/String "
+        "instead of nav_msgs/Odometry"
+    )
 
 
 def test_a_peer_that_is_away_explains_what_does_not_cross() -> None:
