@@ -31,7 +31,8 @@ def compare(
     joined: dict[str, list[str]] = {}
     for hub in hubs.values():
         if hub.multimaster is not None and hub.name in answers:
-            away = [gates[peer] for peer in dict.fromkeys(peers.get(hub.name, ()))]
+            others = dict.fromkeys(peers.get(hub.name, ()))
+            away = [*(gates[peer] for peer in others), *(f"master {peer}" for peer in others)]
             joined[hub.name] = list(_multimaster(found, hub, hub.multimaster, answers[hub.name], away))
     for bridge in graph.bridges:
         causes = [*_causes(bridge, gates), *joined.get(bridge.hub, ()), *joined.get(bridge.origin_hub, ())]
@@ -58,7 +59,10 @@ def _causes(bridge: ExpectedBridge, gates: Mapping[str, str]) -> Iterator[str]:
 def _multimaster(
     found: Findings, hub: ExpectedHost, wanted: ExpectedMultimaster, answer: Answer, away: list[str]
 ) -> Iterator[str]:
-    """Checks the multimaster of a hub; yields the keys of the findings. ``away``: peers' gates."""
+    """Checks the multimaster of a hub; yields the keys of the findings.
+
+    ``away``: those of the peers' hosts and masters.
+    """
     unit = f"unit {wanted.unit} on {hub.name}"
     yield unit
     for node in wanted.nodes:
@@ -80,7 +84,8 @@ def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: Nod
         silent = node == wanted.reporter
         return checks.unknown("has reported no status") if silent else checks.ok("runs")
     state = {0: State.OK, 1: State.WARNING}.get(seen.report.level, State.BAD)
-    return Verdict(state, seen.report.message)
+    journal = f"on {hub.name}: sudo journalctl -u {wanted.unit} -n 50"
+    return Verdict(state, seen.report.message, "" if state is State.OK else journal)
 
 
 def bridged(

@@ -12,7 +12,7 @@ import pytest
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen, Report
+from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, MasterSeen, NodeSeen, Report
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
@@ -180,6 +180,17 @@ def test_a_peer_that_is_away_explains_what_does_not_cross() -> None:
             ["robot k3", "multimaster /multimaster_laptop on laptop", COMMAND_BRIDGE, ODOM_BRIDGE],
         )
     }
+
+
+def test_a_master_that_is_away_explains_its_lost_peers() -> None:
+    answers = all_well()
+    silent = MasterSeen(error="no answer within 2 s")
+    answers["k3-pi"] = replace(answers["k3-pi"], master=silent, nodes={}, graph=None)
+    lost = Report(1, "0 of 1 peers connected; k3-pi: no answer within 2 s")
+    answers["laptop"] = joined(answers["laptop"], "/multimaster_laptop", report=lost)
+    causes = shape(diagnose(graph(), answers))
+    assert list(causes) == ["master k3-pi"]
+    assert SYNC_LAPTOP in causes["master k3-pi"][1]
 
 
 def test_a_dead_multimaster_explains_its_topics_and_no_others() -> None:
