@@ -147,6 +147,9 @@ def master(
         port = urlsplit(host.master_uri or "").port
         text = f"another master answers at {host.master_uri}: that of {host.hub} does not run"
         return bad(text, f"on {host.hub}, to find it: sudo ss -ltnp sport = :{port}")
+    if not seen.run_id:
+        text = f"{host.master_uri} answers, and has lost its parameters: /run_id is not set"
+        return bad(text, f"on {host.name}: sudo systemctl restart {host.master_unit}" if host.is_hub else "")
     if run_id and seen.run_id != run_id:
         text = f"another master than that of {host.hub} answers at {host.master_uri}"
         return bad(text, "check whether a second machine has this address")
