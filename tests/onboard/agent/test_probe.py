@@ -242,12 +242,11 @@ def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
     assert answer["units"]
 
 
-def test_a_master_without_a_run_id_is_reachable(prefix: Path, graph: tuple[FakeRos, str]) -> None:
-    """A rosmaster that roscore did not start, which may have the port of the swarm's own."""
-    functions = {**graph[0].functions(), "getParam": lambda caller, name: [-1, "is not set", 0]}
-    with served(functions) as uri:
-        found = probed(uri)["master"]
-    assert (found["reachable"], found["run_id"]) == (True, "")
+def test_a_master_without_its_parameters_answers(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    graph[0].parameters["/run_id"] = None
+    answer = probed(graph[1])
+    assert (answer["master"]["reachable"], answer["master"]["run_id"]) == (True, "")
+    assert answer["nodes"]["/k3/driver"]["alive"]
 
 
 def test_a_node_that_is_gone_keeps_its_registration(prefix: Path, graph: tuple[FakeRos, str]) -> None:

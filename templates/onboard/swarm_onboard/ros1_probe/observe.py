@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import suppress
-from typing import TYPE_CHECKING, AbstractSet, Mapping, Sequence
+from typing import TYPE_CHECKING, AbstractSet, Any, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
@@ -81,17 +80,26 @@ async def master(uri: str) -> MasterAnswer:
     began = time.monotonic()
     try:
         pid = await client.call(uri, "getPid")
+        latency = time.monotonic() - began
+        run_id = await _run_id(uri)
     except PeerError as error:
         return {"reachable": False, "error": str(error)}
-    latency, run_id = time.monotonic() - began, ""
-    with suppress(PeerError):  # roscore sets it, a rosmaster alone does not
-        run_id = await client.call(uri, "getParam", "/run_id")
     return {
         "reachable": True,
         "pid": nodes.process_of(pid),
         "run_id": clipped(run_id),
         "latency": latency,
     }
+
+
+async def _run_id(uri: str) -> Any:
+    """The run of a master, empty if that parameter is gone. Raises ``PeerError`` if it does not answer."""
+    try:
+        return await client.call(uri, "getParam", "/run_id")
+    except PeerError:
+        if await client.call(uri, "hasParam", "/run_id"):
+            raise
+        return ""
 
 
 async def _commanders(
