@@ -59,7 +59,7 @@ motion: $(VENV)/.run ## motion commanded against motion driven, with the papers'
 dead-man: $(VENV)/.dev lab-tools ## how soon robots stop for each fault; writes the table of docs/dead-man.md (needs root)
 	$(BIN)/pytest -m lab tests/e2e/test_dead_man.py --regenerate $(PYTEST_ARGS)
 
-faults: $(VENV)/.run lab-tools ## what status says of each fault of tests/faults.yaml, how soon, and when it is gone (needs root)
+faults: $(VENV)/.run lab-tools ## what status says of each fault of tests/faults*.yaml, how soon, and when it is gone (needs root)
 	@$(SUDO) PATH="$(CURDIR)/$(BIN):$$PATH" tests/faults.sh
 
 lint: $(VENV)/.dev ## style, types, Python 3.8 on robots, and who may import whom

@@ -14,6 +14,7 @@ from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
 from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen
 from swarmctl.health.root_cause import Findings
+from swarmctl.swarm.topics import DIAGNOSTICS
 
 CHECK = "bridge"
 _NAMED = 3  # nodes or topics in one sentence
@@ -30,7 +31,8 @@ def compare(
     joined: dict[str, list[str]] = {}
     for hub in hubs.values():
         if hub.multimaster is not None and hub.name in answers:
-            away = [gates[peer] for peer in dict.fromkeys(peers.get(hub.name, ()))]
+            others = dict.fromkeys(peers.get(hub.name, ()))
+            away = [*(gates[peer] for peer in others), *(f"master {peer}" for peer in others)]
             joined[hub.name] = list(_multimaster(found, hub, hub.multimaster, answers[hub.name], away))
     for bridge in graph.bridges:
         causes = [*_causes(bridge, gates), *joined.get(bridge.hub, ()), *joined.get(bridge.origin_hub, ())]
@@ -57,7 +59,10 @@ def _causes(bridge: ExpectedBridge, gates: Mapping[str, str]) -> Iterator[str]:
 def _multimaster(
     found: Findings, hub: ExpectedHost, wanted: ExpectedMultimaster, answer: Answer, away: list[str]
 ) -> Iterator[str]:
-    """Checks the multimaster of a hub; yields the keys of the findings. ``away``: peers' gates."""
+    """Checks the multimaster of a hub; yields the keys of the findings.
+
+    ``away``: those of the peers' hosts and masters.
+    """
     unit = f"unit {wanted.unit} on {hub.name}"
     yield unit
     for node in wanted.nodes:
@@ -79,13 +84,17 @@ def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: Nod
         silent = node == wanted.reporter
         return checks.unknown("has reported no status") if silent else checks.ok("runs")
     state = {0: State.OK, 1: State.WARNING}.get(seen.report.level, State.BAD)
-    return Verdict(state, seen.report.message)
+    journal = f"on {hub.name}: sudo journalctl -u {wanted.unit} -n 50"
+    return Verdict(state, seen.report.message, "" if state is State.OK else journal)
 
 
 def bridged(
     bridge: ExpectedBridge, origin: GraphSeen | None, target: GraphSeen | None, homes: Mapping[str, str]
 ) -> Verdict:
-    """Checks that the target's master lists exactly the publishers that the origin has."""
+    """Checks that the target's master lists exactly the publishers that the origin has.
+
+    What a robot's driver publishes has no others; commands and diagnostics may have some of each island.
+    """
     if origin is None or target is None:
         missing = bridge.hub if target is None else bridge.origin_hub
         return checks.unknown(f"the graph of {missing} was not checked")
@@ -99,8 +108,14 @@ def bridged(
         node = moved[0]
         return checks.bad(f"{bridge.hub} lists {node} at {there[node]} instead of {here[node]}")
     kind = target.types.get(bridge.topic, "*")
-    if kind not in (bridge.type, "*"):
-        return checks.bad(f"has type {kind} at {bridge.hub} instead of {bridge.type}")
+    wrong = "" if kind in (bridge.type, "*") else f"has type {kind} instead of {bridge.type}"
+    rivals = list(_of_island(bridge.to, target.publishers.get(bridge.topic, {}), homes))
+    if rivals and bridge.robots and bridge.topic != DIAGNOSTICS:
+        text = f"{_some(rivals)} of {bridge.to} publishes it as well at {bridge.hub}"
+        text += f", where it {wrong}" if wrong else ": subscribers there receive both"
+        return checks.bad(text, "stop that node, or remap its topic")
+    if wrong:
+        return checks.bad(f"{wrong} at {bridge.hub}")
     if not here:
         text = f"no publisher on {bridge.origin} at the moment"
         return checks.bad(text) if bridge.robots else Verdict(State.SKIPPED, text)

@@ -146,10 +146,11 @@ def master(
     if is_foreign(seen, process):
         port = urlsplit(host.master_uri or "").port
         text = f"another master answers at {host.master_uri}: that of {host.hub} does not run"
-        return bad(
-            text + (_log(process) if process is not None else ""),
-            f"on {host.hub}, to find it: sudo ss -ltnp sport = :{port}",
-        )
+        log = _log(process) if process is not None else ""
+        return bad(text + log, f"on {host.hub}, to find it: sudo ss -ltnp sport = :{port}")
+    if not seen.run_id:
+        text = f"{host.master_uri} answers, and has lost its parameters: /run_id is not set"
+        return bad(text, f"on {host.name}: sudo systemctl restart {host.master_unit}" if host.is_hub else "")
     if run_id and seen.run_id != run_id:
         text = f"another master than that of {host.hub} answers at {host.master_uri}"
         return bad(text, "check whether a second machine has this address")

@@ -221,8 +221,9 @@ def _robot(
         return
     if robot.parameters:
         found.add(
-            "parameters", robot.name, checks.parameters(robot, node), robot=robot, after=[driver, release]
-        )
+            "parameters", robot.name, checks.parameters(robot, node),
+            robot=robot, after=[master, driver, release],
+        )  # fmt: skip
     report = ""
     if node.report is not None:
         report = found.add(

@@ -35,6 +35,7 @@ class Look:
 class Response:
     """What status showed of a fault. Times in s; None: not named, or not recovered.
 
+    ``first``: the first line of the last look that was not healthy; a fault may end by itself.
     ``detected``: from the fault to the end of the look that named it; ``recovered``: from the beginning of
     the repair to the end of the first healthy look.
     """
@@ -90,9 +91,10 @@ class Observer:
         """
         try:
             begin()
-            since, detected = self.clock(), None
+            since, detected, first = self.clock(), None, HEALTHY
             while detected is None:
                 seen = self.look()
+                first = first if seen.first == HEALTHY else seen.first
                 passed = self.clock() - since
                 if seen.says_first(line):
                     detected = passed
@@ -103,4 +105,4 @@ class Observer:
             repair()
         whole = self.until_healthy(line)[1]
         recovered = self.clock() - since if whole else None
-        return Response(name, line, within, seen.first, detected, recovered)
+        return Response(name, line, within, first, detected, recovered)

@@ -12,6 +12,7 @@ from swarmctl.health.observations import Answer, NodeSeen
 from swarmctl.health.root_cause import Findings
 
 CHECK = "node name"
+_SETTLED = 60.0  # s after which a unit that lost its node has other reasons not to run
 Launched = Mapping[tuple[str, str], Collection[str]]  # nodes of launch files, by host and program or robot
 _STARTED = ("active", "activating", "reloading")
 
@@ -51,7 +52,8 @@ def compare(
             others = sorted(_elsewhere(hosts, answers, node, {one.host for one in places}))
             subject = node if len(graph.addresses) < 2 else f"{node} of {island}"
             key = found.add(CHECK, subject, verdict(node, places, others))
-            for place in places:
+            latest = min((place.ago for place in places if place.count), default=0.0)
+            for place in places if latest <= _SETTLED else ():
                 keys.setdefault((place.host, place.unit), []).append(key)
     return Conflicts({place: tuple(names) for place, names in keys.items()})
 

@@ -30,8 +30,17 @@ class Input:
     owner: Owner
 
 
-def inputs_of(host: ExpectedHost) -> Iterator[Input]:
-    """Yields what the nodes of ``host`` subscribe to."""
+def inputs_of(graph: ExpectedGraph, host: ExpectedHost) -> Iterator[Input]:
+    """Yields what the nodes of ``host`` subscribe to; of a hub also what comes of robots of other islands."""
+    own = list(_inputs_of_nodes(host))
+    known = {topic for one in own for topic in one.topics}
+    yield from own
+    bridges = (one for one in graph.bridges if one.hub == host.name and one.robots)
+    if received := dict.fromkeys(one.topic for one in bridges if one.topic not in known):
+        yield Input("a subscriber", tuple(received), (None, None))
+
+
+def _inputs_of_nodes(host: ExpectedHost) -> Iterator[Input]:
     for robot in host.robots:
         if robot.command:
             yield Input(robot.guard_node or f"the driver of {robot.name}", (robot.command,), (robot, None))
@@ -67,13 +76,13 @@ def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]
             home = places.get(checks.host_of(seen.uri))
             if home is None or home.name == host.name or not _is_closed(node, seen, answers.get(home.name)):
                 continue
-            for one, effect in _cut_off(host, home, node, seen):
+            for one, effect in _cut_off(graph, host, home, node, seen):
                 robot, program = one.owner
                 hint = f"check the firewall on {home.name}: sudo nft list ruleset; all TCP ports must be"
                 key = found.add(
                     CHECK, f"{one.node} on {host.name} to {node} on {home.name}",
                     checks.bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
-                    robot=robot, program=program, after=causes.get(home.name, ()),
+                    host=host, robot=robot, program=program, after=causes.get(home.name, ()),
                 )  # fmt: skip
                 causes.setdefault(home.name, []).append(key)
                 if robot is not None and one.topics:
@@ -89,10 +98,10 @@ def _is_closed(node: str, seen: PeerSeen, home: Answer | None) -> bool:
 
 
 def _cut_off(
-    host: ExpectedHost, home: ExpectedHost, node: str, seen: PeerSeen
+    graph: ExpectedGraph, host: ExpectedHost, home: ExpectedHost, node: str, seen: PeerSeen
 ) -> Iterator[tuple[Input, str]]:
     """Yields what of ``host`` does not connect to ``node``, with the effect."""
-    for one in inputs_of(host):
+    for one in inputs_of(graph, host):
         if topics := [topic for topic in one.topics if topic in seen.topics]:
             yield one, f"unless the two are connected already, nothing arrives on {checks.listed(topics)}"
     owner = _owners(home).get(node)

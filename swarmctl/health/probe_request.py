@@ -55,7 +55,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "command_types": list(VELOCITIES) if gated else [],
         "publishers": publishers_of(graph, host) if island else {},
         "peers": list(peers_of(graph, host)),
-        "inputs": list(dict.fromkeys(topic for one in inputs_of(host) for topic in one.topics)),
+        "inputs": list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
         "devices": [robot.device for robot in host.robots if robot.device],
         "launched": {
             **{one.unit: _topics_of(one, window) for one in host.robots if not one.node},

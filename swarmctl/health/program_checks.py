@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from swarmctl.health import checks, image_checks, launched_checks
 from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost
@@ -36,7 +38,8 @@ def compare(
             after.append(f"release {host.name}")
         if unit is not None and unit.runs:
             parts = [f"probe {host.name} {part}" for part in ("ros", "launched")]
-            after += [f"master {host.name}", *parts, f"release {host.name}"]
+            after += [f"master {host.name}", *_environment(found, program, answer)]
+            after += [*parts, f"release {host.name}"]
             after += [] if program.gives_time else [f"simulated time {host.hub}"]
         key = found.add(CHECK, program.name, verdict(program, host, answer), program=program, after=after)
         for topic in program.measured if unit is not None and unit.runs else ():
@@ -45,6 +48,13 @@ def compare(
                 subject = f"{topic.name} of {program.name}"
                 rate = checks.topic(topic, node, answer.load)
                 found.add("topic", subject, rate, program=program, after=[*after, key])
+
+
+def _environment(found: Findings, program: ExpectedProgram, answer: Answer) -> Iterator[str]:
+    """Checks the ROS variables of a program; not those of a container, whose engine runs in the unit."""
+    if program.container is None:
+        verdict = checks.environment(program.host, program.unit, answer.environments.get(program.unit, ()))
+        yield found.add("environment", program.name, verdict, program=program)
 
 
 def publisher(program: ExpectedProgram, answer: Answer, topic: str) -> NodeSeen | None:

@@ -14,33 +14,40 @@ from swarmctl.health.root_cause import Findings
 from swarmctl.swarm.topics import CLOCK
 
 TIME = "simulated time"
-_LARGEST_SKEW = 1.0  # s between a host's clock and its hub's; the measurement itself errs by some tenths
+_LARGEST_SKEW = 1.0  # s between two clocks of hosts; the measurement itself errs by some tenths
 
 
 def clocks(graph: ExpectedGraph, answers: Mapping[str, Answer]) -> dict[str, Verdict]:
-    """Compares the clocks of the hosts whose clock and whose hub's clock are known."""
-    islands: dict[str, dict[str, float]] = {}
-    for host in graph.hosts:
-        ahead = answers[host.name].clock_ahead if host.name in answers else None
-        if ahead is not None:
-            islands.setdefault(host.hub, {})[host.name] = ahead
-    return {
-        name: clock(ahead - reference, whose)
-        for hub, aheads in islands.items()
-        if hub in aheads
-        for reference, whose in [_reference(hub, aheads)]
-        for name, ahead in aheads.items()
+    """Compares the clocks that are known: of each host with its hub's, of hubs that exchange topics."""
+    aheads = {
+        host.name: ahead
+        for host in graph.hosts
+        if host.name in answers and (ahead := answers[host.name].clock_ahead) is not None
     }
+    found: dict[str, Verdict] = {}
+    for hub in dict.fromkeys(host.hub for host in graph.hosts if host.hub in aheads):
+        names = [host.name for host in graph.hosts if host.hub == hub and host.name in aheads]
+        island = {name: aheads[name] for name in names}
+        found |= _compared(hub, island, ("the hub's clock", "the other hosts' clock"))
+    joined = {hub for bridge in graph.bridges for hub in (bridge.origin_hub, bridge.hub)}
+    hubs = {name: ahead for name, ahead in aheads.items() if name in joined and found[name].fine}
+    for first in [*hubs][:1]:
+        found |= _compared(first, hubs, (f"{first}'s clock", "the other islands' clock"))
+    return found
 
 
-def _reference(hub: str, aheads: Mapping[str, float]) -> tuple[float, str]:
-    """The clock of the hub, or that of the other hosts where these agree that the hub's is wrong."""
-    others = [ahead for name, ahead in aheads.items() if name != hub]
+def _compared(first: str, aheads: Mapping[str, float], whose: tuple[str, str]) -> dict[str, Verdict]:
+    """Compares clocks with that of ``first``, or with the others' where these agree that it is wrong.
+
+    ``whose``: how people call the one and the other.
+    """
+    reference, name = aheads[first], whose[0]
+    others = [ahead for name, ahead in aheads.items() if name != first]
     if len(others) > 1 and max(others) - min(others) <= _LARGEST_SKEW:
         middle = median(others)
-        if abs(aheads[hub] - middle) > _LARGEST_SKEW:
-            return middle, "the other hosts' clock"
-    return aheads[hub], "the hub's clock"
+        if abs(reference - middle) > _LARGEST_SKEW:
+            reference, name = middle, whose[1]
+    return {host: clock(ahead - reference, name) for host, ahead in aheads.items()}
 
 
 def clock(ahead: float, whose: str) -> Verdict:

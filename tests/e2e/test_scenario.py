@@ -28,12 +28,14 @@ faults:
 def test_a_scenario_shows_the_first_line_of_status_instead(swarm: LabSwarm) -> None:
     file = swarm.folder / "faults.yaml"
     file.write_text(SCENARIO)
-    run = swarm.run("lab", "scenario", str(swarm.spec), str(file), "--name", swarm.name)
+    run = swarm.run("lab", "scenario", str(swarm.spec), str(file), "--name", swarm.name, "--json")
     assert run.status == 5, run.out + run.err
-    cable, unit, wrong, expected = run.out.splitlines()[1:]
-    assert cable.startswith("✓ a cable is unplugged  "), run.out
-    assert unit.startswith("✓ a unit was stopped  "), run.out
-    assert wrong.startswith("✗ a wrong expectation  "), run.out
-    assert wrong.split("  ")[-1].strip(), run.out  # it recovered, in so many seconds
-    assert "  healthy  " in wrong
-    assert "expected within 0.1 s: device epuck: " in expected
+    shown = run.json()
+    assert not shown["as_expected"]
+    cable, unit, wrong = shown["faults"]
+    assert cable["as_expected"], cable
+    assert cable["first"].startswith("device k3: /dev/swarm/k3 does not exist")
+    assert unit["as_expected"], unit
+    assert (wrong["as_expected"], wrong["detected"]) == (False, None)
+    assert wrong["recovered"] is not None
+    assert not wrong["first"].startswith("device epuck: ")  # healthy, or what another test has left

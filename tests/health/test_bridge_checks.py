@@ -12,7 +12,7 @@ import pytest
 from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
-from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen, Report
+from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, MasterSeen, NodeSeen, Report
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
@@ -137,6 +137,10 @@ CASES: dict[str, tuple[dict[str, Mapping[str, str]], str]] = {
         {ODOM: {"/k3/driver": "http://192.168.77.11:9/"}},
         f"laptop lists /k3/driver at http://192.168.77.11:9/ instead of {DRIVER}",
     ),
+    "published by a node of this island as well": (
+        {ODOM: {"/k3/driver": DRIVER, "/fake": "http://192.168.77.10:9/"}},
+        "/fake of laptop publishes it as well at laptop: subscribers there receive both",
+    ),
 }
 
 
@@ -152,8 +156,17 @@ def test_another_type_under_the_same_name_is_bad() -> None:
     strange = GraphSeen(BOTH, {ODOM: "std_msgs/String"}, (K3_SYNC, DRIVER_AWAY))
     found = diagnose(graph(), on("laptop", graph=strange))
     assert reported(found, ODOM_BRIDGE) == (
-        State.BAD, "has type std_msgs/String at laptop instead of nav_msgs/Odometry",
+        State.BAD, "has type std_msgs/String instead of nav_msgs/Odometry at laptop",
     )  # fmt: skip
+
+
+def test_a_second_publisher_of_another_type_is_named() -> None:
+    second = {**BOTH, ODOM: {"/k3/driver": DRIVER, "/fake": "http://192.168.77.10:9/"}}
+    found = diagnose(graph(), on("laptop", graph=replace(seen(second), types={ODOM: "std_msgs/String"})))
+    assert reported(found, ODOM_BRIDGE)[1] == (
+        "/fake of laptop publishes it as well at laptop, where it has type std_msgs/String "
+        "instead of nav_msgs/Odometry"
+    )
 
 
 def test_a_peer_that_is_away_explains_what_does_not_cross() -> None:
@@ -167,6 +180,17 @@ def test_a_peer_that_is_away_explains_what_does_not_cross() -> None:
             ["robot k3", "multimaster /multimaster_laptop on laptop", COMMAND_BRIDGE, ODOM_BRIDGE],
         )
     }
+
+
+def test_a_master_that_is_away_explains_its_lost_peers() -> None:
+    answers = all_well()
+    silent = MasterSeen(error="no answer within 2 s")
+    answers["k3-pi"] = replace(answers["k3-pi"], master=silent, nodes={}, graph=None)
+    lost = Report(1, "0 of 1 peers connected; k3-pi: no answer within 2 s")
+    answers["laptop"] = joined(answers["laptop"], "/multimaster_laptop", report=lost)
+    causes = shape(diagnose(graph(), answers))
+    assert list(causes) == ["master k3-pi"]
+    assert SYNC_LAPTOP in causes["master k3-pi"][1]
 
 
 def test_a_dead_multimaster_explains_its_topics_and_no_others() -> None:
@@ -239,3 +263,14 @@ def test_the_table_shows_what_each_hub_receives() -> None:
     assert rows["k3-pi"].endswith("receives 1/1 topic of laptop")
     [row] = found.to_json()["hosts"][0]["bridges"]
     assert (row["topic"], row["origin"], row["state"]) == (ODOM, "k3-pi", State.BAD)
+
+
+def test_a_clock_that_differs_between_islands_is_named() -> None:
+    found = diagnose(graph(), on("k3-pi", clock_ahead=61.0))
+    assert shape(found) == {"clock k3-pi": ("warning", [])}
+    assert "is 60.9 s ahead of laptop's clock" in reported(found, "clock k3-pi")[1]
+
+
+def test_clocks_of_islands_that_exchange_nothing_are_not_compared() -> None:
+    found = diagnose(replace(graph(), bridges=()), on("k3-pi", clock_ahead=61.0))
+    assert reported(found, "clock k3-pi")[0] is State.OK

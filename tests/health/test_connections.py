@@ -177,3 +177,15 @@ def test_a_publisher_of_another_island_is_connected_to_directly() -> None:
     answers["laptop"] = replace(answers["laptop"], listening=(4002,))
     causes = shape(diagnose(isles.graph(), answers))
     assert causes["connection /k3/driver on k3-pi to /teleop on laptop"] == ("bad", [])
+
+
+def test_a_subscriber_of_a_bridged_topic_connects_to_its_driver() -> None:
+    assert request(isles.graph(), isles.graph().hosts[0], 2.0)["inputs"] == ["/koala/cmd_vel", isles.ODOM]
+    driver = PeerSeen(isles.DRIVER, (isles.ODOM,), 4001, "192.168.77.11:4001: timed out")
+    answers: dict[str, Answer] = isles.all_well()
+    answers["laptop"] = replace(answers["laptop"], peers={"/k3/driver": driver})
+    answers["k3-pi"] = replace(answers["k3-pi"], listening=(4001,))
+    key = "connection a subscriber on laptop to /k3/driver on k3-pi"
+    diagnosis = diagnose(isles.graph(), answers)
+    assert shape(diagnosis) == {key: ("bad", [])}
+    assert found(diagnosis, key)[0].endswith(f"nothing arrives on {isles.ODOM}")

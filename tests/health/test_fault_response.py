@@ -54,6 +54,11 @@ def test_a_fault_that_something_else_stands_before() -> None:
     assert (found.first, found.detected, found.as_expected) == ("host pi: away", None, False)
 
 
+def test_the_line_of_a_fault_that_ends_by_itself_is_kept() -> None:
+    found = Swarm(OTHER, WELL).response("device k3: ")
+    assert (found.first, found.detected) == ("host pi: away", None)
+
+
 def test_a_fault_that_nobody_sees() -> None:
     found = Swarm(WELL).response("device k3: ")
     assert (found.first, found.detected, found.recovered) == ("healthy", None, 10.0)

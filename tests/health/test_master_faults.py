@@ -34,6 +34,12 @@ FAULTS = {
     "another master at the hub's address": Fault(
         K3_PI, with_master(run_id="run-2"), {f"master {K3_PI}": ("bad", [])}, message="another master than"
     ),
+    "parameters that the master has lost": Fault(
+        LAPTOP,
+        both(with_master(run_id=""), with_node("koala", parameters=("robot is not set",))),
+        {f"master {LAPTOP}": ("bad", ["parameters koala"])},
+        message="http://192.168.77.10:11311 answers, and has lost its parameters: /run_id is not set",
+    ),
     "commands of the leader": Fault(LAPTOP, with_senders("k3", rostopic_1="192.168.77.10"), {}, healthy=True),
     "commands of an unauthorised node": Fault(
         LAPTOP,

@@ -116,6 +116,16 @@ def flapping(**changes: Any) -> dict[str, Any]:
     return answers
 
 
+def test_a_conflict_of_the_past_explains_nothing_of_today() -> None:
+    answers = all_well()
+    answers[K3_PI] = with_unit(UNIT["k3"], active="failed", sub="failed")(answers[K3_PI])
+    for ago, explained in ((5.0, True), (369.0, False)):
+        conflicts = {UNIT["k3"]: {"/k3/driver": ConflictSeen(3, ago)}}
+        spoilt = {**answers, K3_PI: replace(answers[K3_PI], conflicts=conflicts)}
+        unit = next(one for one in diagnose(graph(), spoilt).findings if one.key == UNIT_K3)
+        assert (unit.cause is not None) is explained
+
+
 @pytest.mark.parametrize("moment", [{}, {"sub": "auto-restart"}, {"active": "activating"}, {"restarted": 1}])
 def test_two_nodes_of_one_name_are_the_cause_at_every_look(moment: dict[str, Any]) -> None:
     found = diagnose(graph(), flapping(**moment))

@@ -143,6 +143,17 @@ def test_a_problem_of_a_node_is_reported(
     assert words in finding.message
 
 
+def test_the_ros_variables_of_a_program_explain_its_node(graph: ExpectedGraph) -> None:
+    program = next(one for host in graph.hosts for one in host.programs if one.name == "joystick")
+    wrong = replace(JOYSTICK, alive=False, error="network is unreachable", uri="http://10.9.9.9:4001/")
+    seen = answers(graph, {}, {"joystick": wrong})
+    differs = {program.unit: ("ROS_IP is 10.9.9.9 instead of 10.0.0.1",)}
+    seen[program.host] = replace(seen[program.host], environments=differs)
+    found = {one.key: one for one in diagnose(graph, seen).findings}
+    assert found["environment joystick"].message.startswith("ROS_IP is 10.9.9.9 instead of 10.0.0.1: ")
+    assert found["program joystick"].cause == "environment joystick"
+
+
 def test_a_skipped_optional_program_is_no_trouble(graph: ExpectedGraph) -> None:
     skipped = replace(RUNNING, active="inactive", sub="dead", skipped=True)
     finding = about("map", graph, units={MAP: skipped})

@@ -30,8 +30,9 @@ def test_a_file_is_read() -> None:
     ]
 
 
-def test_the_file_of_make_faults_is_valid() -> None:
-    entries, found = read_scenario(ROOT / "tests/faults.yaml")
+@pytest.mark.parametrize("file", ["faults.yaml", "faults-of-islands.yaml"])
+def test_the_files_of_make_faults_are_valid(file: str) -> None:
+    entries, found = read_scenario(ROOT / "tests" / file)
     assert not found
     assert len({one.name for one in entries}) == len(entries)
 

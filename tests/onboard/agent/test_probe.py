@@ -242,6 +242,13 @@ def test_a_dead_master_costs_the_graph_only(prefix: Path) -> None:
     assert answer["units"]
 
 
+def test_a_master_without_its_parameters_answers(prefix: Path, graph: tuple[FakeRos, str]) -> None:
+    graph[0].parameters["/run_id"] = None
+    answer = probed(graph[1])
+    assert (answer["master"]["reachable"], answer["master"]["run_id"]) == (True, "")
+    assert answer["nodes"]["/k3/driver"]["alive"]
+
+
 def test_a_node_that_is_gone_keeps_its_registration(prefix: Path, graph: tuple[FakeRos, str]) -> None:
     fake, uri = graph
     fake.nodes["/k3/driver"] = "http://127.0.0.1:9/"

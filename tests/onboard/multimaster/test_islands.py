@@ -150,6 +150,7 @@ def test_a_publisher_outside_the_peers_hosts_is_refused(uri: str) -> None:
     world.step()
     assert world.brought("a") == set()
     assert "which is not a host of island b" in reported(world, "refused /b/odom")
+    assert message_of(world).startswith("1 of 1 peers connected; refused /b/odom of /b/driver: it runs at ")
 
 
 def test_publishers_beyond_the_limit_are_refused() -> None:
@@ -183,6 +184,7 @@ def test_publishers_of_an_absent_peer_are_removed_and_restored(pair: World) -> N
     pair.step(REMOVE - 1)
     assert pair.brought("a") == {("/b/odom", "/b/driver")}
     assert reported(pair, "b") == "silent: no answer within 2 s"
+    assert message_of(pair) == "0 of 1 peers connected; b: no answer within 2 s"
     pair.step(1)
     assert pair.brought("a") == set()
     assert reported(pair, "b") == "away: no answer within 2 s"
@@ -263,6 +265,13 @@ def test_a_deleted_or_damaged_record_is_written_again(pair: World) -> None:
         pair.step()
         assert pair.masters["a"].parameters[RECORD] == good
         assert pair.brought("a") == {("/b/odom", "/b/driver")}
+
+
+def message_of(world: World) -> str:
+    """The message of the bridge of a."""
+    bridge = world.bridges["a"]
+    assert bridge
+    return bridge.status().message
 
 
 def reported(world: World, key: str) -> str:

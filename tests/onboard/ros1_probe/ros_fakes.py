@@ -138,16 +138,20 @@ class FakeRos:
             uri = self.nodes.get(name)
             return [1, "", uri] if uri else [-1, f"unknown node [{name}]", ""]
 
+        def parameter(caller: str, name: str) -> list[Any]:
+            value = self.parameters.get(name, "run-1")
+            return [-1, f"Parameter [{name}] is not set", 0] if value is None else [1, "", value]
+
         def state(caller: str) -> list[Any]:
             sides = (self.publishers, self.subscribers)
             return [1, "", [*([list(pair) for pair in side.items()] for side in sides), []]]
 
         return {
             "getPid": self._noted("getPid", lambda caller: [1, "", 4711]),
-            "hasParam": self._noted("hasParam", lambda caller, name: [1, name, name in self.parameters]),
-            "getParam": self._noted(
-                "getParam", lambda caller, name: [1, "", self.parameters.get(name, "run-1")]
+            "hasParam": self._noted(
+                "hasParam", lambda caller, name: [1, name, self.parameters.get(name) is not None]
             ),
+            "getParam": self._noted("getParam", parameter),
             "lookupNode": self._noted("lookupNode", lookup),
             "getSystemState": self._noted("getSystemState", state),
             "getTopicTypes": self._noted(

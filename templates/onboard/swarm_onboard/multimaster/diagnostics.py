@@ -19,6 +19,7 @@ MD5SUM = "60810da900de1dd6ddd437c3503511da"
 
 OK, WARN, ERROR = 0, 1, 2
 _MOST_REFUSALS = 10
+_MOST_NAMED = 3  # peers in the message
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,14 @@ def status_of(
     states = {peer.island: state_of(contacts[peer.island], now, config) for peer in config.peers}
     here = sum(state is State.CONNECTED for state in states.values())
     message = f"{here} of {len(states)} peers connected"
+    lost = [name for name, state in states.items() if state is not State.CONNECTED][:_MOST_NAMED]
+    message += "".join(f"; {name}: {contacts[name].problem or states[name].value}" for name in lost)
     if own_problem:
         message = f"own master: {own_problem}; {message}"
     if refusals:
-        message += f", {len(refusals)} publisher{'s' * (len(refusals) > 1)} refused"
+        one = refusals[0]
+        message += f"; refused {one.topic} of {one.node}: {one.why}"
+        message += f", and {len(refusals) - 1} more" if len(refusals) > 1 else ""
     level = ERROR if own_problem else WARN if refusals or here < len(states) else OK
     values = [line for peer in config.peers for line in _lines(config, peer, contacts[peer.island], now)]
     values += [(f"refused {one.topic}", f"{one.node}: {one.why}") for one in refusals[:_MOST_REFUSALS]]

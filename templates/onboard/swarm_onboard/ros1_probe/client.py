@@ -6,6 +6,7 @@ Topics are TCPROS (wiki.ros.org/ROS/TCPROS). Waits and answers are bounded, each
 from __future__ import annotations
 
 import asyncio
+import os
 import time
 import xmlrpc.client
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from swarm_onboard.common.xmlrpc import PIECE, Names, NonsenseError, PeerError, 
 if TYPE_CHECKING:
     from swarm_onboard.agent.probe_messages import StatusAnswer
 
-CALLER = "/swarmctl_probe"
+CALLER = f"/swarmctl_probe_{os.getpid()}"  # rospy closes the connection of a listener whose name comes again
 CALL_SECONDS = 2.0
 _CONNECT_SECONDS = 3.5  # Linux sends the first packet of a connection after 1 s and after 3 s again
 _LARGEST_REPLY = 16 << 20  # the system state of some thousand robots

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import TYPE_CHECKING, AbstractSet, Mapping, Sequence
+from typing import TYPE_CHECKING, AbstractSet, Any, Mapping, Sequence
 
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
@@ -81,7 +81,7 @@ async def master(uri: str) -> MasterAnswer:
     try:
         pid = await client.call(uri, "getPid")
         latency = time.monotonic() - began
-        run_id = await client.call(uri, "getParam", "/run_id")
+        run_id = await _run_id(uri)
     except PeerError as error:
         return {"reachable": False, "error": str(error)}
     return {
@@ -90,6 +90,16 @@ async def master(uri: str) -> MasterAnswer:
         "run_id": clipped(run_id),
         "latency": latency,
     }
+
+
+async def _run_id(uri: str) -> Any:
+    """The run of a master, empty if that parameter is gone. Raises ``PeerError`` if it does not answer."""
+    try:
+        return await client.call(uri, "getParam", "/run_id")
+    except PeerError:
+        if await client.call(uri, "hasParam", "/run_id"):
+            raise
+        return ""
 
 
 async def _commanders(
