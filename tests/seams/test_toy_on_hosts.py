@@ -173,7 +173,7 @@ def test_types_and_rates_are_compared_in_their_own_names(hosts: Hosts) -> None:
     )
     assert of(found, "topic")["/k3/odom of k3"].message == "measured 2.0 Hz of 10"
     [bridge] = of(found, "bridge").values()
-    assert bridge.message == f"has type nav_msgs/Odometry at {HUB} instead of {ODOM}"
+    assert bridge.message == f"has type nav_msgs/Odometry instead of {ODOM} at {HUB}"
     assert len(wrong(found)) == 3
 
 
