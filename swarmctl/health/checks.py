@@ -263,7 +263,7 @@ def report(seen: Report) -> Verdict:
 
 def load(seen: LoadSeen, host: str) -> Verdict:
     """Checks whether the processes of a host leave time of its processors."""
-    if seen.own < _BUSY:
+    if seen.busy < _BUSY or seen.own < _BUSY / 2:
         return ok("has time left")
     text = f"its processes take {seen.own:.0%} of the time of its processors"
     return warning(f"{text}, most of it {listed(seen.busiest)}", f"on {host}: top")

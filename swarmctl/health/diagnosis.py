@@ -219,7 +219,7 @@ def _robot(
     )  # fmt: skip
     if node is None or not node.alive:
         return
-    if robot.parameters:
+    if robot.parameters and node.parameters is not None:
         found.add(
             "parameters", robot.name, checks.parameters(robot, node),
             robot=robot, after=[master, driver, release],

@@ -131,7 +131,7 @@ class NodeSeen:
     subscribes: Mapping[str, str] = field(default_factory=dict)
     topics: Mapping[str, TopicSeen] = field(default_factory=dict)
     report: Report | None = None
-    parameters: tuple[str, ...] = ()  # those that are not as its driver has set them, in words
+    parameters: tuple[str, ...] | None = None  # that are not as its driver set them; None: not compared
 
 
 @dataclass(frozen=True)

@@ -219,6 +219,13 @@ def test_parameters_that_are_not_as_the_node_set_them_are_named(
     ):
         graph[0].parameters["/k3/driver"] = seen
         assert probed(graph[1], nodes=[node])["nodes"]["/k3/driver"]["parameters"] == found
+    for is_set, shown in ((False, [f"{name} is not set" for name in wanted]), (True, None)):
+        answers = {
+            "getParam": lambda caller, name: [1 if name == "/run_id" else -1, "no", "run-1"],
+            "hasParam": lambda caller, name, known=is_set: [1, "", known],
+        }
+        with served({**graph[0].functions(), **answers}) as uri:
+            assert probed(uri, nodes=[node])["nodes"]["/k3/driver"].get("parameters") == shown
 
 
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:

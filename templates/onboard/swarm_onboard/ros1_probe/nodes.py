@@ -52,13 +52,18 @@ async def look(
 
 
 async def _parameters(master_uri: str, request: NodeRequest, node: NodeAnswer) -> None:
-    """Compares the parameters that a node has set with those that the master has."""
+    """Compares the parameters that a node has set with those that the master has, if it answers."""
     wanted = request.get("parameters")
     if not wanted:
         return
     try:
         seen = await client.call(master_uri, "getParam", request["name"])
-    except PeerError:  # of its own accord, a master says so of one that is not set
+    except PeerError:
+        try:
+            if await client.call(master_uri, "hasParam", request["name"]):
+                return
+        except PeerError:  # it does not answer
+            return
         seen = {}
     node["parameters"] = list(_differences(wanted, seen))[:_MOST_PARAMETERS]
 
