@@ -74,7 +74,7 @@ class _Findings:
         text = Text()
         symptoms = dict(self.shown.causes())
         alone = [one for one in symptoms if one.state is State.SKIPPED and not symptoms[one]]
-        skipped = [] if self.details else alone
+        skipped = {} if self.details else dict.fromkeys(alone)
         for causes in self._equal(cause for cause in symptoms if cause not in skipped):
             found = [symptom for cause in causes for symptom in symptoms[cause]]
             text.append_text(self._cause(causes, self._equal(found))).append("\n")
