@@ -202,6 +202,22 @@ class PeerSeen:
 
 
 @dataclass(frozen=True)
+class UnconnectedSeen:
+    """A ``node`` that subscribes to ``topic`` and has no connection to the ``publisher`` at ``uri``.
+
+    ``md5``: the MD5 sum of the ``type`` on the node's host, and that of the publisher; empty if unknown.
+    """
+
+    node: str
+    publisher: str
+    uri: str
+    topic: str
+    type: str = ""
+    md5: str = ""
+    publisher_md5: str = ""
+
+
+@dataclass(frozen=True)
 class DeviceSeen:
     """A serial device. ``usable``: drivers may open it (mode and group)."""
 
@@ -269,6 +285,7 @@ class Answer:
     receivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     others: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by topic
     peers: Mapping[str, PeerSeen] = field(default_factory=dict)  # by node
+    unconnected: tuple[UnconnectedSeen, ...] = ()
     listening: tuple[int, ...] = ()  # ports of the host on which a process listens
     senders: Mapping[str, SenderSeen] = field(default_factory=dict)
     graph: GraphSeen | None = None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from swarmctl.health import checks
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, PeerSeen
+from swarmctl.health.observations import Answer, PeerSeen, UnconnectedSeen
 from swarmctl.health.root_cause import Findings
 
 CHECK = "connection"
@@ -72,10 +72,12 @@ def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]
     causes: dict[str, list[str]] = {}
     unconnected: dict[tuple[str, str], str] = {}
     for host in graph.hosts:
+        closed = set()
         for node, seen in answers[host.name].peers.items() if host.name in answers else ():
             home = places.get(checks.host_of(seen.uri))
             if home is None or home.name == host.name or not _is_closed(node, seen, answers.get(home.name)):
                 continue
+            closed.add(node)
             for one, effect in _cut_off(graph, host, home, node, seen):
                 robot, program = one.owner
                 hint = f"check the firewall on {home.name}: sudo nft list ruleset; all TCP ports must be"
@@ -87,7 +89,40 @@ def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]
                 causes.setdefault(home.name, []).append(key)
                 if robot is not None and one.topics:
                     unconnected[robot.name, node] = key
+        for pair in answers[host.name].unconnected if host.name in answers else ():
+            home = places.get(checks.host_of(pair.uri))
+            if home is not None and pair.publisher not in closed:
+                _file_unconnected(found, graph, host, home, pair)
     return unconnected
+
+
+def _file_unconnected(
+    found: Findings, graph: ExpectedGraph, host: ExpectedHost, home: ExpectedHost, pair: UnconnectedSeen
+) -> None:
+    """Files that a subscriber on ``host`` gets nothing of a publisher on ``home``, although both answer."""
+    inputs = [one for one in inputs_of(graph, host) if pair.topic in one.topics]
+    robot, program = next((one.owner for one in inputs if one.node == pair.node), (None, None))
+    nothing = f"nothing arrives on {pair.topic}"
+    if pair.md5 and pair.publisher_md5 and pair.md5 != pair.publisher_md5:
+        sums = f"MD5 sum {pair.md5[:8]} here, {pair.publisher_md5[:8]} there"
+        text = f"{pair.type} is another message ({sums}): {nothing}"
+        package = pair.type.partition("/")[0]
+        hint = f"install or build the same version of {package} for both, and start them again"
+    else:
+        text = f"is not connected, although its port is open: {nothing}"
+        unit = _unit_of(robot, program)
+        start = f"on {host.name}: sudo systemctl restart {unit}" if unit else f"start {pair.node} again"
+        hint = f"{start}; it asks the master for the publishers then"
+    found.add(
+        CHECK, f"{pair.node} on {host.name} to {pair.publisher} on {home.name}", checks.bad(text, hint),
+        host=host, robot=robot, program=program,
+    )  # fmt: skip
+
+
+def _unit_of(robot: ExpectedRobot | None, program: ExpectedProgram | None) -> str:
+    if robot is not None:
+        return robot.gate.unit if robot.gate is not None else robot.unit
+    return program.unit if program is not None else ""
 
 
 def _is_closed(node: str, seen: PeerSeen, home: Answer | None) -> bool:

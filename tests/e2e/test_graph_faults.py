@@ -1,9 +1,9 @@
-"""Faults of the graph that leave all units running: second and silent publishers, a host's firewall."""
+"""Faults of the graph that leave all units running: publishers, connections, a host's firewall."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 from tests.e2e.lab_swarm import HOME, LEADER, LabSwarm, moves, quoted, until
 from tests.timing import Promise
@@ -26,6 +26,20 @@ table inet strict {
     tcp dport { 22, 11311 } accept
   }
 }
+"""
+
+
+REFUSING = FIREWALL.replace("11311 } accept", "11311 } accept\n    meta l4proto tcp reject with tcp reset")
+PILOT = """
+import sys, rospy
+from geometry_msgs.msg import Twist
+if sys.argv[1] == "changed":
+    Twist._md5sum = "0" * 32
+rospy.init_node("pilot")
+publisher = rospy.Publisher("/k3/cmd_vel", Twist, queue_size=1)
+while not rospy.is_shutdown():
+    publisher.publish(Twist())
+    rospy.sleep(0.2)
 """
 
 
@@ -73,9 +87,9 @@ def test_a_publisher_that_has_ended_is_named_and_taken_out(swarm: LabSwarm) -> N
 
 
 @contextmanager
-def firewall(swarm: LabSwarm, host: str) -> Iterator[None]:
+def firewall(swarm: LabSwarm, host: str, rules: str = FIREWALL) -> Iterator[None]:
     """A host that lets in nothing but connections of ssh and to a ROS master."""
-    swarm.shell(host, f"printf %s {quoted(FIREWALL)} | sudo nft -f -")
+    swarm.shell(host, f"printf %s {quoted(rules)} | sudo nft -f -")
     try:
         yield
     finally:
@@ -107,3 +121,38 @@ def test_a_firewall_of_the_commanders_host_is_named(swarm: LabSwarm, promise: Pr
         promise("status names a commander's firewall", seen.seconds, 10)
     with swarm.driving(LEADER, "k3", 0.1):
         assert swarm.swarmctl("status").status == 0
+
+
+@contextmanager
+def pilot(swarm: LabSwarm, messages: str = "") -> Iterator[None]:
+    """A node on the commander's host that publishes commands. ``messages``: `changed`, another definition."""
+    begun = f"{ROS}; nohup python3 -c {quoted(PILOT)} {messages or 'same'} >/dev/null 2>&1 & echo $!"
+    pid = swarm.shell(LEADER, begun).split()[-1]
+    nodes = f"{ROS}; rosnode list"
+    until(lambda: "/pilot" in swarm.shell(LEADER, nodes).split(), "the pilot does not start")
+    try:
+        yield
+    finally:
+        swarm.shell(LEADER, f"kill -INT {pid}")
+        until(lambda: "/pilot" not in swarm.shell(LEADER, nodes).split(), "the pilot does not end")
+
+
+def test_a_driver_that_never_heard_of_a_publisher_is_named(swarm: LabSwarm) -> None:
+    """The master announces a publisher once; where that call is lost, the robot never obeys it."""
+    with ExitStack() as until_end:
+        with firewall(swarm, HOST, REFUSING):
+            until_end.enter_context(pilot(swarm))
+        pair = f"connection /k3/driver on {HOST} to /pilot on {LEADER}: is not connected"
+        until(lambda: first_cause(swarm).startswith(f"✗ {pair}"), "it is not named")
+        seen = swarm.swarmctl("status", "--json").json()
+        [found] = [one for one in seen["findings"] if one["check"] == "connection"]
+        swarm.shell(HOST, found["hint"].partition(f"on {HOST}: ")[2].partition(";")[0])
+        until(lambda: swarm.swarmctl("status").status == 0, "the restart does not repair it")
+
+
+def test_a_publisher_of_another_definition_of_the_type_is_named(swarm: LabSwarm) -> None:
+    with pilot(swarm, "changed"):
+        pair = f"connection /k3/driver on {HOST} to /pilot on {LEADER}"
+        reason = "geometry_msgs/Twist is another message (MD5 sum 9f195f88 here, 00000000 there)"
+        until(lambda: first_cause(swarm).startswith(f"✗ {pair}: {reason}"), "it is not named")
+    until(lambda: swarm.swarmctl("status").status == 0, "it is not healthy again")

@@ -11,7 +11,7 @@ import pytest
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, PeerSeen, SenderSeen
+from swarmctl.health.observations import Answer, PeerSeen, SenderSeen, UnconnectedSeen
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from tests.health import swarm_values as leader
@@ -189,3 +189,49 @@ def test_a_subscriber_of_a_bridged_topic_connects_to_its_driver() -> None:
     diagnosis = diagnose(isles.graph(), answers)
     assert shape(diagnosis) == {key: ("bad", [])}
     assert found(diagnosis, key)[0].endswith(f"nothing arrives on {isles.ODOM}")
+
+
+SUM, OTHER = "9f195f881246fdfa2798d1d3eebca84a", "cd5e73d190d741a2f92e81eda573aca7"
+TO_PILOT = UnconnectedSeen("/k3/driver", "/pilot", "http://192.168.77.10:40001", "/k3/cmd_vel")
+
+
+def without_connection(*pairs: UnconnectedSeen, **seen_peers: Any) -> Diagnosis:
+    answers = seen(seen_peers.get("peers", {}), TOPICS)
+    return diagnose(graph(), {**answers, K3_PI: replace(answers[K3_PI], unconnected=pairs)})
+
+
+def test_a_subscriber_without_a_connection_is_a_fault_with_the_restart_that_repairs_it() -> None:
+    diagnosis = without_connection(TO_PILOT)
+    assert shape(diagnosis) == {COMMANDS: ("bad", [])}
+    text, hint = found(diagnosis, COMMANDS)
+    assert text == "is not connected, although its port is open: nothing arrives on /k3/cmd_vel"
+    assert hint.startswith(f"on {K3_PI}: sudo systemctl restart {leader.UNIT['k3']}; ")
+
+
+@pytest.mark.parametrize(
+    ("own", "theirs", "named"), [(SUM, OTHER, True), (SUM, SUM, False), ("", OTHER, False), (SUM, "", False)]
+)
+def test_two_definitions_of_a_type_are_the_reason_if_both_are_known(
+    own: str, theirs: str, named: bool
+) -> None:
+    pair = replace(TO_PILOT, type="geometry_msgs/Twist", md5=own, publisher_md5=theirs)
+    text, hint = found(without_connection(pair), COMMANDS)
+    assert text.startswith("geometry_msgs/Twist is another message (MD5 sum 9f195f88 here, ") is named
+    assert ("the same version of geometry_msgs" in hint) is named
+
+
+def test_a_node_of_no_robot_belongs_to_its_host() -> None:
+    diagnosis = without_connection(replace(TO_PILOT, node="/rostopic_7"))
+    key = f"connection /rostopic_7 on {K3_PI} to /pilot on {LAPTOP}"
+    assert shape(diagnosis) == {key: ("bad", [])}
+    assert found(diagnosis, key)[1].startswith("start /rostopic_7 again")
+
+
+def test_a_closed_port_is_the_reason_where_there_is_one() -> None:
+    peers = {K3_PI: {"/pilot": closed(LAPTOP, 45123, "/k3/cmd_vel")}}
+    diagnosis = without_connection(TO_PILOT, peers=peers)
+    assert found(diagnosis, COMMANDS)[0].startswith("cannot connect to 192.168.77.10:45123")
+
+
+def test_a_publisher_outside_of_the_swarm_is_a_matter_of_other_checks() -> None:
+    assert shape(without_connection(replace(TO_PILOT, uri="http://10.9.9.9:40001"))) == {}

@@ -52,7 +52,7 @@ class ProbeRequest(TypedDict):
     the conflicts, after the last states of the units; ``master``: its URI, empty without one; ``commands``:
     topics whose publishers and subscribers are looked up, with those of all topics that have one of
     ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``peers``: nodes on other
-    hosts to which the master here connects; ``inputs``: topics to whose publishers on other hosts nodes of
+    hosts to which the master here connects; ``inputs``: topics to whose publishers nodes of
     this one connect; ``graph``: null on one island; ``launched``: units whose nodes are to be
     found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
     of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by
@@ -191,6 +191,22 @@ class PeerAnswer(TypedDict):
     error: str
 
 
+class UnconnectedAnswer(TypedDict):
+    """A ``node`` of this host that subscribes to ``topic`` and has no connection to a ``publisher`` of it.
+
+    ``uri``: that of the publisher; ``md5``: the MD5 sum of the ``type`` on this host, and that of the
+    publisher; empty where they are unknown.
+    """
+
+    node: str
+    publisher: str
+    uri: str
+    topic: str
+    type: str
+    md5: str
+    publisher_md5: str
+
+
 class IslandsAnswer(TypedDict):
     """``publishers`` of bridged topics: by topic the URI of each node; ``types``: by topic."""
 
@@ -235,6 +251,7 @@ class GraphAnswer(TypedDict, total=False):
     others: dict[str, list[str]]
     peers: dict[str, PeerAnswer]
     listening: list[int]
+    unconnected: list[UnconnectedAnswer]
     senders: dict[str, SenderAnswer]
     graph: IslandsAnswer
     simulated_time: SimulatedTimeAnswer

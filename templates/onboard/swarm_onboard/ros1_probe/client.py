@@ -9,6 +9,7 @@ import asyncio
 import os
 import time
 import xmlrpc.client
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
 from swarm_onboard.agent.clip import clipped
@@ -16,6 +17,8 @@ from swarm_onboard.common.tcpros import Cursor, number, packed, read_header
 from swarm_onboard.common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
 
 if TYPE_CHECKING:
+    from typing import AsyncIterator, Mapping
+
     from swarm_onboard.agent.probe_messages import StatusAnswer
 
 CALLER = f"/swarmctl_probe_{os.getpid()}"  # rospy closes the connection of a listener whose name comes again
@@ -121,11 +124,8 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, 
     Large messages end it early; ``flow.seconds`` is then the time that it took. Of two listeners of one name
     on one topic, rospy closes the connection of the first: ``caller`` sets them apart.
     """
-    host, port = await offered(uri, topic)
-    reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
-    try:
-        writer.write(packed({"callerid": caller, "topic": topic, **_ANY}))
-        flow.type = await bounded(CALL_SECONDS, _greeted(reader), "no answer to the connection header")
+    async with _subscription(uri, topic, caller) as (reader, header):
+        flow.type = clipped(header.get("type", ""))
         began = time.monotonic()
         end = began + flow.seconds
         try:
@@ -135,6 +135,24 @@ async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, 
             pass
         except (asyncio.IncompleteReadError, OSError):
             raise PeerError("the publisher closed the connection") from None
+
+
+async def type_of(uri: str, topic: str) -> tuple[str, str]:
+    """The type of ``topic`` at its publisher at ``uri``, and the MD5 sum of it. Raises ``PeerError``."""
+    async with _subscription(uri, topic, f"{CALLER}_type") as (_, header):
+        return clipped(header.get("type", "")), clipped(header.get("md5sum", ""))
+
+
+@asynccontextmanager
+async def _subscription(
+    uri: str, topic: str, caller: str
+) -> AsyncIterator[tuple[asyncio.StreamReader, Mapping[str, str]]]:
+    """A connection to the publisher at ``uri``, and its header. Raises ``PeerError``."""
+    host, port = await offered(uri, topic)
+    reader, writer = await bounded(CALL_SECONDS, _connect(host, port), f"no connection to port {port}")
+    try:
+        writer.write(packed({"callerid": caller, "topic": topic, **_ANY}))
+        yield reader, await bounded(CALL_SECONDS, _greeted(reader), "no answer to the connection header")
     finally:
         writer.close()
 
@@ -152,12 +170,12 @@ async def offered(uri: str, topic: str) -> tuple[str, int]:
     return place
 
 
-async def _greeted(reader: asyncio.StreamReader) -> str:
-    """The type that the publisher names in its header."""
+async def _greeted(reader: asyncio.StreamReader) -> Mapping[str, str]:
+    """The publisher's header."""
     fields = await read_header(reader, _LARGEST_HEADER)
     if "error" in fields:
         raise PeerError(f"it refused: {clipped(fields['error'])}")
-    return clipped(fields.get("type", ""))
+    return fields
 
 
 async def _count(reader: asyncio.StreamReader, flow: Flow, end: float, keep_first: bool) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from swarm_onboard.agent import processes
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.common.xmlrpc import PeerError, place_of
-from swarm_onboard.ros1_probe import client
+from swarm_onboard.ros1_probe import client, connections
 
 if TYPE_CHECKING:
     from swarm_onboard.agent.probe_messages import GraphAnswer, PeerAnswer, ProbeRequest
@@ -23,20 +23,22 @@ _MOST_NODES = 200
 
 async def look(request: ProbeRequest, answer: GraphAnswer) -> None:
     """Adds the nodes of the request, and the publishers of its topics, that are on other hosts; and the ports
-    on which this host listens, so that a port that nothing has is not taken for a closed one.
+    on which this host listens, so that a port that nothing has is not taken for a closed one; and the pairs
+    of nodes that are not connected.
     """
     wanted: dict[str, list[str]] = {name: [] for name in request["peers"]}
     try:
         answer["listening"] = processes.listening_ports()
-        publishers = (await client.system_state(request["master"]))[0] if request["inputs"] else {}
+        state = await client.system_state(request["master"]) if request["inputs"] else ({}, {})
     except (PeerError, OSError) as error:
         answer["troubles"]["peers"] = clipped(error)
         return
     for topic in request["inputs"]:
-        for name in publishers.get(topic, ()):
+        for name in state[0].get(topic, ()):
             wanted.setdefault(name, []).append(topic)
     first = list(wanted.items())[:_MOST_NODES]
-    await asyncio.gather(*(_peer(request, name, topics, answer["peers"]) for name, topics in first))
+    works = [_peer(request, name, topics, answer["peers"]) for name, topics in first]
+    await asyncio.gather(*works, connections.look(request, state, answer))
 
 
 async def _peer(request: ProbeRequest, name: str, topics: list[str], answers: dict[str, PeerAnswer]) -> None:

@@ -1,0 +1,156 @@
+"""Subscribers of this host that have no connection to a publisher of their topic.
+
+Both may run, and the ports between them be open: the publisher has another definition of the type and drops
+the connection (wiki.ros.org/ROS/TCPROS), or the subscriber never heard of it, since a master announces a
+publisher only once. Each node knows its own connections (``getBusInfo``, wiki.ros.org/ROS/Slave_API).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, TypeVar
+
+from swarm_onboard.agent import files
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.named_tuple import NamedTuple
+from swarm_onboard.common.xmlrpc import PeerError, place_of
+from swarm_onboard.ros1_probe import client, nodes
+
+if TYPE_CHECKING:
+    from typing import AbstractSet, Any, Awaitable, Callable, Iterable, Mapping, Sequence
+
+    from swarm_onboard.agent.probe_messages import GraphAnswer, ProbeRequest, UnconnectedAnswer
+
+    Pair = tuple[str, str, str]  # the subscriber, the topic, the publisher
+    Side = Mapping[str, Sequence[str]]
+
+T = TypeVar("T")
+
+_MOST_PAIRS = 200
+_TIME_TO_CONNECT = 1.5  # s for a subscriber that has just heard of a publisher
+_PYTHON = "/usr/lib/python3/dist-packages"
+_MD5 = re.compile(rb'_md5sum = "([0-9a-f]{32})"')  # in what genpy generates of a .msg file
+
+
+class _Connections(NamedTuple):
+    """The URI of a node, and of each of its connections the far end and the topic.
+
+    The far end of a subscription is the URI of the publisher, that of a publication the subscriber's name.
+    """
+
+    uri: str
+    far_ends: AbstractSet[tuple[str, str]]
+
+
+async def look(request: ProbeRequest, state: tuple[Side, Side], answer: GraphAnswer) -> None:
+    """Adds the pairs that are not connected now, and not a moment later.
+
+    ``state``: the publishers and the subscribers of each topic. Nodes that do not answer have no pairs.
+    """
+    publishers, subscribers = state
+    master, own_host = request["master"], str(request["advertised"]).lower()
+    uris = await _each(
+        {name for topic in request["inputs"] for name in subscribers.get(topic, ())}, partial(_uri, master)
+    )
+    here = [name for name, uri in uris.items() if place_of(uri)[0].lower() == own_host]
+    pairs = [
+        (subscriber, topic, publisher)
+        for topic in request["inputs"]
+        for subscriber in here
+        if subscriber in subscribers.get(topic, ())
+        for publisher in publishers.get(topic, ())
+    ]
+    missing = await _unconnected(master, pairs[:_MOST_PAIRS])
+    if missing:
+        await asyncio.sleep(_TIME_TO_CONNECT)
+        missing = await _unconnected(master, missing)
+    found = await asyncio.gather(*(_described(master, *one) for one in missing))
+    answer["unconnected"] = list(found)
+
+
+async def _unconnected(master: str, pairs: Sequence[Pair]) -> list[Pair]:
+    """Returns those of ``pairs`` of which one node does not know the connection to the other."""
+    names = {name for subscriber, _, publisher in pairs for name in (subscriber, publisher)}
+    seen = await _each(names, partial(_connections, master))
+    return [
+        (subscriber, topic, publisher)
+        for subscriber, topic, publisher in pairs
+        if subscriber in seen
+        and publisher in seen
+        and not (
+            (seen[publisher].uri, topic) in seen[subscriber].far_ends
+            and (subscriber, topic) in seen[publisher].far_ends
+        )
+    ]
+
+
+async def _each(names: Iterable[str], ask: Callable[[str], Awaitable[T]]) -> dict[str, T]:
+    """What ``ask`` returns for each node, without those for which it raises ``PeerError``."""
+    found: dict[str, T] = {}
+
+    async def add(name: str) -> None:
+        with suppress(PeerError):
+            found[name] = await ask(name)
+
+    await asyncio.gather(*map(add, names))
+    return found
+
+
+async def _uri(master: str, name: str) -> str:
+    """The URI of a node. Raises ``PeerError``."""
+    uri = str(await client.call(master, "lookupNode", name))
+    place_of(uri)
+    return uri.rstrip("/")
+
+
+async def _connections(master: str, name: str) -> _Connections:
+    """The connections of a node. Raises ``PeerError`` if it does not say."""
+    uri = await _uri(master, name)
+    return _Connections(uri, _far_ends(await client.call(uri, "getBusInfo")))
+
+
+def _far_ends(bus: Any) -> set[tuple[str, str]]:
+    try:
+        return {(str(far).rstrip("/"), str(topic)) for _, far, _, _, topic, connected, *_ in bus if connected}
+    except (TypeError, ValueError):
+        raise PeerError("its list of connections makes no sense") from None
+
+
+async def _described(master: str, subscriber: str, topic: str, publisher: str) -> UnconnectedAnswer:
+    """A pair, with the MD5 sum of the type on both sides, as far as they can be found out."""
+    found: UnconnectedAnswer = {
+        "node": subscriber, "publisher": publisher, "uri": "", "topic": topic,
+        "type": "", "md5": "", "publisher_md5": "",
+    }  # fmt: skip
+    with suppress(PeerError):
+        uri = await _uri(master, publisher)
+        found["uri"] = clipped(uri)
+        found["type"], found["publisher_md5"] = await client.type_of(uri, topic)
+        pid = nodes.process_of(await client.call(await _uri(master, subscriber), "getPid"))
+        found["md5"] = md5_of(found["type"], pid)
+    return found
+
+
+def md5_of(kind: str, pid: int, proc: str = "/proc") -> str:
+    """The MD5 sum of the type of a message as the process ``pid`` would import it; empty if not found.
+
+    The module is read and not imported: it may be a user's.
+    """
+    package, _, name = kind.partition("/")
+    if not package.isidentifier() or not name.isidentifier():
+        return ""
+    try:
+        variables = (files.read(f"{proc}/{pid}/environ") or b"").decode("utf-8", "replace").split("\0")
+        paths = [one.partition("=")[2] for one in variables if one.startswith("PYTHONPATH=")]
+        for folder in ":".join([*paths, _PYTHON]).split(":"):
+            path = f"{folder}/{package}/msg/_{name}.py"
+            content = files.read(path) if folder.startswith("/") else None
+            if content is not None:
+                found = _MD5.search(content)
+                return found[1].decode("ascii") if found else ""
+    except OSError:  # the process has ended, or the file is not readable
+        pass
+    return ""
