@@ -205,7 +205,7 @@ class PeerSeen:
 class UnconnectedSeen:
     """A ``node`` that subscribes to ``topic`` and has no connection to the ``publisher`` at ``uri``.
 
-    ``md5``: the MD5 sum of the ``type`` on the node's host, and that of the publisher; empty if unknown.
+    ``md5``: the MD5 sum of the subscriber's ``type``, and of the publisher's; empty if unknown.
     """
 
     node: str
@@ -214,6 +214,7 @@ class UnconnectedSeen:
     topic: str
     type: str = ""
     md5: str = ""
+    publisher_type: str = ""
     publisher_md5: str = ""
 
 

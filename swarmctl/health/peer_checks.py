@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.health import checks
+from swarmctl.health import checks, command_sources
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, PeerSeen, UnconnectedSeen
+from swarmctl.health.observations import Answer, PeerSeen, SenderSeen, UnconnectedSeen
 from swarmctl.health.root_cause import Findings
 
 CHECK = "connection"
@@ -99,11 +99,20 @@ def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]
 def _file_unconnected(
     found: Findings, graph: ExpectedGraph, host: ExpectedHost, home: ExpectedHost, pair: UnconnectedSeen
 ) -> None:
-    """Files that a subscriber on ``host`` gets nothing of a publisher on ``home``, although both answer."""
+    """Files that a subscriber on ``host`` gets nothing of a publisher on ``home``, although both answer.
+
+    What may not command a robot need not be connected to it.
+    """
     inputs = [one for one in inputs_of(graph, host) if pair.topic in one.topics]
     robot, program = next((one.owner for one in inputs if one.node == pair.node), (None, None))
-    nothing = f"nothing arrives on {pair.topic}"
-    if pair.md5 and pair.publisher_md5 and pair.md5 != pair.publisher_md5:
+    sender = SenderSeen(checks.host_of(pair.uri))
+    if robot is not None and not command_sources.may_command(robot, pair.publisher, sender):
+        return
+    nothing, types = f"nothing arrives on {pair.topic}", (pair.type, pair.publisher_type)
+    if all(types) and "*" not in types and pair.type != pair.publisher_type:
+        text = f"subscribes to {pair.type}, and the publisher sends {pair.publisher_type}: {nothing}"
+        hint = "remap one of the two topics, or start one of the nodes with the other's type"
+    elif pair.md5 and pair.publisher_md5 and pair.md5 != pair.publisher_md5:
         sums = f"MD5 sum {pair.md5[:8]} here, {pair.publisher_md5[:8]} there"
         text = f"{pair.type} is another message ({sums}): {nothing}"
         package = pair.type.partition("/")[0]
@@ -115,7 +124,7 @@ def _file_unconnected(
         hint = f"{start}; it asks the master for the publishers then"
     found.add(
         CHECK, f"{pair.node} on {host.name} to {pair.publisher} on {home.name}", checks.bad(text, hint),
-        host=host, robot=robot, program=program,
+        host=host, robot=robot, program=program, after=[f"command type {robot.name}"] if robot else (),
     )  # fmt: skip
 
 

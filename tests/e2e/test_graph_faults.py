@@ -29,7 +29,16 @@ table inet strict {
 """
 
 
-REFUSING = FIREWALL.replace("11311 } accept", "11311 } accept\n    meta l4proto tcp reject with tcp reset")
+REFUSING = """
+table inet strict {
+  chain input {
+    type filter hook input priority 0;
+    iif lo accept
+    ct direction reply accept
+    tcp dport != 22 reject with tcp reset
+  }
+}
+"""  # connections of before as well: a master keeps those to its nodes open
 PILOT = """
 import sys, rospy
 from geometry_msgs.msg import Twist

@@ -220,6 +220,27 @@ def test_two_definitions_of_a_type_are_the_reason_if_both_are_known(
     assert ("the same version of geometry_msgs" in hint) is named
 
 
+@pytest.mark.parametrize("theirs", ["std_msgs/String", "*", "", "geometry_msgs/Twist"])
+def test_two_types_are_the_reason_if_both_are_known(theirs: str) -> None:
+    pair = replace(TO_PILOT, type="geometry_msgs/Twist", publisher_type=theirs)
+    text = found(without_connection(pair), COMMANDS)[0]
+    sent = "subscribes to geometry_msgs/Twist, and the publisher sends std_msgs/String: nothing arrives on"
+    assert text.startswith(sent) is (theirs == "std_msgs/String")
+
+
+def test_a_wrong_type_of_commands_is_one_cause() -> None:
+    pair = replace(TO_PILOT, type="geometry_msgs/Twist", publisher_type="std_msgs/String")
+    sender = {"/pilot": SenderSeen("192.168.77.10", {"/k3/cmd_vel": "std_msgs/String"})}
+    answers = seen({}, {}, commanders={"/k3/cmd_vel": ("/pilot",)}, senders=sender)
+    wrong = diagnose(graph(), {**answers, K3_PI: replace(answers[K3_PI], unconnected=(pair,))})
+    assert shape(wrong) == {"command type k3": ("bad", [COMMANDS])}
+
+
+def test_a_stranger_need_not_be_connected() -> None:
+    stranger = replace(TO_PILOT, uri=f"http://{ADDRESS[EPUCK_PI]}:40001")
+    assert shape(without_connection(stranger)) == {}
+
+
 def test_a_node_of_no_robot_belongs_to_its_host() -> None:
     diagnosis = without_connection(replace(TO_PILOT, node="/rostopic_7"))
     key = f"connection /rostopic_7 on {K3_PI} to /pilot on {LAPTOP}"

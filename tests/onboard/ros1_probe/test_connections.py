@@ -39,7 +39,9 @@ def two_nodes(of_driver: Bus, of_pilot: Bus) -> Iterator[FakeRos]:
         pilot = slave({COMMAND: port}, {COMMAND: TWIST}) | {"getBusInfo": lambda caller: [1, "", of_pilot]}
         with served(pilot) as uri:
             bus = [[uri if field == "PILOT" else field for field in one] for one in of_driver]
-            with served(slave({}, {}) | {"getBusInfo": lambda caller: [1, "", bus]}) as driver:
+            with served(
+                slave({}, {}, {COMMAND: TWIST}) | {"getBusInfo": lambda caller: [1, "", bus]}
+            ) as driver:
                 nodes = {"/k3/driver": driver, "/pilot": uri}
                 yield FakeRos(nodes, {COMMAND: ["/pilot"]}, {COMMAND: ["/k3/driver"]})
 
@@ -81,6 +83,7 @@ def test_a_pair_has_the_type_and_both_md5_sums() -> None:
                 "topic": COMMAND,
                 "type": TWIST,
                 "md5": f"{TWIST} of 42",
+                "publisher_type": TWIST,
                 "publisher_md5": OTHER,
             }
         ]

@@ -194,8 +194,8 @@ class PeerAnswer(TypedDict):
 class UnconnectedAnswer(TypedDict):
     """A ``node`` of this host that subscribes to ``topic`` and has no connection to a ``publisher`` of it.
 
-    ``uri``: that of the publisher; ``md5``: the MD5 sum of the ``type`` on this host, and that of the
-    publisher; empty where they are unknown.
+    ``uri``: that of the publisher; ``md5``: the MD5 sum of the subscriber's ``type``, and of the publisher's;
+    empty where they are unknown.
     """
 
     node: str
@@ -204,6 +204,7 @@ class UnconnectedAnswer(TypedDict):
     topic: str
     type: str
     md5: str
+    publisher_type: str
     publisher_md5: str
 
 

@@ -120,17 +120,18 @@ def _far_ends(bus: Any) -> set[tuple[str, str]]:
 
 
 async def _described(master: str, subscriber: str, topic: str, publisher: str) -> UnconnectedAnswer:
-    """A pair, with the MD5 sum of the type on both sides, as far as they can be found out."""
+    """A pair, with the type and its MD5 sum on both sides, as far as they can be found out."""
     found: UnconnectedAnswer = {
         "node": subscriber, "publisher": publisher, "uri": "", "topic": topic,
-        "type": "", "md5": "", "publisher_md5": "",
+        "type": "", "md5": "", "publisher_type": "", "publisher_md5": "",
     }  # fmt: skip
     with suppress(PeerError):
         uri = await _uri(master, publisher)
         found["uri"] = clipped(uri)
-        found["type"], found["publisher_md5"] = await client.type_of(uri, topic)
-        pid = nodes.process_of(await client.call(await _uri(master, subscriber), "getPid"))
-        found["md5"] = md5_of(found["type"], pid)
+        found["publisher_type"], found["publisher_md5"] = await client.type_of(uri, topic)
+        own = await _uri(master, subscriber)
+        found["type"] = nodes.types_of(await client.call(own, "getSubscriptions")).get(topic, "")
+        found["md5"] = md5_of(found["type"], nodes.process_of(await client.call(own, "getPid")))
     return found
 
 
