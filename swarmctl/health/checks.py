@@ -205,7 +205,7 @@ def driver(
     """Checks the driver's node on ``host``. ``process``: its unit."""
     restart = f"on {robot.host}: sudo systemctl restart {robot.unit}"
     if seen is None or seen.registered is None:
-        return unknown(f"{robot.node} was not checked")
+        return unknown(_unchecked(robot.node, seen))
     runs = process is not None and process.runs
     if not seen.registered:
         if process is not None and runs and process.recent:
@@ -237,6 +237,10 @@ def driver(
             State.WARNING, text, f"on {robot.host}: sudo kill {seen.pid}; sudo systemctl restart {robot.unit}"
         )
     return ok(f"{robot.node} runs")
+
+
+def _unchecked(node: str, seen: NodeSeen | None) -> str:
+    return f"{node} was not checked" + (f": {seen.error}" if seen is not None and seen.error else "")
 
 
 def environment(host: str, unit: str, differences: Sequence[str]) -> Verdict:

@@ -10,9 +10,10 @@ from contextlib import contextmanager, suppress
 from threading import Timer
 
 from swarmctl.remote.lean_paramiko import paramiko
-from swarmctl.remote.ssh_errors import flooded, lost, unfinished
+from swarmctl.remote.ssh_errors import flooded, lost, unfinished, with_losses
 from swarmctl.remote.ssh_limits import SESSION_PAUSES
 from swarmctl.remote.sudo_password import SudoPassword
+from swarmctl.remote.tcp import PromptSocket
 from swarmctl.remote.transport import CHANNEL_TIMEOUT, HostError, Kind, Output
 
 _CHUNK = 1 << 16
@@ -112,7 +113,10 @@ class SshChannel:
             gone = error if isinstance(error, HostError) else lost(self._host, str(error))
             if gone.kind is Kind.LOST and time.monotonic() >= end:
                 gone = unfinished(self._host, timeout)
-            raise gone from error
+            link = self._client.sock
+            raise with_losses(
+                gone, link.sent_again() if isinstance(link, PromptSocket) else (0, 0)
+            ) from error
         finally:
             alarm.cancel()
 

@@ -12,6 +12,7 @@ _MOST_QUOTED = 200  # characters of what a host sends
 _UNSAFE = ("sha1", "md5", "-cbc", "ssh-rsa", "ssh-dss", "arcfour", "rijndael")  # in names of algorithms
 _OVERLOADED = "the host may be overloaded or hung"
 _AGAIN = "run the same command again"
+_FEW, _LOSSY = 3, 0.1  # packets sent again, and the share of all, that a good link does not reach
 _POWER = "is the host switched on and in the same network?"
 
 
@@ -251,6 +252,15 @@ def lost(host: str, reason: str = "") -> HostError:
 def unfinished(host: str, seconds: float) -> HostError:
     """A command was not done in its time."""
     return HostError(Kind.LOST, f"{host} did not finish within {seconds:g} s", f"{_OVERLOADED}; {_AGAIN}")
+
+
+def with_losses(error: HostError, sent_again: tuple[int, int]) -> HostError:
+    """The error with how many packets to the host were lost, if these may be why its connection was lost."""
+    again, sent = sent_again
+    if error.kind is not Kind.LOST or again < _FEW or again < _LOSSY * sent:
+        return error
+    text = f"{error.message}; {again} of {sent} packets to it had to be sent again"
+    return HostError(Kind.LOST, text, "its link loses packets: improve the signal, or use another channel")
 
 
 def flooded(host: str, limit: int) -> HostError:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import socket
+import struct
+from contextlib import suppress
 
 from swarmctl.remote.ssh_errors import no_answer, no_way, nothing_listens, unknown_name
 from swarmctl.remote.transport import Target
 
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)
+_INFO = getattr(socket, "TCP_INFO", -1)
+_SENT_AGAIN, _SENT = 100, 136  # where struct tcp_info of linux/tcp.h has tcpi_total_retrans and tcpi_segs_out
 
 
 class PromptSocket(socket.socket):
@@ -17,11 +21,26 @@ class PromptSocket(socket.socket):
     packets meet Nagle's algorithm on the other side; hence the option is set anew before each read.
     """
 
+    _sent_again = (0, 0)
+
     def recv(self, bufsize: int, flags: int = 0, /) -> bytes:
         """Receives as ``socket.recv`` does, and acknowledges at once."""
         if _QUICKACK is not None:
             self.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
         return super().recv(bufsize, flags)
+
+    def close(self) -> None:
+        """Closes the connection."""
+        self.sent_again()
+        super().close()
+
+    def sent_again(self) -> tuple[int, int]:
+        """Returns how many segments were sent again, and how many in all; zeros where that is unknown."""
+        with suppress(OSError, struct.error):  # it is closed, or the system is not Linux
+            info = self.getsockopt(socket.IPPROTO_TCP, _INFO, _SENT + 4)
+            again, sent = (struct.unpack_from("=I", info, at)[0] for at in (_SENT_AGAIN, _SENT))
+            self._sent_again = again, sent
+        return self._sent_again
 
 
 def dial(target: Target, timeout: float, *, acknowledgement: float) -> PromptSocket:

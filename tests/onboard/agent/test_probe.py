@@ -219,13 +219,27 @@ def test_parameters_that_are_not_as_the_node_set_them_are_named(
     ):
         graph[0].parameters["/k3/driver"] = seen
         assert probed(graph[1], nodes=[node])["nodes"]["/k3/driver"]["parameters"] == found
-    for is_set, shown in ((False, [f"{name} is not set" for name in wanted]), (True, None)):
-        answers = {
-            "getParam": lambda caller, name: [1 if name == "/run_id" else -1, "no", "run-1"],
-            "hasParam": lambda caller, name, known=is_set: [1, "", known],
-        }
-        with served({**graph[0].functions(), **answers}) as uri:
-            assert probed(uri, nodes=[node])["nodes"]["/k3/driver"].get("parameters") == shown
+    graph[0].parameters["/k3/driver"] = None
+    unset = [f"{name} is not set" for name in wanted]
+    assert probed(graph[1], nodes=[node])["nodes"]["/k3/driver"]["parameters"] == unset
+
+
+@pytest.mark.parametrize("method", ["getParam", "lookupNode"])
+def test_a_call_that_the_master_does_not_answer_is_not_taken_for_a_no(
+    prefix: Path, graph: tuple[FakeRos, str], method: str
+) -> None:
+    known = graph[0].functions()[method]
+
+    def answer(caller: str, name: str) -> Any:
+        if name.startswith("/k3"):
+            raise TimeoutError  # any answer that is none of a master
+        return known(caller, name)
+
+    node = {"name": "/k3/driver", "topics": {}, "parameters": {"port": "/dev/k3"}}
+    with served({**graph[0].functions(), method: answer}) as uri:
+        found = probed(uri, nodes=[node])["nodes"]["/k3/driver"]
+    assert found["registered"] is (True if method == "getParam" else None)
+    assert "parameters" not in found
 
 
 def test_restarts_during_the_probe_are_counted(prefix: Path, graph: tuple[FakeRos, str]) -> None:

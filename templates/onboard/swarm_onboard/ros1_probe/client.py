@@ -33,6 +33,10 @@ _LARGEST_KEPT = 64 << 10  # of one message
 _SMALL = 64  # bytes of a message that is always kept
 
 
+class FailedCallError(PeerError):
+    """The peer answers that it cannot: ERROR or FAILURE (wiki.ros.org/ROS/Master_Slave_APIs)."""
+
+
 async def call(uri: str, method: str, *arguments: Any, seconds: float = CALL_SECONDS) -> Any:
     """The value that a master or a node returns for ``method``. Raises ``PeerError``."""
     return await call_plainly(uri, method, CALLER, *arguments, seconds=seconds)
@@ -53,7 +57,7 @@ def _value_in(reply: bytes) -> Any:
     except (TypeError, ValueError):
         raise NonsenseError("the answer is not that of a ROS node") from None
     if code != 1:
-        raise PeerError(clipped(message))
+        raise FailedCallError(clipped(message))
     return value
 
 

@@ -31,8 +31,11 @@ async def look(
     answers[name] = found
     try:
         uri = str(await client.call(master_uri, "lookupNode", name))
-    except PeerError as error:
+    except client.FailedCallError as error:
         found.update({"registered": False, "error": str(error)})
+        return
+    except PeerError as error:  # the master is silent: nothing is known of the node
+        found["error"] = str(error)
         return
     found.update({"registered": True, "uri": clipped(uri)})
     try:
@@ -58,13 +61,10 @@ async def _parameters(master_uri: str, request: NodeRequest, node: NodeAnswer) -
         return
     try:
         seen = await client.call(master_uri, "getParam", request["name"])
-    except PeerError:
-        try:
-            if await client.call(master_uri, "hasParam", request["name"]):
-                return
-        except PeerError:  # it does not answer
-            return
+    except client.FailedCallError:
         seen = {}
+    except PeerError:  # the master is silent
+        return
     node["parameters"] = list(_differences(wanted, seen))[:_MOST_PARAMETERS]
 
 

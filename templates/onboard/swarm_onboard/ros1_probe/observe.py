@@ -96,9 +96,7 @@ async def _run_id(uri: str) -> Any:
     """The run of a master, empty if that parameter is gone. Raises ``PeerError`` if it does not answer."""
     try:
         return await client.call(uri, "getParam", "/run_id")
-    except PeerError:
-        if await client.call(uri, "hasParam", "/run_id"):
-            raise
+    except client.FailedCallError:
         return ""
 
 
