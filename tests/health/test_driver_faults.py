@@ -21,7 +21,11 @@ FAULTS = {
         message="ROS_MASTER_URI is http://10.9.9.9:11311 instead of X",
     ),
     "driver that warns": Fault(
-        K3_PI, with_node("k3", report=Report(1, "slow")), {"report k3": ("warning", [])}, healthy=True
+        K3_PI,
+        with_node("k3", report=Report(1, "7 of 120 requests in the last minute failed")),
+        {"report k3": ("warning", [])},
+        healthy=True,
+        message="7 of 120 requests in the last minute failed",
     ),
     "crash loop": Fault(
         K3_PI,

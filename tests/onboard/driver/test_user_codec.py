@@ -154,11 +154,12 @@ def test_a_fault_in_a_request_is_a_failed_exchange_with_its_place(
     bench = driving(config((before, only)))
     assert bench.driver.phase is Phase.READY
     assert bench.robot.speed == (44, 44)
+    bench.run(1.0)
+    assert bench.robot.speed == (0, 0)
+    bench.run(2.0)
     report = bench.sink.reports[-1]
     assert report.level is Level.WARN
     assert expected in report.values["last error"]
-    bench.run(1.0)
-    assert bench.robot.speed == (0, 0)
 
 
 def test_a_class_that_fails_on_the_stop_stops_the_robot_all_the_same(config: Callable[..., Config]) -> None:

@@ -29,7 +29,7 @@ def standing(has: dict[str, str | None], outside: Outside) -> Prepared:
     """Returns the state of what the programs in ``has`` manage."""
     states: Prepared = {}
     if "chronyd" in has:
-        states["clock"] = _clock()
+        states["clock"] = clock()
     if "iw" in has:
         states["power_save"] = {name: _power_save(has["iw"], name) for name in wireless(outside)}
     return states
@@ -40,8 +40,11 @@ def _program(name: str, outside: Outside) -> str | None:
     return next((place for place in places if os.access(outside(place), os.X_OK)), None)
 
 
-def _clock() -> Literal["follows", "alone", "borrowed"]:
-    """``follows`` another clock, goes ``alone``, or is ``borrowed``: a container's, which it cannot set."""
+def clock() -> Literal["follows", "alone", "borrowed"]:
+    """Returns whether the clock ``follows`` another one or goes ``alone``.
+
+    ``borrowed``: it is a container's, which cannot set it.
+    """
     with open("/proc/self/status", encoding="ascii", errors="replace") as file:
         lines = dict(line.split(":", 1) for line in file if ":" in line)
     if not int(lines["CapEff"], 16) & _CAP_SYS_TIME:

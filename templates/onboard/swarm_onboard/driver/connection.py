@@ -94,7 +94,7 @@ class Connection(Protocol):
         ...
 
     def complaints(self) -> list[str]:
-        """Returns the faults of a connected robot that were not reported yet."""
+        """Returns the faults of a connected robot."""
         ...
 
     def figures(self) -> dict[str, str]:

@@ -167,6 +167,8 @@ class Driver:
             ):  # a line that is gone takes no stop; the next one begins with it
                 connection.send_stop()
             connection.close()
+        if known:
+            self._tally.lost(self._clock(), trouble)
         if known or trouble != self._trouble:
             self._sink.event(Level.ERROR, trouble)
         self._trouble = self._tally.last_error = trouble
@@ -192,7 +194,9 @@ class Driver:
         ]
         charge = connection.battery()
         low = [f"the battery is at {charge:.0%}"] if charge is not None and charge < _LOW else []
-        complaints = [*strangers, *connection.complaints(), *slow, *low]
+        losing = self._tally.losing(self._clock())
+        lost = [f"{losing}: check the plugs, the robot's supply and its battery"] if losing else []
+        complaints = [*strangers, *connection.complaints(), *lost, *slow, *low]
         message = "; ".join([connection.activity(), *complaints])
         return Report(Level.WARN if complaints else Level.OK, message, figures)
 

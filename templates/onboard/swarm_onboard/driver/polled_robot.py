@@ -36,7 +36,6 @@ class PolledRobot:
         self._unprepared: list[str] = []
         self._left_out: list[str] = []
         self._meeting = self._met()
-        self._failures_reported = around.tally.failed_exchanges
 
     @property
     def since(self) -> float | None:
@@ -84,9 +83,11 @@ class PolledRobot:
         return self._session.rates() if self._session else []
 
     def complaints(self) -> list[str]:
-        failures = self._around.tally.failed_exchanges - self._failures_reported
-        self._failures_reported += failures
-        return [*([f"{failures} exchanges failed"] if failures else []), *self._unprepared, *self._left_out]
+        tally, port = self._around.tally, self._around.config.port
+        failing = tally.failing(self._around.clock(), "requests in the last minute failed")
+        advice = f"check the cable or radio, what disturbs it, and that no other program uses {port}"
+        failures = [f"{failing} (last: {tally.last_error}): if replies are lost, {advice}"] if failing else []
+        return [*failures, *self._unprepared, *self._left_out]
 
     def figures(self) -> dict[str, str]:
         return {}

@@ -79,7 +79,7 @@ class Board:
         self._accepts_commands = False
         self._outbox: deque[Outgoing | Parameter] = deque(maxlen=MOST_WAITING)
         self._free_at = self._sent_at
-        self._damaged_reported = self._unsent = 0
+        self._frames = self._damaged = self._unsent = 0  # counted so far; not reported yet
 
     @property
     def odometry(self) -> Odometry:
@@ -93,6 +93,7 @@ class Board:
         """Handles what the board sent and sends what is due. Returns the moment at which more is due."""
         for event in self._conversation.step(self._port.read(0.0)):
             self._take(event)
+        self._count_frames()
         if self.since is None:
             self._relay.taken()
             return self._conversation.due()
@@ -136,11 +137,10 @@ class Board:
         return [(name, self._meters[name].rate(now), rate) for name, rate in self._wanted_rates.items()]
 
     def complaints(self) -> list[str]:
-        damaged = self._conversation.reader.losses.frames - self._damaged_reported
-        self._damaged_reported += damaged
+        damaged = self._tally.failing(self._clock(), "frames in the last minute were damaged")
         unsent, self._unsent = self._unsent, 0
         return [
-            *([f"{damaged} frames were damaged on the line"] if damaged else []),
+            *([f"{damaged}: check the cable or radio, and what disturbs it"] if damaged else []),
             *([f"{unsent} messages did not pass ({self._tally.last_error})"] if unsent else []),
             *self._drift.complaints(self.firmware),
         ]
@@ -166,6 +166,14 @@ class Board:
             self._relay.ask(event.name)
         else:
             self._lost(event)
+
+    def _count_frames(self) -> None:
+        """Counts frames of a board that is connected; a board that starts also sends what is none."""
+        reader = self._conversation.reader
+        right, wrong = reader.good - self._frames, reader.losses.frames - self._damaged
+        self._frames, self._damaged = reader.good, reader.losses.frames
+        if self.since is not None and (right or wrong):
+            self._tally.transfers.add(self._clock(), right, wrong)
 
     def _negotiated(self, event: Negotiated) -> None:
         self._drift.negotiated(event)
@@ -209,6 +217,7 @@ class Board:
             raise LinkLostError(f"{lost.reason} (at {self._config.serial.baud} baud){hint}")
         self._sink.event(Level.ERROR, lost.reason)
         self._tally.last_error = self.trouble = lost.reason
+        self._tally.lost(self._clock(), lost.reason)
         self.since = None
 
     def _wanted(self) -> tuple[float, float]:

@@ -172,12 +172,13 @@ class Session:
         try:
             self._link.set_speed(*aim)
         except FAILED_EXCHANGE as error:
-            self._tally.failed(error)
+            self._failed(error)
             if self._confirmed is None:
                 raise LinkLostError(str(error)) from error
             self._confirmed = None  # the second attempt says what is wanted by then
         else:
             self._confirmed, self._sent_at = aim, self._clock()
+            self._tally.transfers.add(self._sent_at, right=1)
 
     def _serve(self, now: float, aim: Units) -> None:
         """Reads the sensor that is most overdue, or sends an actuator setting; in turns if both are due."""
@@ -197,12 +198,14 @@ class Session:
             request = self._link.codec.actuator(change.actuator, change.index, change.values)
             self._link.ask(request, patience)
         except FAILED_EXCHANGE as error:
-            self._tally.failed(error)
+            self._failed(error)
             if not isinstance(error, BadReplyError):
                 self._show_at = self._clock() + RETRY_AFTER_S
                 return
         else:
-            if not request.answered:  # what the line has not carried yet would hold up a stop
+            if request.answered:
+                self._tally.transfers.add(self._clock(), right=1)
+            else:  # what the line has not carried yet would hold up a stop
                 self._show_at = self._clock() + TX_MARGIN * len(request.data) * 10 / self._config.serial.baud
         self._shown.mark_sent(change)  # not repeated to a robot that refuses it
 
@@ -222,18 +225,23 @@ class Session:
         try:
             reply = self._link.ask(self._link.codec.query(poll.query), patience, poll.wait)
         except FAILED_EXCHANGE as error:
-            self._tally.failed(error)
+            self._failed(error)
             if poll.wait is not None:  # the rest of an answer that is too long would garble that to a speed
                 self._link.settle(self._dead_man_due() - self._clock())
             poll.due = self._clock() + max(RETRY_AFTER_S, 1 / poll.rate)
             return
         arrived = self._clock()
+        self._tally.transfers.add(arrived, right=1)
         poll.due = max(poll.due + 1 / poll.rate, arrived)
         for feed in poll.feeds:
             if feed.due <= arrived + EARLY_POLL_SHARE / poll.rate:
                 feed.due = max(feed.due + 1 / feed.sensor.rate, arrived)
                 feed.meter.tick(arrived)
                 self._take(feed.sensor, reply.values, arrived)
+
+    def _failed(self, error: Exception) -> None:
+        self._tally.failed(error)
+        self._tally.transfers.add(self._clock(), wrong=1)
 
     def _dead_man_due(self) -> float:
         return self._dead_man.due() if self._aim != STANDSTILL else math.inf
