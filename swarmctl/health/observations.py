@@ -262,6 +262,14 @@ class DriftSeen:
 
 
 @dataclass(frozen=True)
+class PingSeen:
+    """How many packets were ``sent`` to an address, and how many answers ``received``."""
+
+    sent: int
+    received: int
+
+
+@dataclass(frozen=True)
 class LoadSeen:
     """The share of the time of the probe in which the processors worked (``busy``), that in which they worked
     for the host's ``own`` processes, which is less in a container, and the ``busiest`` of these.
@@ -300,5 +308,6 @@ class Answer:
     drift: DriftSeen | None = None
     checks: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)  # by name of a host's check
     load: LoadSeen | None = None
+    pings: Mapping[str, PingSeen] = field(default_factory=dict)  # by address
     images: Mapping[str, ImageSeen] = field(default_factory=dict)  # by unit
     troubles: Mapping[str, str] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from swarm_onboard.agent.probe_messages import GraphRequest, NodeRequest, ProbeR
 from swarmctl.health.checks import RESTART_WINDOW
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.link_checks import neighbours
 from swarmctl.health.peer_checks import inputs_of, peers_of
 from swarmctl.health.publisher_checks import publishers_of
 from swarmctl.resources import host_check_names
@@ -69,6 +70,7 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
             if one.container is not None
         },
         "checks": list(host_check_names()),
+        "pings": {one.advertised: round(window, 3) for one in neighbours(graph, host)},
         "clock": (round(window, 3) if graph.simulated_time else 0.0) if host.master_unit else None,
     }
 

@@ -20,7 +20,12 @@ def output_of(argv: Sequence[str], timeout: float = 20.0) -> str:
     """Returns the standard output, whatever the status; empty if the program cannot run."""
     try:
         done = subprocess.run(
-            argv, stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout, check=False, env=_plain({})
+            argv,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=timeout,
+            check=False,
+            env=plain_environment(),
         )
     except (OSError, subprocess.TimeoutExpired):
         return ""
@@ -46,7 +51,7 @@ def run(
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env=_plain(env),
+            env=plain_environment(env),
             start_new_session=True,
         )
     except OSError as error:
@@ -70,8 +75,8 @@ def run(
         raise FailedError(f"{what} failed: {'; '.join(last)}"[:1500], "correct it, then run prepare again")
 
 
-def _plain(env: Mapping[str, str]) -> dict[str, str]:
-    """An environment in which programs ask nothing and write English."""
+def plain_environment(env: Mapping[str, str] = {}) -> dict[str, str]:
+    """Returns an environment in which programs ask nothing and write English."""
     kept = {name: os.environ[name] for name in ("PATH", "SWARM_PREFIX") if name in os.environ}
     usual = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
     path = f"{kept.get('PATH', '')}:{usual}".lstrip(":")

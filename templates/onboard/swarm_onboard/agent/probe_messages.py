@@ -57,7 +57,8 @@ class ProbeRequest(TypedDict):
     found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
     of this host's nodes; ``restart_window``: s in which restarts count; ``images``: those of containers, by
     unit; ``checks``: modules of swarm_onboard.host_checks; ``clock``: s to listen to the clock of simulated
-    time, 0 where time is not simulated, null where the host runs no master.
+    time, 0 where time is not simulated, null where the host runs no master; ``pings``: addresses of other
+    hosts, with the s for which they are pinged.
     """
 
     verb: Literal["probe"]
@@ -79,6 +80,7 @@ class ProbeRequest(TypedDict):
     images: dict[str, ImageRequest]
     checks: list[str]
     clock: float | None
+    pings: dict[str, float]
 
 
 class MasterAnswer(TypedDict, total=False):
@@ -261,6 +263,13 @@ class GraphAnswer(TypedDict, total=False):
     troubles: dict[str, str]
 
 
+class PingAnswer(TypedDict):
+    """How many packets were ``sent`` to an address, and how many answers ``received``."""
+
+    sent: int
+    received: int
+
+
 class LoadAnswer(TypedDict):
     """The share of the time of the probe in which the processors worked (``busy``), that in which they worked
     for processes that the host sees (``own``), and the names of the ``busiest``.
@@ -351,5 +360,6 @@ class ProbeAnswer(GraphAnswer, total=False):
     drift: Drift | None
     checks: dict[str, list[Any]]
     load: LoadAnswer | None
+    pings: dict[str, PingAnswer] | None
     time: float
     boot_id: str | None

@@ -18,6 +18,7 @@ from swarm_onboard.agent import (
     deployed,
     images,
     lock,
+    pings,
     process_environment,
     processor_work,
     stop_latches,
@@ -57,6 +58,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     def states() -> dict[str, Any]:
         return systemd.states([str(unit) for unit in request["units"]])
 
+    pinging = part("pings", lambda: pings.Pings(request["pings"]))
     work = part("load", processor_work.work)
     before = answer["units"] = part("units", states)
     answer["history"] = part(
@@ -77,6 +79,7 @@ def handle(request: ProbeRequest, payload: bytes, report: Report) -> ProbeAnswer
     )
     answer["devices"] = part("devices", lambda: {path: device(path) for path in request["devices"]})
     part("ros", lambda: importlib.import_module(request["module"]).observe(request, answer))
+    answer["pings"] = part("pings", pinging.counts) if pinging else None
     answer["load"] = part("load", lambda: processor_work.work().since(work)) if work else None
     answer["units"] = _with_restarts(before, part("units", states))
     part("conflicts", lambda: importlib.import_module(request["module"]).observe_logs(answer))
