@@ -13,6 +13,7 @@ from swarmctl.health import (
     gate_checks,
     host_checks,
     launched_checks,
+    link_checks,
     node_names,
     peer_checks,
     program_checks,
@@ -52,6 +53,7 @@ def diagnose(
         _system(found, host, answer)
         if host.name in clocks:
             found.add("clock", host.name, clocks[host.name], host=host)
+    link_checks.compare(found, graph, answers)
     masters = {host.name: answers[host.name].units.get(host.master_unit or "") for host, _ in present}
     with_master = [(host, answer) for host, answer in present if host.master_uri]
     for host, answer in with_master:

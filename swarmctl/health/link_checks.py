@@ -12,7 +12,7 @@ from swarmctl.health.root_cause import Findings
 
 CHECK = "link"
 _FEW = 3  # packets
-_NOTICEABLE, _HEAVY = 0.1, 0.25  # of the packets there and back: TCP sends each again after 0.2 s, 0.4 s, ...
+_NOTICEABLE, _HEAVY = 0.1, 0.4  # of the pings; half of that in each direction
 
 
 def neighbours(graph: ExpectedGraph, host: ExpectedHost) -> list[ExpectedHost]:
