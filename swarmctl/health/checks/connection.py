@@ -10,14 +10,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.health import checks
+from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.node_faults import host_of
 from swarmctl.health.observations import Answer, PeerSeen
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import bad, listed
 
 CHECK = "connection"
-Unconnected = Mapping[tuple[str, str], str]  # the findings, by robot and the publisher of its commands
+TABLE = {
+    CHECK: (
+        (
+            "a node cannot connect to that of another host, which listens",
+            "unhealthy: a firewall is in between",
+        ),
+    )
+}
 Owner = tuple[ExpectedRobot | None, ExpectedProgram | None]
 
 
@@ -43,10 +52,14 @@ def inputs_of(graph: ExpectedGraph, host: ExpectedHost) -> Iterator[Input]:
 def _inputs_of_nodes(host: ExpectedHost) -> Iterator[Input]:
     for robot in host.robots:
         if robot.command:
-            yield Input(robot.guard_node or f"the driver of {robot.name}", (robot.command,), (robot, None))
+            yield Input(_commanded(robot), (robot.command,), (robot, None))
     for program in host.programs:
         topics = tuple(topic for topic, _ in program.subscribes)
         yield Input(program.node or f"a node of {program.name}", topics, (None, program))
+
+
+def _commanded(robot: ExpectedRobot) -> str:
+    return robot.guard_node or f"the driver of {robot.name}"
 
 
 def peers_of(graph: ExpectedGraph, hub: ExpectedHost) -> Iterator[str]:
@@ -63,31 +76,46 @@ def _owners(host: ExpectedHost) -> dict[str, Owner]:
     return {node: owner for node, owner in found.items() if node}
 
 
-def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> Unconnected:
+def compare(found: Findings, context: CheckContext) -> None:
     """Files a finding for each pair of nodes of which one was seen not to connect to the other.
 
     The first one of each host that lets nothing in explains the others.
     """
-    places = {host.advertised.lower(): host for host in graph.hosts}
     causes: dict[str, list[str]] = {}
-    unconnected: dict[tuple[str, str], str] = {}
-    for host in graph.hosts:
-        for node, seen in answers[host.name].peers.items() if host.name in answers else ():
-            home = places.get(checks.host_of(seen.uri))
-            if home is None or home.name == host.name or not _is_closed(node, seen, answers.get(home.name)):
-                continue
-            for one, effect in _cut_off(graph, host, home, node, seen):
+    for host, answer in context.hosts:
+        for node, seen, home in _closed(context, host, answer):
+            for one, effect in _cut_off(context.graph, host, home, node, seen):
                 robot, program = one.owner
                 hint = f"check the firewall on {home.name}: sudo nft list ruleset; all TCP ports must be"
                 key = found.add(
-                    CHECK, f"{one.node} on {host.name} to {node} on {home.name}",
-                    checks.bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
+                    CHECK, _subject(one.node, host, node, home),
+                    bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
                     host=host, robot=robot, program=program, after=causes.get(home.name, ()),
                 )  # fmt: skip
                 causes.setdefault(home.name, []).append(key)
-                if robot is not None and one.topics:
-                    unconnected[robot.name, node] = key
-    return unconnected
+
+
+def unconnected(context: CheckContext, host: ExpectedHost, robot: ExpectedRobot) -> Mapping[str, str]:
+    """Returns the findings, by the publisher of the robot's commands to which there is no connection."""
+    return {
+        node: f"{CHECK} {_subject(_commanded(robot), host, node, home)}"
+        for node, seen, home in _closed(context, host, context.answers[host.name])
+        if robot.command in seen.topics
+    }
+
+
+def _subject(one: str, host: ExpectedHost, other: str, home: ExpectedHost) -> str:
+    return f"{one} on {host.name} to {other} on {home.name}"
+
+
+def _closed(
+    context: CheckContext, host: ExpectedHost, answer: Answer
+) -> Iterator[tuple[str, PeerSeen, ExpectedHost]]:
+    """Yields the nodes of other hosts that let in no connection of ``host``, with their hosts."""
+    for node, seen in answer.peers.items():
+        home = context.by_address.get(host_of(seen.uri))
+        if home is not None and home is not host and _is_closed(node, seen, context.answers.get(home.name)):
+            yield node, seen, home
 
 
 def _is_closed(node: str, seen: PeerSeen, home: Answer | None) -> bool:
@@ -103,7 +131,7 @@ def _cut_off(
     """Yields what of ``host`` does not connect to ``node``, with the effect."""
     for one in inputs_of(graph, host):
         if topics := [topic for topic in one.topics if topic in seen.topics]:
-            yield one, f"unless the two are connected already, nothing arrives on {checks.listed(topics)}"
+            yield one, f"unless the two are connected already, nothing arrives on {listed(topics)}"
     owner = _owners(home).get(node)
     if owner is not None and host.name == home.hub and seen.uri.rstrip("/").endswith(f":{seen.port}"):
         yield Input("the master", (), owner), "messages of nodes that start now do not arrive there"
