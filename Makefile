@@ -81,7 +81,7 @@ generated: $(VENV)/.dev ## regenerate schemas and reference pages from the model
 	$(BIN)/swarmctl schema robot-type > schemas/robot-type.schema.json
 	$(BIN)/swarmctl schema swarm --markdown > docs/swarm-reference.md
 	$(BIN)/swarmctl schema robot-type --markdown > docs/robot-type-reference.md
-	$(BIN)/python tools/host_checks_page.py > docs/host-checks.md
+	$(BIN)/python tools/checks_page.py > docs/checks.md
 
 man: $(VENV)/.run ## manual pages of all verbs in build/man; read one with man -M build/man swarmctl-plan
 	$(BIN)/python tools/man_pages.py build/man/man1

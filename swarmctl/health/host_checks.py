@@ -10,10 +10,6 @@ from typing import Any, Protocol, cast
 from swarm_onboard.agent.release_store import Home
 from swarm_onboard.host_checks import Judged
 
-from swarmctl.health.checks import State, Verdict
-from swarmctl.health.expected_graph import ExpectedHost
-from swarmctl.health.observations import Answer
-from swarmctl.health.root_cause import Findings
 from swarmctl.resources import host_check_names
 
 
@@ -39,12 +35,3 @@ def host_checks() -> Mapping[str, HostCheck]:
         name: cast(HostCheck, importlib.import_module(f"swarm_onboard.host_checks.{name}"))
         for name in host_check_names()
     }
-
-
-def compare(found: Findings, host: ExpectedHost, answer: Answer) -> None:
-    """Files one finding for each part that the host reports."""
-    for name, check in host_checks().items():
-        for seen in answer.checks.get(name, ()):
-            judged = check.judge(seen, host.name)
-            verdict = Verdict(State(judged.state), judged.message, judged.hint)
-            found.add(name, " ".join(filter(None, (host.name, judged.about))), verdict, host=host)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from swarm_onboard.agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
 
-from swarmctl.health.checks import RESTART_WINDOW
+from swarmctl.health.checks.connection import inputs_of, peers_of
+from swarmctl.health.checks.link import neighbours
+from swarmctl.health.checks.publisher import publishers_of
+from swarmctl.health.checks.unit import RESTART_WINDOW
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.link_checks import neighbours
-from swarmctl.health.peer_checks import inputs_of, peers_of
-from swarmctl.health.publisher_checks import publishers_of
 from swarmctl.resources import host_check_names
 from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm.topics import DIAGNOSTICS, DriverTopic

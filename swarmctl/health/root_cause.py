@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import networkx as nx
 
-from swarmctl.health.checks import State, Verdict
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
+from swarmctl.health.verdict import State, Verdict
 
 HOST = "host"
 
@@ -77,12 +77,16 @@ class Diagnosis:
 
 
 class Findings:
-    """Collects findings, and what may explain each of them, in any order.
+    """Collects findings about ``hosts`` and their parts, and what may explain each of them, in any order.
 
     They are the nodes of a graph whose edges lead from a finding to those that it may explain.
     """
 
-    def __init__(self, hosts: Iterable[ExpectedHost] = ()) -> None:
+    def __init__(self, hosts: Sequence[ExpectedHost]) -> None:
+        robots = ((host.name, one.name, "") for host in hosts for one in host.robots)
+        programs = ((host.name, "", one.name) for host in hosts for one in host.programs)
+        owners = [("", "", ""), *((host.name, "", "") for host in hosts), *robots, *programs]
+        self._rank = {owner: number for number, owner in enumerate(owners)}
         self._of_root = {host.name for host in hosts if host.account == "root"}
         self._graph: nx.DiGraph[str] = nx.DiGraph()
         self._filed: dict[str, Finding] = {}
@@ -119,8 +123,12 @@ class Findings:
         return finding.key
 
     def diagnosis(self) -> Diagnosis:
-        """Returns all findings with their causes, each after those that may explain it, else as filed."""
-        order = {key: number for number, key in enumerate(self._filed)}
+        """Returns all findings with their causes, each after those that may explain it.
+
+        Else they stand in the order of the spec, hosts before robots, and programs last.
+        """
+        filed = sorted(self._filed.values(), key=lambda one: self._rank[one.host, one.robot, one.program])
+        order = {one.key: number for number, one in enumerate(filed)}
         found: dict[str, Finding] = {}
         for key in nx.lexicographical_topological_sort(self._graph.subgraph(order), key=order.__getitem__):
             one = self._filed[key]

@@ -7,13 +7,15 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from swarmctl.health import checks, command_sources, launched_checks, program_checks
-from swarmctl.health.bridge_checks import CHECK
-from swarmctl.health.checks import State
+from swarmctl.health import launched_nodes
+from swarmctl.health.checks import authority, topic
+from swarmctl.health.checks import program as programs
+from swarmctl.health.checks.bridge import CHECK
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.health.observations import Answer, MasterSeen, NodeSeen, UnitSeen
 from swarmctl.health.root_cause import Diagnosis, Finding
+from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError
 from swarmctl.swarm.topics import DriverTopic
 
@@ -238,9 +240,7 @@ def _program(program: ExpectedProgram, answer: Answer, state: State | None) -> P
         unit=unit,
         node=program.node or ", ".join(launched.started if launched else ()),
         alive=node.alive if node else None,
-        topics=tuple(
-            _topic(one, program_checks.publisher(program, answer, one.name)) for one in program.measured
-        ),
+        topics=tuple(_topic(one, programs.publisher(program, answer, one.name)) for one in program.measured),
     )
 
 
@@ -259,8 +259,7 @@ def _robot(robot: ExpectedRobot, answer: Answer, state: State, hub: Answer | Non
         device=robot.device,
         device_exists=device.exists if device else None,
         topics=tuple(
-            _topic(wanted, node or launched_checks.publisher(wanted.name, launched))
-            for wanted in robot.topics
+            _topic(wanted, node or launched_nodes.publisher(wanted.name, launched)) for wanted in robot.topics
         ),
         commander=guard.report.commander if guard and guard.report else "",
         commanders=_commanders(robot, hub),
@@ -270,13 +269,13 @@ def _robot(robot: ExpectedRobot, answer: Answer, state: State, hub: Answer | Non
 def _commanders(robot: ExpectedRobot, hub: Answer | None) -> tuple[str, ...] | None:
     if hub is None or robot.command not in hub.commanders:
         return None
-    found = command_sources.senders(robot, hub)
-    return tuple(node for node, seen in found if command_sources.may_command(robot, node, seen))
+    found = authority.senders(robot, hub)
+    return tuple(node for node, seen in found if authority.may_command(robot, node, seen))
 
 
 def _topic(wanted: DriverTopic, node: NodeSeen | None) -> TopicRow:
     seen = node.topics.get(wanted.name) if node else None
-    measured = seen is not None and not seen.error and not checks.too_slow(wanted, seen)
+    measured = seen is not None and not seen.error and not topic.too_slow(wanted, seen)
     rate = None if seen is None or not measured else 0.0 if not seen.count else seen.rate
     age = seen.age if seen is not None else None
     return TopicRow(

@@ -8,9 +8,9 @@ from functools import cached_property
 
 from rich.text import Text
 
-from swarmctl.health.checks import State, listed
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
+from swarmctl.health.verdict import State, listed
 from swarmctl.views import status_table
 from swarmctl.views.equal_hosts import Names, grouped, in_ranges, merged, merged_behind
 from swarmctl.views.status_table import STYLE, clean, many

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from swarmctl.health.checks import State
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import Status
+from swarmctl.health.verdict import State
 from swarmctl.views.escape import printable
 from swarmctl.views.findings.junit import written
 

@@ -13,9 +13,9 @@ from prometheus_client import CollectorRegistry, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-from swarmctl.health.checks import State
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import HostRow, Look, Status, TopicRow
+from swarmctl.health.verdict import State
 from swarmctl.views.escape import printable
 from swarmctl.views.status_table import NOBODY
 

@@ -8,9 +8,10 @@ from dataclasses import replace
 from rich.cells import cell_len
 from rich.text import Text
 
-from swarmctl.health.checks import LOWEST_SHARE, State
+from swarmctl.health.checks.topic import LOWEST_SHARE
 from swarmctl.health.observations import UnitSeen
 from swarmctl.health.swarm_health import BridgeRow, HostRow, ProgramRow, RobotRow, TopicRow
+from swarmctl.health.verdict import State
 from swarmctl.swarm.topics import DIAGNOSTICS
 from swarmctl.views.equal_hosts import FEW, Names, grouped, in_ranges
 from swarmctl.views.escape import printable

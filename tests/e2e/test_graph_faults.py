@@ -151,17 +151,17 @@ def test_a_driver_that_never_heard_of_a_publisher_is_named(swarm: LabSwarm) -> N
     with ExitStack() as until_end:
         with firewall(swarm, HOST, REFUSING):
             until_end.enter_context(pilot(swarm))
-        pair = f"connection /k3/driver on {HOST} to /pilot on {LEADER}: is not connected"
+        pair = f"subscription /k3/driver on {HOST} to /pilot on {LEADER}: there is no connection"
         until(lambda: first_cause(swarm).startswith(f"✗ {pair}"), "it is not named")
         seen = swarm.swarmctl("status", "--json").json()
-        [found] = [one for one in seen["findings"] if one["check"] == "connection"]
+        [found] = [one for one in seen["findings"] if one["check"] == "subscription"]
         swarm.shell(HOST, found["hint"].partition(f"on {HOST}: ")[2].partition(";")[0])
         until(lambda: swarm.swarmctl("status").status == 0, "the restart does not repair it")
 
 
 def test_a_publisher_of_another_definition_of_the_type_is_named(swarm: LabSwarm) -> None:
     with pilot(swarm, "changed"):
-        pair = f"connection /k3/driver on {HOST} to /pilot on {LEADER}"
+        pair = f"subscription /k3/driver on {HOST} to /pilot on {LEADER}"
         reason = "geometry_msgs/Twist is another message (MD5 sum 9f195f88 here, 00000000 there)"
         until(lambda: first_cause(swarm).startswith(f"✗ {pair}: {reason}"), "it is not named")
     until(lambda: swarm.swarmctl("status").status == 0, "it is not healthy again")

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, MasterSeen, NodeSeen, Report
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
+from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.spec.catalog import load_catalog
 from swarmctl.spec.load import load_text
@@ -177,7 +177,7 @@ def test_a_peer_that_is_away_explains_what_does_not_cross() -> None:
     assert shape(found) == {
         "host k3-pi": (
             "bad",
-            ["robot k3", "multimaster /multimaster_laptop on laptop", COMMAND_BRIDGE, ODOM_BRIDGE],
+            ["multimaster /multimaster_laptop on laptop", ODOM_BRIDGE, COMMAND_BRIDGE, "robot k3"],
         )
     }
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedRobot, Release, expected_graph
 from swarmctl.health.observations import (
@@ -21,6 +20,7 @@ from swarmctl.health.observations import (
 )
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
+from swarmctl.health.verdict import State
 from swarmctl.render.build_bundle import bundles
 from swarmctl.swarm.command_topics import COMMAND_TYPE
 from swarmctl.swarm.topics import DIAGNOSTICS

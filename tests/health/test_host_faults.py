@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from swarm_onboard.host_checks import disk, memory
 
-from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.observations import ChangeSeen, DriftSeen, LoadSeen
+from swarmctl.health.verdict import State
 from swarmctl.remote.transport import HostError, Kind
 from tests.health.faults import AWAY, UNIT_K3, UNIT_WLAN, Fault, check, shape, spoilt
 from tests.health.swarm_values import (

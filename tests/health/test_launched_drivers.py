@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.health import launched_checks
-from swarmctl.health.checks import State
+from swarmctl.health.checks import driver, topic
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, Release, expected_graph
+from swarmctl.health.launched_nodes import publisher
 from swarmctl.health.observations import Answer, LaunchedSeen, NodeSeen, TopicSeen
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.swarm_health import status
+from swarmctl.health.verdict import State
 from swarmctl.resources import HostModule
 from tests.loading import load_swarm
 
@@ -50,21 +51,24 @@ def launched(command: str = "/tb3_01/gate/cmd_vel", **topics: str) -> LaunchedSe
 
 
 def test_its_nodes_are_named(host: ExpectedHost) -> None:
-    verdict = launched_checks.driver(host.robots[0], host, launched())
+    verdict = driver.launched(host.robots[0], host, launched())
     assert (verdict.state, verdict.message) == (State.OK, f"{CORE} runs")
 
 
 def test_a_driver_that_takes_commands_beside_its_gate_is_named(host: ExpectedHost) -> None:
-    verdict = launched_checks.driver(host.robots[0], host, launched(command="/tb3_01/cmd_vel"))
+    verdict = driver.launched(host.robots[0], host, launched(command="/tb3_01/cmd_vel"))
     text = "none of its nodes subscribes to /tb3_01/gate/cmd_vel"
     assert (verdict.state, verdict.message) == (State.WARNING, text)
 
 
 def test_a_topic_without_a_rate_is_only_looked_for(host: ExpectedHost) -> None:
     imu = next(one for one in host.robots[0].topics if one.name == "/tb3_01/imu")
-    assert launched_checks.topic(imu, launched(imu="sensor_msgs/Imu")).state is State.OK
-    assert launched_checks.topic(imu, launched()).message == "is not published"
-    wrong = launched_checks.topic(imu, launched(imu="std_msgs/String"))
+    right, none, wrong = (
+        topic.verdict(imu, publisher(imu.name, seen))
+        for seen in (launched(imu="sensor_msgs/Imu"), launched(), launched(imu="std_msgs/String"))
+    )
+    assert right.state is State.OK
+    assert none.message == "is not published"
     assert (wrong.state, wrong.message) == (State.BAD, "has type std_msgs/String instead of sensor_msgs/Imu")
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import Release, expected_graph
 from swarmctl.health.observations import Answer, ConflictSeen
+from swarmctl.health.verdict import State
 from swarmctl.linter.launch_uses import launch_uses, nodes_of
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.resolve import resolve

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from swarmctl.health.checks.publisher import publishers_of
 from swarmctl.health.observations import SenderSeen
-from swarmctl.health.publisher_checks import publishers_of
 from tests.health.faults import Fault, check
 from tests.health.swarm_values import LAPTOP, changed, graph
 

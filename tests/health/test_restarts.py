@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 
-from swarmctl.health import checks
-from swarmctl.health.checks import MOST_RESTARTS, State
+from swarmctl.health.checks import unit
+from swarmctl.health.checks.unit import MOST_RESTARTS
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.observations import Answer, ConflictSeen
+from swarmctl.health.verdict import State
 from tests.health.faults import UNIT_K3, Fault, check, shape
 from tests.health.swarm_values import (
     K3_PI,
@@ -33,7 +34,7 @@ BUDGET = "restarted 4 times within 10 min, last result"
 
 
 def judged(**changes: Any) -> tuple[State, str]:
-    found = checks.unit("a.service", "pi", replace(RUNNING, **changes))
+    found = unit.verdict("a.service", "pi", replace(RUNNING, **changes))
     return found.state, found.message
 
 
@@ -77,7 +78,7 @@ def test_a_unit_is_judged_by_its_recent_past(changes: dict[str, Any], state: Sta
 
 
 def test_the_fix_of_a_stopped_process_is_a_command() -> None:
-    found = checks.unit("a.service", "pi", replace(RUNNING, stopped=("7 (a)", "8 (b)")))
+    found = unit.verdict("a.service", "pi", replace(RUNNING, stopped=("7 (a)", "8 (b)")))
     assert found.hint == "on pi: sudo kill -CONT 7 8"
 
 

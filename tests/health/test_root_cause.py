@@ -8,8 +8,8 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
+from swarmctl.health.verdict import State
 from tests.health import test_driver_faults, test_host_faults, test_master_faults, test_robot_faults
 from tests.health.faults import AWAY, shape
 from tests.health.swarm_values import HOSTS, Spoil, all_well, graph

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from swarmctl.health import checks
+from swarmctl.health.checks import driver
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot, Release, expected_graph
 from swarmctl.health.observations import NodeSeen, UnitSeen
 from swarmctl.swarm.command_topics import COMMAND_TYPE
@@ -79,4 +79,4 @@ def test_its_node_is_a_child_of_its_unit_and_no_second_driver(spec: Path) -> Non
         topics={},
         report=None,
     )
-    assert checks.driver(robot, rover_pi(spec), unit, node).fine
+    assert driver.verdict(robot, rover_pi(spec), unit, node).fine

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from swarmctl.health.checks import State
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.observations import (
@@ -23,6 +22,7 @@ from swarmctl.health.observations import (
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Finding
 from swarmctl.health.swarm_health import status
+from swarmctl.health.verdict import State
 from swarmctl.render.build_bundle import bundles
 from swarmctl.views.status_table import table
 from tests import ROOT

@@ -237,10 +237,13 @@ EXEMPT = {
     ("rules/program_files.py", ".launch"),  # a rule with `needs="launch-xml"`
     ("scaffold/robot_type_file.py", ".launch"),  # a robot type with `driver: {launch: FILE}`
     ("spec/package_search.py", ".launch"),  # the packages of ROS 1 that lie beside a spec
-    ("health/checks.py", "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit"),
-    ("health/gate_checks.py", " ended: `rosnode cleanup` removes the entry"),
     (
-        "health/bridge_checks.py",
+        "health/checks/driver.py",
+        "ROS_IP or ROS_HOSTNAME is overridden; run swarmctl deploy, then restart the unit",
+    ),
+    ("health/checks/gate.py", " ended: `rosnode cleanup` removes the entry"),
+    (
+        "health/checks/bridge.py",
         "a program with another island's ROS_MASTER_URI or a second multimaster; `rosnode cleanup` on ",
     ),
 }

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from swarmctl.deploy.outcome import Outcome
-from swarmctl.health.checks import State
 from swarmctl.health.collect import probe_hosts
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph, Release, expected_graph
 from swarmctl.health.root_cause import Diagnosis, Finding
 from swarmctl.health.swarm_health import Status, status
+from swarmctl.health.verdict import State
 from swarmctl.remote import parallel_hosts
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles

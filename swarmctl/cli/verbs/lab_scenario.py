@@ -95,8 +95,8 @@ def _responses(observer: Observer, deeds: list[tuple[Entry, Deed, Deed]]) -> tup
 
 
 def _look(lab: _Lab, transport: Transport) -> Callable[[], Look]:
-    from swarmctl.health.checks import State
     from swarmctl.health.fault_response import Look
+    from swarmctl.health.verdict import State
     from swarmctl.views import status as view
 
     looking = swarm_look.looking(

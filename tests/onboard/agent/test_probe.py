@@ -107,7 +107,7 @@ def probed(master: str, **other: Any) -> dict[str, Any]:
     request = {
         "swarm": "test", "module": "swarm_onboard.ros1_probe.observe",
         "units": ["swarm-test.k3.service"], "master": master, "commands": ["/k3/cmd_vel"],
-        "command_types": [], "publishers": {}, "peers": [], "inputs": [],
+        "command_types": [], "publishers": {}, "peers": [], "inputs": [], "pings": {},
         "nodes": [{"name": "/k3/driver", "topics": TOPICS}], "devices": ["/dev/null", "/dev/swarm/none"],
         "graph": None, "launched": {}, "images": {}, "advertised": "127.0.0.1", "restart_window": 600.0,
         "checks": ["memory"], "clock": None,

@@ -2,7 +2,7 @@
 
 A module has ``Seen``, the type of what a host reports; ``observe(home)``, which runs on the host and returns
 a list of them, empty where the host has no such thing; ``judge(seen, host)``, which runs at the operator; and
-``TABLE``, what it can find and what that means, for docs/status.md.
+``TABLE``, what it can find and what that means, for docs/checks.md.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Checks of the image of a container: the host has it, and it is built for the host's machine. Pure."""
+"""The image of a container: the host has it, and it is built for the host's machine. Pure."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from swarmctl.health.checks import State, Verdict, bad
 from swarmctl.health.observations import ImageSeen
+from swarmctl.health.verdict import State, Verdict, bad
 from swarmctl.spec.program_model import Container
 
 #: By the machine of a host (uname(2)), the architectures of images that run on it, as Go names them.

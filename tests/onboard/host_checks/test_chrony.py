@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from swarm_onboard.agent import preflight
 from swarm_onboard.agent.release_store import Home
-from swarm_onboard.host_checks.time_source import Seen, judge, observe
+from swarm_onboard.host_checks.chrony import Seen, judge, observe
 
 from swarmctl.render.quoting import render
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.health import checks
-from swarmctl.health.checks import RESTART_WINDOW, State, Verdict
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.node_faults import host_of
 from swarmctl.health.observations import Answer, NodeSeen
-from swarmctl.health.root_cause import Findings
 
-CHECK = "node name"
+NODE_NAME = "node name"
 _SETTLED = 60.0  # s after which a unit that lost its node has other reasons not to run
-Launched = Mapping[tuple[str, str], Collection[str]]  # nodes of launch files, by host and program or robot
 _STARTED = ("active", "activating", "reloading")
+Launched = Mapping[tuple[str, str], Collection[str]]  # nodes of launch files, by host and program or robot
 
 
 @dataclass(frozen=True)
@@ -28,34 +26,36 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Conflicts:
-    """The findings about equal names, by host and unit."""
+class Conflict:
+    """A name of which a node was ended by another. ``elsewhere``: where the master has one of no unit."""
 
-    keys: Mapping[tuple[str, str], tuple[str, ...]]
+    node: str
+    subject: str
+    places: tuple[Place, ...]
+    elsewhere: tuple[str, ...]
 
-    def of(self, host: str, unit: str) -> tuple[str, ...]:
-        """Returns the keys of the findings that explain what is wrong with a unit."""
-        return self.keys.get((host, unit), ())
+    @property
+    def key(self) -> str:
+        """The key of the finding."""
+        return f"{NODE_NAME} {self.subject}"
+
+    @property
+    def explained(self) -> tuple[Place, ...]:
+        """The places where it explains what is wrong."""
+        latest = min((place.ago for place in self.places if place.count), default=0.0)
+        return self.places if latest <= _SETTLED else ()
 
 
-def compare(
-    found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer], launched: Launched
-) -> Conflicts:
-    """Files a finding for each name of which a node was ended by another."""
-    keys: dict[tuple[str, str], list[str]] = {}
+def conflicts(graph: ExpectedGraph, answers: Mapping[str, Answer], launched: Launched) -> Iterator[Conflict]:
+    """Yields each name of which a node was ended by another."""
     for island in dict.fromkeys(host.island for host in graph.hosts):
         hosts = [host for host in graph.hosts if host.island == island and host.name in answers]
         for node in _names(answers[host.name] for host in hosts):
             places = [place for host in hosts for place in _places(host, answers[host.name], node, launched)]
-            if not places:  # a host names units that it does not have
-                continue
-            others = sorted(_elsewhere(hosts, answers, node, {one.host for one in places}))
-            subject = node if len(graph.addresses) < 2 else f"{node} of {island}"
-            key = found.add(CHECK, subject, verdict(node, places, others))
-            latest = min((place.ago for place in places if place.count), default=0.0)
-            for place in places if latest <= _SETTLED else ():
-                keys.setdefault((place.host, place.unit), []).append(key)
-    return Conflicts({place: tuple(names) for place, names in keys.items()})
+            if places:  # else a host names units that it does not have
+                subject = node if len(graph.addresses) < 2 else f"{node} of {island}"
+                others = sorted(_elsewhere(hosts, answers, node, {one.host for one in places}))
+                yield Conflict(node, subject, tuple(places), tuple(others))
 
 
 def _names(answers: Iterable[Answer]) -> list[str]:
@@ -97,7 +97,7 @@ def _elsewhere(
     names = {text.lower(): host.name for host in hosts for text in (host.advertised, host.address)}
     for host in hosts:
         for seen in _seen(answers[host.name], node):
-            place = checks.host_of(seen.uri).lower()
+            place = host_of(seen.uri).lower()
             if seen.registered and place and names.get(place, place) not in known:
                 yield names.get(place, place)
 
@@ -105,25 +105,3 @@ def _elsewhere(
 def _seen(answer: Answer, node: str) -> Iterable[NodeSeen]:
     sources = (answer.nodes, *(one.nodes for one in answer.launched.values()))
     return (nodes[node] for nodes in sources if node in nodes)
-
-
-def verdict(node: str, places: list[Place], elsewhere: list[str]) -> Verdict:
-    """Bad as long as two nodes have the name; a warning once only one is left."""
-    hosts = list(dict.fromkeys([*(one.host for one in places), *elsewhere]))
-    times = sum(one.count for one in places)
-    counted = f"{times} time{'' if times == 1 else 's'} within {RESTART_WINDOW / 60:g} min"
-    units = ", ".join(f"{one.unit} on {one.host}" for one in places)
-    if len(hosts) > 1:
-        many = "two" if len(hosts) == 2 else str(len(hosts))
-        text = (
-            f"{many} nodes are called {node}, on hosts {' and '.join(hosts)}: each ends the other, {counted}"
-        )
-    elif len(places) > 1:
-        text = f"two nodes are called {node}, both on host {hosts[0]}: each ends the other, {counted}"
-    else:
-        last = min(one.ago for one in places)
-        text = (
-            f"a second node called {node} has ended that of {units} {counted}, the last time {last:.0f} s ago"
-        )
-        return Verdict(State.WARNING, text, "if it still runs, give it another name or namespace")
-    return checks.bad(text, f"give one of them another name or `namespace` ({units}), or remove it")

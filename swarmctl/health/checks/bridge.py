@@ -1,4 +1,4 @@
-"""Checks between islands: the multimaster nodes, the bridged topics, and undeclared nodes. Pure.
+"""Bridges between islands: the multimaster nodes, the bridged topics, and undeclared nodes. Pure.
 
 Two masters are compared: one must list exactly the publishers that the other has, under the same names and
 addresses, for the bridged topics and for no others.
@@ -7,88 +7,107 @@ addresses, for the bridged topics and for no others.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import chain
 
-from swarmctl.health import checks
-from swarmctl.health.checks import State, Verdict
+from swarmctl.health.check_context import CheckContext
+from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_bridges import ExpectedBridge, ExpectedMultimaster
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
+from swarmctl.health.node_faults import absent, dead, host_of
 from swarmctl.health.observations import Answer, ForeignNode, GraphSeen, NodeSeen
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import State, Verdict, bad, ok, unknown
 from swarmctl.swarm.topics import DIAGNOSTICS
 
 CHECK = "bridge"
+TABLE = {
+    "multimaster": (
+        ("a node of the multimaster is not registered, or does not answer", "unhealthy"),
+        ("it reports a warning or an error", "a warning, or unhealthy"),
+    ),
+    CHECK: (
+        ("a hub lacks a publisher of a bridged topic, or lists one that is gone or elsewhere", "unhealthy"),
+        ("the topic has another type there, or a publisher of that island, too", "unhealthy"),
+        ("no robot publishes it on its own island", "unhealthy; skipped for topics of other nodes"),
+    ),
+    "leak": (("a node of another island takes part in an island without a declared bridge", "unhealthy"),),
+}
 _NAMED = 3  # nodes or topics in one sentence
 
 
-def compare(
-    found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer], gates: Mapping[str, str]
-) -> None:
-    """Files the findings about bridges. ``gates``: by host, the key of the finding whether it answered."""
+def compare(found: Findings, context: CheckContext) -> None:
+    """Files the findings about multimasters, bridges, and nodes that no bridge explains."""
+    graph, answers = context.graph, context.answers
     hubs = {host.name: host for host in graph.hosts if host.is_hub}
     peers: dict[str, list[str]] = {}
     for bridge in graph.bridges:
         peers.setdefault(bridge.hub, []).append(bridge.origin_hub)
-    joined: dict[str, list[str]] = {}
     for hub in hubs.values():
         if hub.multimaster is not None and hub.name in answers:
             others = dict.fromkeys(peers.get(hub.name, ()))
-            away = [*(gates[peer] for peer in others), *(f"master {peer}" for peer in others)]
-            joined[hub.name] = list(_multimaster(found, hub, hub.multimaster, answers[hub.name], away))
+            away = [*(context.reached(peer) for peer in others), *(f"master {peer}" for peer in others)]
+            away += link.keys(graph, hub)
+            _multimaster(found, hub, hub.multimaster, answers[hub.name], away)
     for bridge in graph.bridges:
-        causes = [*_causes(bridge, gates), *joined.get(bridge.hub, ()), *joined.get(bridge.origin_hub, ())]
+        joined = (_joined(hubs[name]) for name in (bridge.hub, bridge.origin_hub) if name in answers)
+        causes = [*_causes(bridge, context), *chain.from_iterable(joined)]
         seen = {name: answers[name].graph for name in (bridge.origin_hub, bridge.hub) if name in answers}
-        verdict = bridged(bridge, seen.get(bridge.origin_hub), seen.get(bridge.hub), graph.homes)
+        verdict = _bridged(bridge, seen.get(bridge.origin_hub), seen.get(bridge.hub), graph.homes)
         origin, target = hubs[bridge.origin_hub], hubs[bridge.hub]
         owner = origin if origin.optional else target
         found.add(CHECK, bridge.subject, verdict, host=owner, after=causes)
     for hub in hubs.values():
         seen_here = answers[hub.name].graph if hub.name in answers else None
-        for node, verdict in leaks(graph, hub, seen_here):
+        for node, verdict in _leaks(graph, hub, seen_here):
             found.add("leak", f"{node.node} at {hub.name}", verdict, host=hub)
 
 
-def _causes(bridge: ExpectedBridge, gates: Mapping[str, str]) -> Iterator[str]:
+def _causes(bridge: ExpectedBridge, context: CheckContext) -> Iterator[str]:
     """What may explain that a topic is not bridged, most basic cause first."""
     both = (bridge.origin_hub, bridge.hub)
-    yield from (gates[hub] for hub in both)
+    yield from (context.reached(hub) for hub in both)
     yield from (f"master {hub}" for hub in both)
+    yield f"link {bridge.hub} to {bridge.origin_hub}"
     yield from (f"probe {hub} {part}" for hub in both for part in ("ros", "graph"))
     yield from (f"driver {robot}" for robot in bridge.robots)
 
 
 def _multimaster(
     found: Findings, hub: ExpectedHost, wanted: ExpectedMultimaster, answer: Answer, away: list[str]
-) -> Iterator[str]:
-    """Checks the multimaster of a hub; yields the keys of the findings.
-
-    ``away``: those of the peers' hosts and masters.
-    """
-    unit = f"unit {wanted.unit} on {hub.name}"
-    yield unit
+) -> None:
+    """Checks the multimaster of a hub. ``away``: the keys of the findings about its peers."""
+    own = unit.key(hub.name, wanted.unit)
     for node in wanted.nodes:
-        verdict = joining(hub, wanted, node, answer.nodes.get(node))
-        after = [f"master {hub.name}", f"probe {hub.name} ros", unit, f"release {hub.name}", *away]
-        yield found.add("multimaster", f"{node} on {hub.name}", verdict, host=hub, after=after)
+        verdict = _joining(hub, wanted, node, answer.nodes.get(node))
+        after = [f"master {hub.name}", f"probe {hub.name} ros", own, f"release {hub.name}", *away]
+        found.add("multimaster", f"{node} on {hub.name}", verdict, host=hub, after=after)
 
 
-def joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: NodeSeen | None) -> Verdict:
+def _joined(hub: ExpectedHost) -> list[str]:
+    """The keys of the findings about the multimaster of a hub, if it has one."""
+    if (wanted := hub.multimaster) is None:
+        return []
+    return [unit.key(hub.name, wanted.unit), *(f"multimaster {node} on {hub.name}" for node in wanted.nodes)]
+
+
+def _joining(hub: ExpectedHost, wanted: ExpectedMultimaster, node: str, seen: NodeSeen | None) -> Verdict:
     """Checks a multimaster node: registered, alive, and the status it reports."""
     restart = f"on {hub.name}: sudo systemctl restart {wanted.unit}"
     if seen is None or seen.registered is None:
-        return checks.unknown("was not checked")
+        return unknown("was not checked")
     if not seen.registered:
-        return checks.bad(checks.absent(hub), restart)
+        return bad(absent(hub), restart)
     if not seen.alive:
-        return checks.bad(checks.dead(hub, seen), restart)
+        return bad(dead(hub, seen), restart)
     if seen.report is None:
         silent = node == wanted.reporter
-        return checks.unknown("has reported no status") if silent else checks.ok("runs")
+        return unknown("has reported no status") if silent else ok("runs")
     state = {0: State.OK, 1: State.WARNING}.get(seen.report.level, State.BAD)
     journal = f"on {hub.name}: sudo journalctl -u {wanted.unit} -n 50"
     return Verdict(state, seen.report.message, "" if state is State.OK else journal)
 
 
-def bridged(
+def _bridged(
     bridge: ExpectedBridge, origin: GraphSeen | None, target: GraphSeen | None, homes: Mapping[str, str]
 ) -> Verdict:
     """Checks that the target's master lists exactly the publishers that the origin has.
@@ -97,32 +116,32 @@ def bridged(
     """
     if origin is None or target is None:
         missing = bridge.hub if target is None else bridge.origin_hub
-        return checks.unknown(f"the graph of {missing} was not checked")
+        return unknown(f"the graph of {missing} was not checked")
     here = _of_island(bridge.origin, origin.publishers.get(bridge.topic, {}), homes)
     there = _of_island(bridge.origin, target.publishers.get(bridge.topic, {}), homes)
     if absent := [node for node in here if node not in there]:
-        return checks.bad(f"{bridge.hub} does not receive {_some(absent)}")
+        return bad(f"{bridge.hub} does not receive {_some(absent)}")
     if stale := [node for node in there if node not in here]:
-        return checks.bad(f"{bridge.hub} still lists {_some(stale)}, which left {bridge.origin_hub}")
+        return bad(f"{bridge.hub} still lists {_some(stale)}, which left {bridge.origin_hub}")
     if moved := [node for node in here if here[node] != there[node]]:
         node = moved[0]
-        return checks.bad(f"{bridge.hub} lists {node} at {there[node]} instead of {here[node]}")
+        return bad(f"{bridge.hub} lists {node} at {there[node]} instead of {here[node]}")
     kind = target.types.get(bridge.topic, "*")
     wrong = "" if kind in (bridge.type, "*") else f"has type {kind} instead of {bridge.type}"
     rivals = list(_of_island(bridge.to, target.publishers.get(bridge.topic, {}), homes))
     if rivals and bridge.robots and bridge.topic != DIAGNOSTICS:
         text = f"{_some(rivals)} of {bridge.to} publishes it as well at {bridge.hub}"
         text += f", where it {wrong}" if wrong else ": subscribers there receive both"
-        return checks.bad(text, "stop that node, or remap its topic")
+        return bad(text, "stop that node, or remap its topic")
     if wrong:
-        return checks.bad(f"{wrong} at {bridge.hub}")
+        return bad(f"{wrong} at {bridge.hub}")
     if not here:
         text = f"no publisher on {bridge.origin} at the moment"
-        return checks.bad(text) if bridge.robots else Verdict(State.SKIPPED, text)
-    return checks.ok(f"{_some(list(here))} received")
+        return bad(text) if bridge.robots else Verdict(State.SKIPPED, text)
+    return ok(f"{_some(list(here))} received")
 
 
-def leaks(
+def _leaks(
     graph: ExpectedGraph, hub: ExpectedHost, seen: GraphSeen | None
 ) -> Iterator[tuple[ForeignNode, Verdict]]:
     """Nodes of other islands that publish or subscribe at this master without a declared bridge.
@@ -135,7 +154,7 @@ def leaks(
     comes = {(one.topic, one.origin) for one in graph.bridges if one.hub == hub.name}
     leaves = {(one.topic, one.to) for one in graph.bridges if one.origin_hub == hub.name}
     for node in seen.foreign:
-        island = graph.homes.get(checks.host_of(node.uri).lower())
+        island = graph.homes.get(host_of(node.uri).lower())
         if island not in known:
             continue
         publishes = [topic for topic in node.publishes if (topic, island) not in comes]
@@ -147,7 +166,7 @@ def leaks(
                 if topics
             )
             text = f"runs on island {island} ({node.uri}) and {did} here: no such bridge is declared"
-            yield node, checks.bad(text, _leak_hint(hub))
+            yield node, bad(text, _leak_hint(hub))
 
 
 def _leak_hint(hub: ExpectedHost) -> str:
@@ -161,7 +180,7 @@ def _leak_hint(hub: ExpectedHost) -> str:
 
 
 def _of_island(island: str, publishers: Mapping[str, str], homes: Mapping[str, str]) -> dict[str, str]:
-    return {node: uri for node, uri in publishers.items() if homes.get(checks.host_of(uri).lower()) == island}
+    return {node: uri for node, uri in publishers.items() if homes.get(host_of(uri).lower()) == island}
 
 
 def _some(names: list[str]) -> str:

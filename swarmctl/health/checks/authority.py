@@ -4,9 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from swarmctl.health.checks import State, Verdict, bad, listed, ok
+from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedRobot
 from swarmctl.health.observations import Answer, Report, SenderSeen
+from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import State, Verdict, bad, listed, ok
+
+TABLE = {
+    "authority": (
+        (
+            "a node that `control` does not allow publishes commands of a robot",
+            "unhealthy; a warning if the driver or the gate rejects it, also for a minute after it has ended",
+        ),
+    ),
+    "command type": (("a node that may command publishes another type of message", "unhealthy"),),
+}
+
+
+def compare(found: Findings, context: CheckContext) -> None:
+    """Files two findings for each robot whose command topic the master of its island lists."""
+    for host, robot, answer in context.robots():
+        hub = context.answers.get(host.hub)
+        if hub is not None and robot.command in hub.commanders:
+            guard = answer.nodes.get(robot.guard_node)
+            report = guard.report if guard is not None else None
+            found.add("authority", robot.name, _unauthorised(robot, hub, report), robot=robot)
+            found.add("command type", robot.name, _types(robot, hub), robot=robot)
 
 
 def senders(robot: ExpectedRobot, hub: Answer) -> Iterator[tuple[str, SenderSeen]]:
@@ -22,7 +45,7 @@ def may_command(robot: ExpectedRobot, node: str, seen: SenderSeen) -> bool:
     return any(commander.includes(node, seen.host) for commander in robot.commanders)
 
 
-def unauthorised(robot: ExpectedRobot, hub: Answer, report: Report | None) -> Verdict:
+def _unauthorised(robot: ExpectedRobot, hub: Answer, report: Report | None) -> Verdict:
     """Checks for unauthorised publishers: a warning if the driver or the gate rejects them, else bad.
 
     ``report``: what that node reports; "rejected" is its word, not a guess.
@@ -75,7 +98,7 @@ def _unguarded(robot: ExpectedRobot) -> str:
     return f"the driver obeys any publisher{why}"
 
 
-def types(robot: ExpectedRobot, hub: Answer) -> Verdict:
+def _types(robot: ExpectedRobot, hub: Answer) -> Verdict:
     """Checks the type of commands: ROS drops another type before the driver receives it."""
     wanted = robot.command_type
     for node, seen in senders(robot, hub):

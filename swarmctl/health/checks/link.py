@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from swarmctl.health import checks
-from swarmctl.health.checks import Verdict
+from swarmctl.health.check_context import CheckContext
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost
-from swarmctl.health.observations import Answer, PingSeen
+from swarmctl.health.observations import PingSeen
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import Verdict, bad, ok, warning
 
-CHECK = "link"
+TABLE = {
+    "link": (
+        (
+            "10 % of the pings of a host to its hub, or of a hub to one that it receives from, are lost",
+            "a warning",
+        ),
+        ("40 % are lost", "unhealthy"),
+    )
+}
 _FEW = 3  # packets
 _NOTICEABLE, _HEAVY = 0.1, 0.4  # of the pings; half of that in each direction
 
@@ -21,25 +27,24 @@ def neighbours(graph: ExpectedGraph, host: ExpectedHost) -> list[ExpectedHost]:
     return [one for one in graph.hosts if one.name in names and one.name != host.name]
 
 
-def links_of(graph: ExpectedGraph, host: ExpectedHost) -> list[str]:
-    """Returns the findings about the links of ``host``."""
-    return [f"{CHECK} {host.name} to {one.name}" for one in neighbours(graph, host)]
+def keys(graph: ExpectedGraph, host: ExpectedHost) -> list[str]:
+    """Returns the keys of the findings about the links of ``host``."""
+    return [f"link {host.name} to {other.name}" for other in neighbours(graph, host)]
 
 
-def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> None:
+def compare(found: Findings, context: CheckContext) -> None:
     """Files a finding for each link on which pings are answered. Some hosts answer none on purpose."""
-    for host in graph.hosts:
-        for other in neighbours(graph, host) if host.name in answers else ():
-            seen = answers[host.name].pings.get(other.advertised)
+    for host, answer in context.hosts:
+        for other in neighbours(context.graph, host):
+            seen = answer.pings.get(other.advertised)
             if seen is not None and seen.received:
-                found.add(CHECK, f"{host.name} to {other.name}", losses(seen, host.name), host=host)
+                found.add("link", f"{host.name} to {other.name}", _verdict(seen, host.name), host=host)
 
 
-def losses(seen: PingSeen, host: str) -> Verdict:
-    """Checks the share of pings without an answer."""
+def _verdict(seen: PingSeen, host: str) -> Verdict:
     lost = seen.sent - seen.received
     if lost < _FEW or lost < _NOTICEABLE * seen.sent:
-        return checks.ok(f"{seen.received} of {seen.sent} pings were answered")
+        return ok(f"{seen.received} of {seen.sent} pings were answered")
     text = f"{lost} of {seen.sent} pings were not answered: messages arrive late, or not at all"
     hint = f"improve the signal of {host}, or use another channel, an access point of your own, or a cable"
-    return (checks.bad if lost >= _HEAVY * seen.sent else checks.warning)(text, hint)
+    return (bad if lost >= _HEAVY * seen.sent else warning)(text, hint)

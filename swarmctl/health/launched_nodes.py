@@ -1,4 +1,4 @@
-"""Checks of the nodes that a launch file starts, which the probe finds through roslaunch. Pure."""
+"""The nodes that a launch file starts, which the probe finds through roslaunch. Pure."""
 
 from __future__ import annotations
 
@@ -6,12 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from swarmctl.health import checks
-from swarmctl.health.checks import State, Verdict
-from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
-from swarmctl.health.observations import EndedSeen, LaunchedSeen, LoadSeen, NodeSeen
-from swarmctl.swarm.topics import DriverTopic
+from swarmctl.health import node_faults
+from swarmctl.health.expected_graph import ExpectedHost
+from swarmctl.health.observations import EndedSeen, LaunchedSeen, NodeSeen
+from swarmctl.health.verdict import State, Verdict, bad, unknown
 
+TABLE = (
+    ("a node of its launch file does not answer, or another host has its name", "unhealthy"),
+    ("one ended with another exit code than 0, or after more than a minute, and stays away", "unhealthy"),
+    ("one ended with exit code 0 within a minute of its start", "ok: it has done its task"),
+    ("how one ended is not in the journal", "a warning"),
+    ("none has a declared topic", "unhealthy; for `subscribes`, a warning"),
+)
 LONGEST_TASK = 60.0  # s; a node that ends with exit code 0 before that has done its task
 _HINT = "correct the spec, or remap the program's names"
 
@@ -41,25 +47,12 @@ class LaunchedDriver:
     subscribes: tuple[tuple[str, str], ...] = ()
 
 
-def driver(robot: ExpectedRobot, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict:
-    """Checks the nodes of a robot's driver that is a launch file."""
-    commands = (robot.takes,) if robot.command else ()
-    found = problem(LaunchedDriver(robot.unit, subscribes=commands), host, seen)
-    return found or checks.ok(f"{', '.join(seen.started) if seen is not None else 'it'} runs")
-
-
-def topic(wanted: DriverTopic, seen: LaunchedSeen, load: LoadSeen | None = None) -> Verdict:
-    """Checks a topic that one of the nodes of a launch file should publish; see ``checks.topic``."""
-    node = publisher(wanted.name, seen)
-    return checks.topic(wanted, node, load) if node is not None else checks.bad("is not published")
-
-
 def problem(program: Launched, host: ExpectedHost, seen: LaunchedSeen | None) -> Verdict | None:
     """Returns the worst problem of the nodes of ``program``, or None."""
     if seen is None:
-        return checks.unknown("its nodes were not checked")
+        return unknown("its nodes were not checked")
     if seen.error:
-        return checks.unknown(f"its nodes were not found: {seen.error}")
+        return unknown(f"its nodes were not found: {seen.error}")
     found = [*_ended(program, host, seen), *_alive(program, host, seen), *_topics(program, seen)]
     return max(found, key=lambda one: one.state is State.BAD, default=None)
 
@@ -88,9 +81,9 @@ def _alive(program: Launched, host: ExpectedHost, seen: LaunchedSeen) -> Iterato
         if node is None or not node.registered:
             continue
         if not node.alive:
-            yield checks.bad(f"{name} {checks.dead(host, node)}", restart)
-        elif other := checks.moved(host, node):
-            yield checks.bad(f"{name} {other}", f"check for a second node of this name; else {restart}")
+            yield bad(f"{name} {node_faults.dead(host, node)}", restart)
+        elif other := node_faults.moved(host, node):
+            yield bad(f"{name} {other}", f"check for a second node of this name; else {restart}")
 
 
 def _topics(program: Launched, seen: LaunchedSeen) -> Iterator[Verdict]:
@@ -105,7 +98,7 @@ def _topics(program: Launched, seen: LaunchedSeen) -> Iterator[Verdict]:
             if not known:
                 yield Verdict(state, f"none of its nodes {verb} {topic}", _HINT)
             elif not known & {kind, "*", ""}:
-                yield checks.bad(f"{topic} has type {min(known)} instead of {kind}", _HINT)
+                yield bad(f"{topic} has type {min(known)} instead of {kind}", _HINT)
 
 
 def publisher(topic: str, seen: LaunchedSeen | None) -> NodeSeen | None:

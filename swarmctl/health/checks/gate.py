@@ -4,17 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from swarmctl.health import checks
-from swarmctl.health.checks import State, Verdict, bad, listed, ok, unknown
+from swarmctl.health import node_faults
+from swarmctl.health.check_context import CheckContext
+from swarmctl.health.checks import link, unit
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.observations import Answer, NodeSeen, UnitSeen
+from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import State, Verdict, bad, listed, ok, unknown
 from swarmctl.render.middleware import ExpectedGate
+
+TABLE = {
+    "gate": (
+        ("the gate of a robot does not run, or lacks its input or output", "unhealthy"),
+        ("a second process has the name of its node", "a warning, with the command that ends it"),
+    ),
+    "wiring": (
+        ("commands reach a driver past its gate", "unhealthy; a warning where they may be something else"),
+        ("no node receives what the gate lets through", "unhealthy"),
+    ),
+}
 
 _LOST = "commands do not reach the driver"
 _COMMANDS = ("cmd", "command", "setpoint", "teleop", "joy")  # in the name of a topic that takes commands
 
 
-def runs(
+def compare(found: Findings, context: CheckContext) -> None:
+    """Files whether each gate runs, and, where the hub was probed, whether all commands pass through it."""
+    for host, robot, answer in context.robots():
+        if (gate := robot.gate) is None:
+            continue
+        running = _runs(robot, gate, host, answer.units.get(gate.unit), answer.nodes.get(gate.node))
+        after = [*context.rivals(host.name, gate.unit), f"master {host.name}"]
+        after += [*link.keys(context.graph, host), f"probe {host.name} ros"]
+        after += [unit.key(host.name, gate.unit), f"release {host.name}"]
+        found.add("gate", robot.name, running, robot=robot, after=after)
+        hub = context.answers.get(host.hub)
+        if hub is not None and gate.output in hub.commanders:
+            others = _other_inputs(robot, gate, hub, answer)
+            # A driver that takes its commands elsewhere is no symptom: it is what is wrong.
+            driver = [] if others else [unit.key(host.name, robot.unit), f"driver {robot.name}"]
+            wiring = _bypassed(robot, gate, hub, others)
+            found.add("wiring", robot.name, wiring, robot=robot, after=[f"gate {robot.name}", *driver])
+
+
+def _runs(
     robot: ExpectedRobot,
     gate: ExpectedGate,
     host: ExpectedHost,
@@ -24,12 +57,12 @@ def runs(
     """Checks the gate's node on ``host``. ``process``: its unit."""
     restart = f"on {robot.host}: sudo systemctl restart {gate.unit}"
     if seen is None or seen.registered is None:
-        return unknown(f"{gate.node} was not checked")
+        return unknown(node_faults.unchecked(gate.node, seen))
     if not seen.registered:
-        return bad(f"{gate.node} {checks.absent(host)}: {_LOST}", restart)
+        return bad(f"{gate.node} {node_faults.absent(host)}: {_LOST}", restart)
     if not seen.alive:
-        return bad(f"{gate.node} {checks.dead(host, seen)}: {_LOST}", restart)
-    if other := checks.moved(host, seen):
+        return bad(f"{gate.node} {node_faults.dead(host, seen)}: {_LOST}", restart)
+    if other := node_faults.moved(host, seen):
         return bad(f"{gate.node} {other}", restart)
     if robot.command not in seen.subscribes:
         return bad(f"{gate.node} does not subscribe to {robot.command}: commands are lost", restart)
@@ -44,12 +77,12 @@ def runs(
     return ok(f"{gate.node} runs")
 
 
-def bypassed(
+def _bypassed(
     robot: ExpectedRobot, gate: ExpectedGate, hub: Answer, others: Mapping[str, Sequence[str]]
 ) -> Verdict:
     """Checks at the master that every command passes through the gate, and that somebody receives it.
 
-    ``others``: what ``other_inputs`` returns.
+    ``others``: what ``_other_inputs`` returns.
     """
     there = [one for one in hub.commanders.get(gate.output, ()) if one != gate.node]
     silent = [one for one in there if not _publishes(hub, one, gate.output)]
@@ -79,7 +112,7 @@ def bypassed(
     return ok("every command passes through it")
 
 
-def other_inputs(
+def _other_inputs(
     robot: ExpectedRobot, gate: ExpectedGate, hub: Answer, answer: Answer
 ) -> dict[str, list[str]]:
     """Returns the nodes of the driver by each topic of a command's type that they take beside the gate's."""

@@ -10,14 +10,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from swarmctl.health import checks, command_sources
+from swarmctl.health.check_context import CheckContext
+from swarmctl.health.checks import link
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
-from swarmctl.health.observations import Answer, PeerSeen, SenderSeen, UnconnectedSeen
+from swarmctl.health.node_faults import host_of
+from swarmctl.health.observations import Answer, PeerSeen
 from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import bad, listed
 
 CHECK = "connection"
-Unconnected = Mapping[tuple[str, str], str]  # the findings, by robot and the publisher of its commands
+TABLE = {
+    CHECK: (
+        (
+            "a node cannot connect to that of another host, which listens",
+            "unhealthy: a firewall is in between",
+        ),
+    )
+}
 Owner = tuple[ExpectedRobot | None, ExpectedProgram | None]
 
 
@@ -43,10 +53,14 @@ def inputs_of(graph: ExpectedGraph, host: ExpectedHost) -> Iterator[Input]:
 def _inputs_of_nodes(host: ExpectedHost) -> Iterator[Input]:
     for robot in host.robots:
         if robot.command:
-            yield Input(robot.guard_node or f"the driver of {robot.name}", (robot.command,), (robot, None))
+            yield Input(_commanded(robot), (robot.command,), (robot, None))
     for program in host.programs:
         topics = tuple(topic for topic, _ in program.subscribes)
         yield Input(program.node or f"a node of {program.name}", topics, (None, program))
+
+
+def _commanded(robot: ExpectedRobot) -> str:
+    return robot.guard_node or f"the driver of {robot.name}"
 
 
 def peers_of(graph: ExpectedGraph, hub: ExpectedHost) -> Iterator[str]:
@@ -63,75 +77,48 @@ def _owners(host: ExpectedHost) -> dict[str, Owner]:
     return {node: owner for node, owner in found.items() if node}
 
 
-def compare(found: Findings, graph: ExpectedGraph, answers: Mapping[str, Answer]) -> Unconnected:
+def compare(found: Findings, context: CheckContext) -> None:
     """Files a finding for each pair of nodes of which one was seen not to connect to the other.
 
     The first one of each host that lets nothing in explains the others.
     """
-    places = {host.advertised.lower(): host for host in graph.hosts}
     causes: dict[str, list[str]] = {}
-    unconnected: dict[tuple[str, str], str] = {}
-    for host in graph.hosts:
-        closed = set()
-        for node, seen in answers[host.name].peers.items() if host.name in answers else ():
-            home = places.get(checks.host_of(seen.uri))
-            if home is None or home.name == host.name or not _is_closed(node, seen, answers.get(home.name)):
-                continue
-            closed.add(node)
-            for one, effect in _cut_off(graph, host, home, node, seen):
+    for host, answer in context.hosts:
+        for node, seen, home in _closed(context, host, answer):
+            for one, effect in _cut_off(context.graph, host, home, node, seen):
                 robot, program = one.owner
                 hint = f"check the firewall on {home.name}: sudo nft list ruleset; all TCP ports must be"
                 key = found.add(
-                    CHECK, f"{one.node} on {host.name} to {node} on {home.name}",
-                    checks.bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
-                    host=host, robot=robot, program=program, after=causes.get(home.name, ()),
+                    CHECK, subject(one.node, host, node, home),
+                    bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
+                    host=host, robot=robot, program=program,
+                    after=[*causes.get(home.name, ()), *link.keys(context.graph, host)],
                 )  # fmt: skip
                 causes.setdefault(home.name, []).append(key)
-                if robot is not None and one.topics:
-                    unconnected[robot.name, node] = key
-        for pair in answers[host.name].unconnected if host.name in answers else ():
-            home = places.get(checks.host_of(pair.uri))
-            if home is not None and pair.publisher not in closed:
-                _file_unconnected(found, graph, host, home, pair)
-    return unconnected
 
 
-def _file_unconnected(
-    found: Findings, graph: ExpectedGraph, host: ExpectedHost, home: ExpectedHost, pair: UnconnectedSeen
-) -> None:
-    """Files that a subscriber on ``host`` gets nothing of a publisher on ``home``, although both answer.
-
-    What may not command a robot need not be connected to it.
-    """
-    inputs = [one for one in inputs_of(graph, host) if pair.topic in one.topics]
-    robot, program = next((one.owner for one in inputs if one.node == pair.node), (None, None))
-    sender = SenderSeen(checks.host_of(pair.uri))
-    if robot is not None and not command_sources.may_command(robot, pair.publisher, sender):
-        return
-    nothing, types = f"nothing arrives on {pair.topic}", (pair.type, pair.publisher_type)
-    if all(types) and "*" not in types and pair.type != pair.publisher_type:
-        text = f"subscribes to {pair.type}, and the publisher sends {pair.publisher_type}: {nothing}"
-        hint = "remap one of the two topics, or start one of the nodes with the other's type"
-    elif pair.md5 and pair.publisher_md5 and pair.md5 != pair.publisher_md5:
-        sums = f"MD5 sum {pair.md5[:8]} here, {pair.publisher_md5[:8]} there"
-        text = f"{pair.type} is another message ({sums}): {nothing}"
-        package = pair.type.partition("/")[0]
-        hint = f"install or build the same version of {package} for both, and start them again"
-    else:
-        text = f"is not connected, although its port is open: {nothing}"
-        unit = _unit_of(robot, program)
-        start = f"on {host.name}: sudo systemctl restart {unit}" if unit else f"start {pair.node} again"
-        hint = f"{start}; it asks the master for the publishers then"
-    found.add(
-        CHECK, f"{pair.node} on {host.name} to {pair.publisher} on {home.name}", checks.bad(text, hint),
-        host=host, robot=robot, program=program, after=[f"command type {robot.name}"] if robot else (),
-    )  # fmt: skip
+def unconnected(context: CheckContext, host: ExpectedHost, robot: ExpectedRobot) -> Mapping[str, str]:
+    """Returns the findings, by the publisher of the robot's commands to which there is no connection."""
+    return {
+        node: f"{CHECK} {subject(_commanded(robot), host, node, home)}"
+        for node, seen, home in _closed(context, host, context.answers[host.name])
+        if robot.command in seen.topics
+    }
 
 
-def _unit_of(robot: ExpectedRobot | None, program: ExpectedProgram | None) -> str:
-    if robot is not None:
-        return robot.gate.unit if robot.gate is not None else robot.unit
-    return program.unit if program is not None else ""
+def subject(one: str, host: ExpectedHost, other: str, home: ExpectedHost) -> str:
+    """Returns the name of a pair of nodes in findings."""
+    return f"{one} on {host.name} to {other} on {home.name}"
+
+
+def _closed(
+    context: CheckContext, host: ExpectedHost, answer: Answer
+) -> Iterator[tuple[str, PeerSeen, ExpectedHost]]:
+    """Yields the nodes of other hosts that let in no connection of ``host``, with their hosts."""
+    for node, seen in answer.peers.items():
+        home = context.by_address.get(host_of(seen.uri))
+        if home is not None and home is not host and _is_closed(node, seen, context.answers.get(home.name)):
+            yield node, seen, home
 
 
 def _is_closed(node: str, seen: PeerSeen, home: Answer | None) -> bool:
@@ -147,7 +134,7 @@ def _cut_off(
     """Yields what of ``host`` does not connect to ``node``, with the effect."""
     for one in inputs_of(graph, host):
         if topics := [topic for topic in one.topics if topic in seen.topics]:
-            yield one, f"unless the two are connected already, nothing arrives on {checks.listed(topics)}"
+            yield one, f"unless the two are connected already, nothing arrives on {listed(topics)}"
     owner = _owners(home).get(node)
     if owner is not None and host.name == home.hub and seen.uri.rstrip("/").endswith(f":{seen.port}"):
         yield Input("the master", (), owner), "messages of nodes that start now do not arrive there"

@@ -1,0 +1,20 @@
+"""The host itself, such as its disks: each check is a module of ``swarm_onboard.host_checks``. Pure."""
+
+from __future__ import annotations
+
+from swarmctl.health.check_context import CheckContext
+from swarmctl.health.host_checks import host_checks
+from swarmctl.health.root_cause import Findings
+from swarmctl.health.verdict import State, Verdict
+
+TABLE = {name: check.TABLE for name, check in host_checks().items()}
+
+
+def compare(found: Findings, context: CheckContext) -> None:
+    """Files one finding for each part that a host reports."""
+    for host, answer in context.hosts:
+        for name, check in host_checks().items():
+            for seen in answer.checks.get(name, ()):
+                judged = check.judge(seen, host.name)
+                verdict = Verdict(State(judged.state), judged.message, judged.hint)
+                found.add(name, " ".join(filter(None, (host.name, judged.about))), verdict, host=host)
