@@ -9,7 +9,7 @@ from swarmctl.health.observations import NodeSeen
 
 
 def unchecked(node: str, seen: NodeSeen | None) -> str:
-    """Returns the text for a node of which the master said nothing."""
+    """Returns the text for a node on which the master did not answer."""
     return f"{node} was not checked" + (f": {seen.error}" if seen is not None and seen.error else "")
 
 

@@ -146,7 +146,7 @@ def pilot(swarm: LabSwarm, messages: str = "") -> Iterator[None]:
         until(lambda: "/pilot" not in swarm.shell(LEADER, nodes).split(), "the pilot does not end")
 
 
-def test_a_driver_that_never_heard_of_a_publisher_is_named(swarm: LabSwarm) -> None:
+def test_a_lost_announcement_of_a_publisher_is_named(swarm: LabSwarm) -> None:
     """The master announces a publisher once; where that call is lost, the robot never obeys it."""
     with ExitStack() as until_end:
         with firewall(swarm, HOST, REFUSING):

@@ -201,7 +201,7 @@ def without_connection(*pairs: UnconnectedSeen, **seen_peers: Any) -> Diagnosis:
     return diagnose(graph(), {**answers, K3_PI: replace(answers[K3_PI], unconnected=pairs)})
 
 
-def test_a_subscriber_without_a_connection_is_a_fault_with_the_restart_that_repairs_it() -> None:
+def test_a_subscriber_without_a_connection_is_a_fault() -> None:
     diagnosis = without_connection(TO_PILOT)
     assert shape(diagnosis) == {SUBSCRIBED: ("bad", [])}
     text, hint = found(diagnosis, SUBSCRIBED)

@@ -1,7 +1,7 @@
 """Whether subscribers have a connection to each publisher that their master lists. Pure.
 
-A master announces a publisher once to each subscriber; where that call is lost, the subscriber never hears of
-it. A publisher drops a subscriber whose package has another definition of the type (ROS wiki, TCPROS).
+A master announces a publisher once to each subscriber; where that call is lost, the two stay apart. A
+publisher drops a subscriber whose package has another definition of the type.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _verdict(pair: UnconnectedSeen, host: ExpectedHost, owner: Owner) -> Verdict
         return bad(f"{pair.type} is another message ({sums}): {nothing}", hint)
     unit = _unit_of(owner)
     start = f"on {host.name}: sudo systemctl restart {unit}" if unit else f"start {pair.node} again"
-    return bad(f"there is no connection: {nothing}", f"{start}; it asks the master for the publishers then")
+    return bad(f"there is no connection: {nothing}", f"{start}; it gets the list of publishers then")
 
 
 def _unit_of(owner: Owner) -> str:

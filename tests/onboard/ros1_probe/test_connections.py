@@ -31,7 +31,7 @@ def connection(far: str, topic: str = COMMAND, *, connected: Any = True) -> list
 
 @contextmanager
 def two_nodes(of_driver: Bus, of_pilot: Bus) -> Iterator[FakeRos]:
-    """A driver that subscribes to commands and a pilot that publishes them, with what each says of itself.
+    """A driver that subscribes to commands, a pilot that publishes them, and the connections of each.
 
     ``PILOT`` as a far end stands for the URI of the pilot.
     """
@@ -108,20 +108,20 @@ def test_a_publisher_that_is_gone_has_no_pairs() -> None:
 
 def test_a_subscriber_has_a_moment_to_connect(monkeypatch: pytest.MonkeyPatch) -> None:
     call, of_driver, of_pilot = client.call, [TO_PILOT], [TO_DRIVER]
-    asked: list[str] = []
+    called: list[str] = []
 
     async def late(uri: str, method: str, *arguments: Any, **named: Any) -> Any:
-        asked.append(method)
+        called.append(method)
         return (
             []
-            if asked.count("getBusInfo") in (1, 2) and method == "getBusInfo"
+            if called.count("getBusInfo") in (1, 2) and method == "getBusInfo"
             else await call(uri, method, *arguments, **named)
         )
 
     monkeypatch.setattr(client, "call", late)
     with two_nodes(of_driver, of_pilot) as fake:
         assert looked(fake) == []
-    assert asked.count("getBusInfo") == 4
+    assert called.count("getBusInfo") == 4
 
 
 def module(folder: Path, package: str, name: str, content: str) -> Path:

@@ -1,8 +1,8 @@
 """Subscribers of this host that have no connection to a publisher of their topic.
 
 Both may run, and the ports between them be open: the publisher has another definition of the type and drops
-the connection (wiki.ros.org/ROS/TCPROS), or the subscriber never heard of it, since a master announces a
-publisher only once. Each node knows its own connections (``getBusInfo``, wiki.ros.org/ROS/Slave_API).
+the connection (wiki.ros.org/ROS/TCPROS), or the announcement of the publisher was lost, which a master
+sends only once. Each node knows its own connections (``getBusInfo``, wiki.ros.org/ROS/Slave_API).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _MOST_PAIRS = 200
-_TIME_TO_CONNECT = 1.5  # s for a subscriber that has just heard of a publisher
+_TIME_TO_CONNECT = 1.5  # s for a subscriber to which a publisher has just been announced
 _PYTHON = "/usr/lib/python3/dist-packages"
 _MD5 = re.compile(rb'_md5sum = "([0-9a-f]{32})"')  # in what genpy generates of a .msg file
 
@@ -87,13 +87,13 @@ async def _unconnected(master: str, pairs: Sequence[Pair]) -> list[Pair]:
     ]
 
 
-async def _each(names: Iterable[str], ask: Callable[[str], Awaitable[T]]) -> dict[str, T]:
-    """What ``ask`` returns for each node, without those for which it raises ``PeerError``."""
+async def _each(names: Iterable[str], call: Callable[[str], Awaitable[T]]) -> dict[str, T]:
+    """What ``call`` returns for each node, without those for which it raises ``PeerError``."""
     found: dict[str, T] = {}
 
     async def add(name: str) -> None:
         with suppress(PeerError):
-            found[name] = await ask(name)
+            found[name] = await call(name)
 
     await asyncio.gather(*map(add, names))
     return found
@@ -107,7 +107,7 @@ async def _uri(master: str, name: str) -> str:
 
 
 async def _connections(master: str, name: str) -> _Connections:
-    """The connections of a node. Raises ``PeerError`` if it does not say."""
+    """The connections of a node. Raises ``PeerError`` if it does not answer."""
     uri = await _uri(master, name)
     return _Connections(uri, _far_ends(await client.call(uri, "getBusInfo")))
 
