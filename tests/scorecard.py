@@ -232,6 +232,7 @@ ROWS = (
         "R30",
         "two operators at once",
         _at("deploy/two_operators", "of_two_operators_at_once_one_deploys")
+        + _at("deploy/two_operators", "a_plan_made_amid_a_change_of_another_changes_no_host")
         + _at("e2e/faults", "of_two_deploys_at_the_same_moment_one_has_all_hosts"),
         "`make races`: 50 times",
     ),

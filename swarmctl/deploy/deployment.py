@@ -11,7 +11,7 @@ from itertools import chain
 from swarm_onboard.agent.messages import UnitState
 
 from swarmctl.deploy.deploy_rules import Rules
-from swarmctl.deploy.held_hosts import held, why
+from swarmctl.deploy.held_hosts import held, locked_ones, why
 from swarmctl.deploy.host_list_updates import write_all
 from swarmctl.deploy.host_lists import HostLists
 from swarmctl.deploy.host_transaction import HostTransaction
@@ -156,8 +156,8 @@ class Deployment:
 
     @property
     def held(self) -> bool:
-        """True if so many hosts have failed in the survey that none will change."""
-        return self._rules.holds(self.errors)
+        """True if none will change: so many hosts have failed in the survey, or another run is at work."""
+        return bool(locked_ones(self.errors)) or self._rules.holds(self.errors)
 
     @property
     def plan(self) -> Plan:
@@ -202,6 +202,9 @@ class Deployment:
         if self._stop.requested:
             yield from (Skipped(host) for wave in waves for host in wave)
             return
+        if locked := locked_ones(self.errors):  # whatever may fail: another run is at work
+            yield from held(waves, f"nothing was changed, since {why(locked)}")
+            return
         if self._rules.holds(failed):
             yield from held(waves, f"nothing was changed, since {why(failed)}")
             return
@@ -211,11 +214,8 @@ class Deployment:
     def _with_lease(
         self, lease: SwarmLease, waves: list[list[str]], failed: dict[str, HostError], *, together: bool
     ) -> Iterator[Event[Outcome]]:
-        last = {name: one.observed.transaction for name, one in self._surveyed.items()}
-        refusals = lease.take(
-            [self._targets[name] for name in last],
-            {name: one["txid"] if one else "" for name, one in last.items()},
-        )
+        seen = {name: one.observed for name, one in self._surveyed.items()}
+        refusals = lease.take([self._targets[name] for name in seen], seen)
         due = {host for wave in waves for host in wave}
         yield from (Finished(host, error, 0.0) for host, error in refusals.items() if host in due)
         waves = [[host for host in wave if host not in refusals] for wave in waves]
@@ -225,9 +225,9 @@ class Deployment:
             return
         changed = "nothing was changed"
         while waves and not self._rules.holds(failed):
-            seen = self._clear(waves)
-            yield from seen.notes
-            busy = {host: host_error(problem) for host, problem in seen.problems.items()}
+            in_use = self._clear(waves)
+            yield from in_use.notes
+            busy = {host: host_error(problem) for host, problem in in_use.problems.items()}
             yield from (Finished(host, error, 0.0) for host, error in busy.items())
             failed |= self._rules.counted(busy)
             waves = [[host for host in wave if host not in busy] for wave in waves]

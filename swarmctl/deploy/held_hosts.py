@@ -26,6 +26,15 @@ def why(failed: Mapping[str, HostError]) -> str:
         words[ErrorKind.EDITED] = "has files that were edited there"
         text = words.get(error.kind, "failed")
         if error.kind is ErrorKind.REFUSED:
-            text = f"is {error}" if str(error).startswith("locked by ") else f"refused it: {error}"
+            text = f"is {error}" if _locked(error) else f"refused it: {error}"
         kinds.setdefault(text, []).append(host)
     return "; ".join(f"{hostlist.written(sorted(hosts))} {text}" for text, hosts in kinds.items())
+
+
+def locked_ones(failed: Mapping[str, HostError]) -> dict[str, HostError]:
+    """Returns the errors of the hosts that another operator changes, or whose change waits there."""
+    return {host: error for host, error in failed.items() if _locked(error)}
+
+
+def _locked(error: HostError) -> bool:
+    return error.kind is ErrorKind.REFUSED and str(error).startswith("locked by ")

@@ -15,6 +15,7 @@ from types import TracebackType
 from swarm_onboard.agent.lease import SECONDS
 from swarm_onboard.agent.messages import LeaseAnswer, LeaseRequest
 
+from swarmctl.plan.observed_host import Observed
 from swarmctl.remote import agent_client, operators, parallel_hosts
 from swarmctl.remote.connections import Connections
 from swarmctl.remote.parallel_hosts import Finished, Skipped, Stop, result_of
@@ -49,11 +50,11 @@ class SwarmLease:
             self._renewing.join()
         self._give_back()
 
-    def take(self, targets: Iterable[Target], seen: Mapping[str, str]) -> Mapping[str, HostError]:
+    def take(self, targets: Iterable[Target], seen: Mapping[str, Observed]) -> Mapping[str, HostError]:
         """Takes the lease of every target, or of none. Returns the errors of those that do not give it.
 
-        ``seen``: the last transaction of each host when its plan was made. A host that is away
-        refuses nothing.
+        ``seen``: each host when its plan was made. One that was changed since, or whose change had not ended
+        then, refuses. A host that is away refuses nothing.
         """
         for attempt in range(_ATTEMPTS):
             errors = self._requested_of(sorted(targets, key=lambda one: one.host), seen)
@@ -75,7 +76,7 @@ class SwarmLease:
         """Ends that."""
         self._pending.pop(host, None)
 
-    def _requested_of(self, targets: list[Target], seen: Mapping[str, str]) -> dict[str, HostError]:
+    def _requested_of(self, targets: list[Target], seen: Mapping[str, Observed]) -> dict[str, HostError]:
         errors: dict[str, HostError] = {}
         while targets:  # one by one, until the first gives it
             first, *targets = targets
@@ -86,7 +87,7 @@ class SwarmLease:
             return errors
         return errors | self._each_gives(targets, seen)
 
-    def _each_gives(self, targets: list[Target], seen: Mapping[str, str]) -> dict[str, HostError]:
+    def _each_gives(self, targets: list[Target], seen: Mapping[str, Observed]) -> dict[str, HostError]:
         errors: dict[str, HostError] = {}
 
         def work(target: Target, note: object) -> None:
@@ -106,7 +107,7 @@ class SwarmLease:
                 errors[event.host] = found
         return errors
 
-    def _ask(self, host: AgentSession, target: Target, seen: Mapping[str, str]) -> None:
+    def _ask(self, host: AgentSession, target: Target, seen: Mapping[str, Observed]) -> None:
         answer: LeaseAnswer = host.request(self._request(want=True))
         if not answer["granted"] and operators.ended_here(answer["who"]):
             answer = host.request({**self._request(want=True), "breaks": answer["run"]})
@@ -117,10 +118,12 @@ class SwarmLease:
                 "wait until that deploy has ended, then run the same command again",
             )
         self._held[target.host] = target
-        if answer["last"] != seen[target.host]:
+        observed = seen[target.host]
+        if observed.unfinished or answer["last"] != observed.last_txid:
+            by = f", by {answer['last_who']}" if answer["last_who"] else ""
             raise HostError(
                 Kind.REFUSED,
-                "another deploy has changed it since the plan was made",
+                f"another deploy has changed it since the plan was made{by}",
                 "run the same command again",
             )
 

@@ -74,6 +74,11 @@ class Observed:
     host_list: HostListState | None = None
 
     @property
+    def last_txid(self) -> str:
+        """The name of the last change; empty if there was none."""
+        return self.transaction["txid"] if self.transaction else ""
+
+    @property
     def unfinished(self) -> str:
         """The change that was interrupted, or waits for its confirmation; empty if there is none."""
         last = self.transaction

@@ -57,7 +57,7 @@ def reconcile(bundle: Bundle, observed: Observed, *, diff: bool = False) -> Host
         diffs=_diffs(bundle, observed) if diff else {},
         notes=_notes(bundle, observed),
         problem=_unfit(bundle, observed),
-        last=observed.transaction["txid"] if observed.transaction else "",
+        last=observed.last_txid,
         files_only=files_only(steps, bundle, observed),
     )
 

@@ -58,7 +58,10 @@ MOTION = {
 }  # fmt: skip
 FITTING: dict[str, Any] = {
     "observe": OBSERVED,
-    "lease": {"granted": True, "epoch": 1, "run": "r", "who": "anna@desk (7)", "left": 60.0, "last": ""},
+    "lease": {
+        "granted": True, "epoch": 1, "run": "r", "who": "anna@desk (7)", "left": 60.0,
+        "last": "", "last_who": "",
+    },
     "apply": {"release": RELEASE.digest, "previous": None},
     "rollback": {"release": RELEASE.digest, "previous": None},
     "host_list": {"epoch": 1, "hosts": {}, "gone": {}},

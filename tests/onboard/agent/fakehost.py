@@ -37,7 +37,7 @@ show) for u; do
     printf 'Id=%s\nLoadState=%s\nActiveState=%s\n' $u $load $active
     printf 'SubState=running\nMainPID=%s\nNRestarts=0\n\n' $pid
   done ;;
-stop) [ -e $SWARM_PREFIX/slow ] && sleep 0.5; for u; do
+stop) [ -e $SWARM_PREFIX/slow ] && sleep 0.5; while [ -e $SWARM_PREFIX/held ]; do sleep 0.01; done; for u; do
     [ -e $SWARM_PREFIX/sticky-$u ] && { echo "Job for $u timed out" >&2; exit 1; }; rm -f $S/$u; done ;;
 restart) [ ! -e $SWARM_PREFIX/no-recovery ] || { echo "Job for $1 failed" >&2; exit 1; } ;;
 start) for u; do

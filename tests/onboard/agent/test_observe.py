@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+import fcntl
+import json
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
+from swarm_onboard.agent import deployed, edits, lock, motion_gate, systemd
+from swarm_onboard.agent.release_store import Home
+from swarm_onboard.agent.rpc import Report
+from swarm_onboard.agent.verbs import observe
 
-from tests.onboard.agent.fakehost import FakeHost, bundle
+from swarmctl.render.bundle import File
+from tests.onboard.agent.fakehost import NONCE, FakeHost, bundle
 
 RELEASE = bundle("1")
+MORE = replace(RELEASE, files=(*RELEASE.files, File("data/map.yaml", b"resolution: 0.05\n")))
+FILES_ONLY: dict[str, Any] = {"previous": RELEASE.digest, "start": [], "files_only": True}
+UNITS: dict[str, Any] = {"previous": RELEASE.digest, "start": [], "confirm_within": 0.0}
+FIRST, SECOND = "e" * 16, "0123456789abcdef"
 
 
 @pytest.fixture
@@ -107,3 +120,84 @@ def test_an_invalid_request_is_an_error_and_changes_nothing(
     assert reply.error["kind"] in ("refused", "protocol")
     assert host.calls() == []
     assert not list((host.prefix / "opt").iterdir())
+
+
+def observed_here(host: FakeHost, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The host observed in this process, so that a test can have something happen amid it."""
+    for name, value in host.environment().items():
+        monkeypatch.setenv(name, value)
+    request: Any = {"verb": "observe", "swarm": "new", "motion": True}
+    return observe.handle(request, b"", Report(NONCE))
+
+
+@pytest.mark.parametrize("change", [FILES_ONLY, UNITS], ids=["files", "units"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        (Home, "current"),
+        (Home, "known_manifest"),
+        (Home, "releases"),
+        (observe, "facts"),
+        (deployed, "last_change"),
+        (lock, "holder"),
+        (deployed, "drift"),
+        (edits, "found"),
+        (systemd, "states"),
+        (motion_gate, "busy"),
+    ],
+    ids=lambda where: where[1],
+)
+@pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
+def test_a_look_never_names_a_change_that_it_has_not_seen_whole(
+    host: FakeHost, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], where: Any, after: bool
+) -> None:
+    """The lease compares the change that a look names with the last one: a plan of half of it would pass."""
+    owner, name = where
+    assert not host.apply(RELEASE, txid=FIRST).error
+    step, done = getattr(owner, name), []
+
+    def changed() -> None:
+        if not done:
+            done.append(host.apply(MORE, txid=SECOND, **change))
+            assert not done[0].error
+
+    def amid_the_change(*arguments: Any, **more: Any) -> Any:
+        if not after:
+            changed()
+        found = step(*arguments, **more)
+        changed()
+        return found
+
+    monkeypatch.setattr(owner, name, amid_the_change)
+    seen = observed_here(host, monkeypatch)
+
+    assert done
+    if seen["transaction"]["txid"] == SECOND:
+        assert (seen["release"], seen["transaction"]["state"]) == (MORE.digest, "applied")
+        assert seen["manifest"] == MORE.manifest
+        assert not seen["drift"]["files"]
+
+
+def test_a_change_of_files_that_begins_amid_a_look_is_not_undone(
+    host: FakeHost, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert not host.apply(RELEASE, txid=FIRST).error
+    held = (host.prefix / "opt/swarm/new/state/lock").open("r+")
+    holder, begun = lock.holder, []
+
+    def one_begins(home: Home) -> Any:
+        """Another agent gets the lock right after the look at it, and writes its record."""
+        found = holder(home)
+        if not begun:
+            begun.append(host.apply(MORE, "after:switching", txid=SECOND, **FILES_ONLY))
+            fcntl.flock(held, fcntl.LOCK_EX)
+            json.dump({"who": "ann@desk (7)", "pid": 7}, held)
+            held.flush()
+        return found
+
+    monkeypatch.setattr(lock, "holder", one_begins)
+    with held:
+        seen = observed_here(host, monkeypatch)["transaction"]
+
+    assert begun
+    assert (seen["txid"], seen["state"]) in [(FIRST, "applied"), (SECOND, "applying")]

@@ -25,7 +25,7 @@ def drift(home: Home, digest: str | None, manifest: Manifest | None) -> Drift:
 
 def last_change(home: Home) -> Transaction:
     """Returns the last change, as far as its record has it."""
-    last = record.read(home, working=lock.holder(home) is not None)
+    last = record.read(home, working=lambda: lock.holder(home) is not None)
     return {
         "txid": last.txid,
         "state": last.state,

@@ -173,7 +173,7 @@ class LeaseRequest(LeaseNeeds, Locking, total=False):
 
 class LeaseAnswer(TypedDict):
     """``granted``: ``run`` has the lease; if not, the run and the operator that have it, for ``left`` s;
-    ``last``: the last transaction of the host."""
+    ``last``: the last transaction of the host, which ``last_who`` began."""
 
     granted: bool
     epoch: int
@@ -181,6 +181,7 @@ class LeaseAnswer(TypedDict):
     who: str
     left: float
     last: str
+    last_who: str
 
 
 class ApplyNeeds(TypedDict):

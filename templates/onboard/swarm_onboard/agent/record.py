@@ -15,7 +15,7 @@ from .release_store import Home
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, Callable
 
     from .change import Change
 
@@ -88,17 +88,19 @@ def begun(home: Home, change: Change, state: str) -> Record:
     )
 
 
-def read(home: Home, *, working: bool = False) -> Record:
+def read(home: Home, *, working: Callable[[], bool] = lambda: False) -> Record:
     """Returns the last record, ``switching`` resolved; an empty one if there is none or it is damaged.
 
-    ``working``: its agent may still be at work.
+    ``working``: whether its agent may still be at work. Called after the record was read, and before
+    ``current`` is: an agent that has ended by then changes it no more.
     """
     found = _stored(home)
     if found.state != SWITCHING:
         return found
+    at_work = working()
     if found.next == home.current():
         return found._replace(state=APPLIED)
-    if working:
+    if at_work:
         return found._replace(state=APPLYING)
     return found._replace(state=UNDONE, error="interrupted before it changed anything")
 

@@ -23,13 +23,15 @@ def handle(request: LeaseRequest, payload: bytes, report: Report) -> LeaseAnswer
                 _extend(home, request["pending"], float(request.get("confirm_within", 0)))
         else:
             found = lease.give_back(home, run)
+        last = record.read(home)
         return {
             "granted": found.run == run,
             "epoch": found.epoch,
             "run": found.run,
             "who": found.who,
             "left": round(found.left(home), 1),
-            "last": record.read(home).txid,
+            "last": last.txid,
+            "last_who": last.who,
         }
 
 

@@ -41,13 +41,14 @@ _LOCAL = "/usr/local/lib"
 def handle(request: ObserveRequest, payload: bytes, report: Report) -> ObserveAnswer:
     """Returns the host's facts, its release and the states of units."""
     home = home_of(request["swarm"])
+    last = deployed.last_change(home)  # first: what follows then differs from it only by a later change
     digest = home.current()
     manifest = home.known_manifest(digest)
     answer: ObserveAnswer = {
         "facts": facts(home, request.get("requires", ()), request.get("wants", ())),
         "release": digest,
         "releases": home.releases(),
-        "transaction": deployed.last_change(home),
+        "transaction": last,
         "staging": os.listdir(home.staging) if os.path.isdir(home.staging) else [],
         "lock": lock.holder(home),
         "drift": deployed.drift(home, digest, manifest),
