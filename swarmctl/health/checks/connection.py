@@ -83,16 +83,17 @@ def compare(found: Findings, context: CheckContext) -> None:
     The first one of each host that lets nothing in explains the others.
     """
     causes: dict[str, list[str]] = {}
+    graph = context.graph
     for host, answer in context.hosts:
         for node, seen, home in _closed(context, host, answer):
-            for one, effect in _cut_off(context.graph, host, home, node, seen):
+            for one, effect in _cut_off(graph, host, home, node, seen):
                 robot, program = one.owner
                 hint = f"check the firewall on {home.name}: sudo nft list ruleset; all TCP ports must be"
                 key = found.add(
                     CHECK, subject(one.node, host, node, home),
                     bad(f"cannot connect to {seen.error}; {effect}", f"{hint} open to {host.name}"),
                     host=host, robot=robot, program=program,
-                    after=[*causes.get(home.name, ()), *link.keys(context.graph, host)],
+                    after=[*causes.get(home.name, ()), f"address {home.name}", *link.keys(graph, host)],
                 )  # fmt: skip
                 causes.setdefault(home.name, []).append(key)
 

@@ -24,7 +24,7 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
     content = files.read(f"{home.current_link}/{FILE}")
     if content is None:
         return {}
-    wanted = _variables(content.decode("utf-8", "replace").splitlines())
+    wanted = variables(content.decode("utf-8", "replace").splitlines())
     found: dict[str, list[str]] = {}
     for unit, state in units.items():
         found[unit] = [f"ExecStart is that of {path}" for path in _starting_drop_ins(home, unit)]
@@ -32,7 +32,7 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
             pid = state["pid"]
             text = files.read(f"{proc}/{pid}/environ") if pid else None
             if text:
-                seen = _variables(text.decode("utf-8", "replace").split("\0"))
+                seen = variables(text.decode("utf-8", "replace").split("\0"))
                 found[unit].extend(_compared(seen, wanted))
     return {unit: texts for unit, texts in found.items() if texts}
 
@@ -45,7 +45,8 @@ def _starting_drop_ins(home: Home, unit: str) -> Iterable[str]:
                 yield clipped(path)
 
 
-def _variables(lines: Iterable[str]) -> dict[str, str]:
+def variables(lines: Iterable[str]) -> dict[str, str]:
+    """Returns the variables of the middleware, as a file of systemd or a process has them."""
     pairs = (line.partition("=") for line in lines)
     return {name: value.strip('"') for name, _, value in pairs if name in NAMES}
 
