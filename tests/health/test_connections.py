@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from swarm_onboard.host_checks.address import Seen as AddressSeen
 
 from swarmctl.health.diagnosis import diagnose
 from swarmctl.health.expected_graph import ExpectedGraph
@@ -79,6 +80,12 @@ def test_a_pair_has_both_nodes_the_address_and_the_repair() -> None:
     assert message.endswith("nothing arrives on /k3/cmd_vel")
     rules = "check the firewall on koala-laptop: sudo nft list ruleset"
     assert hint == f"{rules}; all TCP ports must be open to k3-pi"
+
+
+def test_an_address_that_the_host_does_not_have_is_the_cause() -> None:
+    wrong = {"address": (AddressSeen(ADDRESS[LAPTOP], own=False, addresses=["10.0.0.5"]),)}
+    answers = seen({K3_PI: {"/pilot": closed(LAPTOP, 40001, "/k3/cmd_vel")}}, SLAVE, checks=wrong)
+    assert shape(diagnose(graph(), answers)) == {f"address {LAPTOP}": ("warning", [COMMANDS])}
 
 
 def test_the_master_connects_to_nodes_of_other_hosts() -> None:
