@@ -13,6 +13,7 @@ from tests.health.swarm_values import (
     K3_PI,
     LAPTOP,
     MASTER,
+    UNIT,
     all_well,
     both,
     changed,
@@ -79,6 +80,16 @@ FAULTS = {
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS.keys())
 def test_a_fault_is_reported_with_its_symptoms(fault: Fault) -> None:
     check(fault)
+
+
+def test_drivers_that_join_a_new_master_are_symptoms_of_its_restart() -> None:
+    answers = all_well()
+    new = with_unit(MASTER, restarts=1, recent=1, running=2.0, exit="signal")
+    joins = with_unit(UNIT["k3"], restarts=1, restarted=1, exit="exit code 91")
+    found = diagnose(graph(), {**answers, LAPTOP: new(answers[LAPTOP]), K3_PI: joins(answers[K3_PI])})
+    assert shape(found) == {
+        f"unit {MASTER} on {LAPTOP}": ("warning", [f"unit {UNIT['k3']} on {K3_PI}"]),
+    }
 
 
 def test_a_dead_master_explains_every_host() -> None:

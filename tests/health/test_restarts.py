@@ -42,7 +42,10 @@ def judged(**changes: Any) -> tuple[State, str]:
     ("changes", "state", "words"),
     [
         ({}, State.OK, "runs"),
-        ({"restarts": 1, "recent": 1}, State.OK, "runs"),
+        ({"restarts": 1, "recent": 1, "running": 31.0}, State.OK, "runs"),
+        ({"restarts": 1, "recent": 1, "running": 3.2}, State.WARNING, "success; it has run for 3 s now"),
+        ({"restarts": 1, "restarted": 1, "exit": "exit code 91"}, State.WARNING, "master is another one now"),
+        ({"restarts": 1, "restarted": 1, "exit": "exit code 1"}, State.BAD, "crash loop"),
         ({"restarts": MOST_RESTARTS, "recent": MOST_RESTARTS}, State.WARNING, "restarted 3 times since"),
         ({"restarts": 40, "recent": 0}, State.WARNING, "restarted 40 times since it was started"),
         ({"restarts": 40, "rejoined": 38}, State.OK, "runs"),

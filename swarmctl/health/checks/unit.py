@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from swarm_onboard.common.systemd import REJOINS
+
 from swarmctl.health import unit_conditions
 from swarmctl.health.check_context import CheckContext
 from swarmctl.health.checks.release import FILES
 from swarmctl.health.expected_graph import ExpectedHost, ExpectedRobot
 from swarmctl.health.observations import Answer, UnitSeen
 from swarmctl.health.root_cause import Findings
-from swarmctl.health.verdict import State, Verdict, bad, ok, unknown
+from swarmctl.health.verdict import State, Verdict, bad, ok, unknown, warning
 
 CHECK = "unit"
 TABLE = {
@@ -22,6 +24,7 @@ TABLE = {
         ),
         ("its first start takes more than 10 s", "unhealthy, with the last lines of its log"),
         ("systemd restarted it more than 3 times within 10 minutes", "unhealthy, also while it runs again"),
+        ("systemd restarted it within the last 30 s", "a warning, with how it ended"),
         ("it was restarted 3 times or more since it was started, but long ago", "a warning"),
         (
             "a signal or a debugger has stopped one of its processes",
@@ -33,10 +36,13 @@ TABLE = {
 MOST_RESTARTS = 3  # of a unit; one more within RESTART_WINDOW makes it unhealthy
 RESTART_WINDOW = 600.0  # s; a start by hand or by a deploy begins a new count
 _LONGEST_START = 10.0  # s
+_JUST_NOW = 30.0  # s since a restart
+_REJOINED = f"exit code {REJOINS}"
 
 
 def compare(found: Findings, context: CheckContext) -> None:
     """Files a finding for each unit but those of programs, whose check includes them."""
+    masters = {host.name: host.master_unit for host in context.graph.hosts}
     for host, answer in context.hosts:
         of_robots = {unit: robot for robot in host.robots for unit in _units(robot)}
         others = {*of_robots, *(program.unit for program in host.programs)}
@@ -46,6 +52,8 @@ def compare(found: Findings, context: CheckContext) -> None:
                 _add(found, host, name, answer, after=[f"master {host.name}"] if foreign else [])
         for name, robot in of_robots.items():
             after = [*context.rivals(host.name, name), *_starting(host, robot, name, answer)]
+            seen = answer.units.get(name)
+            after += [key(host.hub, masters[host.hub])] if seen is not None and _rejoins(seen) else []
             _add(found, host, name, answer, robot=robot, after=after)
 
 
@@ -122,14 +130,27 @@ def _troubled(name: str, host: str, seen: UnitSeen, journal: str) -> Verdict | N
         numbers = " ".join(one.partition(" ")[0] for one in seen.stopped)
         text = f"a signal has stopped its process{'es' if len(seen.stopped) > 1 else ''} "
         return bad(text + ", ".join(seen.stopped), f"on {host}: sudo kill -CONT {numbers}")
+    if _rejoins(seen):
+        return warning("ended, and is started again: its master is another one now", journal)
     if seen.restarted or (seen.active == "activating" and seen.restarts) or seen.sub == "auto-restart":
         what = f"crash loop: {times(seen.restarts)}" if seen.restarts else "ended and is started again"
         return bad(f"{what}, last result {ending(seen)}{log_of(seen)}", journal)
     if seen.recent > MOST_RESTARTS:
-        text = f"{times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {ending(seen)}"
         reset = f"once it is fixed: sudo systemctl reset-failed {name}"
-        return bad(text + _running(seen), f"{journal}; {reset}")
+        return bad(_lately(seen), f"{journal}; {reset}")
+    if seen.recent and seen.runs and 0 < seen.running < _JUST_NOW:
+        return warning(_lately(seen), journal)
     return None
+
+
+def _rejoins(seen: UnitSeen) -> bool:
+    """Returns True if it ended at this moment to join the master that has replaced its own."""
+    return seen.exit == _REJOINED and (seen.restarted > 0 or seen.sub == "auto-restart")
+
+
+def _lately(seen: UnitSeen) -> str:
+    text = f"{times(seen.recent)} within {RESTART_WINDOW / 60:g} min, last result {ending(seen)}"
+    return text + _running(seen)
 
 
 def ending(seen: UnitSeen) -> str:
