@@ -92,6 +92,13 @@ def test_drivers_that_join_a_new_master_are_symptoms_of_its_restart() -> None:
     }
 
 
+def test_a_driver_joins_a_new_master_while_its_hub_is_not_looked_at() -> None:
+    """As with `--limit`."""
+    joins = with_unit(UNIT["k3"], restarts=1, restarted=1, exit="exit code 91")
+    found = diagnose(graph((K3_PI,)), {K3_PI: joins(all_well()[K3_PI])})
+    assert shape(found) == {f"unit {UNIT['k3']} on {K3_PI}": ("warning", [])}
+
+
 def test_a_dead_master_explains_every_host() -> None:
     dead = both(with_master(reachable=False, error="connection refused"), changed(nodes={}))
     answers = {name: dead(answer) for name, answer in all_well().items()}

@@ -10,7 +10,7 @@ from swarmctl.health.verdict import State, Verdict
 
 TABLE = {
     "report": (("a driver reports a warning or an error in `/diagnostics`", "a warning, or unhealthy"),),
-    "gate report": (("a gate reports one", "a warning, or unhealthy"),),
+    "gate report": (("a gate reports a warning or an error in `/diagnostics`", "a warning, or unhealthy"),),
 }
 
 

@@ -53,7 +53,7 @@ def compare(found: Findings, context: CheckContext) -> None:
         for name, robot in of_robots.items():
             after = [*context.rivals(host.name, name), *_starting(host, robot, name, answer)]
             seen = answer.units.get(name)
-            after += [key(host.hub, masters[host.hub])] if seen is not None and _rejoins(seen) else []
+            after += [key(host.hub, masters.get(host.hub))] if seen is not None and _rejoins(seen) else []
             _add(found, host, name, answer, robot=robot, after=after)
 
 
