@@ -11,7 +11,7 @@ from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import commander_params
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1.release import RUNNING, home
+from swarmctl.render.ros1.release import FACE, RUNNING, home
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm
@@ -51,7 +51,7 @@ def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> Part:
         "runtime": names.runtime_folder(swarm.name, launch_name(robot)),
     }
     file = File(f"units/{name}", render("gate.service", **values), origin=f"robots.{robot.name}")
-    shipped = tuple(one.path for one in shipped_files.folder(FOLDER))
+    shipped = tuple(one.path for one in shipped_files.folder(FOLDER, FACE))
     return Part(
         (file,), (Unit(name, (file.path, *RUNNING, _params_path(robot), *shipped), robot=robot.name),)
     )

@@ -1,83 +1,63 @@
-"""The driver as a node of ROS 1: subscribes to commands, publishes data.
-
-Nothing outside `ros*.py` knows ROS.
-"""
+"""The driver as a node of ROS: subscribes to commands and settings of actuators, publishes data."""
 
 from __future__ import annotations
 
 from typing import Any, Iterator, Mapping
 
-import rospy
 from std_msgs.msg import UInt8, UInt8MultiArray
 
-from swarm_onboard.command.command_gate import CommandGate
-from swarm_onboard.command.command_mailbox import CommandMailbox
+from swarm_onboard.command.diagnostics import Diagnostics
 from swarm_onboard.command.report import Level, Report
-from swarm_onboard.command.ros import Diagnostics, leave, subscribe
-from swarm_onboard.command.ros_transforms import TFMessage, start_is_lost
-from swarm_onboard.driver import ros_frames, ros_sensors
+from swarm_onboard.command.transforms import TFMessage, start_is_lost
+from swarm_onboard.driver import frames, sensor_topics
 from swarm_onboard.driver.actuators import ActuatorSettings
 from swarm_onboard.driver.codec import Values
 from swarm_onboard.driver.config import Actuator, Config, Sensor
 from swarm_onboard.driver.kinematics import Pose
-from swarm_onboard.driver.ros_frames import Frames
-from swarm_onboard.driver.ros_motion import MotionTopics
+from swarm_onboard.driver.motion_topics import MotionTopics
+from swarm_onboard.ros.node import Kind, Node
 
 
-def join(config: Config, commands: CommandMailbox, gate: CommandGate, outputs: ActuatorSettings) -> RosSink:
-    """Becomes a node that subscribes to commands.
-
-    Returns when the master knows it, however long that takes.
-    """
-    rospy.init_node("driver", disable_signals=True)
-    rospy.on_shutdown(commands.stop)
-    sink = RosSink(config)
-    subscribe("cmd_vel", gate)
-    for actuator in config.actuators:
-        _subscribe(actuator, outputs)
-    sink.left_out += tuple(_set_params(config))
-    return sink
-
-
-def _set_params(config: Config) -> Iterator[str]:
+def show_parameters(node: Node, config: Config) -> Iterator[str]:
     """Shows what the driver works with; what it works with stays as its parameter file has it.
 
     Yields what could not be shown.
     """
     try:
-        rospy.set_param(rospy.get_name(), dict(config.shown))
+        node.set_parameters(config.shown)
         if config.urdf is not None:
-            rospy.set_param("robot_description", config.urdf.read_text("utf-8"))
+            node.describe(config.urdf.read_text("utf-8"))
     except Exception as error:  # noqa: BLE001  the robot drives without them
         yield f"no parameters: {error}"
 
 
-def _subscribe(actuator: Actuator, outputs: ActuatorSettings) -> None:
+def subscribe_to_settings(node: Node, actuator: Actuator, outputs: ActuatorSettings) -> None:
     """Subscribes to a number for one channel, to a list with one number each for several."""
     if len(actuator.channels) == 1:
-        rospy.Subscriber(
-            actuator.name, UInt8, lambda message: outputs.put(actuator, [message.data]), queue_size=1
+        node.subscribe(
+            actuator.name, UInt8, lambda message: outputs.put(actuator, [message.data]), Kind.STATE
         )
     else:
-        rospy.Subscriber(
+        node.subscribe(
             actuator.name,
             UInt8MultiArray,
             lambda message: outputs.put(actuator, list(message.data)),
-            queue_size=1,
+            Kind.STATE,
         )
 
 
-class RosSink:
-    """Publishes a driver's data. ``left_out`` are the topics for which this host has no message package."""
+class DriverTopics:
+    """Publishes a driver's data. ``left_out`` is what could not be shown or published, as text."""
 
-    def __init__(self, config: Config) -> None:
+    def __init__(self, node: Node, config: Config) -> None:
         self._config = config
-        frames = Frames(config)
-        self._motion = MotionTopics(config, frames)
-        self._sensors = ros_sensors.topics_of(config, frames)
-        self._places = ros_frames.publish_places(config, frames)
-        self._diagnostics = Diagnostics(f"{config.robot}: driver", f"{config.title} {config.robot}")
-        self.left_out = tuple(_left_out(config, self._sensors))
+        self._node = node
+        named = frames.Frames(config)
+        self._motion = MotionTopics(node, config, named)
+        self._sensors = sensor_topics.topics_of(node, config, named)
+        self._places = frames.publish_places(node, config, named)
+        self._diagnostics = Diagnostics(node, f"{config.robot}: driver", f"{config.title} {config.robot}")
+        self.left_out = (*_left_out(config, self._sensors), *show_parameters(node, config))
 
     def odometry(self, pose: Pose) -> None:
         self._motion.publish(pose)
@@ -92,7 +72,7 @@ class RosSink:
         self._diagnostics.publish(report.without(self.left_out, least=least))
 
     def leave(self) -> None:
-        leave()
+        self._node.leave()
 
 
 def _left_out(config: Config, sensors: Mapping[str, Any]) -> Iterator[str]:
@@ -101,7 +81,7 @@ def _left_out(config: Config, sensors: Mapping[str, Any]) -> Iterator[str]:
         yield "no transforms, nor the one from map to its start: this host lacks tf2_msgs"
     elif TFMessage is None:
         yield "no transforms: this host lacks tf2_msgs"
-    if ros_sensors.sensor_msgs is not None:
+    if sensor_topics.sensor_msgs is not None:
         return
     missing = [one.name for one in config.sensors if one.rate > 0 and one.kind != "wheels"]
     missing = [name for name in missing if name not in sensors]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any, Iterator, Mapping
 
-import rospy
 from geometry_msgs.msg import Quaternion
 
-from swarm_onboard.command.ros_transforms import Place, TFMessage, start_transform, transform, turned_by
+from swarm_onboard.command.transforms import Place, TFMessage, start_transform, transform, turned_by
 from swarm_onboard.driver.config import Config, Sensor
+from swarm_onboard.ros.node import Kind, Node
 
-_OPTICAL = (-0.5, 0.5, -0.5, 0.5)  # x, y, z, w: from ahead-left-up to right-down-ahead
+_OPTICAL = {"x": -0.5, "y": 0.5, "z": -0.5, "w": 0.5}  # from ahead-left-up to right-down-ahead
 
 
 class Frames:
@@ -31,18 +31,18 @@ class Frames:
         return f"{self._prefix}{sensor.name}_optical"
 
 
-def publish_places(config: Config, frames: Frames) -> Any:
+def publish_places(node: Node, config: Config, frames: Frames) -> Any:
     """Publishes what does not move, latched: the pose of each sensor, the robot's start in `map`.
 
     Returns the publisher; None if there is nothing.
     """
-    stamp = rospy.Time.now()
+    stamp = node.now()
     start = [start_transform(config.start, frames.odom, stamp)] if config.start is not None else []
     places = [*start, *_places(config, frames, stamp)]
     if TFMessage is None or not places:
         return None
-    publisher = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
-    publisher.publish(TFMessage(places))  # one message: a latched topic keeps the last one only
+    publisher = node.publisher("/tf_static", TFMessage, Kind.LATCHED)
+    publisher.publish(TFMessage(transforms=places))  # one message: a latched topic keeps the last one only
     return publisher
 
 
@@ -52,7 +52,7 @@ def _places(config: Config, frames: Frames, stamp: Any) -> Iterator[Any]:
             rotation = turned_by(math.radians(one["heading_deg"]))
             yield transform(frames.base, frames.element(sensor, one), _place(one), rotation, stamp)
         if sensor.kind == "image" and sensor.rate > 0:
-            place, rotation = _place(sensor.settings), Quaternion(*_OPTICAL)
+            place, rotation = _place(sensor.settings), Quaternion(**_OPTICAL)
             yield transform(frames.base, frames.optical(sensor), place, rotation, stamp)
 
 

@@ -7,7 +7,7 @@ import threading
 from swarm_onboard.command.authority import Authority, Commander
 from swarm_onboard.command.command_gate import CommandGate
 from swarm_onboard.command.command_mailbox import CommandMailbox
-from swarm_onboard.command.node_hosts import NodeHosts
+from swarm_onboard.ros1.node_hosts import NodeHosts
 
 from tests.timing import PATIENCE, wait_for, work_at_most
 

@@ -1,17 +1,17 @@
-"""Sensor readings as messages of ROS 1: one class for each kind of sensor, each with its topics."""
+"""Sensor readings as messages of ROS: one class for each kind of sensor, each with its topics."""
 
 from __future__ import annotations
 
 import math
 from typing import Any, Callable, Mapping, Protocol, Sequence
 
-import rospy
 from std_msgs.msg import Float32MultiArray, MultiArrayDimension, UInt16MultiArray
 
 from swarm_onboard.driver import readings, scan
 from swarm_onboard.driver.codec import Values
 from swarm_onboard.driver.config import Config, Sensor
-from swarm_onboard.driver.ros_frames import Frames
+from swarm_onboard.driver.frames import Frames
+from swarm_onboard.ros.node import Kind, Node
 
 sensor_msgs: Any
 try:
@@ -33,9 +33,9 @@ class SensorTopics(Protocol):
 class RawTopic:
     """Whole numbers as the robot gives them, labelled with their names."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
         self._names = sensor.settings["names"]
-        self._publisher = rospy.Publisher(sensor.name, UInt16MultiArray, queue_size=1)
+        self._publisher = node.publisher(sensor.name, UInt16MultiArray, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
         self._publisher.publish(_labelled(UInt16MultiArray(data=readings.whole(values)), self._names))
@@ -44,9 +44,9 @@ class RawTopic:
 class QuantityTopic:
     """Numbers with a unit, labelled with their names."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
         self._settings = sensor.settings
-        self._publisher = rospy.Publisher(sensor.name, Float32MultiArray, queue_size=1)
+        self._publisher = node.publisher(sensor.name, Float32MultiArray, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
         data = readings.scaled(values, self._settings)
@@ -56,29 +56,29 @@ class QuantityTopic:
 class RangeTopics:
     """The raw readings of an array as one message; in metres, with a subscriber, each alone and as a scan."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
-        settings = sensor.settings
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
+        settings, self._node = sensor.settings, node
         self._stride, self._largest = settings["stride"], settings["max_reading"]
         self._names = [one["name"] for one in settings["elements"]]
         self._distances = readings.Distances(settings)
         self._field_of_view = math.radians(settings["field_of_view_deg"])
         self._radiation = _ULTRASOUND if settings["radiation"] == "ultrasound" else _INFRARED
         self._frames = [frames.element(sensor, one) for one in settings["elements"]]
-        self._publisher = rospy.Publisher(sensor.name, UInt16MultiArray, queue_size=1)
+        self._publisher = node.publisher(sensor.name, UInt16MultiArray, Kind.SENSOR)
         self._elements = [
-            rospy.Publisher(f"{sensor.name}/{name}", sensor_msgs.Range, queue_size=1)
+            node.publisher(f"{sensor.name}/{name}", sensor_msgs.Range, Kind.SENSOR)
             for name in (self._names if sensor_msgs else ())
         ]
         self._scan: ScanTopic | None = None
         if sensor_msgs and len(self._names) > 1:
-            self._scan = ScanTopic(sensor, frames)
+            self._scan = ScanTopic(node, sensor, frames)
 
     def publish(self, values: Values) -> None:
         raw = readings.whole(readings.every(values, self._stride), self._largest)
         self._publisher.publish(_labelled(UInt16MultiArray(data=raw), self._names))
-        stamp = rospy.Time.now()
+        stamp = self._node.now()
         for publisher, frame, reading in zip(self._elements, self._frames, raw):
-            if publisher.get_num_connections() > 0:
+            if publisher.listeners() > 0:
                 publisher.publish(self._range(frame, reading, stamp))
         if self._scan is not None and self._scan.wanted():
             self._scan.publish([self._distances.metres(reading) for reading in raw], stamp)
@@ -97,13 +97,13 @@ class RangeTopics:
 class ScanTopic:
     """The distances of an array around the robot, as a laser scanner would have them."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
         self._scan, self._period, self._frame = scan.Scan(sensor.settings), 1 / sensor.rate, frames.base
-        self._publisher = rospy.Publisher(f"{sensor.name}/scan", sensor_msgs.LaserScan, queue_size=1)
+        self._publisher = node.publisher(f"{sensor.name}/scan", sensor_msgs.LaserScan, Kind.SENSOR)
 
     def wanted(self) -> bool:
         """Returns whether somebody subscribes."""
-        return bool(self._publisher.get_num_connections() > 0)
+        return self._publisher.listeners() > 0
 
     def publish(self, distances: Sequence[float], stamp: Any) -> None:
         """Publishes one scan; ``distances`` in m, in the order of the sensors."""
@@ -122,13 +122,15 @@ class ScanTopic:
 class ImuTopic:
     """Acceleration, rotation or both; each message marks what it lacks, such as the orientation."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
+        self._node = node
         self._settings, self._frame = sensor.settings, frames.base
-        self._publisher = rospy.Publisher(sensor.name, sensor_msgs.Imu, queue_size=1)
+        self._publisher = node.publisher(sensor.name, sensor_msgs.Imu, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
         measured = readings.motion(values, self._settings)
-        message = _stamped(sensor_msgs.Imu(orientation_covariance=_NOT_MEASURED), self._frame)
+        message = sensor_msgs.Imu(orientation_covariance=_NOT_MEASURED)
+        _stamped(message, self._frame, self._node.now())
         if measured.acceleration is None:
             message.linear_acceleration_covariance = _NOT_MEASURED
         else:
@@ -143,12 +145,13 @@ class ImuTopic:
 class MagneticTopic:
     """The magnetic field, in T."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
+        self._node = node
         self._axes, self._frame = sensor.settings["axes"], frames.base
-        self._publisher = rospy.Publisher(sensor.name, sensor_msgs.MagneticField, queue_size=1)
+        self._publisher = node.publisher(sensor.name, sensor_msgs.MagneticField, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
-        message = _stamped(sensor_msgs.MagneticField(), self._frame)
+        message = _stamped(sensor_msgs.MagneticField(), self._frame, self._node.now())
         _put(message.magnetic_field, readings.vector(values, self._axes))
         self._publisher.publish(message)
 
@@ -156,9 +159,10 @@ class MagneticTopic:
 class BatteryTopic:
     """Voltage and charge; NaN for what is not measured, as in sensor_msgs/BatteryState."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
+        self._node = node
         self._settings, self._frame = sensor.settings, frames.base
-        self._publisher = rospy.Publisher(sensor.name, sensor_msgs.BatteryState, queue_size=1)
+        self._publisher = node.publisher(sensor.name, sensor_msgs.BatteryState, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
         charge = readings.charge(values, self._settings)
@@ -166,28 +170,31 @@ class BatteryTopic:
         message = sensor_msgs.BatteryState(
             voltage=charge.volts, percentage=charge.share, present=True, **unknown
         )
-        self._publisher.publish(_stamped(message, self._frame))
+        self._publisher.publish(_stamped(message, self._frame, self._node.now()))
 
 
 class TemperatureTopic:
     """A temperature, in degrees Celsius."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
+        self._node = node
         self._settings, self._frame = sensor.settings, frames.base
-        self._publisher = rospy.Publisher(sensor.name, sensor_msgs.Temperature, queue_size=1)
+        self._publisher = node.publisher(sensor.name, sensor_msgs.Temperature, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
         (celsius,) = readings.scaled(values, self._settings)
-        self._publisher.publish(_stamped(sensor_msgs.Temperature(temperature=celsius), self._frame))
+        message = sensor_msgs.Temperature(temperature=celsius)
+        self._publisher.publish(_stamped(message, self._frame, self._node.now()))
 
 
 class ImageTopics:
     """Images of a camera, grey or in colours, and what is known of its lens."""
 
-    def __init__(self, sensor: Sensor, frames: Frames) -> None:
+    def __init__(self, node: Node, sensor: Sensor, frames: Frames) -> None:
+        self._node = node
         self._settings, self._frame = sensor.settings, frames.optical(sensor)
-        self._images = rospy.Publisher(f"{sensor.name}/image_raw", sensor_msgs.Image, queue_size=1)
-        self._infos = rospy.Publisher(f"{sensor.name}/camera_info", sensor_msgs.CameraInfo, queue_size=1)
+        self._images = node.publisher(f"{sensor.name}/image_raw", sensor_msgs.Image, Kind.SENSOR)
+        self._infos = node.publisher(f"{sensor.name}/camera_info", sensor_msgs.CameraInfo, Kind.SENSOR)
 
     def publish(self, values: Values) -> None:
         encoding, pixels = readings.picture(values, self._settings)
@@ -197,16 +204,17 @@ class ImageTopics:
             width=width,
             encoding=encoding,
             step=len(pixels) // height,
-            data=pixels,
+            data=self._node.octets(pixels),
         )
-        stamp = rospy.Time.now()
+        stamp = self._node.now()
         self._images.publish(_stamped(message, self._frame, stamp))
-        lens = readings.pinhole(width, height, self._settings.get("focal"))
-        info = sensor_msgs.CameraInfo(height=height, width=width, distortion_model="plumb_bob", **lens)
+        info = sensor_msgs.CameraInfo(height=height, width=width, distortion_model="plumb_bob")
+        for name, matrix in readings.pinhole(width, height, self._settings.get("focal")).items():
+            setattr(info, name if hasattr(info, name) else name.lower(), matrix)  # K is k in ROS 2
         self._infos.publish(_stamped(info, self._frame, stamp))
 
 
-_KINDS: Mapping[str, Callable[[Sensor, Frames], SensorTopics]] = {
+_KINDS: Mapping[str, Callable[[Node, Sensor, Frames], SensorTopics]] = {
     "range": RangeTopics,
     "raw": RawTopic,
     "quantity": QuantityTopic,
@@ -219,10 +227,10 @@ _KINDS: Mapping[str, Callable[[Sensor, Frames], SensorTopics]] = {
 _WITHOUT_SENSOR_MSGS = ("raw", "quantity", "range")
 
 
-def topics_of(config: Config, frames: Frames) -> dict[str, SensorTopics]:
+def topics_of(node: Node, config: Config, frames: Frames) -> dict[str, SensorTopics]:
     """Returns the topics of every enabled sensor for which this host has messages, by its name."""
     return {
-        one.name: _KINDS[one.kind](one, frames)
+        one.name: _KINDS[one.kind](node, one, frames)
         for one in config.sensors
         if one.rate > 0 and one.kind in _KINDS and (sensor_msgs or one.kind in _WITHOUT_SENSOR_MSGS)
     }
@@ -235,8 +243,8 @@ def _labelled(message: Any, names: Sequence[str]) -> Any:
     return message
 
 
-def _stamped(message: Any, frame: str, stamp: Any = None) -> Any:
-    message.header.stamp = rospy.Time.now() if stamp is None else stamp
+def _stamped(message: Any, frame: str, stamp: Any) -> Any:
+    message.header.stamp = stamp
     message.header.frame_id = frame
     return message
 

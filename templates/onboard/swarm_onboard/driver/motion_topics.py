@@ -1,16 +1,16 @@
-"""Pose, speed and wheel motion of a robot as messages of ROS 1."""
+"""Pose, speed and wheel motion of a robot as messages of ROS."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import rospy
 from nav_msgs.msg import Odometry
 
-from swarm_onboard.command.ros_transforms import TFMessage, transform, turned_by
+from swarm_onboard.command.transforms import TFMessage, transform, turned_by
 from swarm_onboard.driver.config import Config
+from swarm_onboard.driver.frames import Frames
 from swarm_onboard.driver.kinematics import Pose
-from swarm_onboard.driver.ros_frames import Frames
+from swarm_onboard.ros.node import Kind, Node
 
 JointState: Any
 try:
@@ -26,23 +26,24 @@ _AT_REST = 1e-6  # variance of what has not gone astray yet
 class MotionTopics:
     """`odom`, the transform to it, and `joint_states` where the wheels' radius is known."""
 
-    def __init__(self, config: Config, frames: Frames) -> None:
+    def __init__(self, node: Node, config: Config, frames: Frames) -> None:
+        self._node = node
         self._kinematics = config.kinematics
         self._frames = frames
         self._radius = config.kinematics.wheel_radius
-        self._odom = rospy.Publisher("odom", Odometry, queue_size=1)
-        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=1) if TFMessage else None
+        self._odom = node.publisher("odom", Odometry, Kind.STATE)
+        self._tf = node.publisher("/tf", TFMessage, Kind.STATE) if TFMessage else None
         joints = self._radius is not None and JointState is not None
-        self._joints = rospy.Publisher("joint_states", JointState, queue_size=1) if joints else None
+        self._joints = node.publisher("joint_states", JointState, Kind.STATE) if joints else None
 
     def publish(self, pose: Pose) -> None:
         """Publishes the pose on all topics, with one stamp."""
-        stamp = rospy.Time.now()
+        stamp = self._node.now()
         self._odom.publish(self._odometry(pose, stamp))
         if self._tf is not None:
             place = (pose.x, pose.y, 0.0)
             moved = transform(self._frames.odom, self._frames.base, place, turned_by(pose.yaw), stamp)
-            self._tf.publish(TFMessage([moved]))
+            self._tf.publish(TFMessage(transforms=[moved]))
         if self._joints is not None and self._radius is not None:
             self._joints.publish(self._joint_state(pose, self._radius, stamp))
 

@@ -24,14 +24,15 @@ def transform(parent: str, child: str, place: Place, rotation: Any, stamp: Any) 
     message = TransformStamped(child_frame_id=child)
     message.header.stamp = stamp
     message.header.frame_id = parent
-    message.transform.translation = Vector3(*place)
+    x, y, z = place
+    message.transform.translation = Vector3(x=x, y=y, z=z)
     message.transform.rotation = rotation
     return message
 
 
 def turned_by(yaw: float) -> Any:
     """Returns the Quaternion of a rotation around z, in rad."""
-    return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return Quaternion(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2))
 
 
 def start_is_lost(start: Start | None) -> bool:
