@@ -16,6 +16,7 @@ import pytest
 
 from swarmctl import resources
 from swarmctl.lab import paths
+from swarmctl.lab.errors import LabError
 from swarmctl.lab.hosts import image, ros_wheels
 from tests import ROOT
 from tests.lab.lab_values import plan_from
@@ -26,7 +27,7 @@ DISTROS = sorted(file.stem.removeprefix("ros2-") for file in (ROOT / "templates/
 WIRE = "  - {kind: ethernet, name: wire, hosts: [alpha, beta], subnet: 10.91.2.0/24}\n"
 SETUP = ". /opt/ros/*/setup.sh;"
 SERVER = "ROS_DISCOVERY_SERVER=10.91.1.1:11811"
-TALK = """
+PUBLISH = """
 import rclpy, geometry_msgs.msg
 rclpy.init()
 node = rclpy.create_node("talker")
@@ -34,7 +35,7 @@ topic = node.create_publisher(geometry_msgs.msg.Twist, "/cmd_vel", 1)
 node.create_timer(0.1, lambda: topic.publish(geometry_msgs.msg.Twist()))
 rclpy.spin(node)
 """
-HEAR = """
+LISTEN = """
 import rclpy, geometry_msgs.msg, sys
 rclpy.init()
 node = rclpy.create_node("listener")
@@ -132,6 +133,19 @@ def test_a_machine_without_wheels_is_named(monkeypatch: pytest.MonkeyPatch, tmp_
     assert "its wheels are for x86_64, and this machine is aarch64" in refusal()
 
 
+def test_another_wheel_than_the_pinned_one_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, templates: Path
+) -> None:
+    with zipfile.ZipFile(tmp_path / "a-1-py3-none-any.whl", "w") as wheel:
+        wheel.writestr("a-1.dist-info/METADATA", "Metadata-Version: 2.1\nName: a\nVersion: 1\n")
+    (templates / "lab/ros2-kilted.txt").write_text(f"a==1 --hash=sha256:{'0' * 64}\n")
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
+    with pytest.raises(LabError, match="kilted are not those that were pinned") as refused:
+        ros_wheels.download("kilted", tmp_path / "wheels")
+    assert type(refused.value) is LabError, "tests would skip"
+
+
 @pytest.fixture(scope="module", params=DISTROS)
 def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Two hosts with ROS 2 on a network without multicast."""
@@ -145,8 +159,8 @@ def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(paths.STATE_VARIABLE, str(folder))
         with booted(plan) as name:
-            on(name, "alpha", f"cat > talk.py <<'END'\n{TALK}\nEND")
-            on(name, "beta", f"cat > hear.py <<'END'\n{HEAR}\nEND")
+            on(name, "alpha", f"cat > publish.py <<'END'\n{PUBLISH}\nEND")
+            on(name, "beta", f"cat > listen.py <<'END'\n{LISTEN}\nEND")
             yield name
 
 
@@ -156,13 +170,13 @@ def start(lab: str, unit: str, command: str) -> None:
 
 
 def receives(lab: str, variables: str, seconds: float) -> bool:
-    return succeeds(lab, "beta", f"{SETUP} {variables} timeout {seconds} python3 hear.py")
+    return succeeds(lab, "beta", f"{SETUP} {variables} timeout {seconds} python3 listen.py")
 
 
 @in_a_lab
 def test_messages_pass_through_a_discovery_server_alone(lab: str) -> None:
-    start(lab, "plain", "python3 /home/robot/talk.py")
-    start(lab, "client", f"env {SERVER} python3 /home/robot/talk.py")
+    start(lab, "plain", "python3 /home/robot/publish.py")
+    start(lab, "client", f"env {SERVER} python3 /home/robot/publish.py")
     with ThreadPoolExecutor() as pool:  # twice the 3 s between two announcements
         passes, answers = pool.map(lambda variables: receives(lab, variables, 6), ("", SERVER))
     assert not passes, "multicast passes"

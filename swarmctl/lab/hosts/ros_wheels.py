@@ -63,7 +63,10 @@ def setup_text(distro: str) -> str:
 
 
 def download(distro: str, folder: Path) -> None:
-    """Downloads the wheels of a distro into ``folder``, by pip. Raises ``NoWheelsError``."""
+    """Downloads the wheels of a distro into ``folder``, by pip.
+
+    Raises ``NoWheelsError``, and ``LabError`` if a wheel is another one than was pinned.
+    """
     if (machine := platform.machine()) != MACHINE:
         raise NoWheelsError(distro, f"its wheels are for {MACHINE}, and this machine is {machine}")
     if find_spec("pip") is None:
@@ -75,6 +78,8 @@ def download(distro: str, folder: Path) -> None:
         f"--requirement={_requirements(distro)}",
     )
     done = subprocess.run(argv, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
+    if "DO NOT MATCH THE HASHES" in done.stderr:
+        raise LabError(f"wheels of ROS 2 {distro} are not those that were pinned", *done.stderr.splitlines())
     if done.returncode != 0:
         raise NoWheelsError(distro, "pip cannot download its wheels", *done.stderr.strip().splitlines()[-4:])
 
