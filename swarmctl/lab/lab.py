@@ -51,7 +51,10 @@ def up(plan: LabPlan, progress: Progress) -> None:
     if not files.state.exists():
         with _step(progress, "image") as note:
             whole = image.ensure(
-                lambda line: progress(f"  image: {line}"), compilers=plan.compilers, engines=plan.engines
+                lambda line: progress(f"  image: {line}"),
+                distro=plan.distro,
+                compilers=plan.compilers,
+                engines=plan.engines,
             )
             note(str(whole))
     with paths.locked(files.directory):

@@ -100,8 +100,8 @@ class Workspace:
 class LabPlan:
     """Everything that ``lab up`` creates. Equal plans describe the same lab.
 
-    ``compilers``: its hosts have what builds packages, and what these run with; ``engines``: of
-    containers, such as podman.
+    ``distro``: of ROS; ``compilers``: its hosts have what builds packages, and what these run with;
+    ``engines``: of containers, such as podman.
     """
 
     name: str
@@ -113,6 +113,7 @@ class LabPlan:
     stand_ins: tuple[StandIn, ...] = ()
     compilers: bool = False
     engines: tuple[str, ...] = ()
+    distro: str = ""
 
     def host(self, name: str) -> LabHost:
         """Returns the host of that name. Raises ``LabError`` if there is none."""
@@ -156,6 +157,7 @@ class LabPlan:
             stand_ins=tuple(StandIn.from_json(one) for one in data.get("stand_ins", ())),
             compilers=data.get("compilers", False),
             engines=tuple(data.get("engines", ())),
+            distro=data.get("distro", ""),
         )
 
 
@@ -242,6 +244,7 @@ def plan_of(
         ),
         stand_ins=stand_ins,
         engines=tuple(sorted({one.engine for one in _containers(swarm)})),
+        distro=swarm.distro,
     )
 
 

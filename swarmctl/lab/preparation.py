@@ -57,7 +57,7 @@ def load_or_create(files: LabPaths, plan: LabPlan) -> State:
                 f"the image {state.image} of lab {plan.name} is gone", "run `swarmctl lab down`, then `up`"
             )
         return state
-    whole = image.ensure(lambda _: None, compilers=plan.compilers, engines=plan.engines)
+    whole = image.ensure(lambda _: None, distro=plan.distro, compilers=plan.compilers, engines=plan.engines)
     state = State(plan, whole)
     write_state(files, state)
     return state

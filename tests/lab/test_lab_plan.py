@@ -37,12 +37,12 @@ def test_hosts_have_the_addresses_of_the_spec(tmp_path: Path) -> None:
     assert (beta.address, beta.user, beta.port) == ("10.91.1.2", "root", 2222)
 
 
-def test_a_lab_has_the_engines_of_its_containers(tmp_path: Path) -> None:
+def test_a_lab_has_the_engines_and_the_ros_of_its_spec(tmp_path: Path) -> None:
     look = 'programs: {look: {host: alpha, container: {image: "sha256:' + "1" * 64 + '"}}}\nlinks:'
     plan = plan_from(tmp_path, ("links:", look))
     assert plan.engines == ("podman",)
     assert LabPlan.from_json(json.loads(json.dumps(plan.to_json()))) == plan
-    assert plan_from(tmp_path).engines == ()
+    assert (plan_from(tmp_path).engines, plan_from(tmp_path).distro) == ((), "noetic")
 
 
 def test_interfaces_are_numbered_by_kind_in_the_order_of_the_links(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The disk image of lab hosts: Debian with systemd, sshd and ROS 1. Cached by a digest of its recipe."""
+"""The disk image of lab hosts: Debian with systemd, sshd and ROS. Cached by a digest of its recipe."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from pathlib import Path
 
 from swarmctl.lab import paths
 from swarmctl.lab.errors import LabError
-from swarmctl.lab.hosts import containers
-from swarmctl.lab.hosts.processes import environment, isolated, require
+from swarmctl.lab.hosts import containers, ros_wheels
+from swarmctl.lab.hosts.processes import environment, isolated, require, run
 
 SUITE = "bookworm"
 DISTRIBUTION = "debian-12"  # as its os-release has it
 KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
-RECIPE = 1  # increment it when ``finish`` changes
+RECIPE = 1  # increment it when ``finish`` or ``ros_wheels.install`` changes
 PACKAGES = (
     *(
         "systemd",
@@ -34,7 +34,10 @@ PACKAGES = (
         "python3",
         "python3-serial",
     ),
-    *("nftables", "procps", "sudo", "chrony"),
+    *("nftables", "procps", "sudo", "chrony", "avrdude"),
+)
+#: ROS 1, of Debian; a distro of ``ros_wheels`` has these packages in place of it.
+ROS_1 = (
     *("python3-roslaunch", "python3-rospy", "python3-rostopic", "python3-rosnode", "python3-rosparam"),
     *(
         "python3-rosmaster",
@@ -46,7 +49,6 @@ PACKAGES = (
     *("python3-diagnostic-msgs", "python3-tf2-msgs", "rospack-tools"),
     *("python3-std-srvs", "ros-std-srvs"),
     *("python3-roswtf", "ros-robot-state-publisher"),  # what people look at a swarm with
-    "avrdude",
     "ros-environment",  # used by the setup files of a workspace
     *("libroscpp4d", "libtf1d", "python3-tf", "python3-actionlib"),  # loaded by nodes of a workspace
 )
@@ -68,37 +70,43 @@ Progress = Callable[[str], None]
 Build = Callable[[Path, Progress], None]
 
 
-def digest(more: tuple[str, ...] = ()) -> str:
+def digest(more: tuple[str, ...] = (), distro: str = "") -> str:
     """Returns the digest of the recipe, which names the image; ``more``: packages beside the usual ones."""
-    recipe: list[object] = [RECIPE, SUITE, (*PACKAGES, *more), MASKED, BUILD_LEFTOVERS]
+    recipe: list[object] = [RECIPE, SUITE, (*_packages(distro), *more), MASKED, BUILD_LEFTOVERS]
     if settings := containers.settings_of(more):
         recipe.append(dict(settings))
+    if ros_wheels.exist_for(distro):
+        recipe.append(ros_wheels.recipe(distro))
     return hashlib.sha256(json.dumps(recipe).encode()).hexdigest()[:12]
 
 
-def bootstrap_argv(directory: Path, more: tuple[str, ...] = ()) -> tuple[str, ...]:
+def _packages(distro: str) -> tuple[str, ...]:
+    return (*PACKAGES, *(ros_wheels.PACKAGES if ros_wheels.exist_for(distro) else ROS_1))
+
+
+def bootstrap_argv(directory: Path, more: tuple[str, ...] = (), distro: str = "") -> tuple[str, ...]:
     """Returns the mmdebstrap command."""
-    packages = ",".join((*PACKAGES, *more))
+    packages = ",".join((*_packages(distro), *more))
     return ("mmdebstrap", "--verbose", "--variant=minbase", f"--include={packages}", SUITE, str(directory))
 
 
-def ensure(progress_to: Progress, *, compilers: bool = False, engines: Sequence[str] = ()) -> Path:
+def ensure(
+    progress_to: Progress, *, distro: str = "", compilers: bool = False, engines: Sequence[str] = ()
+) -> Path:
     """Returns the path of the image, which is built if it is not in the cache. Raises ``LabError``.
 
-    ``compilers``: an image of its own in which packages can be built; ``engines``: one that runs containers.
+    ``distro``: of ROS; one without wheels has ROS 1. ``compilers``: an image of its own in which packages can
+    be built; ``engines``: one that runs containers.
     """
-    image = path(compilers=compilers, engines=engines)
-    more = _more(compilers, engines)
-    return image if image.is_dir() else build_once(image, partial(build, more=more), progress_to)
+    more = _more(distro, compilers, engines)
+    image = paths.cache() / f"image-{digest(more, distro)}"
+    make = partial(build, more=more, distro=distro)
+    return image if image.is_dir() else build_once(image, make, progress_to)
 
 
-def path(*, compilers: bool = False, engines: Sequence[str] = ()) -> Path:
-    """Returns where the image is that ``ensure`` builds."""
-    return paths.cache() / f"image-{digest(_more(compilers, engines))}"
-
-
-def _more(compilers: bool, engines: Sequence[str]) -> tuple[str, ...]:
-    return (*(COMPILERS if compilers else ()), *containers.packages_of(engines))
+def _more(distro: str, compilers: bool, engines: Sequence[str]) -> tuple[str, ...]:
+    catkin = compilers and not ros_wheels.exist_for(distro)
+    return (*(COMPILERS if catkin else ()), *containers.packages_of(engines))
 
 
 def build_once(image: Path, make: Build, progress_to: Progress) -> Path:
@@ -120,14 +128,21 @@ def build_once(image: Path, make: Build, progress_to: Progress) -> Path:
     return image
 
 
-def build(directory: Path, progress_to: Progress, more: tuple[str, ...] = ()) -> None:
+def build(directory: Path, progress_to: Progress, more: tuple[str, ...] = (), distro: str = "") -> None:
     """Bootstraps the image into an empty ``directory``, in about a minute. Raises ``LabError``."""
     require("mmdebstrap", "unshare", "setpriv")
     if not KEYRING.exists():
         raise LabError(
             "the keyring of the Debian archive is missing", "apt-get install debian-archive-keyring"
         )
-    _bootstrap(isolated(bootstrap_argv(directory, more)), progress_to)
+    with tempfile.TemporaryDirectory() as wheels:
+        if ros_wheels.exist_for(distro):
+            progress_to("downloading ROS from PyPI")
+            ros_wheels.download(distro, Path(wheels))
+        _bootstrap(isolated(bootstrap_argv(directory, more, distro)), progress_to)
+        if ros_wheels.exist_for(distro):
+            ros_wheels.install(distro, Path(wheels), directory)
+            run(isolated(ros_wheels.compile_argv(distro, directory)))
     finish(directory)
     for path, content in containers.settings_of(more).items():
         (directory / path).parent.mkdir(parents=True, exist_ok=True)
