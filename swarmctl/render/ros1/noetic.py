@@ -29,6 +29,7 @@ class Noetic:
     """The middleware of ``ros: {distro: noetic}``."""
 
     capabilities: frozenset[Capability] = frozenset(get_args(Capability))
+    settings = frozenset({"master_port", "workspace", "builders", "naming", "ipv6", "use_sim_time"})
     multimaster = "fkie"
     shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
     topics = graph.TOPICS
