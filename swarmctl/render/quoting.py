@@ -200,7 +200,7 @@ def _environment(ending: str) -> jinja2.Environment:
 
     root = resources.templates()
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([root / "os", root / "ros1", root / "project", root]),
+        loader=jinja2.FileSystemLoader([root / "os", root / "ros", root / "ros1", root / "project", root]),
         undefined=jinja2.StrictUndefined,
         finalize=_finalize(LITERALS[ending], jinja2.Undefined),
         keep_trailing_newline=True,

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import ROOT, File, Part, Unit
+from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
+from swarmctl.render.service_values import home, service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of
 from swarmctl.swarm.resolved import Host, Island, Swarm, SwarmctlDriver
@@ -66,21 +67,6 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
 def ros_client() -> File:
     """Returns the script that restarts a program when its master restarts."""
     return File(ROS_CLIENT, shipped_files.text("ros1/ros-client"), 0o755)
-
-
-def service_values(swarm: Swarm, host: Host) -> dict[str, Any]:
-    """Returns the template values that all units of this host share."""
-    return {
-        "swarm": swarm.name,
-        "home": home(swarm),
-        "target": names.target(swarm.name),
-        "workspaces": host.workspaces,
-    }
-
-
-def home(swarm: Swarm) -> str:
-    """Returns the swarm's folder on every host."""
-    return f"{ROOT}/{swarm.name}"
 
 
 def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:

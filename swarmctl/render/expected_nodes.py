@@ -1,12 +1,12 @@
-"""The nodes of a healthy ROS 1 graph, with the topics that they register at their master. Pure."""
+"""The nodes of a healthy graph, with their topics; message types are named as in a spec. Pure."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from swarmctl.render.driver_config import set_parameters
+from swarmctl.render.gate_config import REPORTS as GATE_REPORTS
 from swarmctl.render.middleware import ExpectedDriver, ExpectedGate, ExpectedNode
-from swarmctl.render.ros1.gate import REPORTS as GATE_REPORTS
 from swarmctl.robot_types.declared_topic import Topic
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Program, Robot, Swarm, SwarmctlDriver
@@ -16,16 +16,6 @@ from swarmctl.swarm.topics import (
     DriverTopic,
     sendable,
 )
-
-#: Topics without a namespace that ROS itself or every driver publishes.
-TOPICS = {
-    DIAGNOSTICS: DIAGNOSTICS_TYPE,
-    "/clock": "rosgraph_msgs/Clock",
-    "/rosout": "rosgraph_msgs/Log",
-    "/rosout_agg": "rosgraph_msgs/Log",
-    "/tf": "tf2_msgs/TFMessage",
-    "/tf_static": "tf2_msgs/TFMessage",
-}
 
 
 def driver(swarm: Swarm, robot: Robot) -> ExpectedDriver:
