@@ -49,15 +49,20 @@ def runs_alone(program: Program) -> bool:
 
 
 def container_words(
-    swarm: Swarm, program: Program, container: Container, variables: Iterable[str]
+    swarm: Swarm,
+    program: Program,
+    container: Container,
+    variables: Iterable[str],
+    options: Iterable[str] = (),
 ) -> Iterator[str]:
     """Yields the words of `podman run` and `docker run`, which are alike; docker's daemon runs containers.
 
-    ``variables``: those of its unit's environment that the program gets.
+    ``variables``: those of its unit's environment that the program gets; ``options``: further ones.
     """
     declared = program.declared
     yield from (container.engine, "run", "--rm", "--name", container_name(swarm, program))
     yield from ("--network", "host", "--log-driver", "none", "--stop-signal", "SIGINT")
+    yield from options
     if container.engine == "podman":
         yield from ("--cgroups", "split")
     elif declared.memory_mb is not None:

@@ -9,13 +9,14 @@ from swarmctl.swarm import names
 from swarmctl.swarm.resolved import Host, Swarm
 
 
-def service_values(swarm: Swarm, host: Host) -> dict[str, Any]:
-    """Returns the template values that all units of this host share."""
+def service_values(swarm: Swarm, host: Host, *, master: bool = True) -> dict[str, Any]:
+    """Returns the template values that all units of this host share; ``master``: its ROS has one."""
     return {
         "swarm": swarm.name,
         "home": home(swarm),
         "target": names.target(swarm.name),
         "workspaces": host.workspaces,
+        "master": master,
     }
 
 

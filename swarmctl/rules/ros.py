@@ -50,3 +50,18 @@ def servers_outside(context: RuleContext) -> Iterator[Diagnostic]:
                 else (),
                 fix=make_fix(f"remove `{host}`", remove(context.source, loc), safe=False),
             )
+
+
+@rule("ROS003")
+def undelivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
+    """Packages beside the spec that this distribution cannot build."""
+    distro = context.spec.ros.distro
+    if "catkin" not in context.middleware.capabilities:
+        for name in context.spec.packages:
+            yield Diagnostic(
+                "ROS003",
+                f"package `{name}` is not delivered: swarmctl builds none of `{distro}`",
+                context.span("packages", name, key=True),
+                label="stays where it is",
+                help=("build it in a workspace on its hosts, and name that as `ros.workspace`",),
+            )

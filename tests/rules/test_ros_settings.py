@@ -67,3 +67,10 @@ def test_a_server_on_a_host_without_ros_is_an_error(tmp_path: Path) -> None:
 
 def test_keys_of_ros_1_have_no_effect_there(tmp_path: Path) -> None:
     assert findings(tmp_path, "naming: hosts") == [("ROS001", "`served` does not use `naming`")]
+
+
+def test_packages_beside_the_spec_are_not_delivered(tmp_path: Path) -> None:
+    (tmp_path / "nav").mkdir()
+    (tmp_path / "nav/package.xml").write_text("<package><name>nav</name></package>", "utf-8")
+    found = findings(tmp_path, "domain: 1}\npackages: {nav: {from: ./nav}")
+    assert [code for code, _ in found] == ["ROS003"]

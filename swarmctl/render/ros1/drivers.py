@@ -11,7 +11,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import codec_path, params_path, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import foreign_drivers, gate
-from swarmctl.render.ros1.release import RUNNING, ros_client
+from swarmctl.render.ros1.release import RUNNING, arguments, ros_client
 from swarmctl.render.service_values import home, service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Host, Robot, Swarm, SwarmctlDriver
@@ -88,7 +88,7 @@ def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[F
 def _own_unit(swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any]) -> Part:
     name = names.unit(swarm.name, robot.name)
     text = render(
-        "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
+        "driver.service", **values, words=arguments(robot.namespace, names.DRIVER_NODE),
         watchdog=driver_files.watchdog(robot, driver),
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")

@@ -11,7 +11,7 @@ from swarmctl.render.driver_config import params_path, remapped, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
 from swarmctl.render.ros1.program_commands import roslaunched
-from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING
+from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, as_client
 from swarmctl.render.service_values import home
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names, used_packages
@@ -50,7 +50,7 @@ def unit(swarm: Swarm, host: Host, robot: Robot, driver: ForeignDriver, common: 
     """Returns the unit of a robot's driver. It stops no motors: the gate in front of it does."""
     name = names.unit(swarm.name, robot.name)
     path = f"{home(swarm)}/current/{launch_path(robot)}"
-    command = roslaunched(path, driver.ros, driver.ros.environment)
+    command = as_client(swarm, roslaunched(path, driver.ros, driver.ros.environment), forever=True)
     file = File(
         f"units/{name}",
         render("ros_driver.service", **common, user=host.user, command=command),

@@ -8,7 +8,7 @@ from typing import Any
 from swarmctl.render import gate_config, shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1.release import RUNNING
+from swarmctl.render.ros1.release import RUNNING, arguments
 from swarmctl.render.service_values import home
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm
@@ -37,8 +37,7 @@ def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> Part:
         **common,
         "driver": names.unit(swarm.name, robot.name),
         "params": gate_config.params_path(robot),
-        "namespace": robot.namespace,
-        "node": names.GATE_NODE,
+        "words": arguments(robot.namespace, names.GATE_NODE),
         "runtime": names.runtime_folder(swarm.name, gate_config.launch_name(robot)),
     }
     file = File(f"units/{name}", render("gate.service", **values), origin=f"robots.{robot.name}")

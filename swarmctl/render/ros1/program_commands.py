@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from swarmctl.render import program_words
 from swarmctl.render.own_program_files import params_path
 from swarmctl.render.program_words import TELEOP, container_words, runs_alone, with_environment, with_values
+from swarmctl.render.ros1.release import arguments
 from swarmctl.render.service_values import home
 from swarmctl.robot_types.ros_launchable import RosLaunchable
 from swarmctl.swarm.resolved import Program, Swarm
@@ -71,6 +72,6 @@ def _shipped(swarm: Swarm, program: Program) -> tuple[str, ...]:
     return (
         "/usr/bin/python3", f"{current}/{TELEOP}/{SCRIPTS[declared.use or '']}",
         "--config", f"{current}/{params_path(program)}",
-        f"__ns:={namespace or '/'}", f"__name:={node}",
+        *arguments(namespace, node),
         *(f"{old}:={new}" for old, new in declared.remap.items()),
     )  # fmt: skip

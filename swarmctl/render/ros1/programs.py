@@ -19,7 +19,7 @@ from swarmctl.render.ros1.program_commands import (
     launch_path,
 )
 from swarmctl.render.ros1.program_files import files_of, loaded_files
-from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, ros_client
+from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, as_client, ros_client
 from swarmctl.render.service_values import home, service_values
 from swarmctl.robot_types.placeholders import filled
 from swarmctl.swarm import names, used_packages
@@ -56,7 +56,9 @@ def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
     """Yields a script for each program of ``host`` that a person starts at a terminal."""
     for program in swarm.programs_on(host.name):
         if program.is_interactive:
-            text = render("interactive.bash", home=home(swarm), command=command_of(swarm, program))
+            text = render(
+                "interactive.bash", home=home(swarm), command=as_client(swarm, command_of(swarm, program))
+            )
             yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
 
 
@@ -95,19 +97,20 @@ def _arguments(swarm: Swarm, program: Program) -> dict[str, Value]:
 def _unit(swarm: Swarm, host: Host, program: Program) -> Part:
     name = names.unit(swarm.name, program.name)
     packages = installed(swarm, program) if program.declared.optional else ()
-    container = program.declared.container
+    container, oneshot = program.declared.container, program.declared.lifecycle == "oneshot"
     text = render(
         "program.service",
         **service_values(swarm, host),
         program=program.name,
         packages=packages,
-        command=command_of(swarm, program),
+        command=as_client(swarm, command_of(swarm, program), forever=not oneshot and container is None),
+        ends_together=False,
         runtime=names.runtime_folder(swarm.name, program.name),
         memory_mb=program.declared.memory_mb,
         shipped=program.declared.use is not None,
         container=container_name(swarm, program) if container is not None else "",
         engine=container.engine if container is not None else "",
-        oneshot=program.declared.lifecycle == "oneshot",
+        oneshot=oneshot,
         secrets=secret_words(swarm, host, program),
         secrets_folder=secrets_folder(swarm.name, program.name),
         user=host.user,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from swarmctl.render import shipped_files
@@ -67,6 +67,16 @@ def master_unit(swarm: Swarm, host: Host, island: Island) -> Part:
 def ros_client() -> File:
     """Returns the script that restarts a program when its master restarts."""
     return File(ROS_CLIENT, shipped_files.text("ros1/ros-client"), 0o755)
+
+
+def arguments(namespace: str, node: str) -> tuple[str, ...]:
+    """Returns the arguments that name a node (wiki.ros.org/Remapping Arguments)."""
+    return f"__ns:={namespace or '/'}", f"__name:={node}"
+
+
+def as_client(swarm: Swarm, command: Iterable[str], *, forever: bool = False) -> tuple[str, ...]:
+    """Returns ``command`` behind `ros-client`; ``forever``: it fails if the command ends by itself."""
+    return f"{home(swarm)}/current/{ROS_CLIENT}", *(["--forever"] if forever else []), *command
 
 
 def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:
