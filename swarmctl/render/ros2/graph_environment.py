@@ -17,7 +17,8 @@ IMPLEMENTATIONS: Mapping[Rmw, str] = {
 }
 SERVER_PORT, ROUTER_PORT = 11811, 7447
 LOOPBACK = "127.0.0.1"
-_PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")  # of Fast DDS 3, and of 2
+_PROFILES, _PROFILES_2 = "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"
+_FASTDDS_2 = (HUMBLE, "jazzy")  # Fast DDS 3 warns of the variable of Fast DDS 2
 #: Every variable that decides how nodes find each other; those that an island does not set are unset.
 GRAPH_VARIABLES = (
     "ROS_DOMAIN_ID",
@@ -29,7 +30,8 @@ GRAPH_VARIABLES = (
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
     "ROS_STATIC_PEERS",
     "ROS_LOCALHOST_ONLY",
-    *_PROFILES,
+    _PROFILES,
+    _PROFILES_2,
     "CYCLONEDDS_URI",
     "ZENOH_ROUTER_CHECK_ATTEMPTS",
     "ZENOH_CONFIG_OVERRIDE",
@@ -52,7 +54,7 @@ def of_people(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     if island.discovery.method != "server":
         return variables
     if swarm.distro == HUMBLE:
-        return {**variables, **dict.fromkeys(_PROFILES, f"{home(swarm)}/current/{SUPER_CLIENT}")}
+        return {**variables, _PROFILES_2: f"{home(swarm)}/current/{SUPER_CLIENT}"}
     return {**variables, "ROS_SUPER_CLIENT": "TRUE"}
 
 
@@ -76,7 +78,8 @@ def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
         servers = (swarm.hosts[name].address for name in island.discovery.servers)
         found = {"ROS_DISCOVERY_SERVER": ";".join(f"{bracketed(one)}:{SERVER_PORT}" for one in servers)}
     if needs_fastdds_file(swarm, host, island):
-        found |= dict.fromkeys(_PROFILES, f"{home(swarm)}/current/{FASTDDS}")
+        variable = _PROFILES_2 if swarm.distro in _FASTDDS_2 else _PROFILES
+        found[variable] = f"{home(swarm)}/current/{FASTDDS}"
     return found
 
 
