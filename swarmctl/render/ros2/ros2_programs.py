@@ -130,11 +130,11 @@ def _shipped(swarm: Swarm, program: Program) -> tuple[str, ...]:
 def _container(
     swarm: Swarm, host: Host, island: Island, program: Program, container: Container
 ) -> Iterator[str]:
-    """As a host's own program: it reads the same files, and shares memory with the nodes of its host."""
+    """As a host's own program: it reads the same files."""
     own = (*environment_of(swarm, program), *program.declared.secrets.env)
     variables = ("SWARM", *graph_environment.of_nodes(swarm, host, island), *own)
     folder = f"{home(swarm)}/current/env"
-    options = ("--ipc", "host", "--volume", f"{folder}:{folder}:ro")
+    options = ("--volume", f"{folder}:{folder}:ro")
     return container_words(swarm, program, container, variables, options)
 
 
