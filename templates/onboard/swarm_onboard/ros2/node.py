@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import sys
 import threading
 import time
@@ -29,6 +30,7 @@ from swarm_onboard.ros2.senders import Senders, full_name, subscribe_with_sender
 EXPIRES = 0.5  # s after which a network drops a command of ours: a robot's dead-man would have stopped it
 _NEWCOMERS_EVERY = 0.1  # s between two looks for new subscribers
 _FAREWELL = 1.0  # s
+_LOOK_EVERY = 0.5  # s, whether this host has its address
 _ERROR = 3  # of rosserial_msgs/Log
 _DEPTHS = {Kind.SENSOR: 5, Kind.STATE: 10, Kind.COMMAND: 1, Kind.LATCHED: 1}
 
@@ -48,10 +50,24 @@ def quality(kind: Kind, *, publishes: bool) -> QoSProfile:
 
 
 def join(name: str, namespace: str, _end: Callable[[], None]) -> Node:
-    """Becomes the node ``name``. Nobody in ROS 2 ends another node."""
+    """Becomes the node ``name``, once this host has its address. Nobody in ROS 2 ends another node."""
+    _await_address(os.environ.get("SWARM_ADDRESS", ""))
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     simulated = Parameter("use_sim_time", value=os.environ.get("SWARM_USE_SIM_TIME") == "1")
     return Node(rclpy.create_node(name, namespace=namespace or "/", parameter_overrides=[simulated]))
+
+
+def _await_address(address: str) -> None:
+    """Waits until this host has ``address``: DDS looks once which addresses there are."""
+    family = socket.AF_INET6 if ":" in address else socket.AF_INET
+    while address:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind((address, 0))
+            except OSError:
+                time.sleep(_LOOK_EVERY)
+            else:
+                return
 
 
 class _Publisher:
