@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network, processes
@@ -21,6 +21,7 @@ from tests.timing import wait_for, withheld
 
 DRIVE = (ROOT / "benchmarks/onhost/drive.py").read_text("utf-8")
 ANSWERS = 20.0  # s
+ROS_1, ROS_2 = "ROS 1", "ROS 2"
 
 
 @dataclass(frozen=True)
@@ -196,14 +197,16 @@ class Page:
 
     PATH = ROOT / "docs/dead-man.md"
 
-    def __init__(self) -> None:
+    def __init__(self, ros: str = ROS_1) -> None:
         self._lines = self.PATH.read_text("utf-8").splitlines()
-        first = next(number for number, line in enumerate(self._lines) if line.startswith("| fault"))
+        head = f"| fault, {ros} |"
+        first = next(number for number, line in enumerate(self._lines) if line.startswith(head))
         self._robots = [cell.split(",")[0] for cell in _cells(self._lines[first])[1:-2]]
         self._rows = {
             _cells(line)[0]: number
-            for number, line in enumerate(self._lines[first + 2 :], first + 2)
-            if line.startswith("|")
+            for number, line in enumerate(
+                takewhile(lambda line: line.startswith("|"), self._lines[first + 2 :]), first + 2
+            )
         }
 
     @property

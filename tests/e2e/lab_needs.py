@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from swarmctl.lab import lab
-from swarmctl.lab.hosts import processes
+from swarmctl.lab.hosts import image, processes, ros_wheels
 from swarmctl.lab.hosts.workspace import workspace_of
+from tests.loading import load_swarm
 
 GIVEN = "SWARMCTL_WORKSPACE"  # built catkin workspaces with what Debian has not, divided by colons
 
@@ -35,3 +36,13 @@ def workspace_with(*packages: str) -> str:
         if all((space / "share" / name).is_dir() for name in packages):
             return folder
     pytest.skip(f"no {' and no '.join(packages)}: set {GIVEN} to a built catkin workspace that has them")
+
+
+def skip_without_wheels(spec: Path) -> None:
+    """Skips the test if ROS 2 of ``spec`` comes from wheels that this machine cannot have."""
+    found, _ = load_swarm(spec)
+    assert found is not None
+    try:
+        image.ensure(lambda _line: None, distro=found.distro)
+    except ros_wheels.NoWheelsError as error:
+        pytest.skip(f"{error} ({'; '.join(error.help_lines)})")

@@ -17,6 +17,8 @@ import pytest
 
 from swarmctl.lab import lab
 from tests.e2e.dead_man import (
+    ROS_1,
+    ROS_2,
     Commander,
     Page,
     Stop,
@@ -26,6 +28,7 @@ from tests.e2e.dead_man import (
     running,
     signalled,
 )
+from tests.e2e.lab_needs import skip_without_wheels
 from tests.e2e.lab_swarm import (
     HOME,
     LabSwarm,
@@ -45,17 +48,25 @@ WRITTEN = 100.0  # looks at the robots in a second, at least, where the page get
 RAISE_IN_LOOP = Path(__file__).parents[1] / "onboard/driver/raise_in_loop.py"
 
 
-@pytest.fixture(scope="module")
-def swarm(workplace: Path) -> Iterator[LabSwarm]:
-    folder = workplace / "dead-man"
+@pytest.fixture(scope="class")
+def ros(request: pytest.FixtureRequest) -> str:
+    return str(request.cls.ROS)
+
+
+@pytest.fixture(scope="class")
+def swarm(workplace: Path, ros: str) -> Iterator[LabSwarm]:
+    folder = workplace / f"dead-man-{ros[-1]}"
     folder.mkdir()
-    with lab_of(f"dead-{os.getpid()}", Path(__file__).with_name("dead-man.yaml"), folder) as swarm:
+    spec = Path(__file__).with_name("dead-man.yaml" if ros == ROS_1 else "dead-man-ros2.yaml")
+    if ros == ROS_2:
+        skip_without_wheels(spec)
+    with lab_of(f"dead{ros[-1]}-{os.getpid()}", spec, folder) as swarm:
         deploy = swarm.deploy()
         assert deploy.status == 0, deploy.out + deploy.err
         yield swarm
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="class")
 def watch(swarm: LabSwarm) -> Iterator[Watch]:
     with Watch(swarm.name) as watch:
         yield watch
@@ -243,18 +254,18 @@ GHOSTS = "network back, its publisher dead by then"
 
 @pytest.fixture
 def keeps(
-    promise: Promise, regenerating: bool, watch: Watch
+    promise: Promise, regenerating: bool, watch: Watch, ros: str
 ) -> Callable[[str, float, Mapping[str, Stop]], None]:
     """Writes figures down, and compares them with what the page promises."""
 
     def keep(fault: str, since: float, stops: Mapping[str, Stop]) -> None:
-        page = Page()
+        page = Page(ros)
         if regenerating:
             assert watch.rate(since) >= WRITTEN, "this machine is too busy for the page"
             page.write(fault, stops)
         bound = page.bound(fault)
         for robot, stop in stops.items():
-            promise(f"{fault}: {robot}, until it stands", stop.seconds - stop.withheld, bound)
+            promise(f"{ros}, {fault}: {robot}, until it stands", stop.seconds - stop.withheld, bound)
 
     return keep
 
@@ -268,24 +279,53 @@ def late(stops: Mapping[str, Stop], bound: float) -> Mapping[str, Stop]:
     }
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-def test_whatever_fails_robots_stand_in_time(
-    fault: str, swarm: LabSwarm, watch: Watch, keeps: Callable[[str, float, Mapping[str, Stop]], None]
-) -> None:
-    with driving(swarm, watch) as scene, FAULTS[fault](scene) as moment:
-        stops = watch.stops(moment)
-    keeps(fault, moment, stops)
+def faults_of(ros: str) -> tuple[str, ...]:
+    """In ROS 2 no node ends because a discovery server does."""
+    return tuple(one for one in FAULTS if (ros, one) != (ROS_2, "master killed"))
 
 
-def test_commands_delayed_by_a_network_move_a_robot_as_one_command(
-    scene: Scene, keeps: Callable[[str, float, Mapping[str, Stop]], None]
-) -> None:
-    scene.swarm.cut(LAPTOP)
-    time.sleep(OUT)
-    scene.commander.send(signal.SIGKILL)
-    moment = time.monotonic()
-    scene.swarm.join(LAPTOP)
-    scene.swarm.hang_up(LAPTOP)
-    time.sleep(KEPT)
-    assert not any(map(moves, scene.swarm.robots().values()))
-    keeps(GHOSTS, moment, scene.watch.moved(moment, moment + KEPT))
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "fault" in metafunc.fixturenames and metafunc.cls is not None:
+        metafunc.parametrize("fault", faults_of(metafunc.cls.ROS))
+
+
+class DeadMan:
+    """The faults of one ROS."""
+
+    ROS: str
+
+    def test_whatever_fails_robots_stand_in_time(
+        self,
+        fault: str,
+        swarm: LabSwarm,
+        watch: Watch,
+        keeps: Callable[[str, float, Mapping[str, Stop]], None],
+    ) -> None:
+        with driving(swarm, watch) as scene, FAULTS[fault](scene) as moment:
+            stops = watch.stops(moment)
+        keeps(fault, moment, stops)
+
+    def test_commands_delayed_by_a_network_move_a_robot_as_one_command(
+        self, scene: Scene, keeps: Callable[[str, float, Mapping[str, Stop]], None]
+    ) -> None:
+        scene.swarm.cut(LAPTOP)
+        time.sleep(OUT)
+        scene.commander.send(signal.SIGKILL)
+        moment = time.monotonic()
+        scene.swarm.join(LAPTOP)
+        scene.swarm.hang_up(LAPTOP)
+        time.sleep(KEPT)
+        assert not any(map(moves, scene.swarm.robots().values()))
+        keeps(GHOSTS, moment, scene.watch.moved(moment, moment + KEPT))
+
+
+class TestRos1(DeadMan):
+    """By rospy."""
+
+    ROS = ROS_1
+
+
+class TestRos2(DeadMan):
+    """By rclpy."""
+
+    ROS = ROS_2

@@ -11,10 +11,9 @@ from pathlib import Path
 import pytest
 
 from swarmctl.cli import exit_codes
-from swarmctl.lab.hosts import image, ros_wheels
 from tests.e2e.experiment import EXAMPLES, STILL, Experiment, conducted
+from tests.e2e.lab_needs import skip_without_wheels
 from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, until
-from tests.loading import load_swarm
 from tests.timing import Promise
 
 
@@ -27,12 +26,7 @@ class Conducted:
     @pytest.fixture(scope="class")
     @classmethod
     def experiment(cls, workplace: Path) -> Iterator[Experiment]:
-        spec, _ = load_swarm(EXAMPLES / cls.EXAMPLE / "swarm.yaml")
-        assert spec is not None
-        try:
-            image.ensure(lambda _line: None, distro=spec.distro)
-        except ros_wheels.NoWheelsError as error:
-            pytest.skip(str(error))
+        skip_without_wheels(EXAMPLES / cls.EXAMPLE / "swarm.yaml")
         with conducted(cls.EXAMPLE, workplace, cls.prepare) as done:
             yield done
 
