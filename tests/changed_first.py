@@ -20,7 +20,7 @@ from tests import ROOT
 HOMES = (
     (r"swarmctl/([^/]+)/.*", r"tests/\1"),
     (r"templates/onboard/swarm_onboard/(?:nodes/)?([^/]+?)s?/.*", r"tests/onboard/\1"),
-    (r"templates/(os|ros1)/.*", "tests/host_scripts"),
+    (r"templates/(os|ros[12]?)/.*", "tests/host_scripts"),
     (r"templates/(robots|data)/.*", "tests/robot_types"),
     (r"templates/firmware/.*", "tests/firmware"),
     (r"benchmarks/.*", "tests/benchmarks"),

@@ -12,7 +12,8 @@ from swarm_onboard.driver.shown_params import shown_params
 from swarmctl.render import sketch
 from swarmctl.render.yaml_params import entries, file_of
 from swarmctl.robot_types.driver_params import common_params, own_params
-from swarmctl.swarm.resolved import Commander, Robot, SwarmctlDriver
+from swarmctl.swarm import names
+from swarmctl.swarm.resolved import Commander, ForeignDriver, Robot, SwarmctlDriver
 
 
 def parameters(robot: Robot, driver: SwarmctlDriver, stop_file: str = "") -> bytes:
@@ -92,3 +93,17 @@ def commander_params(commander: Commander) -> dict[str, Any]:
         "namespace": commander.namespace,
         "addresses": list(commander.addresses),
     }
+
+
+def remapped(robot: Robot, driver: ForeignDriver) -> dict[str, str]:
+    """Returns the names to change: a gated driver takes its commands from the gate, wherever from before.
+
+    Both names are absolute: in a relative one, each node of a launch file would see its own namespace.
+    """
+    ros = driver.ros
+    if not driver.gated:
+        return dict(ros.remap)
+    node, full = robot.driver_node, names.resolved(ros.command, robot.driver_node, {})
+    kept = {old: new for old, new in ros.remap.items() if names.resolved(old, node, {}) != full}
+    command = ros.command if ros.command.startswith("~") else full
+    return {**kept, command: f"{robot.namespace}/{names.GATE_OUTPUT}"}

@@ -100,6 +100,10 @@ class Middleware(Protocol):
         """What it has of that which rules are about."""
 
     @property
+    def settings(self) -> frozenset[str]:
+        """The keys of `ros` that it uses, `distro` aside; a rule warns of the others."""
+
+    @property
     def multimaster(self) -> str:
         """The provider in `swarmctl.plugins.MULTIMASTERS` that a spec has which names none; or empty."""
 

@@ -107,6 +107,14 @@ def xml(value: Any) -> str:
     return '"' + written.replace('"', "&quot;") + '"'
 
 
+def launch_xml(value: Any) -> str:
+    """Returns an attribute of an XML file of ROS 2 with its quotes.
+
+    `$(find PACKAGE)` becomes what ros2 launch calls it. Raises ``UnsafeValueError`` for other substitutions.
+    """
+    return xml(value).replace("$(find ", "$(find-pkg-share ")
+
+
 def word(value: Any) -> str:
     """Returns a name that needs no quoting in any format: of a package, of a file."""
     return _fitting(value, r"[A-Za-z0-9_][A-Za-z0-9_.-]*", "is not a plain name")
@@ -175,6 +183,7 @@ LITERALS: dict[str, Callable[[Any], str]] = {
     ".bash": shell,
     ".launch": xml,
     ".urdf": xml,
+    ".xml": launch_xml,
     ".rules": udev,
     ".hosts": hosts,
     ".chrony": chrony,
@@ -200,7 +209,7 @@ def _environment(ending: str) -> jinja2.Environment:
 
     root = resources.templates()
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([root / "os", root / "ros1", root / "project", root]),
+        loader=jinja2.FileSystemLoader([root / "os", root / "ros", root / "ros1", root / "project", root]),
         undefined=jinja2.StrictUndefined,
         finalize=_finalize(LITERALS[ending], jinja2.Undefined),
         keep_trailing_newline=True,

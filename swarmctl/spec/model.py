@@ -32,7 +32,7 @@ from swarmctl.field_types import (
     TimeServer,
 )
 from swarmctl.links.link_kinds import Link
-from swarmctl.plugins import MIDDLEWARES, NameIn
+from swarmctl.plugins import NameIn
 from swarmctl.robot_types.any_robot_type import TaggedRobotType
 from swarmctl.robot_types.driver_names import DRIVERS
 from swarmctl.robot_types.ros_driver import RosDriver
@@ -42,6 +42,7 @@ from swarmctl.spec.host_login import PORT, USER
 from swarmctl.spec.install_model import Install
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.program_model import Megabytes, Program
+from swarmctl.spec.ros_model import Ros
 from swarmctl.text_patterns import matching
 from swarmctl.units import Unit
 
@@ -56,41 +57,6 @@ class Mode(str, Enum):
     CENTRAL = "central"
     STANDALONE = "standalone"
     COMBINED = "combined"
-
-
-class Ros(Model):
-    """Which ROS the swarm runs."""
-
-    distro: Annotated[str, NameIn(MIDDLEWARES)] = Field(
-        MIDDLEWARES.default, description="ROS distribution of every host."
-    )
-    master_port: MasterPort = Field(11311, description="TCP port of each ROS master.")
-    workspace: Folder | None = Field(
-        None,
-        description="A catkin workspace that lies on every host, built; its packages come before those "
-        "of the distribution.",
-    )
-    builders: tuple[HostName, ...] = Field(
-        (),
-        examples=[["koala-laptop"]],
-        description="Hosts on which `swarmctl prepare` builds packages of `packages` that need it, each "
-        "for all hosts of its distribution and its kind of processor.",
-    )
-    naming: Literal["address", "hosts"] = Field(
-        "address",
-        description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "
-        "which /etc/hosts then resolves on every host.",
-    )
-    ipv6: bool = Field(
-        False,
-        description="Whether ROS nodes reach each other over IPv6: by names that every host resolves to an "
-        "IPv6 address. Masters of several islands then need `provider: static`.",
-    )
-    use_sim_time: bool = Field(
-        False,
-        description="Whether nodes take the time from `/clock`, which a program on each island publishes: a "
-        "simulator, or `rosbag play --clock`.",
-    )
 
 
 class Computer(Model):

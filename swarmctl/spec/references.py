@@ -20,6 +20,7 @@ _PLACES: Mapping[str, tuple[str, ...]] = {
     "leader": (_HOSTS,),
     "hub": (_HOSTS,),
     "ros.builders.*": (_HOSTS,),
+    "ros.servers.*": (_HOSTS,),
     "defaults.host.computer": ("computers",),
     "hosts.*.computer": ("computers",),
     "hosts.*.via": (_HOSTS,),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
 from swarmctl.links.link_base import NetworkLink
 from swarmctl.spec import model
 from swarmctl.spec.model import Mode, Spec
+from swarmctl.swarm.discovery import discovery_of, domains
 from swarmctl.swarm.resolved import Island
 
 MULTIMASTER = (Mode.STANDALONE, Mode.COMBINED)  # modes with several masters
@@ -44,22 +45,32 @@ def driving_host(spec: Spec, robot: str) -> str | None:
 
 def islands_of(spec: Spec) -> tuple[Island, ...]:
     """Returns the islands of a spec, without those whose hub is not declared."""
+    declared = tuple(_declared(spec))
+    numbers = domains(spec.name, spec.ros.domain, len(declared))
+    return tuple(_island(spec, one, domain) for one, domain in zip(declared, numbers, strict=False))
+
+
+@dataclass(frozen=True)
+class _Declared:
+    """An island as the spec declares it: ``hosts`` includes those that run no ROS."""
+
+    name: str
+    mode: Mode
+    hub: str
+    hosts: tuple[str, ...]
+
+
+def _declared(spec: Spec) -> Iterator[_Declared]:
     match spec.mode:
         case Mode.STANDALONE:
-            return tuple(_island(spec, host, host, (host,)) for host in _ros_hosts(spec))
+            yield from (_Declared(host, spec.mode, host, (host,)) for host in _ros_hosts(spec))
         case Mode.COMBINED:
-            return tuple(
-                _island(spec, name, hub, _members(Mode(island.mode), hub, island.hosts))
-                for name, island in spec.islands.items()
-                if (hub := hub_of(island)) is not None
-            )
+            for name, island in spec.islands.items():
+                if (hub := hub_of(island)) is not None:
+                    yield _Declared(name, Mode(island.mode), hub, island.hosts)
         case _:
-            hub = hub_of(spec)
-            return (
-                ()
-                if hub is None
-                else (_island(spec, spec.name, hub, _members(spec.mode, hub, _ros_hosts(spec))),)
-            )
+            if (hub := hub_of(spec)) is not None:
+                yield _Declared(spec.name, spec.mode, hub, _ros_hosts(spec))
 
 
 def jump_hosts(spec: Spec) -> frozenset[str]:
@@ -100,6 +111,8 @@ def _members(mode: Mode, hub: str, hosts: tuple[str, ...]) -> tuple[str, ...]:
     return (hub,) if mode is Mode.SINGLE_MINDED else hosts
 
 
-def _island(spec: Spec, name: str, hub: str, hosts: tuple[str, ...]) -> Island:
+def _island(spec: Spec, declared: _Declared, domain: int) -> Island:
+    hub, members = declared.hub, _members(declared.mode, declared.hub, declared.hosts)
     port = spec.hosts[hub].master_port if hub in spec.hosts else None
-    return Island(name=name, hub=hub, hosts=hosts, master_port=port or spec.ros.master_port)
+    discovery = discovery_of(spec.ros, declared.mode, hub, members, domain)
+    return Island(declared.name, hub, members, port or spec.ros.master_port, discovery)

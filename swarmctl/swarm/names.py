@@ -65,6 +65,7 @@ def _full(name: str, node: str) -> str:
 
 
 MASTER = "master"
+DISCOVERY = "discovery"
 MULTIMASTER = "multimaster"
 WLAN = "wlan"
 
@@ -85,6 +86,7 @@ TOOLS = (
 # Fixed names in a release; no robot and no program may have one of them.
 TAKEN = {
     MASTER: "the unit of the ROS master",
+    DISCOVERY: "the unit of the discovery server",
     MULTIMASTER: "the unit of the multimaster",
     WLAN: "the unit that turns off power saving of the wlan",
     "swarm": "the launch file of all robots",

@@ -26,6 +26,7 @@ from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.spec.selection_candidates import Candidates
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import CommandTopic, is_gated
+from swarmctl.swarm.discovery import Discovery
 from swarmctl.swarm.shipped_programs import INTERACTIVE
 from swarmctl.swarm.topics import DriverTopic
 
@@ -208,12 +209,13 @@ def _by_host(placed: Iterable[_Placed]) -> Mapping[str, tuple[_Placed, ...]]:
 
 @dataclass(frozen=True)
 class Island:
-    """Hosts that share one ROS graph. ``hub`` runs its master."""
+    """Hosts that share one ROS graph. ``hub`` runs its master; ROS 2 reads ``discovery`` instead."""
 
     name: str
     hub: str
     hosts: tuple[str, ...]
     master_port: int
+    discovery: Discovery
 
 
 def island_by_host(islands: Iterable[Island]) -> Mapping[str, Island]:

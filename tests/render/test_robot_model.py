@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from swarmctl.render.ros1 import robot_model
+from swarmctl.render import robot_model
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.driver_params import params_of
 from swarmctl.robot_types.settings import RobotSettings

@@ -26,6 +26,7 @@ class Pebble:
     """Nodes find each other: no master. One process per host runs all drivers."""
 
     capabilities: frozenset[Capability] = frozenset()
+    settings: frozenset[str] = frozenset()
     multimaster = ""
     shared_files: frozenset[str] = frozenset()
     topics: Mapping[str, str] = {

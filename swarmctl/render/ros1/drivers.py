@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from typing import Any
 
-from swarm_onboard.agent.paths import stop_file
-
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render import shipped_files, sketch
+from swarmctl.render import driver_files, gate_config, shipped_files, sketch
 from swarmctl.render.bundle import File, Part, Unit
-from swarmctl.render.driver_config import Tuned, codec_path, parameters, params_path, tuned, urdf_path
+from swarmctl.render.driver_config import codec_path, params_path, urdf_path
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1 import foreign_drivers, gate, robot_model
-from swarmctl.render.ros1.release import RUNNING, home, ros_client, service_values
-from swarmctl.robot_types.effective_settings import watchdog_of
+from swarmctl.render.ros1 import foreign_drivers, gate
+from swarmctl.render.ros1.release import RUNNING, arguments, ros_client
+from swarmctl.render.service_values import home, service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Host, Robot, Swarm, SwarmctlDriver
 
@@ -29,7 +26,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     if any(foreign):
         yield ros_client()
     if any(robot.gated for robot in robots):
-        yield from shipped_files.folder(gate.FOLDER)
+        yield from shipped_files.folder(gate_config.FOLDER)
     for robot in robots:
         yield from sketch.files(robot)
         if isinstance(robot.driver, ForeignDriver):
@@ -47,7 +44,7 @@ def launch_file(swarm: Swarm, robots: Sequence[Robot]) -> File:
     text = render(
         "swarm.launch",
         home=home(swarm),
-        names=[*(gate.launch_name(one) for one in gated), *(one.name for one in robots)],
+        names=[*(gate_config.launch_name(one) for one in gated), *(one.name for one in robots)],
         by_hand=[*units, *(names.unit(swarm.name, one.name) for one in robots)],
         own="",
     )
@@ -75,13 +72,7 @@ def units(swarm: Swarm, host: Host) -> Iterator[Part]:
 
 def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[File]:
     """The launch file and the configuration of swarmctl's driver."""
-    content = parameters(robot, driver, stop_file(swarm.name, robot.name))
-    yield File(params_path(robot), content, origin=f"robots.{robot.name}")
-    own = robot.urdf.content if robot.urdf is not None else None
-    made = own if own is not None else robot_model.urdf(robot.name, _model(tuned(robot, driver)))
-    yield File(urdf_path(robot), made, origin=f"robots.{robot.name}")
-    if driver.codec:
-        yield File(codec_path(robot), driver.codec, origin=f"types.{robot.type_name}")
+    yield from driver_files.config_files(swarm, robot, driver)
     launch = render(
         "robot.launch",
         group=robot.namespace[1:],
@@ -94,21 +85,11 @@ def _own_files(swarm: Swarm, robot: Robot, driver: SwarmctlDriver) -> Iterator[F
     yield File(foreign_drivers.launch_path(robot), launch, origin=f"robots.{robot.name}")
 
 
-@lru_cache(maxsize=1024)
-def _model(shared: Tuned) -> bytes:
-    return robot_model.model_of(shared.params)
-
-
-@lru_cache(maxsize=1024)
-def _watchdog(shared: Tuned) -> str:
-    return f"{watchdog_of(shared.driver.type, shared.baud, shared.robot.settings):.3g}"
-
-
 def _own_unit(swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any]) -> Part:
     name = names.unit(swarm.name, robot.name)
     text = render(
-        "driver.service", **values, namespace=robot.namespace, node=names.DRIVER_NODE,
-        watchdog=_watchdog(tuned(robot, driver)),
+        "driver.service", **values, words=arguments(robot.namespace, names.DRIVER_NODE),
+        watchdog=driver_files.watchdog(robot, driver),
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
     drivers = tuple(one.path for one in shipped_files.folder("drivers"))

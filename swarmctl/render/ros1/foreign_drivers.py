@@ -6,12 +6,13 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from swarmctl.render.bundle import File, Part, Unit, package
-from swarmctl.render.driver_config import params_path, urdf_path
+from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.driver_config import params_path, remapped, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
 from swarmctl.render.ros1.program_commands import roslaunched
-from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, home
+from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, as_client
+from swarmctl.render.service_values import home
 from swarmctl.render.yaml_params import params_file
 from swarmctl.swarm import names, used_packages
 from swarmctl.swarm.resolved import ForeignDriver, Host, Robot, Swarm
@@ -32,7 +33,7 @@ def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
         loaded=[{"file": f"{home(swarm)}/current/{params_path(robot)}"}]
         if ros.params and ros.executable
         else [],
-        remap=list(_remap(robot, driver).items()),
+        remap=list(remapped(robot, driver).items()),
         environment=list(ros.environment.items()),
         own=names.unit(swarm.name, robot.name),
         by_hand=[names.unit(swarm.name, robot.name)],
@@ -49,7 +50,7 @@ def unit(swarm: Swarm, host: Host, robot: Robot, driver: ForeignDriver, common: 
     """Returns the unit of a robot's driver. It stops no motors: the gate in front of it does."""
     name = names.unit(swarm.name, robot.name)
     path = f"{home(swarm)}/current/{launch_path(robot)}"
-    command = roslaunched(path, driver.ros, driver.ros.environment)
+    command = as_client(swarm, roslaunched(path, driver.ros, driver.ros.environment), forever=True)
     file = File(
         f"units/{name}",
         render("ros_driver.service", **common, user=host.user, command=command),
@@ -61,30 +62,6 @@ def unit(swarm: Swarm, host: Host, robot: Robot, driver: ForeignDriver, common: 
     own = (one.path for one in delivered_packages.files(swarm, host, own_packages))
     needs = (file.path, *RUNNING, ROS_CLIENT, launch_path(robot), *params, *urdf, *own)
     return Part((file,), (Unit(name, needs, robot=robot.name),))
-
-
-def requires(swarm: Swarm, host: Host) -> dict[str, tuple[str, ...]]:
-    """Returns the packages that the drivers of ``host`` need, each with the entries of its robots."""
-    found: dict[str, tuple[str, ...]] = {}
-    for robot in swarm.robots_on(host.name):
-        packages = robot.driver.ros.packages if isinstance(robot.driver, ForeignDriver) else ()
-        for one in (name for name in packages if name not in swarm.packages):
-            found[package(one)] = (*found.get(package(one), ()), f"robots.{robot.name}")
-    return found
-
-
-def _remap(robot: Robot, driver: ForeignDriver) -> dict[str, str]:
-    """The names to change; a gated driver takes its commands from the gate, wherever it took them before.
-
-    Both names are absolute: in a relative one, each node of a launch file would see its own namespace.
-    """
-    ros = driver.ros
-    if not driver.gated:
-        return dict(ros.remap)
-    node, full = robot.driver_node, names.resolved(ros.command, robot.driver_node, {})
-    kept = {old: new for old, new in ros.remap.items() if names.resolved(old, node, {}) != full}
-    command = ros.command if ros.command.startswith("~") else full
-    return {**kept, command: f"{robot.namespace}/{names.GATE_OUTPUT}"}
 
 
 def launch_path(robot: Robot) -> str:

@@ -5,38 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from swarm_onboard.agent.paths import stop_file
-
-from swarmctl.render import shipped_files
+from swarmctl.render import gate_config, shipped_files
 from swarmctl.render.bundle import File, Part, Unit
-from swarmctl.render.driver_config import commander_params
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1.release import RUNNING, home
-from swarmctl.render.yaml_params import params_file
+from swarmctl.render.ros1.release import RUNNING, arguments
+from swarmctl.render.service_values import home
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm
-from swarmctl.swarm.robot_maintenance import power_topics
-
-RATE = 10.0  # Hz at which the velocity in force is repeated: a driver's own dead-man is longer than 0.1 s
-REPORTS = 1.0  # Hz
-FOLDER = "gate"
 
 
 def files(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> Iterator[File]:
     """Yields the parameters of a robot's gate, and its launch file for people."""
     origin = f"robots.{robot.name}"
-    values = {**parameters(robot, driver), "stop_file": stop_file(swarm.name, robot.name)}
-    yield File(_params_path(robot), params_file(values), origin=origin)
+    yield gate_config.file(swarm, robot, driver)
     text = render(
         "gate.launch",
         group=robot.namespace[1:],
         node=names.GATE_NODE,
         home=home(swarm),
-        params=_params_path(robot),
+        params=gate_config.params_path(robot),
         by_hand=[names.unit(swarm.name, robot.name, names.GATE_NODE)],
         own="",
     )
-    yield File(f"launch/{launch_name(robot)}.launch", text, origin=origin)
+    yield File(f"launch/{gate_config.launch_name(robot)}.launch", text, origin=origin)
 
 
 def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> Part:
@@ -45,57 +36,13 @@ def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> Part:
     values = {
         **common,
         "driver": names.unit(swarm.name, robot.name),
-        "params": _params_path(robot),
-        "namespace": robot.namespace,
-        "node": names.GATE_NODE,
-        "runtime": names.runtime_folder(swarm.name, launch_name(robot)),
+        "params": gate_config.params_path(robot),
+        "words": arguments(robot.namespace, names.GATE_NODE),
+        "runtime": names.runtime_folder(swarm.name, gate_config.launch_name(robot)),
     }
     file = File(f"units/{name}", render("gate.service", **values), origin=f"robots.{robot.name}")
-    shipped = tuple(one.path for one in shipped_files.folder(FOLDER))
+    shipped = tuple(one.path for one in shipped_files.folder(gate_config.FOLDER))
     return Part(
-        (file,), (Unit(name, (file.path, *RUNNING, _params_path(robot), *shipped), robot=robot.name),)
+        (file,),
+        (Unit(name, (file.path, *RUNNING, gate_config.params_path(robot), *shipped), robot=robot.name),),
     )
-
-
-def parameters(robot: Robot, driver: ForeignDriver) -> dict[str, Any]:
-    """Returns what the gate of ``robot`` reads."""
-    linear, lateral, vertical, angular = driver.motion.axes
-    motion = {
-        "kind": driver.motion.kind,
-        "linear_max": linear,
-        "lateral_max": lateral,
-        "vertical_max": vertical,
-        "angular_max": angular,
-        "wheel_separation": driver.motion.wheel_separation,
-        "turning_radius": driver.motion.turning_radius,
-    }
-    odometry = next((one.name for one in robot.topics if one.type == "nav_msgs/Odometry"), "")
-    battery, docked = power_topics(robot.topics)
-    read = {"odometry": odometry, "battery": battery, "docked": docked}
-    return {
-        "robot": robot.name,
-        "title": robot.type.title,
-        "namespace": robot.namespace,
-        "command_type": driver.ros.command_type,
-        "command_timeout": driver.command_timeout,
-        "rate": RATE,
-        "diagnostics_rate": REPORTS,
-        "commanders": [commander_params(one) for one in robot.commanders],
-        "motion": {key: value for key, value in motion.items() if value},
-        "odom_frame": driver.ros.odometry_frame,
-        **{key: _full(robot, topic) for key, topic in read.items() if topic},
-        **({"start": robot.start.model_dump()} if robot.start is not None else {}),
-    }
-
-
-def _full(robot: Robot, topic: str) -> str:
-    return topic if topic.startswith("/") else f"{robot.namespace}/{topic}"
-
-
-def launch_name(robot: Robot) -> str:
-    """Returns the name of the launch file with which people start the gate, without its suffix."""
-    return f"{robot.name}.{names.GATE_NODE}"
-
-
-def _params_path(robot: Robot) -> str:
-    return f"params/{launch_name(robot)}.yaml"

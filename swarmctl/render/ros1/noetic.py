@@ -5,33 +5,44 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import get_args
 
-from swarmctl.render import sketch
+from swarmctl.render import driver_files, expected_nodes, program_needs, sketch
 from swarmctl.render.bundle import File, Part, required, workspace
 from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Master, Middleware
 from swarmctl.render.ros1 import (
     debian_packages,
     delivered_packages,
     drivers,
-    foreign_drivers,
-    graph,
     programs,
     release,
     rviz,
 )
+from swarmctl.render.service_values import home
 from swarmctl.resources import HostModule, onboard
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
 from swarmctl.swarm.ports import Listener, master_loc
 from swarmctl.swarm.resolved import Host, Island, Program, Robot, Swarm, SwarmctlDriver
+from swarmctl.swarm.topics import DIAGNOSTICS, DIAGNOSTICS_TYPE
+
+#: Topics without a namespace that ROS itself or every driver publishes.
+TOPICS = {
+    DIAGNOSTICS: DIAGNOSTICS_TYPE,
+    "/clock": "rosgraph_msgs/Clock",
+    "/rosout": "rosgraph_msgs/Log",
+    "/rosout_agg": "rosgraph_msgs/Log",
+    "/tf": "tf2_msgs/TFMessage",
+    "/tf_static": "tf2_msgs/TFMessage",
+}
 
 
 class Noetic:
     """The middleware of ``ros: {distro: noetic}``."""
 
     capabilities: frozenset[Capability] = frozenset(get_args(Capability))
+    settings = frozenset({"master_port", "workspace", "builders", "naming", "ipv6", "use_sim_time"})
     multimaster = "fkie"
     shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
-    topics = graph.TOPICS
+    topics = TOPICS
     master_mb = 100  # a Python program; a driver takes 60, rosout is smaller
     probe = HostModule("swarm_onboard.ros1_probe.observe", onboard().parent)
 
@@ -50,9 +61,9 @@ class Noetic:
         """Yields the programs with a launch file or a script each."""
         yield Part(
             files=tuple(programs.files(swarm, host)),
-            requires=programs.requires(swarm, host),
-            secrets=tuple(programs.secret_forms(swarm, host)),
-            secret_forms=programs.secret_forms(swarm, host),
+            requires=program_needs.requires(swarm, host, debian_packages.ROSPY),
+            secrets=tuple(program_needs.secret_forms(swarm, host)),
+            secret_forms=program_needs.secret_forms(swarm, host),
             platform=delivered_packages.platform(swarm, host),
             unbuilt=delivered_packages.unbuilt(swarm, host),
         )
@@ -69,16 +80,16 @@ class Noetic:
 
     def master(self, swarm: Swarm, island: Island) -> Master:
         """Returns the rosmaster of ``island``."""
-        cleanup = f". {release.home(swarm)}/current/setup.bash; yes | rosnode cleanup"
+        cleanup = f". {home(swarm)}/current/setup.bash; yes | rosnode cleanup"
         return Master(swarm.master_uri(island), names.unit(swarm.name, names.MASTER), cleanup)
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
         """Returns the driver's node, with one topic per reading."""
-        return graph.driver(swarm, robot)
+        return expected_nodes.driver(swarm, robot)
 
     def program(self, swarm: Swarm, program: Program) -> ExpectedNode:
         """Returns the program's node; one of a launch file has no known name."""
-        return graph.program(swarm, program)
+        return expected_nodes.program(swarm, program)
 
     def type_name(self, kind: str) -> str:
         """Returns the same: a spec has the names of ROS 1."""
@@ -122,19 +133,14 @@ def _requires(swarm: Swarm, host: Host, island: Island) -> dict[str, tuple[str, 
     robots = swarm.robots_on(host.name)
     driven = tuple(f"robots.{robot.name}" for robot in robots if isinstance(robot.driver, SwarmctlDriver))
     gated = tuple(f"robots.{robot.name}" for robot in robots if robot.gated)
-    started = tuple(f"robots.{robot.name}" for robot in robots if _publishes_start(robot))
+    started = tuple(f"robots.{robot.name}" for robot in robots if driver_files.publishes_start(robot))
     needs = {
         debian_packages.ROSCORE: ("ros",) if host.name == island.hub else (),
         debian_packages.ROSPY: (*driven, *gated),
         debian_packages.PYSERIAL: driven,
         debian_packages.TF: started,
-        **foreign_drivers.requires(swarm, host),
+        **program_needs.of_drivers(swarm, host),
     }
     own = "ros.workspace" if host.workspaces == (swarm.workspace,) else f"hosts.{host.name}.workspaces"
     needs = {**{workspace(path): (own,) for path in host.workspaces}, **needs}
     return {name: entries for name, entries in needs.items() if entries}
-
-
-def _publishes_start(robot: Robot) -> bool:
-    """True if a node of swarmctl publishes the transform from `map` to the robot's start."""
-    return robot.start is not None and (robot.gated or isinstance(robot.driver, SwarmctlDriver))

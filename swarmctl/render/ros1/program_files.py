@@ -1,4 +1,4 @@
-"""The files of a program: parameters for a node, and what lies beside the spec, copied or rendered. Pure."""
+"""The parameters of a program's node, as roslaunch loads them. Pure."""
 
 from __future__ import annotations
 
@@ -7,37 +7,23 @@ from typing import Any
 
 from swarmctl.field_types import Parameter
 from swarmctl.render.bundle import File
-from swarmctl.render.ros1.release import home
+from swarmctl.render.own_program_files import own_files, params_path
+from swarmctl.render.service_values import home
 from swarmctl.render.yaml_params import params_file
 from swarmctl.robot_types.placeholders import filled
 from swarmctl.ros_packages.substitution import FIND
-from swarmctl.spec.program_model import Template
-from swarmctl.swarm.command_topics import STAMPED_TYPE, CommandTopic
-from swarmctl.swarm.file_templates import rendered
-from swarmctl.swarm.program_values import template_values, values_of
+from swarmctl.swarm.program_values import values_of
 from swarmctl.swarm.resolved import Program, Swarm
-
-
-def params_path(program: Program) -> str:
-    """Returns where the parameters of a program are in a release."""
-    return f"params/{program.name}.yaml"
 
 
 def files_of(swarm: Swarm, program: Program) -> Iterator[File]:
     """Yields the parameter files of a program, and its own files."""
     origin, declared = f"programs.{program.name}", program.declared
-    if declared.use is not None:
-        yield File(params_path(program), _shipped_parameters(swarm, program), origin=origin)
+    yield from own_files(swarm, program)
     for path, params, _ in _parameter_files(swarm, program):
         yield File(path, params_file(params), origin=origin)
     for name, path in declared.file_params.items():
         yield File(_path_of(program, name), program.beside[path], origin=origin)
-    for name, source in declared.files.items():
-        if isinstance(source, Template):
-            content = rendered(program.beside[source.template], template_values(swarm, program))
-        else:
-            content = program.beside[source]
-        yield File(f"files/{program.name}/{name}", content, origin=origin)
 
 
 def loaded_files(swarm: Swarm, program: Program) -> Iterator[Mapping[str, Any]]:
@@ -76,20 +62,3 @@ def _has_find(value: Parameter) -> bool:
     if isinstance(value, (tuple, list)):
         return any(map(_has_find, value))
     return isinstance(value, str) and FIND.search(value) is not None
-
-
-def _shipped_parameters(swarm: Swarm, program: Program) -> bytes:
-    """The parameters of a shipped program, with its node and robots."""
-    commands = swarm.command_topics
-    data = {
-        "node": program.node,
-        "targets": [_target(one, commands[one]) for one in program.commands if one in commands],
-        "params": dict(program.declared.params),
-    }
-    return params_file(data)
-
-
-def _target(robot: str, command: CommandTopic) -> Mapping[str, Any]:
-    """A robot to command; its messages are of type Twist unless they are stamped."""
-    stamped = {"stamped": True} if command.type == STAMPED_TYPE else {}
-    return {"robot": robot, "topic": command.topic, **stamped}

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
-from itertools import chain
 
 from swarmctl.field_types import Value
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import File, Part, SecretForm, Unit, package
+from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.program_needs import installed, secret_words
+from swarmctl.render.program_words import TELEOP, container_name, runs_alone, with_values
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
 from swarmctl.render.ros1.program_commands import (
     RUN_NODE,
-    TELEOP,
     command_of,
-    container_name,
     environment_of,
     launch_path,
-    runs_alone,
-    with_values,
 )
 from swarmctl.render.ros1.program_files import files_of, loaded_files
-from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, home, ros_client, service_values
+from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, as_client, ros_client
+from swarmctl.render.service_values import home, service_values
 from swarmctl.robot_types.placeholders import filled
 from swarmctl.swarm import names, used_packages
 from swarmctl.swarm.program_values import secrets_folder, values_of
@@ -37,7 +35,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     programs = swarm.programs_on(host.name)
     if programs:
         yield ros_client()
-    if any(_installed(swarm, one) for one in programs if one.declared.optional):
+    if any(installed(swarm, one) for one in programs if one.declared.optional):
         yield File(_HAS_PACKAGES, shipped_files.text("ros1/has-packages"), 0o755)
     if any(one.declared.use for one in programs):
         yield from shipped_files.folder(TELEOP)
@@ -58,7 +56,9 @@ def terminal_scripts(swarm: Swarm, host: Host) -> Iterator[File]:
     """Yields a script for each program of ``host`` that a person starts at a terminal."""
     for program in swarm.programs_on(host.name):
         if program.is_interactive:
-            text = render("interactive.bash", home=home(swarm), command=command_of(swarm, program))
+            text = render(
+                "interactive.bash", home=home(swarm), command=as_client(swarm, command_of(swarm, program))
+            )
             yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
 
 
@@ -67,32 +67,6 @@ def units(swarm: Swarm, host: Host) -> Iterator[Part]:
     for program in swarm.programs_on(host.name):
         if program.runs_by_itself:
             yield _unit(swarm, host, program)
-
-
-def requires(swarm: Swarm, host: Host) -> dict[str, tuple[str, ...]]:
-    """Returns what must be installed for programs without which the swarm is not complete, and for which."""
-    found: dict[str, tuple[str, ...]] = {}
-    for program in swarm.programs_on(host.name):
-        for name in _required(swarm, program):
-            found[name] = (*found.get(name, ()), f"programs.{program.name}")
-    return found
-
-
-def secret_forms(swarm: Swarm, host: Host) -> dict[str, SecretForm]:
-    """Returns the secrets of the programs of ``host``, with what they may hold."""
-    declared = [one.declared.secrets for one in swarm.programs_on(host.name)]
-    files: dict[str, SecretForm] = {one.secret: "text" for each in declared for one in each.files.values()}
-    return {**files, **{one.secret: "line" for each in declared for one in each.env.values()}}
-
-
-def _required(swarm: Swarm, program: Program) -> tuple[str, ...]:
-    """What must be installed for a program; an optional one is skipped without its packages."""
-    ours = ("rospy",) if program.declared.use else ()
-    if program.declared.optional:
-        return ours
-    container = program.declared.container
-    engine = (container.engine,) if container is not None else ()
-    return (*ours, *engine, *map(package, _installed(swarm, program)))
 
 
 def _launch(swarm: Swarm, program: Program) -> bytes:
@@ -122,21 +96,22 @@ def _arguments(swarm: Swarm, program: Program) -> dict[str, Value]:
 
 def _unit(swarm: Swarm, host: Host, program: Program) -> Part:
     name = names.unit(swarm.name, program.name)
-    packages = _installed(swarm, program) if program.declared.optional else ()
-    container = program.declared.container
+    packages = installed(swarm, program) if program.declared.optional else ()
+    container, oneshot = program.declared.container, program.declared.lifecycle == "oneshot"
     text = render(
         "program.service",
         **service_values(swarm, host),
         program=program.name,
         packages=packages,
-        command=command_of(swarm, program),
+        command=as_client(swarm, command_of(swarm, program), forever=not oneshot and container is None),
+        ends_together=False,
         runtime=names.runtime_folder(swarm.name, program.name),
         memory_mb=program.declared.memory_mb,
         shipped=program.declared.use is not None,
         container=container_name(swarm, program) if container is not None else "",
         engine=container.engine if container is not None else "",
-        oneshot=program.declared.lifecycle == "oneshot",
-        secrets=_secrets(swarm, host, program),
+        oneshot=oneshot,
+        secrets=secret_words(swarm, host, program),
         secrets_folder=secrets_folder(swarm.name, program.name),
         user=host.user,
     )
@@ -154,20 +129,6 @@ def _unit(swarm: Swarm, host: Host, program: Program) -> Part:
     )
 
 
-def _secrets(swarm: Swarm, host: Host, program: Program) -> tuple[str, ...]:
-    """The arguments of `give-secrets`; none for a program without secrets."""
-    secrets = program.declared.secrets
-    if not secrets.names:
-        return ()
-    variables = (("--variable", f"{key}={one.secret}") for key, one in secrets.env.items())
-    files = (("--file", f"{name}={one.secret}") for name, one in secrets.files.items())
-    owner = "root" if program.declared.container is not None else host.user
-    return (
-        "--owner", owner, "--source", f"/etc/swarm/{swarm.name}/secrets",
-        "--to", secrets_folder(swarm.name, program.name), *chain(*variables, *files),
-    )  # fmt: skip
-
-
 def _reads(swarm: Swarm, program: Program) -> Iterator[str]:
     """The files whose change restarts a program."""
     if _has_launch_file(program):
@@ -177,13 +138,6 @@ def _reads(swarm: Swarm, program: Program) -> Iterator[str]:
     if program.declared.use is not None:
         yield from (file.path for file in shipped_files.folder(TELEOP))
     yield from (file.path for file in files_of(swarm, program))
-
-
-def _installed(swarm: Swarm, program: Program) -> tuple[str, ...]:
-    """The packages that must lie on the host already."""
-    declared = program.declared
-    named = dict.fromkeys([*([declared.package] if declared.package else []), *declared.requires])
-    return tuple(name for name in named if name not in swarm.packages)
 
 
 def _has_launch_file(program: Program) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from swarmctl.render import shipped_files
-from swarmctl.render.bundle import ROOT, File, Part, Unit
+from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import delivered_packages
+from swarmctl.render.service_values import home, service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.addresses import ip_of
 from swarmctl.swarm.resolved import Host, Island, Swarm, SwarmctlDriver
@@ -68,19 +69,14 @@ def ros_client() -> File:
     return File(ROS_CLIENT, shipped_files.text("ros1/ros-client"), 0o755)
 
 
-def service_values(swarm: Swarm, host: Host) -> dict[str, Any]:
-    """Returns the template values that all units of this host share."""
-    return {
-        "swarm": swarm.name,
-        "home": home(swarm),
-        "target": names.target(swarm.name),
-        "workspaces": host.workspaces,
-    }
+def arguments(namespace: str, node: str) -> tuple[str, ...]:
+    """Returns the arguments that name a node (wiki.ros.org/Remapping Arguments)."""
+    return f"__ns:={namespace or '/'}", f"__name:={node}"
 
 
-def home(swarm: Swarm) -> str:
-    """Returns the swarm's folder on every host."""
-    return f"{ROOT}/{swarm.name}"
+def as_client(swarm: Swarm, command: Iterable[str], *, forever: bool = False) -> tuple[str, ...]:
+    """Returns ``command`` behind `ros-client`; ``forever``: it fails if the command ends by itself."""
+    return f"{home(swarm)}/current/{ROS_CLIENT}", *(["--forever"] if forever else []), *command
 
 
 def _environment(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:

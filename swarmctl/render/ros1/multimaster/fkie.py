@@ -14,6 +14,7 @@ from swarmctl.render.multimaster import Discovery, JoinNodes, MultimasterProvide
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
 from swarmctl.render.ros1.multimaster.fkie_packages import FAMILIES, Node
+from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
@@ -100,7 +101,7 @@ def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> Part:
     name = names.unit(swarm.name, names.MULTIMASTER)
     text = render(
         "multimaster.service",
-        **release.service_values(swarm, host),
+        **service_values(swarm, host),
         command=_command(swarm),
         runtime=names.runtime_folder(swarm.name, names.MULTIMASTER),
     )

@@ -13,6 +13,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
+from swarmctl.render.service_values import service_values
 from swarmctl.render.yaml_params import params_file
 from swarmctl.spec.model import Spec
 from swarmctl.swarm import names
@@ -57,7 +58,7 @@ STATIC: MultimasterProvider = Static()
 
 def _unit(swarm: Swarm, host: Host, files: tuple[File, ...]) -> Part:
     name = names.unit(swarm.name, names.MULTIMASTER)
-    text = render("static.service", **release.service_values(swarm, host), params=PARAMS)
+    text = render("static.service", **service_values(swarm, host), params=PARAMS)
     file = File(f"units/{name}", text, origin="multimaster")
     return Part((file,), (Unit(name, (file.path, release.RESTART_DELAY, *(one.path for one in files))),))
 

@@ -1,0 +1,65 @@
+"""The XML files that DDS reads: which addresses its nodes use, and where they look for others. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from swarmctl.render.bundle import File
+from swarmctl.render.quoting import render
+from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env/cyclonedds.xml"
+HUMBLE = "humble"  # the last without ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_SUPER_CLIENT
+#: Participants of a host that nodes of other hosts look for: twice the processes of a busy robot.
+_MOST_PARTICIPANTS = 32
+
+
+def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
+    """Yields the files that the nodes of ``host`` and people at its terminals read."""
+    discovery, origin = island.discovery, f"hosts.{host.name}"
+    if discovery.rmw == "cyclonedds" and discovery.method != "local":
+        yield File(CYCLONE, _cyclonedds(swarm, host, island), origin=origin)
+    if needs_fastdds_file(swarm, host, island):
+        yield File(FASTDDS, _fastdds(swarm, host, island), origin=origin)
+    if swarm.distro == HUMBLE and discovery.method == "server":
+        servers = [
+            (f"44.53.{number:02x}.5f.45.50.52.4f.53.49.4d.41", swarm.hosts[name].address)
+            for number, name in enumerate(discovery.servers)
+        ]
+        yield File(SUPER_CLIENT, _fastdds(swarm, host, island, servers), origin=origin)
+
+
+def needs_fastdds_file(swarm: Swarm, host: Host, island: Island) -> bool:
+    """True if Fast DDS on ``host`` needs more than environment variables."""
+    discovery = island.discovery
+    if discovery.rmw != "fastrtps" or discovery.method == "local":
+        return False
+    return _is_ipv4(host.address) or (swarm.distro == HUMBLE and discovery.method == "peers")
+
+
+def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, str]] | None = None) -> bytes:
+    by_file = swarm.distro == HUMBLE and island.discovery.method == "peers"
+    return render(
+        "ros2/fastdds.xml",
+        address=host.address if _is_ipv4(host.address) else "",
+        peers=[swarm.hosts[name].address for name in island.hosts] if by_file else [],
+        most=_MOST_PARTICIPANTS,
+        servers=servers or [],
+    )
+
+
+def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> bytes:
+    by_peers = island.discovery.method == "peers"
+    return render(
+        "ros2/cyclonedds.xml",
+        address=host.address if ip_of(host.address) else "",
+        multicast=not by_peers,
+        most=_MOST_PARTICIPANTS,
+        peers=[swarm.hosts[name].address for name in island.hosts] if by_peers else [],
+    )
+
+
+def _is_ipv4(address: str) -> bool:
+    ip = ip_of(address)
+    return ip is not None and ip.version == 4

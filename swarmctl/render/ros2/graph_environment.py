@@ -1,0 +1,125 @@
+"""The environment variables by which programs become nodes of an island. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from swarmctl.render.ros2.discovery_files import CYCLONE, FASTDDS, HUMBLE, SUPER_CLIENT, needs_fastdds_file
+from swarmctl.render.service_values import home
+from swarmctl.spec.ros_model import Rmw
+from swarmctl.swarm.addresses import ip_of
+from swarmctl.swarm.resolved import Host, Island, Swarm
+
+IMPLEMENTATIONS: Mapping[Rmw, str] = {
+    "fastrtps": "rmw_fastrtps_cpp",
+    "cyclonedds": "rmw_cyclonedds_cpp",
+    "zenoh": "rmw_zenoh_cpp",
+}
+SERVER_PORT, ROUTER_PORT = 11811, 7447
+LOOPBACK = "127.0.0.1"
+_PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")  # of Fast DDS 3, and of 2
+#: Every variable that decides how nodes find each other; those that an island does not set are unset.
+GRAPH_VARIABLES = (
+    "ROS_DOMAIN_ID",
+    "RMW_IMPLEMENTATION",
+    "ROS_DISCOVERY_SERVER",
+    "ROS_SUPER_CLIENT",
+    "ROS_EASY_MODE",
+    "ROS2_EASY_MODE",
+    "ROS_AUTOMATIC_DISCOVERY_RANGE",
+    "ROS_STATIC_PEERS",
+    "ROS_LOCALHOST_ONLY",
+    *_PROFILES,
+    "CYCLONEDDS_URI",
+    "ZENOH_ROUTER_CHECK_ATTEMPTS",
+    "ZENOH_CONFIG_OVERRIDE",
+)
+
+
+def of_nodes(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
+    """Returns what makes programs on ``host`` nodes of ``island``."""
+    rmw = island.discovery.rmw
+    return {
+        "ROS_DOMAIN_ID": str(island.discovery.domain),
+        "RMW_IMPLEMENTATION": IMPLEMENTATIONS[rmw],
+        **_METHODS[rmw](swarm, host, island),
+    }
+
+
+def of_people(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
+    """Returns the same for a person at a terminal, whose tools ask a discovery server for the whole graph."""
+    variables = of_nodes(swarm, host, island)
+    if island.discovery.method != "server":
+        return variables
+    if swarm.distro == HUMBLE:
+        return {**variables, **dict.fromkeys(_PROFILES, f"{home(swarm)}/current/{SUPER_CLIENT}")}
+    return {**variables, "ROS_SUPER_CLIENT": "TRUE"}
+
+
+def own_address(host: Host, island: Island) -> str:
+    """Returns the address that nodes of ``host`` need at their start; empty if they leave no host."""
+    return "" if island.discovery.method == "local" or len(island.hosts) == 1 else host.address
+
+
+def router_override(swarm: Swarm, host: Host, island: Island) -> str:
+    """Returns the settings of the Zenoh router of ``host``: all routers connect to the first."""
+    first, *_ = island.discovery.servers
+    listen = f"listen/endpoints={_endpoints([_zenoh_address(swarm, island, host.name)])}"
+    if host.name == first:
+        return listen
+    return f"{listen};connect/endpoints={_endpoints([_zenoh_address(swarm, island, first)])}"
+
+
+def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
+    found = _range(swarm, host, island)
+    if island.discovery.method == "server":
+        servers = (swarm.hosts[name].address for name in island.discovery.servers)
+        found = {"ROS_DISCOVERY_SERVER": ";".join(f"{bracketed(one)}:{SERVER_PORT}" for one in servers)}
+    if needs_fastdds_file(swarm, host, island):
+        found |= dict.fromkeys(_PROFILES, f"{home(swarm)}/current/{FASTDDS}")
+    return found
+
+
+def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
+    found = _range(swarm, host, island)
+    if island.discovery.method != "local":
+        found["CYCLONEDDS_URI"] = f"file://{home(swarm)}/current/{CYCLONE}"
+    return found
+
+
+def _zenoh(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
+    """Clients of the routers: a peer whose router is away hears nothing, and reports nothing."""
+    routers = [_zenoh_address(swarm, island, name) for name in island.discovery.servers]
+    return {
+        "ZENOH_ROUTER_CHECK_ATTEMPTS": "0",  # without limit
+        "ZENOH_CONFIG_OVERRIDE": f'mode="client";connect/endpoints={_endpoints(routers)}',
+    }
+
+
+_METHODS = {"fastrtps": _fastrtps, "cyclonedds": _cyclonedds, "zenoh": _zenoh}
+
+
+def _range(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
+    """How far discovery by DDS itself reaches."""
+    method = island.discovery.method
+    if swarm.distro == HUMBLE:
+        return {"ROS_LOCALHOST_ONLY": "1"} if method == "local" else {}
+    found = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET" if method == "multicast" else "LOCALHOST"}
+    if method == "peers":
+        others = [swarm.hosts[name].address for name in island.hosts if name != host.name]
+        found |= {"ROS_STATIC_PEERS": ";".join(others)} if others else {}
+    return found
+
+
+def _zenoh_address(swarm: Swarm, island: Island, host: str) -> str:
+    return LOOPBACK if len(island.hosts) == 1 else swarm.hosts[host].address
+
+
+def _endpoints(addresses: Iterable[str]) -> str:
+    return "[" + ",".join(f'"tcp/{bracketed(one)}:{ROUTER_PORT}"' for one in addresses) + "]"
+
+
+def bracketed(address: str) -> str:
+    """Returns an address as it stands before a port."""
+    ip = ip_of(address)
+    return f"[{address}]" if ip is not None and ip.version == 6 else address

@@ -1,0 +1,42 @@
+"""What follows the name of an executable: its words, and the arguments of ROS 2 behind them. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from swarmctl.render.yaml_params import params_file
+
+
+def ros_args(
+    node: str = "", remap: Mapping[str, str] | None = None, params: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Returns `--ros-args` with names to change and parameter files; ``node``: its full name."""
+    words = tuple(_words(node, remap or {}, params))
+    return ("--ros-args", *words) if words else ()
+
+
+def _words(node: str, remap: Mapping[str, str], params: Sequence[str]) -> Iterator[str]:
+    namespace, _, name = node.rpartition("/")
+    if namespace:
+        yield from ("-r", f"__ns:={namespace}")
+    if name:
+        yield from ("-r", f"__node:={name}")
+    for path in params:
+        yield from ("--params-file", path)
+    for old, new in remapping(remap).items():
+        yield from ("-r", f"{old}:={new}")
+
+
+def remapping(remap: Mapping[str, str]) -> dict[str, str]:
+    """Returns names to change as ROS 2 writes them: ``~/name`` for the private ``~name``."""
+    return {_private(old): _private(new) for old, new in remap.items()}
+
+
+def _private(name: str) -> str:
+    return f"~/{name[1:].lstrip('/')}" if name.startswith("~") else name
+
+
+def node_params(params: Mapping[str, Any]) -> bytes:
+    """Returns a parameter file for a node of any name."""
+    return params_file({"/**": {"ros__parameters": params}})

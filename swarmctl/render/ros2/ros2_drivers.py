@@ -1,0 +1,153 @@
+"""The drivers of a host's robots and the gates in front of ROS packages: files and units."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from typing import Any
+
+from swarmctl.links.bluetooth_link import RfcommLine
+from swarmctl.render import driver_files, gate_config, shipped_files, sketch
+from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.driver_config import codec_path, params_path, remapped, urdf_path
+from swarmctl.render.program_words import with_environment
+from swarmctl.render.quoting import render
+from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
+from swarmctl.render.ros2.ros2_release import RUN_NODE, run_node, running, unit_values
+from swarmctl.render.service_values import home
+from swarmctl.swarm import names
+from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Robot, Swarm, SwarmctlDriver
+
+_DRIVERS = "drivers"
+
+
+def files(swarm: Swarm, host: Host) -> Iterator[File]:
+    """Yields what the drivers of ``host`` need, their units aside."""
+    robots = swarm.robots_on(host.name)
+    if any(isinstance(robot.driver, SwarmctlDriver) for robot in robots):
+        yield from shipped_files.folder(_DRIVERS)
+    if any(robot.gated for robot in robots):
+        yield from shipped_files.folder(gate_config.FOLDER)
+    for robot in robots:
+        yield from sketch.files(robot)
+        if isinstance(robot.driver, SwarmctlDriver):
+            yield from driver_files.config_files(swarm, robot, robot.driver)
+        else:
+            yield from _package_files(robot, robot.driver)
+            if robot.gated:
+                yield gate_config.file(swarm, robot, robot.driver)
+
+
+def launch_file(swarm: Swarm, host: Host) -> File:
+    """Returns the launch file with which people start all drivers of a host."""
+    commands, included = [], []
+    for robot in swarm.robots_on(host.name):
+        if robot.gated:
+            commands.append(_gate_words(swarm, robot))
+        if isinstance(robot.driver, SwarmctlDriver):
+            commands.append(_own_words(swarm, robot))
+        elif robot.driver.ros.launch is not None:
+            included.append(f"{home(swarm)}/current/{_launch_path(robot)}")
+        else:
+            commands.append(_package_words(swarm, robot, robot.driver))
+    text = render("ros2/swarm.launch.xml", commands=[shlex.join(one) for one in commands], files=included)
+    return File("launch/swarm.launch.xml", text, origin="robots")
+
+
+def units(swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
+    """Yields the units of gates and drivers, in the order of the spec."""
+    for robot in swarm.robots_on(host.name):
+        bound = isinstance(robot.line, RfcommLine)
+        values = {
+            **unit_values(swarm, host, island),
+            "robot": robot.name,
+            "title": robot.type.title,
+            "line": names.unit(swarm.name, robot.name, "rfcomm") if bound else "",
+            "runtime": names.runtime_folder(swarm.name, robot.name),
+        }
+        needs = running(swarm, host, island)
+        if isinstance(robot.driver, SwarmctlDriver):
+            yield _own_unit(swarm, robot, robot.driver, values, needs)
+        else:
+            if robot.gated:
+                yield _gate_unit(swarm, robot, values, needs)
+            yield _package_unit(swarm, robot, robot.driver, {**values, "user": host.user}, needs)
+
+
+def _own_words(swarm: Swarm, robot: Robot) -> tuple[str, ...]:
+    current = f"{home(swarm)}/current"
+    script = f"{current}/{_DRIVERS}/serial_driver.py"
+    return "/usr/bin/python3", script, "--config", f"{current}/{params_path(robot)}"
+
+
+def _gate_words(swarm: Swarm, robot: Robot) -> tuple[str, ...]:
+    current = f"{home(swarm)}/current"
+    script = f"{current}/{gate_config.FOLDER}/gate.py"
+    return "/usr/bin/python3", script, "--config", f"{current}/{gate_config.params_path(robot)}"
+
+
+def _own_unit(
+    swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any], needs: tuple[str, ...]
+) -> Part:
+    text = render("driver.service", **values, words=(), watchdog=driver_files.watchdog(robot, driver))
+    shipped = (one.path for one in shipped_files.folder(_DRIVERS))
+    codec = (codec_path(robot),) if driver.codec else ()
+    return _unit(swarm, robot, text, (*needs, params_path(robot), urdf_path(robot), *codec, *shipped))
+
+
+def _gate_unit(swarm: Swarm, robot: Robot, values: dict[str, Any], needs: tuple[str, ...]) -> Part:
+    own = {
+        "driver": names.unit(swarm.name, robot.name),
+        "params": gate_config.params_path(robot),
+        "words": (),
+        "runtime": names.runtime_folder(swarm.name, gate_config.launch_name(robot)),
+    }
+    text = render("gate.service", **{**values, **own})
+    shipped = (one.path for one in shipped_files.folder(gate_config.FOLDER))
+    return _unit(swarm, robot, text, (*needs, gate_config.params_path(robot), *shipped), names.GATE_NODE)
+
+
+def _package_unit(
+    swarm: Swarm, robot: Robot, driver: ForeignDriver, values: dict[str, Any], needs: tuple[str, ...]
+) -> Part:
+    text = render("ros_driver.service", **values, command=_package_words(swarm, robot, driver))
+    read = (one.path for one in _package_files(robot, driver))
+    return _unit(swarm, robot, text, (*needs, RUN_NODE, *read))
+
+
+def _unit(swarm: Swarm, robot: Robot, text: bytes, needs: tuple[str, ...], *part: str) -> Part:
+    name = names.unit(swarm.name, robot.name, *part)
+    file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
+    return Part((file,), (Unit(name, (file.path, *needs), robot=robot.name),))
+
+
+def _package_words(swarm: Swarm, robot: Robot, driver: ForeignDriver) -> tuple[str, ...]:
+    """The words that run the driver's own executable, or launch its launch file."""
+    ros, current = driver.ros, f"{home(swarm)}/current"
+    if ros.launch is not None or ros.package is None or ros.executable is None:
+        return with_environment(ros.environment, ("ros2", "launch", f"{current}/{_launch_path(robot)}"))
+    params = [f"{current}/{params_path(robot)}"] if ros.params else []
+    arguments = ros_args(robot.driver_node, remapped(robot, driver), params)
+    words = (*run_node(swarm, ros.package, ros.executable), *ros.words, *arguments)
+    return with_environment(ros.environment, words)
+
+
+def _package_files(robot: Robot, driver: ForeignDriver) -> Iterator[File]:
+    ros, origin = driver.ros, f"robots.{robot.name}"
+    if ros.launch is not None:
+        text = render(
+            "ros2/program.launch.xml",
+            group=robot.namespace[1:],
+            package=ros.package,
+            launch=ros.launch,
+            arguments=list(ros.arguments.items()),
+            remap=list(remapping(remapped(robot, driver)).items()),
+            environment=list(ros.environment.items()),
+        )
+        yield File(_launch_path(robot), text, origin=origin)
+    elif ros.params:
+        yield File(params_path(robot), node_params(ros.params), origin=origin)
+
+
+def _launch_path(robot: Robot) -> str:
+    return f"launch/{robot.name}.launch.xml"

@@ -1,0 +1,174 @@
+"""The programs of a host: parameters, launch files, units; scripts for people at a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import yaml
+
+from swarmctl.render import shipped_files
+from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.own_program_files import own_files, params_path
+from swarmctl.render.program_needs import installed, secret_words
+from swarmctl.render.program_words import (
+    TELEOP,
+    container_name,
+    container_words,
+    environment_of,
+    with_environment,
+    with_values,
+)
+from swarmctl.render.quoting import render
+from swarmctl.render.ros2 import graph_environment
+from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
+from swarmctl.render.ros2.ros2_release import RUN_NODE, run_node, running, unit_values
+from swarmctl.render.service_values import home
+from swarmctl.robot_types.placeholders import filled
+from swarmctl.spec.program_model import Container
+from swarmctl.swarm import names
+from swarmctl.swarm.program_values import secrets_folder, values_of
+from swarmctl.swarm.resolved import Host, Island, Program, Swarm
+from swarmctl.swarm.shipped_programs import SCRIPTS
+
+_HAS_PACKAGES, _GIVE_SECRETS = "bin/has-packages", "bin/give-secrets"
+
+
+def files(swarm: Swarm, host: Host) -> Iterator[File]:
+    """Yields what the programs of ``host`` need, their units aside."""
+    programs = swarm.programs_on(host.name)
+    if any(installed(swarm, one) for one in programs if one.declared.optional):
+        yield File(_HAS_PACKAGES, shipped_files.text("ros2/has-packages"), 0o755)
+    if any(one.declared.use for one in programs):
+        yield from shipped_files.folder(TELEOP)
+    if any(one.declared.secrets.names for one in programs):
+        yield File(_GIVE_SECRETS, shipped_files.text("os/give-secrets"), 0o755)
+    for program in programs:
+        yield from _files_of(swarm, program)
+
+
+def terminal_scripts(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
+    """Yields a script for each program of ``host`` that a person starts at a terminal."""
+    for program in swarm.programs_on(host.name):
+        if program.is_interactive:
+            command = _command_of(swarm, host, island, program)
+            text = render("interactive.bash", home=home(swarm), command=command)
+            yield File(f"bin/{program.name}", text, 0o755, f"programs.{program.name}")
+
+
+def units(swarm: Swarm, host: Host, island: Island) -> Iterator[Part]:
+    """Yields a unit for each program of ``host`` that runs without a person at a terminal."""
+    for program in swarm.programs_on(host.name):
+        if program.runs_by_itself:
+            yield _unit(swarm, host, island, program)
+
+
+def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
+    name, declared = names.unit(swarm.name, program.name), program.declared
+    packages = installed(swarm, program) if declared.optional else ()
+    container = declared.container
+    text = render(
+        "program.service",
+        **unit_values(swarm, host, island),
+        program=program.name,
+        packages=packages,
+        command=_command_of(swarm, host, island, program),
+        ends_together=declared.command is not None,
+        runtime=names.runtime_folder(swarm.name, program.name),
+        memory_mb=declared.memory_mb,
+        shipped=declared.use is not None,
+        container=container_name(swarm, program) if container is not None else "",
+        engine=container.engine if container is not None else "",
+        oneshot=declared.lifecycle == "oneshot",
+        secrets=secret_words(swarm, host, program),
+        secrets_folder=secrets_folder(swarm.name, program.name),
+        user=host.user,
+    )
+    file = File(f"units/{name}", text, origin=f"programs.{program.name}")
+    shipped = (one.path for one in shipped_files.folder(TELEOP)) if declared.use is not None else ()
+    secrets = declared.secrets.names
+    needs = (
+        file.path,
+        *running(swarm, host, island),
+        *([RUN_NODE] if declared.executable is not None else []),
+        *(one.path for one in _files_of(swarm, program)),
+        *shipped,
+        *([_HAS_PACKAGES] if packages else []),
+        *([_GIVE_SECRETS] if secrets else []),
+    )
+    return Part((file,), (Unit(name, needs, program=program.name, packages=packages, secrets=secrets),))
+
+
+def _command_of(swarm: Swarm, host: Host, island: Island, program: Program) -> tuple[str, ...]:
+    declared, environment = program.declared, environment_of(swarm, program)
+    if declared.use is not None:
+        words = _shipped(swarm, program)
+    elif declared.container is not None:
+        words = tuple(_container(swarm, host, island, program, declared.container))
+    elif declared.command is not None:
+        words = with_values(swarm, program, declared.command)
+    elif declared.package is not None and declared.executable is not None:
+        params = [f"{home(swarm)}/current/{params_path(program)}"] if _params(swarm, program) else []
+        words = (
+            *run_node(swarm, declared.package, declared.executable),
+            *with_values(swarm, program, declared.words),
+            *ros_args(program.node, declared.remap, params),
+        )
+    else:
+        words = ("ros2", "launch", f"{home(swarm)}/current/{_launch_path(program)}")
+    return with_environment(environment, words)
+
+
+def _shipped(swarm: Swarm, program: Program) -> tuple[str, ...]:
+    current, declared = f"{home(swarm)}/current", program.declared
+    return (
+        "/usr/bin/python3", f"{current}/{TELEOP}/{SCRIPTS[declared.use or '']}",
+        "--config", f"{current}/{params_path(program)}",
+        *ros_args(remap=declared.remap),
+    )  # fmt: skip
+
+
+def _container(
+    swarm: Swarm, host: Host, island: Island, program: Program, container: Container
+) -> Iterator[str]:
+    """As a host's own program: it reads the same files, and shares memory with the nodes of its host."""
+    own = (*environment_of(swarm, program), *program.declared.secrets.env)
+    variables = ("SWARM", *graph_environment.of_nodes(swarm, host, island), *own)
+    folder = f"{home(swarm)}/current/env"
+    options = ("--ipc", "host", "--volume", f"{folder}:{folder}:ro")
+    return container_words(swarm, program, container, variables, options)
+
+
+def _files_of(swarm: Swarm, program: Program) -> Iterator[File]:
+    """The files that a program reads: its parameters or launch file, and its own ones."""
+    origin, declared = f"programs.{program.name}", program.declared
+    yield from own_files(swarm, program)
+    if params := _params(swarm, program):
+        yield File(params_path(program), node_params(params), origin=origin)
+    if declared.launch is not None:
+        values = values_of(swarm, program)
+        text = render(
+            "ros2/program.launch.xml",
+            group=program.namespace[1:],
+            package=declared.package,
+            launch=declared.launch,
+            arguments=[(name, filled(value, values)) for name, value in declared.arguments.items()],
+            remap=list(remapping(declared.remap).items()),
+            environment=list(environment_of(swarm, program).items()),
+        )
+        yield File(_launch_path(program), text, origin=origin)
+
+
+def _params(swarm: Swarm, program: Program) -> dict[str, object]:
+    """The parameters of a node; those of a file beside the spec are read into one mapping with the others."""
+    declared = program.declared
+    if declared.executable is None:
+        return {}
+    values, beside = values_of(swarm, program), declared.file_params
+    return {
+        name: yaml.safe_load(program.beside[beside[name]]) if name in beside else filled(value, values)
+        for name, value in declared.params.items()
+    }
+
+
+def _launch_path(program: Program) -> str:
+    return f"launch/{program.name}.launch.xml"

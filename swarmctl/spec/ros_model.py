@@ -1,0 +1,95 @@
+"""The keys of `ros`: which ROS a swarm runs, and how its nodes find each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from swarmctl.field_types import ConsistencyError, Folder, HostName, MasterPort, Model, fits_together
+from swarmctl.plugins import MIDDLEWARES, NameIn
+
+Rmw = Literal["fastrtps", "cyclonedds", "zenoh"]
+Method = Literal["server", "peers", "multicast", "local", "zenoh"]
+
+#: How nodes can find each other with each rmw, what they do by default first.
+METHODS: Mapping[Rmw, tuple[Method, ...]] = {
+    "fastrtps": ("server", "peers", "multicast", "local"),
+    "cyclonedds": ("peers", "multicast", "local"),
+    "zenoh": ("zenoh",),
+}
+#: The methods with a process that nodes ask for the others.
+SERVED: tuple[Method, ...] = ("server", "zenoh")
+
+
+class Ros(Model):
+    """Which ROS the swarm runs."""
+
+    distro: Annotated[str, NameIn(MIDDLEWARES)] = Field(
+        MIDDLEWARES.default, description="ROS distribution of every host."
+    )
+    master_port: MasterPort = Field(11311, description="TCP port of each ROS master.")
+    workspace: Folder | None = Field(
+        None,
+        description="A catkin workspace that lies on every host, built; its packages come before those "
+        "of the distribution.",
+    )
+    builders: tuple[HostName, ...] = Field(
+        (),
+        examples=[["koala-laptop"]],
+        description="Hosts on which `swarmctl prepare` builds packages of `packages` that need it, each "
+        "for all hosts of its distribution and its kind of processor.",
+    )
+    rmw: Rmw | None = Field(
+        None,
+        description="What carries the topics of ROS 2: `fastrtps` by default. All hosts need its package.",
+    )
+    domain: Annotated[int, Field(ge=0, le=101)] | None = Field(
+        None,
+        examples=[42],
+        description="ROS_DOMAIN_ID of ROS 2, of the first island; by default a number that follows from the "
+        "swarm's name. Further islands get the numbers after it.",
+    )
+    discovery: Method | None = Field(
+        None,
+        description="How nodes of ROS 2 find each other: by a discovery `server` (fastrtps) or a `zenoh` "
+        "router, as `peers` that know the addresses of all hosts, by `multicast`, or only on their own host "
+        "(`local`). By default `local` in mode single-minded, else `server`, for cyclonedds `peers`; for "
+        "zenoh always `zenoh`.",
+    )
+    servers: tuple[HostName, ...] = Field(
+        (),
+        examples=[["koala-laptop", "k3-pi"]],
+        description="Hosts that run a discovery server or a Zenoh router of ROS 2; the hub by default. With "
+        "two, nodes find each other while one of them is down.",
+    )
+    naming: Literal["address", "hosts"] = Field(
+        "address",
+        description="What ROS nodes and masters call their host: its `address`, or its name in this spec, "
+        "which /etc/hosts then resolves on every host.",
+    )
+    ipv6: bool = Field(
+        False,
+        description="Whether ROS nodes reach each other over IPv6: by names that every host resolves to an "
+        "IPv6 address. Masters of several islands then need `provider: static`.",
+    )
+    use_sim_time: bool = Field(
+        False,
+        description="Whether nodes take the time from `/clock`, which a program on each island publishes: a "
+        "simulator, or `rosbag play --clock`.",
+    )
+
+    @fits_together
+    def _discovers_by_its_rmw(self) -> Iterator[ConsistencyError]:
+        rmw = self.rmw or "fastrtps"
+        if self.discovery is not None and self.discovery not in METHODS[rmw]:
+            yield ConsistencyError(
+                f"`{rmw}` has no discovery `{self.discovery}`; "
+                f"write {' or '.join(f'`{one}`' for one in METHODS[rmw])}, or another `rmw`",
+                "discovery",
+            )
+        elif self.servers and (self.discovery or METHODS[rmw][0]) not in SERVED:
+            yield ConsistencyError(
+                f"discovery `{self.discovery or METHODS[rmw][0]}` has no servers; remove `servers`", "servers"
+            )

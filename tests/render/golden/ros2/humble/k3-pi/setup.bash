@@ -1,0 +1,12 @@
+# Written by swarmctl; the next deploy replaces it.
+# For people:  source /opt/swarm/mixed/current/setup.bash
+if [ -f /opt/ros/humble/setup.bash ]; then
+  . /opt/ros/humble/setup.bash
+fi
+unset folder ROS_SUPER_CLIENT ROS_EASY_MODE ROS2_EASY_MODE ROS_AUTOMATIC_DISCOVERY_RANGE ROS_STATIC_PEERS ROS_LOCALHOST_ONLY CYCLONEDDS_URI ZENOH_ROUTER_CHECK_ATTEMPTS ZENOH_CONFIG_OVERRIDE
+export SWARM=mixed
+export ROS_DOMAIN_ID=1
+export RMW_IMPLEMENTATION=rmw_fastrtps_cpp
+export ROS_DISCOVERY_SERVER=192.168.77.10:11811
+export FASTDDS_DEFAULT_PROFILES_FILE=/opt/swarm/mixed/current/env/super_client.xml
+export FASTRTPS_DEFAULT_PROFILES_FILE=/opt/swarm/mixed/current/env/super_client.xml

@@ -1,0 +1,231 @@
+"""Bundles of ROS 2: the exact bytes of what is not as in ROS 1, and what bash, systemd and XML make of it."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarmctl.linter.context import RuleContext
+from swarmctl.plugins import MIDDLEWARES
+from swarmctl.render.build_bundle import bundles
+from swarmctl.render.bundle import Bundle
+from swarmctl.render.quoting import render
+from swarmctl.render.ros2 import distros
+from swarmctl.spec.load import load
+from swarmctl.swarm.resolved import Swarm
+from tests import ROOT
+from tests.loading import load_swarm
+from tests.render.rendered import text_of
+
+SPECS, GOLDEN = ROOT / "tests/render/ros2", ROOT / "tests/render/golden/ros2"
+DISTROS = ("humble", "jazzy", "kilted")
+#: What a release of ROS 1 has as well.
+ALIKE = re.compile(
+    r"(drivers|gate|teleop|firmware|urdf|udev|chrony|hosts|network)/|bin/[a-z-]*-[a-z-]*$"
+    r"|params/(koala|k3|ep|rover|p3\.gate)\.yaml|units/.*\.(wlan|pair|rfcomm|target)|maintenance"
+)
+#: What depends on how nodes find each other.
+OF_DISCOVERY = re.compile(r"env/|setup\.bash$|units/.*\.discovery\.service$")
+
+
+@pytest.fixture(autouse=True)
+def known() -> Iterator[None]:
+    for name in DISTROS:
+        MIDDLEWARES.register(name, getattr(distros, name.upper()))
+    yield
+    for name in DISTROS:
+        MIDDLEWARES.unregister(name)
+
+
+def swarm_of(folder: Path, name: str, ros: str = "", mode: str = "") -> Swarm:
+    text = (SPECS / f"{name}.yaml").read_text("utf-8")
+    text = re.sub("^ros: .*", f"ros: {{{ros}}}", text, flags=re.MULTILINE) if ros else text
+    spec = folder / "swarm.yaml"
+    spec.write_text(text.replace("mode: central\nhub:", "mode: leader\nleader:") if mode else text, "utf-8")
+    swarm, found = load_swarm(spec)
+    assert swarm is not None, found
+    return swarm
+
+
+def made(folder: Path, name: str, ros: str = "", mode: str = "") -> Mapping[str, Bundle]:
+    return bundles(swarm_of(folder, name, ros, mode))
+
+
+#: By golden folder: the spec, its `ros`, and its mode if that is another.
+CASES = {
+    "central": ("central", "", ""),
+    "single-minded": ("single-minded", "", ""),
+    "leader": ("central", "distro: jazzy, domain: 42", "leader"),
+    "humble": ("central", "distro: humble", ""),
+    "humble-peers": ("central", "distro: humble, discovery: peers", ""),
+    "peers": ("central", "distro: kilted, discovery: peers", ""),
+    "multicast": ("central", "distro: kilted, discovery: multicast", ""),
+    "cyclonedds": ("central", "distro: kilted, rmw: cyclonedds", ""),
+    "zenoh": ("central", "distro: kilted, rmw: zenoh, servers: [hub-pc, koala-laptop]", ""),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_golden(case: str, tmp_path: Path, golden: Callable[[Path, str], None], regenerating: bool) -> None:
+    whole, root, expected = case == "central", GOLDEN / case, set()
+    if regenerating:
+        shutil.rmtree(root, ignore_errors=True)
+    for host, bundle in made(tmp_path, *CASES[case]).items():
+        for file in bundle.files:
+            if (whole and not ALIKE.match(file.path)) or OF_DISCOVERY.match(file.path):
+                golden(root / host / file.path, file.content.decode())
+                expected.add(f"{host}/{file.path}")
+        if whole:
+            needs = (
+                f"{one.name}: {' '.join(path for path in one.needs if not ALIKE.match(path))}\n"
+                for one in bundle.units
+            )
+            golden(root / host / "UNITS", "".join(needs))
+            golden(
+                root / host / "REQUIRES", yaml.safe_dump({key: [*of] for key, of in bundle.requires.items()})
+            )
+            expected |= {f"{host}/UNITS", f"{host}/REQUIRES"}
+    assert {str(one.relative_to(root)) for one in root.rglob("*") if one.is_file()} == expected
+
+
+def test_every_need_and_every_link_is_a_file_of_the_bundle(tmp_path: Path) -> None:
+    for bundle in made(tmp_path, "central").values():
+        paths = {file.path for file in bundle.files}
+        assert len(paths) == len(bundle.files)
+        assert {path for unit in bundle.units for path in unit.needs} <= paths
+
+
+def test_no_file_is_of_ros_1(tmp_path: Path) -> None:
+    own = (
+        file
+        for bundle in made(tmp_path, "central").values()
+        for file in bundle.files
+        if not file.path.startswith(("drivers/", "gate/", "teleop/", "firmware/"))
+    )
+    words = re.compile(
+        rb"ROS_MASTER_URI|roslaunch|ros-client|__ns:=(?!/)|__name:=|send_zero|catkin|[^a-z]11311"
+    )
+    assert [file.path for file in own if words.search(file.content)] == []
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="needs systemd-analyze")
+def test_systemd_finds_nothing_wrong_with_the_units(tmp_path: Path) -> None:
+    bundle, units = made(tmp_path, "central")["hub-pc"], tmp_path / "etc/systemd/system"
+    release = tmp_path / bundle.home[1:] / "current"
+    for file in bundle.files:
+        (release / file.path).parent.mkdir(parents=True, exist_ok=True)
+        (release / file.path).write_bytes(file.content)
+        (release / file.path).chmod(file.mode)
+    (tmp_path / "usr/bin").mkdir(parents=True)
+    (tmp_path / "usr/bin/python3").touch(0o755)
+    shutil.copytree(release / "units", units)
+    for name in ("sysinit", "basic", "shutdown", "multi-user"):
+        (units / f"{name}.target").write_text("[Unit]\nDefaultDependencies=no\n")
+    names = [unit.name for unit in bundle.units]
+    command = ["systemd-analyze", "verify", "--man=no", f"--root={tmp_path}", *names]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout + ran.stderr) == (0, "")
+
+
+def test_xml_files_are_xml(tmp_path: Path) -> None:
+    for ros in ("distro: humble", "distro: humble, discovery: peers", "distro: jazzy, rmw: cyclonedds"):
+        files = [file for bundle in made(tmp_path, "central", ros).values() for file in bundle.files]
+        texts = [file.content for file in files if file.path.endswith(".xml")]
+        assert texts
+        for text in texts:
+            ET.fromstring(text)
+
+
+VALUES = st.text(
+    st.characters(exclude_categories=("Cc", "Cs", "Zl", "Zp"), exclude_characters="\x85")
+).filter(lambda text: text.isprintable())
+
+
+@given(value=VALUES)
+def test_values_survive_systemd_and_bash(value: str) -> None:
+    """systemd's EnvironmentFile= is read as by a POSIX shell, in which no other command may start."""
+    empty = {"swarm": "s", "distro": "kilted", "workspaces": (), "address": ""}
+    env = render("ros2/ros.env", variables=[("ROS_STATIC_PEERS", value)], **empty)
+    setup = render(
+        "ros2/setup.bash", home="/opt/swarm/s", unset=[], variables=[("ROS_STATIC_PEERS", value)], **empty
+    )
+    for text in (env, setup):
+        script = text.decode() + '\nprintf %s "$ROS_STATIC_PEERS"'
+        ran = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+        assert (ran.stdout, ran.stderr) == (value, "")
+
+
+def test_a_terminal_has_no_variable_of_another_graph(tmp_path: Path) -> None:
+    script = text_of(made(tmp_path, "single-minded")["laptop"], "setup.bash")
+    given_ones = {
+        "ROS_DISCOVERY_SERVER": "10.0.0.1:11811",
+        "ROS_SUPER_CLIENT": "TRUE",
+        "PATH": "/usr/bin:/bin",
+    }
+    ran = subprocess.run(
+        ["bash", "-c", f"{script}\nenv"], env=given_ones, capture_output=True, text=True, check=True
+    )
+    assert "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n" in ran.stdout
+    assert "ROS_DISCOVERY_SERVER" not in ran.stdout
+    assert "ROS_SUPER_CLIENT" not in ran.stdout
+
+
+def test_the_expected_graph_has_types_of_ros_2(tmp_path: Path) -> None:
+    swarm = swarm_of(tmp_path, "central")
+    kilted = distros.KILTED
+    driver = kilted.driver(swarm, swarm.robots["p3"])
+    assert (driver.node, driver.command, driver.command_type) == (
+        "/p3/driver",
+        "/p3/cmd_vel",
+        "geometry_msgs/msg/Twist",
+    )
+    assert driver.gate is not None
+    assert driver.gate.output_type == "geometry_msgs/msg/Twist"
+    assert {one.type.count("/") for one in kilted.driver(swarm, swarm.robots["k3"]).topics} == {2}
+    published = kilted.program(swarm, swarm.programs["joystick"]).publishes
+    assert ("/k3/cmd_vel", "geometry_msgs/msg/Twist") in published
+    assert kilted.type_name("nav_msgs/msg/Odometry") == kilted.type_name("nav_msgs/Odometry")
+
+
+@pytest.mark.parametrize(
+    ("ros", "expected"),
+    [
+        (
+            "distro: kilted, domain: 42",
+            {("hub-pc", 11811, "udp"), ("k3-pi", 17910, "udp"), ("k3-pi", 17915, "udp")},
+        ),
+        ("distro: kilted, domain: 42, discovery: peers", {("k3-pi", 17900, "udp"), ("k3-pi", 17910, "udp")}),
+        ("distro: kilted, rmw: zenoh", {("hub-pc", 7447, "tcp")}),
+    ],
+)
+def test_the_ports_follow_from_domain_and_servers(
+    tmp_path: Path, ros: str, expected: set[tuple[str, int, str]]
+) -> None:
+    swarm_of(tmp_path, "central", ros)
+
+    document, _ = load([tmp_path / "swarm.yaml"])
+    assert document is not None
+    context = RuleContext(document)
+    found = {(one.host, one.port, one.protocol) for one in context.listeners if one.port != 22}
+    assert expected <= found
+    in_domain = {port for host, port, _ in found if host == "k3-pi"}
+    assert len(in_domain) == (0 if "zenoh" in ros else 7 if "peers" in ros else 6)
+
+
+def test_a_missing_package_has_its_debian_package() -> None:
+    assert distros.JAZZY.debian_packages("package:rmw_zenoh_cpp") == ("ros-jazzy-rmw-zenoh-cpp",)
+    assert distros.JAZZY.debian_packages("pyserial") == ("python3-serial",)
+    [workspace, packages] = distros.KILTED.install_hints(
+        ["workspace:/home/robot/ws", "package:rclpy", "pyserial"]
+    )
+    assert workspace.startswith("`cd /home/robot/ws && colcon build`")
+    assert packages.startswith("`apt install ros-kilted-rclpy python3-serial`")
