@@ -208,8 +208,8 @@ ODOM = {"topic": "/k3/odom", "type": ODOMETRY, "rate": 10}
 #: By what a node does: its host, its name, what it publishes and subscribes, and what status finds.
 NODES: Mapping[str, tuple[str, str, list[Any], list[Any], dict[str, str]]] = {
     "commands": (
-        "beta", "/intruder", [COMMANDS], [],
-        {"authority k3": "unauthorised publisher /intruder on 10.91.1.2 on /k3/cmd_vel"},
+        "beta", "/intruder", [{**COMMANDS, "topic": "/koala/cmd_vel"}], [],
+        {"authority koala": "unauthorised publisher /intruder on 10.91.1.2 on /koala/cmd_vel"},
     ),
     "commands as tools do": (
         "alpha", "/_ros2cli_12", [COMMANDS], [],
@@ -230,7 +230,7 @@ NODES: Mapping[str, tuple[str, str, list[Any], list[Any], dict[str, str]]] = {
             f"and the publisher sends {ODOMETRY}"
         },
     ),
-    "offers less than is asked": (
+    "offers too little": (
         "alpha", "/careless", [{**COMMANDS, "reliability": "BEST_EFFORT"}], [],
         {
             "authority k3": "/careless",

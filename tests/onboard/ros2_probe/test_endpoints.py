@@ -12,7 +12,7 @@ HUB, PI, OTHER = b"\x0a\x0a", b"\x0b\x0b", b"\x0c\x0c"
 
 
 def end(node: str, topic: str, kind: str = ODOMETRY, host: bytes = PI, **changes: Any) -> Endpoint:
-    """An endpoint of Fast DDS; ``number`` tells processes apart."""
+    """An endpoint of Fast DDS; ``number``: of its process."""
     number = changes.pop("number", sum(node.encode()))
     gid = b"\x01\x0f" + host + number.to_bytes(8, "big") + bytes(4)
     return Endpoint(node, topic, kind, changes.pop("hash", "RIHS01_1"), gid, **changes)
@@ -115,7 +115,7 @@ def test_only_the_hub_looks_at_the_whole_island() -> None:
     assert {"doubles", "unmatched"} & answer(homes={}).keys() == set()
 
 
-def test_nodes_of_a_launch_file_are_those_of_this_host_with_its_topics() -> None:
+def test_nodes_of_a_launch_file_are_on_this_host_with_its_topics() -> None:
     found = answer(
         end("/eyes", "/scan", host=HUB),
         end("/far", "/scan", host=OTHER),

@@ -27,7 +27,7 @@ PROFILES = """\
 def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current release of a host, whose agent is not root: no other account reads the folder."""
     monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
-    monkeypatch.setattr(observe.os, "geteuid", lambda: 1000)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
     current = tmp_path / "opt/swarm/new/current"
     (current / "env").mkdir(parents=True)
     (current / "bin").mkdir()
@@ -39,7 +39,8 @@ def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def seen(host: Path) -> Any:
     found: Any = {"troubles": {}}
-    observe.observe({**request(), "swarm": "new"}, found)
+    wanted: Any = {**request(), "swarm": "new"}
+    observe.observe(wanted, found)
     return found
 
 
@@ -73,7 +74,7 @@ def test_what_it_prints_is_the_answer(host: Path) -> None:
     assert isinstance(found["listening_udp"], list)
 
 
-def test_it_sees_the_whole_graph_of_a_server_and_uses_no_shared_memory(tmp_path: Path) -> None:
+def test_it_sees_the_whole_graph_without_shared_memory(tmp_path: Path) -> None:
     release = variables_in('A="x \\"y\\""\n# no\nROS_DISCOVERY_SERVER="10.0.0.1:11811;10.0.0.2:11811"\n')
     assert release == {"A": 'x "y"', "ROS_DISCOVERY_SERVER": "10.0.0.1:11811;10.0.0.2:11811"}
     found = child_environment.of_child(release, str(tmp_path))
@@ -96,7 +97,7 @@ def test_profiles_keep_all_but_shared_memory() -> None:
 def test_the_child_runs_as_who_owns_the_workspace_and_never_as_root(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(observe.os, "geteuid", lambda: 0)
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
     nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--"]
     assert observe._account({}) == nobody
     if os.getuid() == 0:

@@ -48,8 +48,8 @@ def observe(home: Home, folder: str = _FOLDER, locks: str = _LOCKS) -> list[Seen
                 left.append(os.stat(f"{folder}/{name}").st_blocks * 512)
     if not left:
         return []
-    room = os.statvfs(folder)
-    return [Seen(len(left), sum(left), room.f_blocks * room.f_frsize)]
+    whole = os.statvfs(folder)
+    return [Seen(len(left), sum(left), whole.f_blocks * whole.f_frsize)]
 
 
 def _is_locked(path: str, locked: set[str]) -> bool:
@@ -62,7 +62,7 @@ def _is_locked(path: str, locked: set[str]) -> bool:
 
 
 def judge(seen: Seen, host: str) -> Judged:
-    """Warns before nodes find no room to start."""
+    """Warns before nodes find no memory to start."""
     many = "1 segment" if seen.segments == 1 else f"{seen.segments} segments"
     text = f"{many} of nodes that were killed, {seen.size / (1 << 20):.1f} MiB of {seen.whole >> 20}"
     if seen.size < _LARGE * seen.whole:

@@ -23,7 +23,7 @@ _GID = 16  # bytes that are significant; Humble pads to 24
 _MOST_STATUSES, _MOST_VALUES, _LONGEST_KEY = 8, 40, 40
 
 
-class _Heard(Flow):
+class _Received(Flow):
     """The messages of one publisher. ``size``: bytes of them; ``due``: until when they are counted."""
 
     def __init__(self, seconds: float, kind: str, began: float) -> None:
@@ -65,7 +65,7 @@ class Listening:
             for topic, seconds in topics.items()
             if seconds > 0
         }
-        self._flows: dict[tuple[str, str], _Heard] = {}
+        self._flows: dict[tuple[str, str], _Received] = {}
         self._subscriptions: dict[str, Any] = {}
         self._names: dict[bytes, str] = {}
         self._statuses: dict[str, dict[str, StatusAnswer]] = {}
@@ -85,7 +85,7 @@ class Listening:
             if one.node not in self._named:
                 seconds = self._launched.get(one.topic, 0.0)
             if seconds and key not in self._flows and self._subscribe(one.topic, one.type):
-                self._flows[key] = _Heard(seconds, clipped(one.type), now)
+                self._flows[key] = _Received(seconds, clipped(one.type), now)
 
     def _subscribe(self, topic: str, kind: str) -> bool:
         """Returns False if this host has no such type."""
@@ -99,10 +99,10 @@ class Listening:
                 return False
             # It asks for nothing, so that every publisher may connect.
             qos = import_module("rclpy.qos")
-            asked = qos.QoSProfile(depth=_DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT)
+            quality = qos.QoSProfile(depth=_DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT)
             raw = topic != _DIAGNOSTICS
             self._subscriptions[topic] = self._node.create_subscription(
-                message, topic, partial(self._take, topic), asked, raw=raw
+                message, topic, partial(self._take, topic), quality, raw=raw
             )
         return True
 

@@ -65,7 +65,7 @@ def _seen(request: ProbeRequest) -> GraphAnswer:
 
 
 def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
-    """Waits until the expected nodes are seen and heard, or time is up. ``turn`` receives for a moment."""
+    """Waits until the expected nodes are seen and measured, or time is up. ``turn`` receives for a moment."""
     answer: GraphAnswer = {}
     listening = Listening(request, node, _LONGEST_LISTENING)
     began = time.monotonic()
