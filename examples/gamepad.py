@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
-"""A gamepad for a lab without one: says what is typed as `joy_node` would, twenty times a second.
+"""A gamepad for a lab without one: publishes what is typed as `joy_node` would, twenty times a second.
 
 Type how far the stick is pushed forward and to the left, from -1 to 1, such as `1 0`: the dead-man button is
-then held. Anything else lets go of it. Needs ROS, and runs where the gamepad would hang.
+then held. Anything else lets go of it. Needs ROS 1 or ROS 2, and runs where the gamepad would be connected.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import threading
+import time
+from collections.abc import Callable
+from typing import Any
 
-import rospy
 from sensor_msgs.msg import Joy
 
 RATE = 20.0  # Hz
@@ -28,28 +31,37 @@ def pad(line: str) -> tuple[bool, float, float]:
     return False, 0.0, 0.0
 
 
+def join() -> tuple[Callable[[Any], None], Callable[[], Any]]:
+    """Becomes a node. Returns how it publishes a message, and what time it is for a header."""
+    if os.environ.get("ROS_VERSION") == "2":
+        import rclpy  # noqa: PLC0415
+
+        rclpy.init()
+        node = rclpy.create_node("gamepad")
+        return node.create_publisher(Joy, "joy", 1).publish, lambda: node.get_clock().now().to_msg()
+    import rospy  # noqa: PLC0415
+
+    rospy.init_node("gamepad", disable_signals=True)
+    return rospy.Publisher("joy", Joy, queue_size=1).publish, rospy.Time.now
+
+
 def main() -> None:
-    rospy.init_node("gamepad")
-    publisher = rospy.Publisher("joy", Joy, queue_size=1)
-    state = [pad("")]
+    state, ended = [pad("")], threading.Event()
 
     def read() -> None:
         for line in sys.stdin:
             state[0] = pad(line)
-        rospy.signal_shutdown("the input has ended")
+        ended.set()
 
+    publish, now = join()
     threading.Thread(target=read, daemon=True).start()
-    rate = rospy.Rate(RATE)
-    while not rospy.is_shutdown():
+    while not ended.is_set():
         held, forward, left = state[0]
         joy = Joy(axes=[0.0] * AXES, buttons=[0] * BUTTONS)
-        joy.header.stamp = rospy.Time.now()
+        joy.header.stamp = now()
         joy.axes[FORWARD], joy.axes[LEFTWARD], joy.buttons[DEADMAN] = forward, left, int(held)
-        publisher.publish(joy)
-        try:
-            rate.sleep()
-        except rospy.ROSInterruptException:
-            return
+        publish(joy)
+        time.sleep(1 / RATE)
 
 
 if __name__ == "__main__":

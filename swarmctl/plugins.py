@@ -90,7 +90,16 @@ def _entry_points(group: str, _path: tuple[str, ...]) -> Mapping[str, EntryPoint
 
 
 #: By ``ros.distro``: objects of ``swarmctl.render.middleware.Middleware``.
-MIDDLEWARES = Registry("swarmctl.middleware", {"noetic": "swarmctl.render.ros1.noetic:NOETIC"})
+MIDDLEWARES = Registry(
+    "swarmctl.middleware",
+    {
+        "noetic": "swarmctl.render.ros1.noetic:NOETIC",
+        "humble": "swarmctl.render.ros2.distros:HUMBLE",
+        "jazzy": "swarmctl.render.ros2.distros:JAZZY",
+        "kilted": "swarmctl.render.ros2.distros:KILTED",
+        "lyrical": "swarmctl.render.ros2.distros:LYRICAL",
+    },
+)
 
 #: By ``multimaster.provider``: objects of ``swarmctl.render.multimaster.MultimasterProvider``.
 MULTIMASTERS = Registry(

@@ -10,11 +10,11 @@ from swarmctl.render.bundle import File
 
 #: A ROS package of `swarm_onboard/nodes` -> the packages of `swarm_onboard` that its programs need.
 _NEEDS = {
-    "drivers": ("driver", "command", "rosserial", "common"),
-    "gate": ("gate", "command", "common"),
+    "drivers": ("driver", "command", "rosserial", "ros", "common"),
+    "gate": ("gate", "command", "ros", "common"),
     "multimaster": ("multimaster", "common"),
     "stand_in": ("stand_in",),
-    "teleop": ("teleop",),
+    "teleop": ("teleop", "ros"),
 }
 
 
@@ -25,14 +25,18 @@ def text(path: str) -> bytes:
 
 
 @cache
-def folder(name: str) -> tuple[File, ...]:
-    """Returns the files of one ROS package, in a folder of its name; scripts stay executable."""
+def folder(name: str, ros: str = "") -> tuple[File, ...]:
+    """Returns the files of one ROS package, in a folder of its name; scripts stay executable.
+
+    ``ros``: the package of `swarm_onboard` with which its programs become nodes.
+    """
     onboard = resources.onboard()
     inside = f"{name}/{onboard.name}"
+    packages = (*_NEEDS[name], ros) if ros else _NEEDS[name]
     return (
         *below(onboard / "nodes" / name, name),
         File(f"{inside}/__init__.py", (onboard / "__init__.py").read_bytes()),
-        *(file for package in _NEEDS[name] for file in below(onboard / package, f"{inside}/{package}")),
+        *(file for package in packages for file in below(onboard / package, f"{inside}/{package}")),
     )
 
 

@@ -146,3 +146,57 @@ def test_the_mode_is_inferred_where_no_edit_is_possible(
     assert "no edit makes it central: mode `central` needs a second computer" in printed.err
     assert run(["mode", "infer", str(spec), "--json"]) == exit_codes.ERROR
     assert json.loads(capsys.readouterr().out)["edit"] == ""
+
+
+ROS_1 = """\
+version: 1
+name: lab
+mode: leader
+leader: big
+ros: {distro: noetic, master_port: 11411, naming: hosts}   # stays
+hosts:
+  big: {address: 192.168.77.10, master_port: 11500}
+  pi: {address: 192.168.77.11}
+robots: {k3: {type: khepera3, host: pi}}
+links:
+  - {kind: ethernet, name: lab, hosts: [big, pi]}
+  - {kind: serial, host: pi, robot: k3, usb: {serial: FTDI1234}}
+programs: {joystick: {host: big, use: teleop-joy, params: {device: /dev/input/js0}}}
+control: [{by: joystick, of: [k3]}]
+"""
+
+
+def test_a_spec_for_ros_2_differs_in_what_ros_2_does_not_read(
+    spec: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec.write_text(ROS_1, "utf-8")
+    assert run(["mode", "convert", str(spec), "--ros", "jazzy", "--write"]) == exit_codes.OK
+    assert "swarm.yaml: ROS jazzy, 4 changes" in capsys.readouterr().err
+    changed = ROS_1.replace("{distro: noetic, master_port: 11411, naming: hosts}", "{distro: jazzy}")
+    assert spec.read_text("utf-8") == changed.replace(", master_port: 11500", "")
+    assert run(["validate", str(spec)]) == exit_codes.OK
+
+
+def test_a_spec_without_ros_gets_the_distribution(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["mode", "convert", str(spec), "--ros", "kilted"]) == exit_codes.OK
+    assert "+  distro: kilted\n" in capsys.readouterr().out
+
+
+def test_what_has_no_counterpart_in_ros_2_is_named(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`packages` are built by catkin: no edit makes them packages of ROS 2."""
+    fleet = ROOT / "examples/lab-fleet/swarm.yaml"
+    assert run(["mode", "convert", str(fleet), "--ros", "jazzy"]) == exit_codes.ERROR
+    err = capsys.readouterr().err
+    assert "cannot be converted to ROS jazzy automatically" in err
+    assert "ROS003: package `fleet_moves` is not delivered" in err
+
+
+@pytest.mark.parametrize("words", [[], ["--to", "leader", "--ros", "jazzy"]])
+def test_a_conversion_has_one_aim(spec: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["mode", "convert", str(spec), *words]) == exit_codes.USAGE
+    assert "by --to, or the new ROS by --ros" in capsys.readouterr().err
+
+
+def test_an_unknown_distribution_gets_a_suggestion(spec: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["mode", "convert", str(spec), "--ros", "jazy"]) == exit_codes.USAGE
+    assert "did you mean `jazzy`?" in capsys.readouterr().err

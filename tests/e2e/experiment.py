@@ -120,9 +120,9 @@ class Experiment:
             time.sleep(0.05)
 
     def refuses(self, robot: str, received_on: str) -> None:
-        """Wait until the driver of ``robot`` says that it refuses `rostopic`; it stands all the while."""
+        """Wait until the driver of ``robot`` says that it refuses a stranger; it stands all the while."""
         before = self.ways()[robot]
-        refusal = "refuses /rostopic"
+        refusal = f"refuses {self.lab.ros.stranger}"
         until(lambda: refusal in self.lab.diagnosis(received_on, robot), "nothing is refused")
         assert self.ways()[robot] == before, f"{robot} has moved"
 

@@ -19,8 +19,10 @@ import pytest
 
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import network
+from swarmctl.render.middleware import middleware_of
 from tests.e2e import forked
 from tests.e2e.forked import Process, console_script
+from tests.e2e.ros_commands import Ros1, Ros2, RosCommands
 from tests.loading import load_swarm
 from tests.timing import PATIENCE
 
@@ -85,7 +87,7 @@ def moves(state: Mapping[str, Any]) -> bool:
 
 @dataclass(frozen=True)
 class Publisher:
-    """``rostopic pub`` on one host, publishing to the ``cmd_vel`` of a robot."""
+    """A stranger on one host that publishes to the ``cmd_vel`` of a robot."""
 
     swarm: LabSwarm
     host: str
@@ -117,6 +119,7 @@ class LabSwarm:
         found, _ = load_swarm(self.spec)
         assert found is not None
         self.hosts: Mapping[str, str] = {host.name: host.address for host in found.hosts.values()}
+        self.ros: RosCommands = Ros1() if "master" in middleware_of(found.distro).capabilities else Ros2()
 
     def up(self, *options: str) -> None:
         done = self._run([str(SWARMCTL), "lab", "up", str(self.spec), "--name", self.name, *options], IMAGE)
@@ -326,8 +329,7 @@ class LabSwarm:
 
     def diagnosis(self, host: str, robot: str) -> str:
         """The next diagnostics of the driver of ``robot``, received on ``host``."""
-        wanted = f"m.status[0].name == '{robot}: driver'"
-        return self.shell(host, f'{SOURCE}; timeout 10 rostopic echo -n 1 --filter "{wanted}" /diagnostics')
+        return self.shell(host, f"{SOURCE}; {self.ros.diagnosis(f'{robot}: driver')}")
 
     @contextmanager
     def driving(self, host: str, robot: str, linear: float, angular: float = 0.0) -> Iterator[Publisher]:
@@ -347,9 +349,8 @@ class LabSwarm:
         source: str = SOURCE,
         rate: int = 10,
     ) -> Iterator[Publisher]:
-        twist = f"{{linear: {{x: {linear}}}, angular: {{z: {angular}}}}}"
-        command = f"{source}; echo $$; exec rostopic pub -r {rate} /{robot}/cmd_vel geometry_msgs/Twist"
-        command += f" '{twist}'"
+        publish = self.ros.publish(f"/{robot}/cmd_vel", linear, angular, rate)
+        command = f"{source}; echo $$; exec {publish}"
         argv = self.shell_argv(host, command)
         with subprocess.Popen(
             argv, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True

@@ -1,4 +1,4 @@
-"""The whole ROS graph: what each master of a swarm knows, and what it should know as the spec has it."""
+"""The whole ROS graph: what each island of a swarm has, and what it should have as the spec has it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,31 @@ import json
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+from swarmctl.render.middleware import middleware_of
 from swarmctl.swarm import names
 from swarmctl.swarm.command_topics import COMMAND
-from swarmctl.swarm.resolved import Island, Program, Swarm
+from swarmctl.swarm.resolved import Island, Program, Robot, Swarm
 from swarmctl.swarm.topics import actuators_of
-from tests.e2e.lab_swarm import LabSwarm
+from tests.e2e.lab_swarm import SOURCE, LabSwarm
 
 ROSOUT = "/rosout"
 LOOK = """\
 import json, sys
 from xmlrpc.client import ServerProxy
 print(json.dumps({uri: ServerProxy(uri).getSystemState("/experiment")[2][:2] for uri in sys.argv[1:]}))
+"""
+#: A node of ROS 2 sees other nodes after some time; `setup.bash` makes it a super client.
+LOOK_2 = """\
+import json, time, rclpy
+rclpy.init()
+node = rclpy.create_node("_experiment")
+time.sleep(3)
+def ends(infos):
+    found = ((one.node_namespace.rstrip("/") + "/" + one.node_name) for one in infos)
+    return sorted({name for name in found if name != "/_experiment"})
+topics = [name for name, _ in node.get_topic_names_and_types()]
+print(json.dumps([[[name, ends(look(name))] for name in topics]
+                  for look in (node.get_publishers_info_by_topic, node.get_subscriptions_info_by_topic)]))
 """
 
 
@@ -40,26 +54,38 @@ def subscribes(node: str, *topics: str) -> Iterator[End]:
     return (End(topic, "subscribes", node) for topic in topics)
 
 
-def of_ros_itself(*nodes: str) -> Iterator[End]:
-    """What every node written with rospy or roscpp has, and the node that comes with each master."""
+def of_ros_itself(spec: Swarm, *nodes: str) -> Iterator[End]:
+    """What every node has, and in ROS 1 the node that comes with each master."""
+    if is_ros2(spec):
+        for node in nodes:
+            yield from publishes(node, ROSOUT, "/parameter_events")
+        return
     for node in nodes:
         yield from publishes(node, ROSOUT)
     yield from subscribes("/rosout", ROSOUT)
     yield from publishes("/rosout", "/rosout_agg")
 
 
+def is_ros2(spec: Swarm) -> bool:
+    return "master" not in middleware_of(spec.distro).capabilities
+
+
 def real(swarm: LabSwarm, spec: Swarm) -> dict[str, set[End]]:
-    """By island, what its master lists, read from inside the lab."""
+    """By island, what its master lists, or a node on its hub sees; read from inside the lab."""
+    if is_ros2(spec):
+        look = f"{SOURCE}; python3 -c '{LOOK_2}'"
+        return {island.name: _ends(json.loads(swarm.shell(island.hub, look))) for island in spec.islands}
     uris = {spec.master_uri(island): island.name for island in spec.islands}
     states = json.loads(swarm.shell(spec.islands[0].hub, f"python3 -c '{LOOK}' {' '.join(uris)}"))
+    return {uris[uri]: _ends(state) for uri, state in states.items()}
+
+
+def _ends(state: list[list[tuple[str, list[str]]]]) -> set[End]:
     return {
-        uris[uri]: {
-            End(topic, way, node)
-            for way, topics in zip(("publishes", "subscribes"), state, strict=True)
-            for topic, nodes in topics
-            for node in nodes
-        }
-        for uri, state in states.items()
+        End(topic, way, node)
+        for way, topics in zip(("publishes", "subscribes"), state, strict=True)
+        for topic, nodes in topics
+        for node in nodes
     }
 
 
@@ -78,22 +104,29 @@ def expected(spec: Swarm, absent: Collection[str] = ()) -> dict[str, set[End]]:
 
 
 def _of_island(spec: Swarm, island: Island, absent: Collection[str]) -> Iterator[End]:
-    yield from of_ros_itself()
+    yield from of_ros_itself(spec)
     for host in island.hosts:
         for robot in spec.robots_on(host):
             topics = [topic.name for topic in robot.topics]
-            full = [one if one.startswith("/") else f"{robot.namespace}/{one}" for one in topics]
+            full = [_full(robot, one) for one in topics]
             placed = ["/tf_static"] if any("/" in one for one in topics if not one.startswith("/")) else []
-            yield from publishes(robot.driver_node, *full, "/tf", *placed)
+            others = (
+                ["robot_description"] if is_ros2(spec) else ["/tf", *placed]
+            )  # a lab of ROS 2 has no tf2_msgs
+            yield from publishes(robot.driver_node, *full, *(_full(robot, one) for one in others))
             received = [COMMAND, *actuators_of(robot.type)]
             yield from subscribes(robot.driver_node, *(f"{robot.namespace}/{one}" for one in received))
-            yield from of_ros_itself(robot.driver_node)
+            yield from of_ros_itself(spec, robot.driver_node)
         for program in spec.programs_on(host):
             if program.name not in absent:
                 yield from _of_program(spec, program)
-                yield from of_ros_itself(program.node)
+                yield from of_ros_itself(spec, program.node)
     if any(island.name in bridge.to for bridge in spec.bridges):
         yield from publishes(names.multimaster_node(island.name), "/diagnostics")
+
+
+def _full(robot: Robot, topic: str) -> str:
+    return topic if topic.startswith("/") else f"{robot.namespace}/{topic}"
 
 
 def _of_program(swarm: Swarm, program: Program) -> Iterator[End]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,10 +23,8 @@ from swarmctl.health.observations import (
 from swarmctl.health.probe_request import request
 from swarmctl.health.root_cause import Diagnosis
 from swarmctl.health.verdict import State
-from swarmctl.plugins import MIDDLEWARES
 from swarmctl.remote.transport import HostError, Kind
 from swarmctl.render.build_bundle import bundles
-from swarmctl.render.ros2 import distros
 from tests.loading import load_swarm
 
 SPEC = """\
@@ -45,13 +43,6 @@ links:
 SERVER = "swarm-tiny.discovery.service"
 RUNS = UnitSeen("loaded", "active", "running", "success", "", 42, 0)
 TWIST, ODOMETRY = "geometry_msgs/msg/Twist", "nav_msgs/msg/Odometry"
-
-
-@pytest.fixture(autouse=True)
-def known() -> Iterator[None]:
-    MIDDLEWARES.register("kilted", distros.KILTED)
-    yield
-    MIDDLEWARES.unregister("kilted")
 
 
 def graph_of(folder: Path, method: str = "server") -> ExpectedGraph:

@@ -23,11 +23,9 @@ from swarmctl.health.verdict import State
 from swarmctl.lab import lab, paths
 from swarmctl.lab.hosts import image, ros_wheels
 from swarmctl.lab.lab_plan import plan_of
-from swarmctl.plugins import MIDDLEWARES
 from swarmctl.remote.transport import Session, Target
 from swarmctl.render.build_bundle import bundles
 from swarmctl.render.bundle import Bundle
-from swarmctl.render.ros2 import distros
 from tests.lab.tiny_labs import booted, in_a_lab, on, quiet
 from tests.loading import load_swarm
 from tests.onboard.agent.local_session import LocalSession
@@ -144,23 +142,18 @@ def hosts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hosts]:
         pytest.skip("; ".join((f"no image: {error}", *error.help_lines)))
     folder = tmp_path_factory.mktemp("status")
     (folder / "swarm.yaml").write_text(SPEC)
-    MIDDLEWARES.register("kilted", distros.KILTED)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(paths.STATE_VARIABLE, str(folder))
-        try:
-            swarm, found = load_swarm(folder / "swarm.yaml")
-            assert swarm is not None, found
-            made = bundles(swarm)
-            releases = {
-                name: Release(one.digest, tuple(unit.name for unit in one.units))
-                for name, one in made.items()
-            }
-            with booted(replace(plan_of(swarm, name="ros2-status"), distro="kilted", robots=())) as name:
-                seen = Hosts(name, expected_graph(swarm, releases))
-                _start(seen, made)
-                yield seen
-        finally:
-            MIDDLEWARES.unregister("kilted")
+        swarm, found = load_swarm(folder / "swarm.yaml")
+        assert swarm is not None, found
+        made = bundles(swarm)
+        releases = {
+            name: Release(one.digest, tuple(unit.name for unit in one.units)) for name, one in made.items()
+        }
+        with booted(replace(plan_of(swarm, name="ros2-status"), distro="kilted", robots=())) as name:
+            seen = Hosts(name, expected_graph(swarm, releases))
+            _start(seen, made)
+            yield seen
 
 
 def _start(hosts: Hosts, made: Mapping[str, Bundle]) -> None:

@@ -22,25 +22,30 @@ STANDARD_LIBRARY = sys.stdlib_module_names - {
     "graphlib",
 }  # Python 3.8 lacks these three
 STANDARD_LIBRARY |= {"_sha256", "_sha2"}  # the latter replaces the former in Python 3.12
-ROS = {
-    *("rospy", "rosgraph", "roslib"),
-    *("diagnostic_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "tf2_msgs"),
-}
+MESSAGES = {"diagnostic_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs", "tf2_msgs"}
+ROS1 = {"rospy", "rosgraph", "roslib"}
+ROS2 = {"rclpy", "rcl_interfaces"}
 DEBIAN = {"serial": "python3-serial", "yaml": "python3-yaml"}  # packages with another name than their module
 #: What each package may import beside the standard library and itself.
 MAY_IMPORT = {
     "agent": {"swarm_onboard.common"},
-    "command": {"swarm_onboard.common", *ROS},
+    "command": {"swarm_onboard.common", "swarm_onboard.ros", *MESSAGES},
     "common": {"yaml"},
-    "driver": {"swarm_onboard.command", "swarm_onboard.common", "swarm_onboard.rosserial", "serial", *ROS},
-    "gate": {"swarm_onboard.command", "swarm_onboard.common", *ROS},
+    "driver": {
+        *("swarm_onboard.command", "swarm_onboard.common", "swarm_onboard.ros", "swarm_onboard.rosserial"),
+        *("serial", *MESSAGES),
+    },
+    "gate": {"swarm_onboard.command", "swarm_onboard.common", "swarm_onboard.ros", *MESSAGES},
     "multimaster": {"swarm_onboard.common"},
     "host_checks": {"swarm_onboard.agent"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
     "ros2_probe": {"swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common"},
+    "ros": set[str](),
+    "ros1": {"swarm_onboard.ros", *ROS1, "geometry_msgs"},
+    "ros2": {"swarm_onboard.ros", *ROS2, "geometry_msgs", "std_msgs"},
     "rosserial": set[str](),
-    "stand_in": ROS,
-    "teleop": {"yaml", *ROS},
+    "stand_in": {*ROS1, *MESSAGES},
+    "teleop": {"swarm_onboard.ros", "yaml", *MESSAGES},
 }
 
 
@@ -105,7 +110,8 @@ def test_package_manifest_is_valid_for_catkin(path: Path) -> None:
 @pytest.mark.parametrize("path", MANIFESTS, ids=name_of)
 def test_package_manifest_names_what_the_package_imports(path: Path) -> None:
     """`rosdep install` and roswtf go by it; its folder holds what it needs of `swarm_onboard`."""
-    files = {one.path: one.content for one in shipped_files.folder(path.parent.name)}
+    ros = "" if path.parent.name in ("multimaster", "stand_in") else "ros1"
+    files = {one.path: one.content for one in shipped_files.folder(path.parent.name, ros)}
     found = {name for file, content in files.items() if file.endswith(".py") for name in imports_of(content)}
     shipped = {".".join(file.split("/")[1:3]) for file in files}
     needed = {DEBIAN.get(one, one) for one in found - STANDARD_LIBRARY - shipped}

@@ -175,7 +175,7 @@ def test_control_characters_are_refused_everywhere(
     literal: Callable[[str], str], before: str, control: str
 ) -> None:
     for value in (before + control, control + before, before + control + "x", before + "\r\n"):
-        if literal is quoting.xml and control in "\n\t" and "\r" not in value:
+        if literal in (quoting.xml, quoting.launch_xml) and control in "\n\t" and "\r" not in value:
             continue  # written as references
         with pytest.raises(UnsafeValueError):
             literal(value)
@@ -348,3 +348,9 @@ def test_numbers_in_c(value: float, literal: str) -> None:
 def test_what_c_has_no_literal_for_is_refused(value: object) -> None:
     with pytest.raises(UnsafeValueError):
         quoting.c(value)
+
+
+def test_a_package_is_found_as_ros2_launch_calls_it() -> None:
+    assert quoting.launch_xml("$(find slam)/map.yaml") == '"$(find-pkg-share slam)/map.yaml"'
+    with pytest.raises(UnsafeValueError):
+        quoting.launch_xml("$(eval 1 + 1)")

@@ -175,7 +175,7 @@ def test_a_misspelt_name_gets_a_suggestion(tmp_path: Path) -> None:
 def test_the_schema_lists_their_names() -> None:
     definitions = schema_of("swarm")["definitions"]
     assert definitions["Multimaster"]["properties"]["provider"]["enum"] == ["fkie", "static", "mesh"]
-    assert definitions["Ros"]["properties"]["distro"]["enum"] == ["noetic", "pebble"]
+    assert definitions["Ros"]["properties"]["distro"]["enum"] == [*MIDDLEWARES.built_in, "pebble"]
 
 
 def test_an_unknown_name_is_an_error(tmp_path: Path) -> None:
@@ -219,6 +219,7 @@ def test_a_probe_that_is_not_there_is_an_error_before_any_host() -> None:
 HOMES = (
     "plugins.py",
     "render/ros1/",
+    "render/ros2/",
     "importing/",  # what labs of ROS 1 have
 )
 NAMES = {*MIDDLEWARES.names(), *MULTIMASTERS.names(), "melodic", "kinetic"}
@@ -269,7 +270,7 @@ def test_no_module_outside_knows_their_names() -> None:
 
 
 def test_no_module_outside_imports_ros_1_or_a_provider() -> None:
-    pattern = re.compile(r"swarmctl\.render\.ros1")
+    pattern = re.compile(r"swarmctl\.render\.ros[12]")
     outside = [
         file.relative_to(ROOT / "swarmctl").as_posix()
         for file in (ROOT / "swarmctl").rglob("*.py")

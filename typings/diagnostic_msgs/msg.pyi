@@ -1,4 +1,5 @@
 from collections.abc import Sequence
+from typing import ClassVar
 
 from rospy import Message
 from std_msgs.msg import Header
@@ -9,7 +10,10 @@ class KeyValue(Message):
     def __init__(self, key: str = ..., value: str = ...) -> None: ...
 
 class DiagnosticStatus(Message):
-    level: int
+    OK: ClassVar[int | bytes]
+    WARN: ClassVar[int | bytes]
+    ERROR: ClassVar[int | bytes]
+    level: int | bytes
     name: str
     message: str
     hardware_id: str
@@ -17,7 +21,7 @@ class DiagnosticStatus(Message):
     def __init__(
         self,
         *,
-        level: int = ...,
+        level: int | bytes = ...,
         name: str = ...,
         message: str = ...,
         hardware_id: str = ...,

@@ -20,6 +20,10 @@ class MultiArrayLayout(Message):
 class Bool(Message):
     data: bool
 
+class String(Message):
+    data: str
+    def __init__(self, *, data: str = ...) -> None: ...
+
 class UInt8(Message):
     data: int
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,28 +52,63 @@ def infer(spec: options.Spec, overlays: options.Overlays = None, json: options.J
 def convert(
     spec: options.Spec,
     to: Annotated[
-        str, typer.Option("--to", metavar="MODE", help="The new mode.", autocompletion=complete.modes)
-    ],
+        str | None,
+        typer.Option("--to", metavar="MODE", help="The new mode.", autocompletion=complete.modes),
+    ] = None,
+    ros: Annotated[
+        str | None, typer.Option("--ros", metavar="DISTRO", help="The new ROS distribution, such as jazzy.")
+    ] = None,
     write: Annotated[
         bool, typer.Option("--write", help="Write the file; by default the edit is only shown.")
     ] = False,
 ) -> None:
-    """Convert a spec to another mode with the smallest edit. Comments and layout stay."""
+    """Convert a spec to another mode or ROS with the smallest edit. Comments and layout stay."""
+    if (to is None) == (ros is None):
+        console.fail("name the new mode by --to, or the new ROS by --ros", code=exit_codes.USAGE)
     document = console.read_document(spec)
-    conversion = _converted(document, to)
+    conversion = _converted(document, to) if to is not None else _for_ros(document, ros or "")
+    new = f"mode {to}" if to is not None else f"ROS {ros}"
+    option = ("--to", to) if to is not None else ("--ros", ros)
     if found := _wrong(document, conversion):
-        console.fail(f"{spec} cannot be converted to mode `{to}` automatically", *found)
+        console.fail(f"{spec} cannot be converted to {new} automatically", *found)
     change = _change(document, conversion)
     if write:
         file_writes.write([change])
-        console.err().print(f"{spec}: mode {to}, {len(conversion.changes)} changes")
+        console.err().print(f"{spec}: {new}, {len(conversion.changes)} changes")
     else:
         print(file_writes.difference(change), end="")
     for line in conversion.notes:
         console.show(f"note: {line}", error=True)
     for line in conversion.by_hand:
         console.show(f"by hand: {line}", error=True)
-    next_command.advise(*(("validate", spec) if write else ("mode convert", spec, "--to", to, "--write")))
+    next_command.advise(*(("validate", spec) if write else ("mode convert", spec, *option, "--write")))
+
+
+def _for_ros(document: Document, distro: str) -> Conversion:
+    from swarmctl.mode_conversion.ros_conversion import for_distro
+    from swarmctl.plugins import MIDDLEWARES
+    from swarmctl.suggest import did_you_mean
+
+    known = MIDDLEWARES.names()
+    if distro not in known:
+        console.fail(
+            f"there is no ROS distribution `{distro}`",
+            *did_you_mean(distro, known, "the distributions are"),
+            code=exit_codes.USAGE,
+        )
+    made = for_distro(document, distro)
+    before = set(_findings(document, document.source.text))
+    new = [one for one in _findings(document, made.text) if one not in before]
+    return replace(made, by_hand=tuple(f"{code}: {message}" for code, message in new))
+
+
+def _findings(document: Document, text: str) -> list[tuple[str, str]]:
+    """Code and message of all findings of a text of the spec."""
+    from swarmctl.linter.runner import lint
+    from swarmctl.spec.load import load_text
+
+    result, found = load_text(text, document.source.path, document.catalog)
+    return [(one.code, one.message) for one in (found if result is None else lint(result))]
 
 
 def _converted(document: Document, to: str) -> Conversion:

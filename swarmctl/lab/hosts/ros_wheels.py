@@ -22,6 +22,8 @@ MACHINE = "x86_64"  # no other has wheels
 PLATFORM = f"manylinux_2_28_{MACHINE}"
 #: What the wheels need of Debian.
 PACKAGES = ("python3-numpy", "python3-psutil", "python3-typing-extensions", "python3-yaml")
+#: Of a package that CMake alone builds, such as Fast DDS: its wheel has none.
+MANIFEST = "<package><name>{name}</name></package>\n"
 SETUP_FILES = ("setup.sh", "setup.bash", "local_setup.sh", "local_setup.bash")
 
 
@@ -43,7 +45,14 @@ def exist_for(distro: str) -> bool:
 
 def recipe(distro: str) -> tuple[str, ...]:
     """Returns all that decides what ``install`` puts into an image."""
-    return (_requirements(distro).read_text("utf-8"), setup_text(distro), *SETUP_FILES, PYTHON, PLATFORM)
+    return (
+        _requirements(distro).read_text("utf-8"),
+        setup_text(distro),
+        *SETUP_FILES,
+        MANIFEST,
+        PYTHON,
+        PLATFORM,
+    )
 
 
 def _requirements(distro: str) -> Path:
@@ -96,6 +105,9 @@ def install(distro: str, wheels: Path, image: Path) -> None:
                 file.chmod(0o755 if member.external_attr >> 16 & 0o100 else 0o644)
     for name in SETUP_FILES:
         (prefix / name).write_text(setup_text(distro))
+    for folder in (prefix / "share").iterdir():
+        if (folder / "cmake").is_dir() and not (folder / "package.xml").exists():
+            (folder / "package.xml").write_text(MANIFEST.format(name=folder.name))
 
 
 def compile_argv(distro: str, image: Path) -> tuple[str, ...]:

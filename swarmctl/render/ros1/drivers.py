@@ -11,7 +11,7 @@ from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.driver_config import codec_path, params_path, urdf_path
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import foreign_drivers, gate
-from swarmctl.render.ros1.release import RUNNING, arguments, ros_client
+from swarmctl.render.ros1.release import FACE, RUNNING, arguments, ros_client
 from swarmctl.render.service_values import home, service_values
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Host, Robot, Swarm, SwarmctlDriver
@@ -22,11 +22,11 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     robots = swarm.robots_on(host.name)
     foreign = [isinstance(robot.driver, ForeignDriver) for robot in robots]
     if not all(foreign):
-        yield from shipped_files.folder("drivers")
+        yield from shipped_files.folder("drivers", FACE)
     if any(foreign):
         yield ros_client()
     if any(robot.gated for robot in robots):
-        yield from shipped_files.folder(gate_config.FOLDER)
+        yield from shipped_files.folder(gate_config.FOLDER, FACE)
     for robot in robots:
         yield from sketch.files(robot)
         if isinstance(robot.driver, ForeignDriver):
@@ -92,7 +92,7 @@ def _own_unit(swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[s
         watchdog=driver_files.watchdog(robot, driver),
     )  # fmt: skip
     file = File(f"units/{name}", text, origin=f"robots.{robot.name}")
-    drivers = tuple(one.path for one in shipped_files.folder("drivers"))
+    drivers = tuple(one.path for one in shipped_files.folder("drivers", FACE))
     codec = (codec_path(robot),) if driver.codec else ()
     needs = (file.path, *RUNNING, params_path(robot), urdf_path(robot), *codec, *drivers)
     return Part((file,), (Unit(name, needs, robot=robot.name),))

@@ -8,7 +8,7 @@ from typing import Any
 from swarmctl.render import gate_config, shipped_files
 from swarmctl.render.bundle import File, Part, Unit
 from swarmctl.render.quoting import render
-from swarmctl.render.ros1.release import RUNNING, arguments
+from swarmctl.render.ros1.release import FACE, RUNNING, arguments
 from swarmctl.render.service_values import home
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Robot, Swarm
@@ -41,7 +41,7 @@ def unit(swarm: Swarm, robot: Robot, common: dict[str, Any]) -> Part:
         "runtime": names.runtime_folder(swarm.name, gate_config.launch_name(robot)),
     }
     file = File(f"units/{name}", render("gate.service", **values), origin=f"robots.{robot.name}")
-    shipped = tuple(one.path for one in shipped_files.folder(gate_config.FOLDER))
+    shipped = tuple(one.path for one in shipped_files.folder(gate_config.FOLDER, FACE))
     return Part(
         (file,),
         (Unit(name, (file.path, *RUNNING, gate_config.params_path(robot), *shipped), robot=robot.name),),

@@ -19,7 +19,7 @@ from swarmctl.render.ros1.program_commands import (
     launch_path,
 )
 from swarmctl.render.ros1.program_files import files_of, loaded_files
-from swarmctl.render.ros1.release import ROS_CLIENT, RUNNING, as_client, ros_client
+from swarmctl.render.ros1.release import FACE, ROS_CLIENT, RUNNING, as_client, ros_client
 from swarmctl.render.service_values import home, service_values
 from swarmctl.robot_types.placeholders import filled
 from swarmctl.swarm import names, used_packages
@@ -38,7 +38,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     if any(installed(swarm, one) for one in programs if one.declared.optional):
         yield File(_HAS_PACKAGES, shipped_files.text("ros1/has-packages"), 0o755)
     if any(one.declared.use for one in programs):
-        yield from shipped_files.folder(TELEOP)
+        yield from shipped_files.folder(TELEOP, FACE)
     if any(one.declared.secrets.names for one in programs):
         yield File(_GIVE_SECRETS, shipped_files.text("os/give-secrets"), 0o755)
     if any(runs_alone(one) for one in programs):
@@ -136,7 +136,7 @@ def _reads(swarm: Swarm, program: Program) -> Iterator[str]:
     if runs_alone(program):
         yield RUN_NODE
     if program.declared.use is not None:
-        yield from (file.path for file in shipped_files.folder(TELEOP))
+        yield from (file.path for file in shipped_files.folder(TELEOP, FACE))
     yield from (file.path for file in files_of(swarm, program))
 
 

@@ -24,6 +24,7 @@ RESTART_DELAY = "bin/restart-delay"
 #: What every ROS program runs in.
 RUNNING = (ENVIRONMENT, "env/python_logging.conf", "bin/ros-exec", RESTART_DELAY)
 ROS_CLIENT = "bin/ros-client"
+FACE = "ros1"  # of `swarm_onboard`
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:

@@ -12,7 +12,7 @@ from swarmctl.spec.ros_model import SERVED
 from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Program, Robot, Swarm, SwarmctlDriver
 
 RCLPY, PYSERIAL = package("rclpy"), "pyserial"
-#: What is no ROS package, by the name under which a host is asked for it.
+#: What is no ROS package, by the name of the requirement.
 PROGRAMS = {PYSERIAL: ("python3-serial",), "podman": ("podman",), "docker": ("docker.io",)}
 _OF_FASTDDS = {"humble": "fastrtps", "jazzy": "fastrtps"}  # before Kilted
 _NAME = re.compile(r"[a-z0-9][a-z0-9.+-]+")

@@ -11,6 +11,8 @@ from swarmctl.swarm.resolved import Host, Island, Swarm
 
 FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env/cyclonedds.xml"
 HUMBLE = "humble"  # the last without ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_SUPER_CLIENT
+FASTDDS_2 = (HUMBLE, "jazzy")  # distributions with Fast DDS 2, which has its own variable for profiles
+LOOPBACK = "127.0.0.1"
 #: Participants of a host that nodes of other hosts look for: twice the processes of a busy robot.
 _MOST_PARTICIPANTS = 32
 
@@ -33,17 +35,23 @@ def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
 def needs_fastdds_file(swarm: Swarm, host: Host, island: Island) -> bool:
     """True if Fast DDS on ``host`` needs more than environment variables."""
     discovery = island.discovery
-    if discovery.rmw != "fastrtps" or discovery.method == "local":
+    if discovery.rmw != "fastrtps":
         return False
-    return _is_ipv4(host.address) or (swarm.distro == HUMBLE and discovery.method == "peers")
+    return peers_by_file(swarm, island) or (discovery.method != "local" and _is_ipv4(host.address))
+
+
+def peers_by_file(swarm: Swarm, island: Island) -> bool:
+    """True if a profile names the peers: the variables would add shared memory (see the template)."""
+    return swarm.distro in FASTDDS_2 and island.discovery.method in ("peers", "local")
 
 
 def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, str]] | None = None) -> bytes:
-    by_file = swarm.distro == HUMBLE and island.discovery.method == "peers"
+    local = island.discovery.method == "local"
+    peers = [LOOPBACK] if local else [swarm.hosts[name].address for name in island.hosts]
     return render(
         "ros2/fastdds.xml",
-        address=host.address if _is_ipv4(host.address) else "",
-        peers=[swarm.hosts[name].address for name in island.hosts] if by_file else [],
+        addresses=[LOOPBACK] if local else [LOOPBACK, host.address] if _is_ipv4(host.address) else [],
+        peers=peers if peers_by_file(swarm, island) else [],
         most=_MOST_PARTICIPANTS,
         servers=servers or [],
     )

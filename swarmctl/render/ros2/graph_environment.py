@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from swarmctl.render.ros2.discovery_files import CYCLONE, FASTDDS, HUMBLE, SUPER_CLIENT, needs_fastdds_file
+from swarmctl.render.ros2.discovery_files import (
+    CYCLONE,
+    FASTDDS,
+    FASTDDS_2,
+    HUMBLE,
+    LOOPBACK,
+    SUPER_CLIENT,
+    needs_fastdds_file,
+    peers_by_file,
+)
 from swarmctl.render.service_values import home
 from swarmctl.spec.ros_model import Rmw
 from swarmctl.swarm.addresses import ip_of
@@ -16,8 +25,7 @@ IMPLEMENTATIONS: Mapping[Rmw, str] = {
     "zenoh": "rmw_zenoh_cpp",
 }
 SERVER_PORT, ROUTER_PORT = 11811, 7447
-LOOPBACK = "127.0.0.1"
-_PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")  # of Fast DDS 3, and of 2
+_PROFILES, _PROFILES_2 = "FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"
 #: Every variable that decides how nodes find each other; those that an island does not set are unset.
 GRAPH_VARIABLES = (
     "ROS_DOMAIN_ID",
@@ -29,7 +37,8 @@ GRAPH_VARIABLES = (
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
     "ROS_STATIC_PEERS",
     "ROS_LOCALHOST_ONLY",
-    *_PROFILES,
+    _PROFILES,
+    _PROFILES_2,
     "CYCLONEDDS_URI",
     "ZENOH_ROUTER_CHECK_ATTEMPTS",
     "ZENOH_CONFIG_OVERRIDE",
@@ -47,12 +56,12 @@ def of_nodes(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
 
 
 def of_people(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
-    """Returns the same for a person at a terminal, whose tools ask a discovery server for the whole graph."""
+    """Returns the same for people at a terminal, whose tools get the whole graph from a discovery server."""
     variables = of_nodes(swarm, host, island)
     if island.discovery.method != "server":
         return variables
     if swarm.distro == HUMBLE:
-        return {**variables, **dict.fromkeys(_PROFILES, f"{home(swarm)}/current/{SUPER_CLIENT}")}
+        return {**variables, _PROFILES_2: f"{home(swarm)}/current/{SUPER_CLIENT}"}
     return {**variables, "ROS_SUPER_CLIENT": "TRUE"}
 
 
@@ -72,11 +81,14 @@ def router_override(swarm: Swarm, host: Host, island: Island) -> str:
 
 def _fastrtps(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
     found = _range(swarm, host, island)
+    if peers_by_file(swarm, island):
+        found = {} if swarm.distro == HUMBLE else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}
     if island.discovery.method == "server":
         servers = (swarm.hosts[name].address for name in island.discovery.servers)
         found = {"ROS_DISCOVERY_SERVER": ";".join(f"{bracketed(one)}:{SERVER_PORT}" for one in servers)}
     if needs_fastdds_file(swarm, host, island):
-        found |= dict.fromkeys(_PROFILES, f"{home(swarm)}/current/{FASTDDS}")
+        variable = _PROFILES_2 if swarm.distro in FASTDDS_2 else _PROFILES
+        found[variable] = f"{home(swarm)}/current/{FASTDDS}"
     return found
 
 
@@ -88,7 +100,7 @@ def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
 
 
 def _zenoh(swarm: Swarm, host: Host, island: Island) -> dict[str, str]:
-    """Clients of the routers: a peer whose router is away hears nothing, and reports nothing."""
+    """Clients of the routers: a peer without its router receives nothing, and reports no error."""
     routers = [_zenoh_address(swarm, island, name) for name in island.discovery.servers]
     return {
         "ZENOH_ROUTER_CHECK_ATTEMPTS": "0",  # without limit

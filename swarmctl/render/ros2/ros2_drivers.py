@@ -13,7 +13,7 @@ from swarmctl.render.driver_config import codec_path, params_path, remapped, urd
 from swarmctl.render.program_words import with_environment
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
-from swarmctl.render.ros2.ros2_release import RUN_NODE, run_node, running, unit_values
+from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import ForeignDriver, Host, Island, Robot, Swarm, SwarmctlDriver
@@ -25,9 +25,9 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     """Yields what the drivers of ``host`` need, their units aside."""
     robots = swarm.robots_on(host.name)
     if any(isinstance(robot.driver, SwarmctlDriver) for robot in robots):
-        yield from shipped_files.folder(_DRIVERS)
+        yield from shipped_files.folder(_DRIVERS, FACE)
     if any(robot.gated for robot in robots):
-        yield from shipped_files.folder(gate_config.FOLDER)
+        yield from shipped_files.folder(gate_config.FOLDER, FACE)
     for robot in robots:
         yield from sketch.files(robot)
         if isinstance(robot.driver, SwarmctlDriver):
@@ -90,7 +90,7 @@ def _own_unit(
     swarm: Swarm, robot: Robot, driver: SwarmctlDriver, values: dict[str, Any], needs: tuple[str, ...]
 ) -> Part:
     text = render("driver.service", **values, words=(), watchdog=driver_files.watchdog(robot, driver))
-    shipped = (one.path for one in shipped_files.folder(_DRIVERS))
+    shipped = (one.path for one in shipped_files.folder(_DRIVERS, FACE))
     codec = (codec_path(robot),) if driver.codec else ()
     return _unit(swarm, robot, text, (*needs, params_path(robot), urdf_path(robot), *codec, *shipped))
 
@@ -103,7 +103,7 @@ def _gate_unit(swarm: Swarm, robot: Robot, values: dict[str, Any], needs: tuple[
         "runtime": names.runtime_folder(swarm.name, gate_config.launch_name(robot)),
     }
     text = render("gate.service", **{**values, **own})
-    shipped = (one.path for one in shipped_files.folder(gate_config.FOLDER))
+    shipped = (one.path for one in shipped_files.folder(gate_config.FOLDER, FACE))
     return _unit(swarm, robot, text, (*needs, gate_config.params_path(robot), *shipped), names.GATE_NODE)
 
 

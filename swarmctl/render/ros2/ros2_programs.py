@@ -21,7 +21,7 @@ from swarmctl.render.program_words import (
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import graph_environment
 from swarmctl.render.ros2.node_words import node_params, remapping, ros_args
-from swarmctl.render.ros2.ros2_release import RUN_NODE, run_node, running, unit_values
+from swarmctl.render.ros2.ros2_release import FACE, RUN_NODE, run_node, running, unit_values
 from swarmctl.render.service_values import home
 from swarmctl.robot_types.placeholders import filled
 from swarmctl.spec.program_model import Container
@@ -39,7 +39,7 @@ def files(swarm: Swarm, host: Host) -> Iterator[File]:
     if any(installed(swarm, one) for one in programs if one.declared.optional):
         yield File(_HAS_PACKAGES, shipped_files.text("ros2/has-packages"), 0o755)
     if any(one.declared.use for one in programs):
-        yield from shipped_files.folder(TELEOP)
+        yield from shipped_files.folder(TELEOP, FACE)
     if any(one.declared.secrets.names for one in programs):
         yield File(_GIVE_SECRETS, shipped_files.text("os/give-secrets"), 0o755)
     for program in programs:
@@ -84,7 +84,7 @@ def _unit(swarm: Swarm, host: Host, island: Island, program: Program) -> Part:
         user=host.user,
     )
     file = File(f"units/{name}", text, origin=f"programs.{program.name}")
-    shipped = (one.path for one in shipped_files.folder(TELEOP)) if declared.use is not None else ()
+    shipped = (one.path for one in shipped_files.folder(TELEOP, FACE)) if declared.use is not None else ()
     secrets = declared.secrets.names
     needs = (
         file.path,
@@ -130,11 +130,11 @@ def _shipped(swarm: Swarm, program: Program) -> tuple[str, ...]:
 def _container(
     swarm: Swarm, host: Host, island: Island, program: Program, container: Container
 ) -> Iterator[str]:
-    """As a host's own program: it reads the same files, and shares memory with the nodes of its host."""
+    """As a host's own program: it reads the same files."""
     own = (*environment_of(swarm, program), *program.declared.secrets.env)
     variables = ("SWARM", *graph_environment.of_nodes(swarm, host, island), *own)
     folder = f"{home(swarm)}/current/env"
-    options = ("--ipc", "host", "--volume", f"{folder}:{folder}:ro")
+    options = ("--volume", f"{folder}:{folder}:ro")
     return container_words(swarm, program, container, variables, options)
 
 

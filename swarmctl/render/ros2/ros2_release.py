@@ -17,6 +17,7 @@ from swarmctl.swarm.resolved import Host, Island, Swarm
 ENVIRONMENT, RESTART_DELAY = "env/ros.env", "bin/restart-delay"
 _WAIT, RUN_NODE = "bin/wait-for-address", "bin/run-node"
 _EXEC = "bin/ros-exec"
+FACE = "ros2"  # of `swarm_onboard`
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:

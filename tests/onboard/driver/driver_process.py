@@ -119,7 +119,7 @@ class Node:
 
     def values(self) -> dict[str, str]:
         """The figures of the latest status."""
-        return {value["0"]: value["1"] for value in self.status()["values"]}
+        return {value["key"]: value["value"] for value in self.status()["values"]}
 
     def wait_until_ready(self) -> None:
         wait_for(lambda: self.latest("listening") and self.latest("odom"))

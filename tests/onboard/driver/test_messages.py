@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import pytest
 import yaml
+from swarm_onboard.ros2.parameters import flat
 
 from swarmctl.robot_types.any_robot_type import with_protocol
 from swarmctl.robot_types.settings import RobotSettings
@@ -15,6 +16,8 @@ from swarmctl.swarm.topics import actuators_of, driver_topics
 from tests.onboard.driver.driver_process import Node, running, wired
 from tests.onboard.driver.fakes import TYPES, config_for, ros_name
 from tests.timing import PATIENCE, wait_for
+
+pytestmark = pytest.mark.usefixtures("ros")
 
 CATALOG = with_protocol(load_catalog().types)
 OWN = ("listening", "shutdown", "subscribes", "parameter")  # what the fake ROS itself reports
@@ -54,7 +57,7 @@ def test_every_frame_and_every_topic_is_the_robots_own(type_name, tmp_path):
         }
         for message in [one for one in list(node.published) if one["topic"] not in OWN]:
             frames = [message.get("header", {}).get("frame_id"), message.get("child_frame_id")]
-            for transform in message.get("0", []):
+            for transform in message.get("transforms", []):
                 frames += [transform["header"]["frame_id"], transform["child_frame_id"]]
             assert all(one.startswith(prefix) for one in frames if isinstance(one, str)), message
 
@@ -125,7 +128,9 @@ def test_the_messages_of_one_reading_have_one_stamp(tmp_path):
         wait_for(lambda: sum(one["topic"] == "joint_states" for one in list(node.published)) > 3)
         stamps: dict[str, set[float]] = {}
         for message in list(node.published):
-            header = message["0"][0]["header"] if message["topic"] == "/tf" else message.get("header", {})
+            header = (
+                message["transforms"][0]["header"] if message["topic"] == "/tf" else message.get("header", {})
+            )
             stamps.setdefault(message["topic"], set()).add(header.get("stamp"))
         assert stamps["joint_states"] <= stamps["/tf"] <= stamps["odom"]
         assert len(stamps["odom"]) > 2
@@ -135,12 +140,12 @@ def test_the_messages_of_one_reading_have_one_stamp(tmp_path):
 def test_each_sensor_has_its_place_on_the_robot(tmp_path):
     with wired("koala", tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
-        places = {one["child_frame_id"]: one for one in node.latest("/tf_static")["0"]}
+        places = {one["child_frame_id"]: one for one in node.latest("/tf_static")["transforms"]}
         assert len(places) == 16
         left = places["koala/proximity_L4"]["transform"]
-        assert left["translation"] == {"0": 0.055, "1": 0.14, "2": 0.0}
-        assert left["rotation"] == {"0": 0.0, "1": 0.0, "2": pytest.approx(0.7071, abs=1e-4),
-                                    "3": pytest.approx(0.7071, abs=1e-4)}  # fmt: skip
+        assert left["translation"] == {"x": 0.055, "y": 0.14, "z": 0.0}
+        assert left["rotation"] == {"x": 0.0, "y": 0.0, "z": pytest.approx(0.7071, abs=1e-4),
+                                    "w": pytest.approx(0.7071, abs=1e-4)}  # fmt: skip
         wait_for(lambda: node.latest("proximity/L4"))
         assert node.latest("proximity/L4")["header"]["frame_id"] == "koala/proximity_L4"
 
@@ -233,20 +238,21 @@ def test_a_wrong_selector_is_reported_with_the_needed_position(tmp_path):
         assert "the robot reports" not in node.values()
 
 
-def test_what_the_driver_works_with_stands_in_ros_parameters(tmp_path):
+def test_what_the_driver_works_with_stands_in_ros_parameters(tmp_path, ros):
     with wired("koala", tmp_path, limits={"linear": 0.2}, rates={"proximity": 4.0}) as wiring:
         (tmp_path / "koala.urdf").write_text("<robot name='koala'/>")
         with wiring.config.open("a") as file:
             file.write("urdf: koala.urdf\n")
         with running(wiring.config) as node:
             node.wait_until_ready()
-            wait_for(lambda: sum(one["topic"] == "parameter" for one in list(node.published)) == 2)
+            wait_for(lambda: "<robot name='koala'/>" in str(node.published))
             shown = {one["name"]: one["value"] for one in list(node.published) if one["topic"] == "parameter"}
-    assert shown["robot_description"] == "<robot name='koala'/>"
-    mine = shown["/driver"]
-    assert (mine["limits"]["linear"], mine["rates"]["proximity"], mine["baud"]) == (0.2, 4.0, 115200)
-    assert mine["frames"] == {"odom": "koala/odom", "base": "koala/base_link"}
-    assert mine["commanders"] == {"tester": 0}
+            description = node.latest("robot_description")
+    assert (description or {}).get("data", shown.get("robot_description")) == "<robot name='koala'/>"
+    mine = shown if ros == "2" else dict(flat(shown["/driver"]))
+    assert (mine["limits.linear"], mine["rates.proximity"], mine["baud"]) == (0.2, 4.0, 115200)
+    assert (mine["frames.odom"], mine["frames.base"]) == ("koala/odom", "koala/base_link")
+    assert mine["commanders.tester"] == 0
 
 
 def test_a_robot_without_its_urdf_drives_and_reports_it(tmp_path):
@@ -268,19 +274,23 @@ def test_the_start_of_a_robot_joins_its_odometry_to_the_map(tmp_path):
             node.wait_until_ready()
             found = [one for one in list(node.published) if one["topic"] == "/tf_static"]
     assert len(found) == 1, "a latched topic keeps the last message only"
-    [start] = [one for one in found[0]["0"] if one["child_frame_id"] == "koala/odom"]
+    [start] = [one for one in found[0]["transforms"] if one["child_frame_id"] == "koala/odom"]
     assert start["header"]["frame_id"] == "map"
-    assert start["transform"]["translation"] == {"0": 0.5, "1": -1.0, "2": 0.0}
-    assert start["transform"]["rotation"]["2"] == pytest.approx(math.sqrt(0.5))
+    assert start["transform"]["translation"] == {"x": 0.5, "y": -1.0, "z": 0.0}
+    assert start["transform"]["rotation"]["z"] == pytest.approx(math.sqrt(0.5))
 
 
 def test_a_camera_looks_ahead_along_z_of_its_optical_frame(tmp_path):
     with wired("epuck-binary", tmp_path, rates={"camera": 4}) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
-        [place] = [one for one in node.latest("/tf_static")["0"] if one["child_frame_id"].endswith("optical")]
+        [place] = [
+            one
+            for one in node.latest("/tf_static")["transforms"]
+            if one["child_frame_id"].endswith("optical")
+        ]
     assert place["header"]["frame_id"] == "epuck_binary/base_link"
-    assert place["transform"]["translation"] == {"0": 0.03, "1": 0.0, "2": 0.008}
-    x, y, z, w = (place["transform"]["rotation"][key] for key in "0123")
+    assert place["transform"]["translation"] == {"x": 0.03, "y": 0.0, "z": 0.008}
+    x, y, z, w = (place["transform"]["rotation"][key] for key in "xyzw")
     ahead = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))  # where its z axis points
     right = (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y))  # and its x axis
     assert (ahead, right) == ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0))

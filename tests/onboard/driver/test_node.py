@@ -26,8 +26,11 @@ from tests.onboard.driver.driver_process import (
 from tests.onboard.driver.fakes import TESTER, TYPES, config_for, ros_name
 from tests.timing import PATIENCE, RunQueue, wait_for
 
+BOTH = pytest.mark.usefixtures("ros")  # ROS 1 and ROS 2
+
 
 @pytest.mark.parametrize("type_name", TYPES)
+@BOTH
 def test_a_robot_drives_as_ordered_and_knows_where_it_is(type_name, tmp_path):
     with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
@@ -43,6 +46,7 @@ def test_a_robot_drives_as_ordered_and_knows_where_it_is(type_name, tmp_path):
 
 
 @pytest.mark.parametrize("type_name", TYPES)
+@BOTH
 def test_a_robot_stops_when_its_commands_stop(type_name, tmp_path, promise):
     """After half a second, and 0.1 for the line."""
     with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
@@ -57,6 +61,7 @@ def test_a_robot_stops_when_its_commands_stop(type_name, tmp_path, promise):
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@BOTH
 def test_a_signal_ends_the_node_with_a_stop(number, tmp_path):
     with wired("koala", tmp_path, command_timeout=2.0) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
@@ -117,6 +122,7 @@ def test_a_node_goes_on_when_another_server_replaces_its_master(tmp_path):
 
 
 @pytest.mark.parametrize("type_name", TYPES)
+@BOTH
 def test_a_robot_whose_driver_was_killed_is_stopped_from_outside(type_name, tmp_path):
     with wired(type_name, tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
@@ -129,6 +135,7 @@ def test_a_robot_whose_driver_was_killed_is_stopped_from_outside(type_name, tmp_
         assert not wiring.moving()
 
 
+@BOTH
 def test_a_cable_pulled_and_put_back_leaves_the_robot_standing(tmp_path):
     with wired("epuck", tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
@@ -145,6 +152,7 @@ def test_a_cable_pulled_and_put_back_leaves_the_robot_standing(tmp_path):
         node.drive_until(wiring.moving, 0.1)
 
 
+@BOTH
 def test_a_bad_line_costs_replies_but_never_the_stop(tmp_path):
     with wired("khepera3", tmp_path) as wiring, running(wiring.config) as node:
         node.wait_until_ready()
@@ -158,6 +166,7 @@ def test_a_bad_line_costs_replies_but_never_the_stop(tmp_path):
         assert not wiring.moving()
 
 
+@BOTH
 def test_two_drivers_do_not_share_a_robot(tmp_path):
     with (
         wired("koala", tmp_path) as wiring,
@@ -173,6 +182,7 @@ def test_two_drivers_do_not_share_a_robot(tmp_path):
         assert "in use by another program" in stopped.stdout
 
 
+@BOTH
 def test_a_line_that_a_dying_driver_still_holds_is_waited_for(tmp_path):
     with wired("koala", tmp_path) as wiring:
         dying = Port(str(wiring.device), config_for("koala").serial)
@@ -183,6 +193,7 @@ def test_a_line_that_a_dying_driver_still_holds_is_waited_for(tmp_path):
         assert stopped.stdout == "koala confirmed the stop\n"
 
 
+@BOTH
 def test_there_is_nothing_to_stop_on_a_line_that_is_absent(tmp_path):
     with wired("koala", tmp_path) as wiring:
         wiring.unplug()
@@ -191,6 +202,7 @@ def test_there_is_nothing_to_stop_on_a_line_that_is_absent(tmp_path):
         assert "device is missing" in stopped.stdout
 
 
+@BOTH
 def test_an_unconfirmed_stop_is_reported_within_two_seconds(tmp_path):
     with wired("koala", tmp_path) as wiring:
         wiring.pty.faults = Faults(drop=1.0)
@@ -200,6 +212,7 @@ def test_an_unconfirmed_stop_is_reported_within_two_seconds(tmp_path):
         assert wiring.pty.snapshot().last_command == "D,0,0"
 
 
+@BOTH
 def test_systemd_receives_ready_watchdog_and_status(tmp_path, promise):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd, wired("koala", tmp_path) as wiring:
         systemd.bind(str(tmp_path / "notify"))
@@ -233,6 +246,7 @@ def test_systemd_receives_ready_watchdog_and_status(tmp_path, promise):
         (None, "No such file"),
     ],
 )
+@BOTH
 def test_a_useless_parameter_file_is_one_plain_line(program, text, complaint, tmp_path):
     config = tmp_path / "params.yaml"
     if text is not None:
@@ -306,6 +320,7 @@ def test_a_hanging_master_delays_no_known_commander_or_dead_man(tmp_path, promis
         promise("commands end while the master hangs, until the robot stands", took - queue.lost(), 0.6)
 
 
+@BOTH
 def test_a_higher_commander_takes_over_until_its_timeout(tmp_path, promise):
     with (
         wired(
@@ -360,6 +375,7 @@ def test_a_flood_of_a_stranger_does_not_keep_the_robot_from_stopping(tmp_path, p
         promise("commands end in a stranger's flood, until the robot stands", took - queue.lost(), 0.6)
 
 
+@BOTH
 def test_a_file_that_is_no_serial_port_is_called_so():
     with pytest.raises(PortError, match=r"^/dev/null is not a serial port$"):
         Port("/dev/null", config_for("koala").serial)

@@ -16,6 +16,8 @@ from swarm_onboard.driver.stillness import SLOWEST, Stillness
 
 from tests.onboard.driver.fakes import Bench
 
+pytestmark = pytest.mark.usefixtures("ros")
+
 STOP = "D,0,0"
 
 

@@ -213,10 +213,12 @@ def test_the_report_says_how_the_gate_is_connected(wiring, level, text):
     assert (report.level, text in report.message) == (level, True)
 
 
-def test_the_wiring_is_read_from_what_the_master_lists():
-    publishers = [["/tb/gate/cmd_vel", ["/tb/gate", "/rival"]], ["/tb/cmd_vel", ["/boss"]]]
-    subscribers = [["/tb/gate/cmd_vel", ["/tb/driver"]], ["/tb/cmd_vel", ["/tb/gate", "/tb/core", "/record"]]]
-    found = wiring_of([publishers, subscribers, []], CONFIG)
+def test_the_wiring_comes_from_both_ends_of_the_topics():
+    ends = {
+        "/tb/gate/cmd_vel": (["/tb/gate", "/rival"], ["/tb/driver"]),
+        "/tb/cmd_vel": (["/boss"], ["/tb/gate", "/tb/core", "/record"]),
+    }
+    found = wiring_of(ends, CONFIG)
     assert found == Wiring(receivers=("/tb/driver",), rivals=("/rival",), bypassing=("/tb/core",))
 
 

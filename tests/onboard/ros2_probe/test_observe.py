@@ -14,14 +14,6 @@ from swarm_onboard.ros2_probe import child_environment, look, observe
 from swarmctl.resources import templates
 from tests.onboard.ros2_probe.test_endpoints import request
 
-PROFILES = """\
-<dds xmlns="http://www.eprosima.com"><profiles><transport_descriptors>
-<transport_descriptor><transport_id>shm</transport_id><type>SHM</type></transport_descriptor>
-<transport_descriptor><transport_id>udp</transport_id><type>UDPv4</type></transport_descriptor>
-</transport_descriptors><participant><rtps><userTransports><transport_id>shm</transport_id>
-<transport_id>udp</transport_id></userTransports></rtps></participant></profiles></dds>
-"""
-
 
 @pytest.fixture
 def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -47,6 +39,11 @@ def seen(host: Path) -> Any:
 def test_a_host_without_rclpy_says_so(host: Path) -> None:
     with pytest.raises(FailedError, match="rclpy cannot be imported: No module named 'rclpy'"):
         seen(host)
+
+
+def test_a_host_without_a_release_has_no_graph(host: Path) -> None:
+    (host / "env/ros.env").unlink()
+    assert seen(host).keys() == {"troubles", "listening", "listening_udp"}
 
 
 def test_a_release_without_its_start_is_no_traceback(host: Path) -> None:
@@ -84,14 +81,6 @@ def test_it_sees_the_whole_graph_without_shared_memory(tmp_path: Path) -> None:
     file = tmp_path / child_environment.SUPER_CLIENT
     file.touch()
     assert child_environment.of_child(release, str(tmp_path))["FASTRTPS_DEFAULT_PROFILES_FILE"] == str(file)
-
-
-def test_profiles_keep_all_but_shared_memory() -> None:
-    kept = child_environment.without_shared_memory(PROFILES.encode()).decode()
-    transports = kept.partition("<userTransports>")[2].partition("</userTransports>")[0]
-    assert "udp" in transports
-    assert "shm" not in transports
-    assert kept.count("transport_descriptor>") == PROFILES.count("transport_descriptor>")
 
 
 def test_the_child_runs_as_who_owns_the_workspace_and_never_as_root(

@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import faulthandler
-import os
 import sys
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -18,16 +17,10 @@ from swarm_onboard.command.command_mailbox import CommandMailbox
 from swarm_onboard.command.process import TerminatedError, UnregisteredError, end_on_signals, watch
 from swarm_onboard.common.parameters import ConfigError
 from swarm_onboard.common.systemd import Notifier
+from swarm_onboard.ros import node as ros
+from swarm_onboard.ros.arguments import own_arguments
 
 _LONGEST_WAIT = 1.0  # s
-
-
-class Settings(Protocol):
-    """What every parameter file has."""
-
-    @property
-    def namespace(self) -> str:
-        """The ROS namespace of the robot."""
 
 
 class Node(Protocol):
@@ -43,8 +36,8 @@ class Node(Protocol):
         Calls ``beat`` at least every ``longest_wait`` seconds.
         """
 
-    def join(self, loop: Future[None]) -> None:
-        """Connects to ROS; returns when the master knows the node, however long that takes.
+    def join(self, loop: Future[None]) -> ros.Node:
+        """Becomes a node of ROS and returns it, however long that takes.
 
         ``loop`` is done when ``run`` has returned.
         """
@@ -53,7 +46,7 @@ class Node(Protocol):
         """Disconnects from ROS."""
 
 
-Parameters = TypeVar("Parameters", bound=Settings)
+Parameters = TypeVar("Parameters")
 
 
 def main(
@@ -69,13 +62,12 @@ def main(
     faulthandler.enable()  # systemd's watchdog sends SIGABRT: the journal then says where the node hung
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the robot")
-    options = parser.parse_args([argument for argument in arguments if ":=" not in argument])
+    options = parser.parse_args(own_arguments(arguments))
     try:
         config = load(options.config)
     except ConfigError as error:
         print(error, file=sys.stderr)
         return 1
-    os.environ.setdefault("ROS_NAMESPACE", config.namespace)
     end_on_signals()
     try:
         notifier = Notifier()
@@ -98,8 +90,4 @@ def _run(node: Node, notifier: Notifier) -> None:
         stack.callback(notifier.stopping)
         loop = pool.submit(node.run, notifier.beat, wait)
         notifier.ready()  # a master that is away may take as long as it takes
-        from swarm_onboard.command.ros import await_sim_time, forgotten  # noqa: PLC0415  importing ROS takes longer than a stop may
-
-        await_sim_time()
-        node.join(loop)
-        watch(loop, forgotten)
+        watch(loop, node.join(loop).is_forgotten)

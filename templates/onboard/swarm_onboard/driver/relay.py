@@ -1,4 +1,4 @@
-"""What passes between a board's topics and ROS beside commands: bytes, unchanged. Knows no ROS."""
+"""What passes between a board's topics and ROS beside commands: bytes of ROS 1. Knows no ROS."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Parameter:
 
 
 class Relay(Protocol):
-    """ROS as a board sees it; ``forward.RosRelay`` is one. No call blocks."""
+    """ROS as a board sees it; ``board_relay.BoardRelay`` is one. No call blocks."""
 
     def type_of(self, name: str) -> MessageType | None:
         """Returns the message type of that name as this host has it; None if it has none."""

@@ -1,4 +1,4 @@
-"""Who is connected to a gate's topics, as the master lists it, and what is wrong with that."""
+"""Which nodes are connected to a gate's topics, and what is wrong with that."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import contextlib
 import threading
 import time
 from dataclasses import dataclass, replace
-from typing import Any, Callable, Iterator, Sequence
+from typing import Callable, Iterator, Mapping, Sequence, Tuple
 
 from swarm_onboard.gate.config import Config
 
 _MOST_NAMED = 3
 _LOOK_EVERY = 2.0  # s
+
+#: The publishers and the subscribers of each topic.
+Ends = Mapping[str, Tuple[Sequence[str], Sequence[str]]]
 
 
 @dataclass(frozen=True)
@@ -30,17 +33,17 @@ class Wiring:
             yield f"{_named(self.bypassing)} takes commands past the gate: remap its command topic"
 
 
-def wiring_of(state: Any, config: Config) -> Wiring:
-    """Returns the wiring in a master's getSystemState. Raises TypeError, ValueError if it is none.
+def wiring_of(ends: Ends, config: Config) -> Wiring:
+    """Returns the wiring of a gate from the ends of its topics.
 
     A node that subscribes to the robot's commands from outside its namespace is no driver: it records them.
     """
-    publishers, subscribers = _nodes(state[0]), _nodes(state[1])
+    (_, commanded), (senders, receivers) = ends[config.command], ends[config.output]
     own = f"{config.namespace}/"
-    others = [one for one in subscribers.get(config.command, ()) if one != config.node]
+    others = [one for one in commanded if one != config.node]
     return Wiring(
-        receivers=tuple(sorted(subscribers.get(config.output, ()))),
-        rivals=tuple(sorted(one for one in publishers.get(config.output, ()) if one != config.node)),
+        receivers=tuple(sorted(receivers)),
+        rivals=tuple(sorted(one for one in senders if one != config.node)),
         bypassing=tuple(sorted(one for one in others if one.startswith(own))),
     )
 
@@ -58,25 +61,22 @@ class WiringWatch:
         self._latest: Wiring | None = None
 
     def latest(self) -> Wiring | None:
-        """Returns what the master reported last; None while it has not answered."""
+        """Returns what was seen last; None before that."""
         return self._latest
 
-    def start(self, state: Callable[[], Any], ended: Callable[[str], bool]) -> None:
-        """Starts to look: ``state`` returns a master's getSystemState; ``ended``: whether a node is gone.
+    def start(self, ends: Callable[[Sequence[str]], Ends], ended: Callable[[str], bool]) -> None:
+        """Starts to look: ``ends`` returns those of some topics; ``ended``: whether a node is gone.
 
         Both may raise any error.
         """
-        threading.Thread(target=self._watch, args=(state, ended), name="wiring", daemon=True).start()
+        threading.Thread(target=self._watch, args=(ends, ended), name="wiring", daemon=True).start()
 
-    def _watch(self, state: Callable[[], Any], ended: Callable[[str], bool]) -> None:
+    def _watch(self, ends: Callable[[Sequence[str]], Ends], ended: Callable[[str], bool]) -> None:
+        topics = (self._config.command, self._config.output)
         while True:
             with contextlib.suppress(Exception):  # a master that is away changes no connection
-                self._latest = without_ended(wiring_of(state(), self._config), ended)
+                self._latest = without_ended(wiring_of(ends(topics), self._config), ended)
             time.sleep(_LOOK_EVERY)
-
-
-def _nodes(entries: Any) -> dict[str, Sequence[str]]:
-    return {str(topic): [str(name) for name in names] for topic, names in entries}
 
 
 def _named(nodes: Sequence[str]) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Mapping
 
 import swarm_onboard
-from swarm_onboard.agent import environment_file, processes
+from swarm_onboard.agent import environment_file, files, processes
 from swarm_onboard.agent.clip import clipped
 from swarm_onboard.agent.errors import FailedError
 from swarm_onboard.agent.release_store import home_of
@@ -40,7 +40,10 @@ def observe(request: ProbeRequest, answer: ProbeAnswer) -> None:
         answer["listening_udp"] = processes.udp_ports()
     except OSError as error:
         answer["troubles"]["ports"] = clipped(error)
-    release = environment_file.variables_in(Path(current, environment_file.ROS).read_text("utf-8"))
+    content = files.read(f"{current}/{environment_file.ROS}")
+    if content is None:  # a host without a release, which is a finding of its own
+        return
+    release = environment_file.variables_in(content.decode("utf-8", "replace"))
     seen = _looked(request, current, child_environment.of_child(release, current))
     if "error" in seen:
         raise FailedError(clipped(seen["error"], 300))
@@ -54,37 +57,15 @@ def observe_logs(answer: ProbeAnswer) -> None:
 
 def _looked(request: ProbeRequest, current: str, variables: Mapping[str, str]) -> Any:
     """What the child reports. Raises ``FailedError`` if it does not."""
-    profiles = _own_profiles(variables)
-    try:
-        return _child(request, current, variables, profiles)
-    finally:
-        if profiles is not None:
-            os.close(profiles)
-
-
-def _own_profiles(variables: Mapping[str, str]) -> int | None:
-    """The descriptor of a file in memory with the profiles that the child uses; None if it needs none."""
-    paths = [variables[name] for name in child_environment.PROFILES if name in variables]
-    if not paths:
-        return None
-    content = child_environment.without_shared_memory(Path(paths[0]).read_bytes())
-    descriptor = os.memfd_create("profiles.xml")
-    os.write(descriptor, content)
-    return descriptor
-
-
-def _child(request: ProbeRequest, current: str, variables: Mapping[str, str], profiles: int | None) -> Any:
     longest = look.longest(request) + _START
     archive = str(Path(swarm_onboard.__path__[0]).parent)
-    own = {} if profiles is None else dict.fromkeys(child_environment.PROFILES, f"/proc/self/fd/{profiles}")
     with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as complaints:
         child = subprocess.Popen(
             [*_account(variables), f"{current}/bin/ros-exec", *_PYTHON, _CODE, archive],
             stdin=subprocess.PIPE,
             stdout=printed,
             stderr=complaints,
-            env={**_HOMELESS, **variables, **own},
-            pass_fds=() if profiles is None else (profiles,),
+            env={**_HOMELESS, **variables},
             start_new_session=True,
         )
         try:

@@ -1,76 +1,17 @@
-"""As much of rospy as the nodes of a driver and a gate touch, without a master.
+"""As much of rospy as the nodes of a driver and a gate touch, without a master (see fake_graph).
 
-Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``,
-messages of any other kind as ``<topic>:<bytes in hex>``, and ``shutdown`` as the end by ROS. Publications go
-out on stdout, one JSON object a line. With FAKE_MASTER=away in the environment no node ever joins;
-FAKE_LISTENERS=0 says that nobody listens, FAKE_LACKS names a package that is not installed.
+With FAKE_MASTER=away in the environment no node ever joins.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import queue
-import sys
 import threading
 import time
-import types
 from typing import Any, ClassVar
 
-_PRINTING = threading.Lock()
-
-
-def _say(news: dict[str, Any]) -> None:
-    """One line at a time: several threads publish."""
-    line = json.dumps(news, default=_plain) + "\n"
-    with _PRINTING:
-        sys.stdout.write(line)
-        sys.stdout.flush()
-
-
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, bytes) else vars(value)
-
-
-class Message:
-    """Any message: fields come into being when they are used."""
-
-    def __init__(self, *values: Any, **fields: Any) -> None:
-        self.__dict__.update({str(number): value for number, value in enumerate(values)}, **fields)
-
-    def __getattr__(self, name: str) -> Message:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return self.__dict__.setdefault(name, Message())
-
-
-def _messages(package: str, *names: str) -> None:
-    if package == os.environ.get("FAKE_LACKS"):
-        return
-    module = types.ModuleType(f"{package}.msg")
-    module.__dict__.update(dict.fromkeys(names, Message))
-    sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
-
-
-_messages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
-_messages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "TwistStamped", "Vector3")
-_messages("nav_msgs", "Odometry")
-_messages(
-    "sensor_msgs",
-    "BatteryState",
-    "CameraInfo",
-    "Image",
-    "Imu",
-    "JointState",
-    "LaserScan",
-    "MagneticField",
-    "Range",
-    "Temperature",
-)
-_messages(
-    "std_msgs", "Float32MultiArray", "MultiArrayDimension", "UInt8", "UInt8MultiArray", "UInt16MultiArray"
-)
-_messages("tf2_msgs", "TFMessage")
+from fake_graph import Message, listen, listeners, say
 
 
 def init_node(name: str, disable_signals: bool) -> None:
@@ -83,7 +24,7 @@ def get_name() -> str:
 
 
 def set_param(name: str, value: Any) -> None:
-    _say({"topic": "parameter", "name": name, "value": value})
+    say({"topic": "parameter", "name": name, "value": value})
 
 
 _HOOKS: list[Any] = []
@@ -95,7 +36,11 @@ def on_shutdown(hook: Any) -> None:
 
 
 def signal_shutdown(reason: str) -> None:
-    _say({"topic": "shutdown", "reason": reason})
+    say({"topic": "shutdown", "reason": reason})
+
+
+class ROSException(Exception):  # noqa: N818  its name in rospy
+    """Such as: publish() to a closed topic."""
 
 
 class Time:
@@ -120,15 +65,15 @@ class Publisher:
     def publish(self, message: Message | AnyMsg) -> None:
         if isinstance(message, AnyMsg):
             kind = type(message)
-            _say({"topic": self._topic, "is": [kind._type, kind._md5sum], "bytes": message._buff.hex()})
+            say({"topic": self._topic, "is": [kind._type, kind._md5sum], "bytes": message._buff.hex()})
             return
-        _say({"topic": self._topic, **vars(message)})
+        say({"topic": self._topic, **vars(message)})
 
     def unregister(self) -> None:
-        _say({"topic": "no more", "name": self._topic})
+        say({"topic": "no more", "name": self._topic})
 
     def get_num_connections(self) -> int:
-        return int(os.environ.get("FAKE_LISTENERS", "1"))
+        return listeners()
 
 
 class Subscriber:
@@ -141,12 +86,12 @@ class Subscriber:
         self._connections: dict[str, queue.Queue[Any]] = {}
         self.subscribers[topic] = self
         if len(self.subscribers) == 1:
-            threading.Thread(target=_listen, daemon=True).start()
-        _say({"topic": "subscribes", "name": topic})
+            listen(_shut_down, _deliver)
+        say({"topic": "subscribes", "name": topic})
 
     def unregister(self) -> None:
         del self.subscribers[self._topic]
-        _say({"topic": "no more", "name": self._topic})
+        say({"topic": "no more", "name": self._topic})
 
     def deliver(self, sender: str, message: Message | AnyMsg) -> None:
         if sender not in self._connections:
@@ -159,33 +104,16 @@ class Subscriber:
             self._take(connection.get())
 
 
-def _listen() -> None:
-    _say({"topic": "listening"})
-    for line in sys.stdin:
-        if line == "shutdown\n":
-            for hook in _HOOKS:
-                hook()
-            continue
-        if "=" in line:
-            topic, _, numbers = line.strip().partition("=")
-            values = [int(number) for number in numbers.split(",")]
-            message = Message(data=bytes(values) if len(values) > 1 else values[0])
-            Subscriber.subscribers[topic].deliver("somebody", message)
-            continue
-        if ":" in line:
-            topic, _, data = line.strip().partition(":")
-            anything = AnyMsg()
-            anything._buff = bytes.fromhex(data)
-            Subscriber.subscribers[topic].deliver("somebody", anything)
-            continue
-        sender, linear, angular = line.split()
-        message = Message(
-            linear=_vector(x=float(linear)),
-            angular=_vector(z=float(angular)),
-            _connection_header={"callerid": sender},
-        )
-        Subscriber.subscribers["cmd_vel"].deliver(sender, message)
+def _shut_down() -> None:
+    for hook in _HOOKS:
+        hook()
 
 
-def _vector(x: float = 0.0, z: float = 0.0) -> Message:
-    return Message(x=x, y=0.0, z=z)
+def _deliver(topic: str, sender: str, message: Message | bytes) -> None:
+    if isinstance(message, bytes):
+        anything = AnyMsg()
+        anything._buff = message
+        Subscriber.subscribers[topic].deliver(sender, anything)
+        return
+    message._connection_header = {"callerid": sender}
+    Subscriber.subscribers[topic].deliver(sender, message)

@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import threading
 import time
-import types
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -32,30 +30,10 @@ def _record(**news: Any) -> None:
         file.write(json.dumps({"at": time.monotonic(), "pid": os.getpid(), **news}) + "\n")
 
 
-class _Twist:
-    def __init__(self) -> None:
-        self.linear, self.angular = (SimpleNamespace(x=0.0, y=0.0, z=0.0) for _ in range(2))
-
-
-class _TwistStamped:
-    def __init__(self) -> None:
-        self.header, self.twist = SimpleNamespace(stamp=0.0), _Twist()
-
-
 class Time:
     """The time of ROS."""
 
     now = staticmethod(time.time)
-
-
-def _messages(package: str, **kinds: Any) -> None:
-    module = types.ModuleType(f"{package}.msg")
-    module.__dict__.update(kinds)
-    sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
-
-
-_messages("geometry_msgs", Twist=_Twist, TwistStamped=_TwistStamped)
-_messages("sensor_msgs", Joy=object)
 
 
 def init_node(name: str, disable_signals: bool) -> None:
@@ -91,14 +69,22 @@ def get_name() -> str:
     return _state.name
 
 
-def get_master() -> Any:
-    code = -1 if (_FOLDER / "restarted").exists() else 1
-    return SimpleNamespace(lookupNode=lambda name: (code, "", ""))
+class SubscribeListener:
+    """Teleop greets nobody."""
 
 
 class Publisher:
-    def __init__(self, topic: str, kind: Any, queue_size: int, tcp_nodelay: bool) -> None:
-        assert (queue_size, tcp_nodelay) == (1, True)
+    def __init__(
+        self,
+        topic: str,
+        kind: Any,
+        *,
+        queue_size: int,
+        tcp_nodelay: bool,
+        latch: bool,
+        subscriber_listener: None,
+    ) -> None:
+        assert (queue_size, tcp_nodelay, latch) == (1, True, False)
         self._topic, self._kind = topic, kind
 
     def publish(self, message: Any) -> None:

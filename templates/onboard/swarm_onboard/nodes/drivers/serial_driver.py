@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The driver node of a robot on a serial line: ``serial_driver.py --config FILE [name:=value ...]``.
 
-The thread that owns the line starts first: a robot is stopped even while the master cannot be reached.
+The thread that owns the line starts first: a robot is stopped even while the graph cannot be reached.
 """
 
 from __future__ import annotations
@@ -19,22 +19,23 @@ from swarm_onboard.command.reporter import Reporter
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.common.systemd import Notifier
 from swarm_onboard.driver.actuators import ActuatorSettings
+from swarm_onboard.driver.board_relay import BoardRelay
 from swarm_onboard.driver.codec import Values
 from swarm_onboard.driver.config import Config, Sensor, load
 from swarm_onboard.driver.driver import Driver, run
 from swarm_onboard.driver.kinematics import Pose
 from swarm_onboard.driver.port import Port
 from swarm_onboard.driver.relay import Mailbox
-from swarm_onboard.driver.ros_relay import RosRelay
+from swarm_onboard.ros import node as ros
 
 if TYPE_CHECKING:
-    from swarm_onboard.driver.ros import RosSink
+    from swarm_onboard.driver.topics import DriverTopics
 
 
 class News(Reporter):
     """Forwards a driver's data to ROS once connected, and its events to the journal and systemd."""
 
-    ros: RosSink | None
+    ros: DriverTopics | None
 
     def odometry(self, pose: Pose) -> None:
         if self.ros:
@@ -59,7 +60,7 @@ class DriverNode:
         self._senders = CommandGate(Authority(config.commanders, config.command_timeout), self.commands)
         self._news = News(notifier)
         self._outputs = ActuatorSettings(config.actuators, self.commands.ring)
-        self._relay = RosRelay(Mailbox(self.commands.ring))
+        self._relay = BoardRelay(Mailbox(self.commands.ring))
         self._driver = Driver(
             config,
             self.commands,
@@ -73,14 +74,19 @@ class DriverNode:
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
         run(self._driver, self.commands, self._latch, beat, longest_wait)
 
-    def join(self, loop: Future[None]) -> None:
-        # Importing ROS takes longer than stopping the robot.
-        from swarm_onboard.driver import ros  # noqa: PLC0415
+    def join(self, loop: Future[None]) -> ros.Node:
+        node = ros.join("driver", self._config.namespace, self.commands.stop)
+        # Importing messages takes longer than stopping the robot.
+        from swarm_onboard.driver.topics import DriverTopics, subscribe_to_settings  # noqa: PLC0415
 
-        self._news.ros = ros.join(self._config, self.commands, self._senders, self._outputs)
+        self._news.ros = DriverTopics(node, self._config)
+        node.subscribe_to_commands("cmd_vel", self._senders.give)
+        for actuator in self._config.actuators:
+            subscribe_to_settings(node, actuator, self._outputs)
         for complaint in self._news.ros.left_out:
             print(complaint, file=sys.stderr, flush=True)
-        self._relay.join()
+        self._relay.join(node)
+        return node
 
     def leave(self) -> None:
         self._news.leave()

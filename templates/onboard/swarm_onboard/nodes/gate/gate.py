@@ -6,6 +6,7 @@ However it ends, but by SIGKILL, its last message is a zero; after that, `send_z
 
 from __future__ import annotations
 
+import os
 import sys
 from concurrent import futures
 from concurrent.futures import Future
@@ -19,14 +20,15 @@ from swarm_onboard.command.limits import Velocity
 from swarm_onboard.command.reporter import Reporter
 from swarm_onboard.command.stop_latch import StopLatch
 from swarm_onboard.common.systemd import Notifier
-from swarm_onboard.gate.config import COMMAND, Config, load
+from swarm_onboard.gate.config import COMMAND, NODE, Config, load
 from swarm_onboard.gate.gate import Gate, run
 from swarm_onboard.gate.odometry import OdometryWatch
 from swarm_onboard.gate.power import PowerWatch
 from swarm_onboard.gate.wiring import WiringWatch
+from swarm_onboard.ros import node as ros
 
 if TYPE_CHECKING:
-    from swarm_onboard.gate.ros import RosSink
+    from swarm_onboard.gate.topics import GateTopics
 
 _LAST_ZERO = 2.0  # s that a shutdown by ROS waits for it
 
@@ -34,7 +36,7 @@ _LAST_ZERO = 2.0  # s that a shutdown by ROS waits for it
 class Output(Reporter):
     """Forwards velocities to ROS once connected."""
 
-    ros: RosSink | None
+    ros: GateTopics | None
 
     def send(self, velocity: Velocity) -> None:
         if self.ros:
@@ -69,32 +71,34 @@ class GateNode:
     def run(self, beat: Callable[[], None], longest_wait: float) -> None:
         run(self._gate, self.commands, self._latch, beat, longest_wait)
 
-    def join(self, loop: Future[None]) -> None:
+    def join(self, loop: Future[None]) -> ros.Node:
         def end() -> None:
             """Runs when ROS shuts this node down, before it closes the connections."""
             self.commands.stop()
             futures.wait([loop], _LAST_ZERO)
 
-        # Importing ROS takes longer than systemd should wait.
-        from swarm_onboard.command.ros import ended, subscribe  # noqa: PLC0415
-        from swarm_onboard.gate import ros  # noqa: PLC0415
+        node = ros.join(NODE, self._config.namespace, end)
+        # Importing messages takes longer than systemd should wait.
+        from swarm_onboard.gate import topics  # noqa: PLC0415
 
-        self._output.ros = ros.join(self._config, greet=self._gate.greet, end=end)
+        self._output.ros = topics.GateTopics(node, self._config, self._gate.greet)
         for complaint in self._output.ros.left_out:
             print(complaint, file=sys.stderr, flush=True)
-        subscribe(COMMAND, self._senders)
-        self._wiring.start(ros.system_state, ended)
+        node.subscribe_to_commands(COMMAND, self._senders.give)
+        self._wiring.start(node.publishers_and_subscribers, node.has_ended)
         if self._odometry is not None:
-            ros.read_odometry(self._odometry)
+            topics.read_odometry(node, self._odometry)
         if self._power is not None:
-            ros.read_power(self._power)
+            topics.read_power(node, self._power)
+        return node
 
     def leave(self) -> None:
         self._output.leave()
 
 
 if __name__ == "__main__":
-    # Where there is numpy, genpy/message.py imports it, for types of values that this node never has: 14 MB
-    # and 0.1 s. None makes that an ImportError, which genpy expects.
-    sys.modules["numpy"] = None  # type: ignore[assignment]
+    if os.environ.get("ROS_VERSION") != "2":
+        # Where there is numpy, genpy/message.py imports it, for types of values that this node never has:
+        # 14 MB and 0.1 s. None makes that an ImportError, which genpy expects.
+        sys.modules["numpy"] = None  # type: ignore[assignment]
     sys.exit(runner.main(sys.argv[1:], "Decide which commands reach a robot's driver.", load, GateNode))

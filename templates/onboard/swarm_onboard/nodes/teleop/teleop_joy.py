@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Protocol
 
+from swarm_onboard.ros.arguments import own_arguments
 from swarm_onboard.teleop.config import Config, ConfigError, load
 from swarm_onboard.teleop.device import Device
 from swarm_onboard.teleop.driving import EndedError, Ending, Wanted, drive
@@ -52,7 +53,7 @@ def main(arguments: list[str]) -> int:
     """Runs the program. Returns its exit status."""
     parser = argparse.ArgumentParser(description="Drive robots with a joystick.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the program")
-    options = parser.parse_args([argument for argument in arguments if ":=" not in argument])
+    options = parser.parse_args(own_arguments(arguments))
     try:
         config = load(options.config, "teleop-joy")
     except ConfigError as error:
@@ -64,12 +65,14 @@ def main(arguments: list[str]) -> int:
 
 
 def _run(config: Config, ending: Ending) -> None:
-    from swarm_onboard.teleop import ros  # noqa: PLC0415  a wrong parameter file is reported without ROS
+    from swarm_onboard.teleop import topics  # noqa: PLC0415  a wrong parameter file is reported without ROS
 
     settings = Settings(**config.settings)
-    commander = ros.Commander(config, before_shutdown=ending.end_and_wait)
+    commander = topics.Commander(config, before_shutdown=ending.end_and_wait)
     try:
-        stick: Stick = Device(settings.device) if settings.device else ros.JoyTopic(settings.topic)
+        stick: Stick = (
+            Device(settings.device) if settings.device else topics.JoyTopic(commander.node, settings.topic)
+        )
         pilot, fanout = Pilot(settings, config.robots, stick), Fanout(len(config.robots))
         drive(fanout, ending, pilot.look, commander.send, time.sleep, period=1 / settings.rate)
     finally:

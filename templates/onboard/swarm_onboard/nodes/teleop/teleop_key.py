@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+from swarm_onboard.ros.arguments import own_arguments
 from swarm_onboard.teleop.config import Config, ConfigError, load
 from swarm_onboard.teleop.driving import EndedError, Ending, Wanted, drive
 from swarm_onboard.teleop.fanout import Fanout
@@ -54,7 +55,7 @@ def main(arguments: list[str]) -> int:
     """Runs the program. Returns its exit status."""
     parser = argparse.ArgumentParser(description="Drive robots with the keyboard of this terminal.")
     parser.add_argument("--config", type=Path, required=True, help="parameter file of the program")
-    options = parser.parse_args([argument for argument in arguments if ":=" not in argument])
+    options = parser.parse_args(own_arguments(arguments))
     try:
         config = load(options.config, "teleop-key")
     except ConfigError as error:
@@ -72,14 +73,15 @@ def main(arguments: list[str]) -> int:
 
 def _run(config: Config, ending: Ending) -> bool:
     """Returns whether the master was restarted meanwhile: only a new process can join it."""
-    print("waits for the ROS master at", os.environ.get("ROS_MASTER_URI", "an unknown place"), flush=True)
-    from swarm_onboard.teleop import ros  # noqa: PLC0415  a wrong parameter file is reported without ROS
+    if "ROS_MASTER_URI" in os.environ:
+        print("waits for the ROS master at", os.environ["ROS_MASTER_URI"], flush=True)
+    from swarm_onboard.teleop import topics  # noqa: PLC0415  a wrong parameter file is reported without ROS
 
     settings = Settings(
         **config.settings, speed_bounds=config.bounds["speed"], turn_bounds=config.bounds["turn"]
     )
-    commander = ros.Commander(config, before_shutdown=ending.end_and_wait)
-    forgotten = ros.when_forgotten(ending.end_and_wait)
+    commander = topics.Commander(config, before_shutdown=ending.end_and_wait)
+    forgotten = topics.when_forgotten(commander.node, ending.end_and_wait)
     print(HELP, flush=True)
     try:
         with Terminal() as terminal:

@@ -1,0 +1,1 @@
+"""A node of ROS 1, by rospy."""

@@ -1,0 +1,132 @@
+"""The paper's experiments of one island on ROS 2: what must arrive, and what must not."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import tarfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from swarmctl.cli import exit_codes
+from swarmctl.lab.hosts import image, ros_wheels
+from tests.e2e.experiment import EXAMPLES, STILL, Experiment, conducted
+from tests.e2e.lab_swarm import LEADER, LabSwarm, Note, moves, until
+from tests.loading import load_swarm
+from tests.timing import Promise
+
+
+class Conducted:
+    """What holds for every experiment. ``EXAMPLE`` is its folder, ``FOLLOWERS`` the robots of the gamepad."""
+
+    EXAMPLE: str
+    FOLLOWERS: tuple[str, ...]
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def experiment(cls, workplace: Path) -> Iterator[Experiment]:
+        spec, _ = load_swarm(EXAMPLES / cls.EXAMPLE / "swarm.yaml")
+        assert spec is not None
+        try:
+            image.ensure(lambda _line: None, distro=spec.distro)
+        except ros_wheels.NoWheelsError as error:
+            pytest.skip(str(error))
+        with conducted(cls.EXAMPLE, workplace, cls.prepare) as done:
+            yield done
+
+    @classmethod
+    def prepare(cls, swarm: LabSwarm) -> None:
+        """What a person does to the hosts before the first deploy."""
+
+    def test_is_deployed_and_healthy(self, experiment: Experiment, note: Note) -> None:
+        for what, seconds in experiment.seconds.items():
+            note(f"{self.EXAMPLE}: {what}", f"{seconds:.1f} s", "")
+        assert experiment.lab.plan().status == exit_codes.OK  # nothing is left to do
+
+    def test_the_graph_has_just_what_the_spec_says(self, experiment: Experiment) -> None:
+        experiment.settles()
+
+    def test_the_gamepad_drives_its_robots_and_no_others(
+        self, experiment: Experiment, note: Note, promise: Promise
+    ) -> None:
+        with experiment.gamepad() as pad:
+            took = experiment.drives(pad, *self.FOLLOWERS)
+            pad.let_go()
+            rest = experiment.seconds_to_rest()
+        note(f"{self.EXAMPLE}: button held until all move", f"{took:.2f} s", "")
+        promise(f"{self.EXAMPLE}: button let go until all stand", rest, STILL)
+
+
+class TestSingleMinded(Conducted):
+    """One computer runs everything; its nodes look for no others."""
+
+    EXAMPLE = "ros2-1-single-minded"
+    FOLLOWERS = ("koala", "k3", "epuck-1", "epuck-2")
+
+    def test_a_command_of_another_computer_does_not_arrive(self, experiment: Experiment) -> None:
+        """In the same domain, by multicast, which the network passes on."""
+        domain = experiment.spec.islands[0].discovery.domain
+        distro = experiment.spec.distro
+        joined = f"export HOME=/tmp; . /opt/ros/{distro}/setup.sh; export ROS_DOMAIN_ID={domain}"
+        with experiment.lab.publishing("desktop", "k3", 0.1, source=joined):
+            experiment.stands("k3", 3.0)
+            assert experiment.lab.ros.stranger not in experiment.lab.diagnosis(LEADER, "k3")
+
+
+class TestLeader(Conducted):
+    """Three robots with computers of their own follow the Koala's, on a network without multicast."""
+
+    EXAMPLE = "ros2-2-leader"
+    FOLLOWERS = ("koala", "k3", "epuck")
+
+    @pytest.mark.parametrize("host", ["k3-pi", LEADER])
+    def test_a_command_that_is_not_the_joysticks_moves_nothing(
+        self, experiment: Experiment, host: str
+    ) -> None:
+        with experiment.lab.publishing(host, "epuck", 0.05):
+            experiment.refuses("epuck", "epuck-pi")
+
+
+class TestCentral(Conducted):
+    """Robots of their own mind that meet at two discovery servers."""
+
+    EXAMPLE = "ros2-3-central"
+    FOLLOWERS = ("koala", "epuck")
+
+    @classmethod
+    def prepare(cls, swarm: LabSwarm) -> None:
+        """The Khepera's own program goes where colcon installs it."""
+        package, packed = EXAMPLES / cls.EXAMPLE / "simple_moves", io.BytesIO()
+        index = "share/ament_index/resource_index/packages/simple_moves"
+        with tarfile.open(fileobj=packed, mode="w") as archive:
+            archive.add(package / "package.xml", "share/simple_moves/package.xml")
+            archive.add(package / "scripts/square.py", "lib/simple_moves/square.py")
+            archive.addfile(tarfile.TarInfo(index))
+        argv = swarm.shell_argv("k3-pi", "sudo tar -xC /opt/ros/kilted --no-same-owner")
+        subprocess.run(argv, input=packed.getvalue(), check=True, timeout=30)
+
+    def test_the_gamepad_drives_its_robots_and_no_others(
+        self, experiment: Experiment, note: Note, promise: Promise
+    ) -> None:
+        """The Khepera goes its own way until its own program ends; then no gamepad moves it."""
+        until(lambda: moves(experiment.lab.robot("k3")), "k3 does not drive its square")
+        experiment.lab.shell("k3-pi", "sudo systemctl stop swarm-newswarm.square")
+        experiment.seconds_to_rest()
+        super().test_the_gamepad_drives_its_robots_and_no_others(experiment, note, promise)
+
+    def test_a_command_from_another_computer_does_not_move_the_khepera(self, experiment: Experiment) -> None:
+        with experiment.lab.publishing(LEADER, "k3", 0.1):
+            experiment.refuses("k3", "k3-pi")
+
+    @pytest.mark.parametrize("away", [LEADER, "k3-pi"])
+    def test_one_discovery_server_is_enough_for_new_nodes(self, experiment: Experiment, away: str) -> None:
+        """While the other server is stopped, a node that starts is found and refused."""
+        unit = "swarm-newswarm.discovery"
+        experiment.lab.shell(away, f"sudo systemctl stop {unit}")
+        try:
+            with experiment.lab.publishing("epuck-pi", "koala", 0.1):
+                experiment.refuses("koala", LEADER)
+        finally:
+            experiment.lab.shell(away, f"sudo systemctl start {unit}")

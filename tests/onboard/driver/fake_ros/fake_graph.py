@@ -1,0 +1,114 @@
+"""What the fakes of rospy and rclpy share: messages, and the process at the other end of stdin and stdout.
+
+Commands come in on stdin, one ``<sender> <m/s> <rad/s>`` a line, settings as ``<topic>=<numbers>``,
+messages of any other kind as ``<topic>:<bytes in hex>``, and ``shutdown`` as the end by ROS. Publications
+go out on stdout, one JSON object a line. FAKE_LISTENERS=0 in the environment: nobody listens. FAKE_LACKS
+names a package that is not installed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import types
+from array import array
+from collections.abc import Callable
+from typing import Any
+
+_PRINTING = threading.Lock()
+
+
+def say(news: dict[str, Any]) -> None:
+    """One line at a time: several threads publish."""
+    line = json.dumps(news, default=_plain) + "\n"
+    with _PRINTING:
+        sys.stdout.write(line)
+        sys.stdout.flush()
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, (bytes, array)) else vars(value)
+
+
+class Message:
+    """Any message: fields come into being when they are used."""
+
+    OK, WARN, ERROR = range(3)  # of diagnostic_msgs/DiagnosticStatus
+
+    def __init__(self, **fields: Any) -> None:
+        self.__dict__.update(fields)
+
+    def __getattr__(self, name: str) -> Message:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self.__dict__.setdefault(name, Message())
+
+
+def packages(package: str, *names: str) -> None:
+    if package == os.environ.get("FAKE_LACKS"):
+        return
+    module = types.ModuleType(f"{package}.msg")
+    module.__dict__.update(dict.fromkeys(names, Message))
+    sys.modules.update({package: types.ModuleType(package), f"{package}.msg": module})
+
+
+packages("diagnostic_msgs", "DiagnosticArray", "DiagnosticStatus", "KeyValue")
+packages("geometry_msgs", "Quaternion", "TransformStamped", "Twist", "TwistStamped", "Vector3")
+packages("nav_msgs", "Odometry")
+packages("rcl_interfaces", "ParameterDescriptor")
+packages(
+    "sensor_msgs",
+    "BatteryState",
+    "CameraInfo",
+    "Image",
+    "Imu",
+    "JointState",
+    "LaserScan",
+    "MagneticField",
+    "Range",
+    "Temperature",
+)
+packages(
+    "std_msgs",
+    "Float32MultiArray",
+    "MultiArrayDimension",
+    "String",
+    "UInt8",
+    "UInt8MultiArray",
+    "UInt16MultiArray",
+)
+packages("tf2_msgs", "TFMessage")
+
+
+def listen(shut_down: Callable[[], None], deliver: Callable[[str, str, Any], None]) -> None:
+    """Starts to read stdin; ``deliver`` takes the topic, the sender and the message, or bytes of one."""
+    threading.Thread(target=_listen, args=(shut_down, deliver), daemon=True).start()
+
+
+def _listen(shut_down: Callable[[], None], deliver: Callable[[str, str, Any], None]) -> None:
+    say({"topic": "listening"})
+    for line in sys.stdin:
+        if line == "shutdown\n":
+            shut_down()
+        elif "=" in line:
+            topic, _, numbers = line.strip().partition("=")
+            values = [int(number) for number in numbers.split(",")]
+            deliver(topic, "somebody", Message(data=bytes(values) if len(values) > 1 else values[0]))
+        elif ":" in line:
+            topic, _, data = line.strip().partition(":")
+            deliver(topic, "somebody", bytes.fromhex(data))
+        else:
+            sender, linear, angular = line.split()
+            command = Message(linear=_vector(x=float(linear)), angular=_vector(z=float(angular)))
+            deliver("cmd_vel", sender, command)
+
+
+def _vector(x: float = 0.0, z: float = 0.0) -> Message:
+    return Message(x=x, y=0.0, z=z)
+
+
+def listeners() -> int:
+    """Returns how many nodes subscribe to any topic."""
+    return int(os.environ.get("FAKE_LISTENERS", "1"))

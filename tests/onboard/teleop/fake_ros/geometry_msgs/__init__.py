@@ -1,0 +1,1 @@
+"""As much of geometry_msgs as teleop touches."""

@@ -1,0 +1,1 @@
+"""As much of sensor_msgs as teleop touches."""

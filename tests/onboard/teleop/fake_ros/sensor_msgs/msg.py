@@ -1,0 +1,3 @@
+"""As much of sensor_msgs as teleop touches."""
+
+Joy = object

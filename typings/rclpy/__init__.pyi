@@ -1,0 +1,9 @@
+from collections.abc import Sequence
+from typing import Any
+
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+def init(*, args: Sequence[str], signal_handler_options: SignalHandlerOptions) -> None: ...
+def try_shutdown() -> None: ...
+def create_node(name: str, *, namespace: str, parameter_overrides: Sequence[Parameter]) -> Any: ...

@@ -1,0 +1,4 @@
+from typing import Any
+
+class Parameter:
+    def __init__(self, name: str, *, value: Any) -> None: ...

@@ -1,0 +1,3 @@
+from typing import Any
+
+def deserialize_message(message: bytes, kind: Any) -> Any: ...
