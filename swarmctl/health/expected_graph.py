@@ -14,8 +14,9 @@ from swarmctl.health.expected_bridges import (
 )
 from swarmctl.health.expected_programs import ExpectedProgram, programs_of
 from swarmctl.links.bluetooth_link import RfcommLine
-from swarmctl.render.middleware import ExpectedDriver, Middleware, middleware_of
+from swarmctl.render.middleware import DiscoveryServers, ExpectedDriver, Middleware, middleware_of
 from swarmctl.resources import HostModule
+from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm import names
 from swarmctl.swarm.resolved import (
     Commander,
@@ -70,7 +71,10 @@ class ExpectedRobot(ExpectedDriver):
 
 @dataclass(frozen=True)
 class ExpectedHost:
-    """A host, the release it should run, and the master its nodes should reach (no URI where none runs)."""
+    """A host, the release it should run, and the master its nodes should reach (no URI where none runs).
+
+    ``servers``: those over which the nodes of its island find each other, if they need some.
+    """
 
     name: str
     address: str
@@ -86,6 +90,7 @@ class ExpectedHost:
     robots: tuple[ExpectedRobot, ...]
     multimaster: ExpectedMultimaster | None = None
     programs: tuple[ExpectedProgram, ...] = ()
+    servers: DiscoveryServers | None = None
 
     @property
     def is_hub(self) -> bool:
@@ -99,6 +104,7 @@ class ExpectedGraph:
 
     ``addresses`` maps each island to what may stand for a host in the URIs of its nodes. ``simulated_time``:
     nodes take their time from /clock. ``program_topics``: what programs of any host declare to publish.
+    ``velocities``: the types of a topic on which a driver might take commands.
     """
 
     swarm: str
@@ -108,6 +114,7 @@ class ExpectedGraph:
     addresses: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     simulated_time: bool = False
     program_topics: tuple[str, ...] = ()
+    velocities: tuple[str, ...] = VELOCITIES
 
     @property
     def robots(self) -> tuple[ExpectedRobot, ...]:
@@ -128,8 +135,16 @@ def expected_graph(swarm: Swarm, releases: Mapping[str, Release]) -> ExpectedGra
     places = {island.name: swarm.uri_hosts_of(island) for island in swarm.islands}
     programs = (one for host in swarm.hosts.values() for one in programs_of(swarm, host))
     topics = tuple(dict.fromkeys(name for one in programs for name, _ in one.publishes))
+    velocities = tuple(map(middleware.type_name, VELOCITIES))
     return ExpectedGraph(
-        swarm.name, tuple(hosts), middleware.probe, tuple(bridges), places, swarm.use_sim_time, topics
+        swarm.name,
+        tuple(hosts),
+        middleware.probe,
+        tuple(bridges),
+        places,
+        swarm.use_sim_time,
+        topics,
+        velocities,
     )
 
 
@@ -154,6 +169,7 @@ def _host(swarm: Swarm, middleware: Middleware, host: Host, release: Release) ->
         ),
         multimaster=multimaster_of(swarm, island.hub, release.units) if host.name == island.hub else None,
         programs=programs_of(swarm, host),
+        servers=middleware.discovery_servers(swarm, island),
     )
 
 

@@ -219,6 +219,20 @@ class UnconnectedSeen:
 
 
 @dataclass(frozen=True)
+class UnmatchedSeen:
+    """A publisher and a subscriber of ``topic`` that exchange nothing: their types or the definitions of
+    these differ, or ``policies`` of their QoS do not match.
+    """
+
+    topic: str
+    publisher: str
+    subscriber: str
+    type: str
+    publisher_type: str
+    policies: str
+
+
+@dataclass(frozen=True)
 class DeviceSeen:
     """A serial device. ``usable``: drivers may open it (mode and group)."""
 
@@ -296,6 +310,10 @@ class Answer:
     peers: Mapping[str, PeerSeen] = field(default_factory=dict)  # by node
     unconnected: tuple[UnconnectedSeen, ...] = ()
     listening: tuple[int, ...] = ()  # ports of the host on which a process listens
+    listening_udp: tuple[int, ...] = ()
+    seen: int | None = None  # nodes in the graph, where nodes find each other without a master
+    doubles: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # hosts, by name of several nodes
+    unmatched: tuple[UnmatchedSeen, ...] = ()
     senders: Mapping[str, SenderSeen] = field(default_factory=dict)
     graph: GraphSeen | None = None
     simulated_time: SimulatedTimeSeen | None = None

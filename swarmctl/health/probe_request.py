@@ -6,14 +6,13 @@ from collections.abc import Iterator
 
 from swarm_onboard.agent.probe_messages import GraphRequest, NodeRequest, ProbeRequest
 
-from swarmctl.health.checks.connection import inputs_of, peers_of
+from swarmctl.health.checks.connection import inputs_of, nodes_of, peers_of
 from swarmctl.health.checks.link import neighbours
 from swarmctl.health.checks.publisher import publishers_of
 from swarmctl.health.checks.unit import RESTART_WINDOW
 from swarmctl.health.expected_graph import ExpectedGraph, ExpectedHost, ExpectedRobot
 from swarmctl.health.expected_programs import ExpectedProgram
 from swarmctl.resources import host_check_names
-from swarmctl.robot_types.ros_driver import VELOCITIES
 from swarmctl.swarm.topics import DIAGNOSTICS, DriverTopic
 
 LONGEST_LISTENING = 10.0  # s, however slow a topic is
@@ -53,8 +52,9 @@ def request(graph: ExpectedGraph, host: ExpectedHost, window: float) -> ProbeReq
         "nodes": [*robots, *gates, *programs, *_multimaster_nodes(host, window)],
         "graph": _graph_request(graph, host),
         "commands": [topic for one in island for robot in one.robots for topic in _command_topics(robot)],
-        "command_types": list(VELOCITIES) if gated else [],
+        "command_types": list(graph.velocities) if gated else [],
         "publishers": publishers_of(graph, host) if island else {},
+        "homes": {node: one.advertised for one in island for node in nodes_of(one)},
         "peers": list(peers_of(graph, host)),
         "inputs": list(dict.fromkeys(topic for one in inputs_of(graph, host) for topic in one.topics)),
         "devices": [robot.device for robot in host.robots if robot.device],

@@ -32,6 +32,16 @@ class Master:
 
 
 @dataclass(frozen=True)
+class DiscoveryServers:
+    """The hosts with a server over which the nodes of an island find each other; its unit and its port."""
+
+    hosts: tuple[str, ...]
+    unit: str
+    port: int
+    protocol: Literal["tcp", "udp"]
+
+
+@dataclass(frozen=True)
 class ExpectedGate:
     """The gate in front of a driver: its unit, its node, and the topic on which it publishes. Full names."""
 
@@ -130,6 +140,9 @@ class Middleware(Protocol):
 
     def master(self, swarm: Swarm, island: Island) -> Master | None:
         """Returns the master of ``island``; None if nodes find each other without one."""
+
+    def discovery_servers(self, swarm: Swarm, island: Island) -> DiscoveryServers | None:
+        """Returns the servers of ``island``; None if nodes find each other without."""
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
         """Returns what the driver of ``robot`` shows in the graph when all is well."""

@@ -121,6 +121,7 @@ def test_a_host_is_probed_for_its_own_part() -> None:
         "commands": [],
         "command_types": [],
         "publishers": {},
+        "homes": {},
         "peers": [],
         "inputs": ["/k3/cmd_vel"],
         "devices": ["/dev/swarm/k3"],

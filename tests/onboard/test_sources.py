@@ -39,6 +39,7 @@ MAY_IMPORT = {
     "multimaster": {"swarm_onboard.common"},
     "host_checks": {"swarm_onboard.agent"},
     "ros1_probe": {"swarm_onboard.agent", "swarm_onboard.common"},
+    "ros2_probe": {"swarm_onboard", "swarm_onboard.agent", "swarm_onboard.common"},
     "ros": set[str](),
     "ros1": {"swarm_onboard.ros", *ROS1, "geometry_msgs"},
     "ros2": {"swarm_onboard.ros", *ROS2, "geometry_msgs", "std_msgs"},
@@ -83,7 +84,7 @@ def test_python_3_8_imports_what_needs_no_other_library() -> None:
     python = python_3_8()
     if python is None:
         pytest.skip("no python3.8 here")
-    packages = ("agent", "common", "ros1_probe", "rosserial")
+    packages = ("agent", "common", "ros1_probe", "ros2_probe", "rosserial")
     modules = [
         ".".join(path.relative_to(onboard().parent).with_suffix("").parts)
         for package in packages

@@ -51,6 +51,9 @@ class Pebble:
     def master(self, swarm: Swarm, island: Island) -> None:
         return None
 
+    def discovery_servers(self, swarm: Swarm, island: Island) -> None:
+        return None
+
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
         return ExpectedDriver(
             unit=names.unit(swarm.name, "pebbled"),

@@ -41,7 +41,11 @@ def senders(robot: ExpectedRobot, hub: Answer) -> Iterator[tuple[str, SenderSeen
 
 
 def may_command(robot: ExpectedRobot, node: str, seen: SenderSeen) -> bool:
-    """Returns True if ``control`` allows ``node`` to command ``robot``."""
+    """Returns True if `control` allows ``node`` to command ``robot``, or may do: where a graph does not show
+    on which host a node is, it may be on one that `control` allows.
+    """
+    if not seen.host and any(commander.addresses for commander in robot.commanders):
+        return True
     return any(commander.includes(node, seen.host) for commander in robot.commanders)
 
 
@@ -53,7 +57,7 @@ def _unauthorised(robot: ExpectedRobot, hub: Answer, report: Report | None) -> V
     found = [(node, seen) for node, seen in senders(robot, hub) if not may_command(robot, node, seen)]
     if not found:
         return _lately(robot, report) if robot.guard else ok(_unguarded(robot))
-    named = listed([f"{node} on {seen.host}" for node, seen in found])
+    named = listed([_placed(node, seen) for node, seen in found])
     who, them = ("publisher", "it") if len(found) == 1 else ("publishers", "them")
     text = f"unauthorised {who} {named} on {robot.command}"
     return Verdict(
@@ -61,6 +65,10 @@ def _unauthorised(robot: ExpectedRobot, hub: Answer, report: Report | None) -> V
         f"{text}; {_effect(robot, found, report)}",
         f"stop {them}, or add {them} to `control` (allowed now: {_names(robot)})",
     )
+
+
+def _placed(node: str, seen: SenderSeen) -> str:
+    return f"{node} on {seen.host}" if seen.host else node
 
 
 def _lately(robot: ExpectedRobot, report: Report | None) -> Verdict:
@@ -104,7 +112,7 @@ def _types(robot: ExpectedRobot, hub: Answer) -> Verdict:
     for node, seen in senders(robot, hub):
         kind = seen.publishes[robot.command]
         if kind not in (wanted, "*") and may_command(robot, node, seen):
-            text = f"{node} on {seen.host} publishes {robot.command} as {kind} instead of {wanted}"
+            text = f"{_placed(node, seen)} publishes {robot.command} as {kind} instead of {wanted}"
             return bad(f"{text}: its commands are lost", f"publish {wanted}, or remap the topic")
     return ok(f"of type {wanted}")
 

@@ -66,10 +66,10 @@ def _commanded(robot: ExpectedRobot) -> str:
 def peers_of(graph: ExpectedGraph, hub: ExpectedHost) -> Iterator[str]:
     """Yields the nodes on other hosts to which the master on ``hub`` connects; none if it has none."""
     others = (host for host in graph.hosts if hub.is_hub and hub.name == host.hub != host.name)
-    return (node for host in others for node in _owners(host))
+    return (node for host in others for node in nodes_of(host))
 
 
-def _owners(host: ExpectedHost) -> dict[str, Owner]:
+def nodes_of(host: ExpectedHost) -> dict[str, Owner]:
     """The named nodes of ``host``, those that take commands first, with the robot or program of each."""
     found: dict[str, Owner] = {robot.guard_node: (robot, None) for robot in host.robots}
     found |= {robot.node: (robot, None) for robot in host.robots}
@@ -136,6 +136,6 @@ def _cut_off(
     for one in inputs_of(graph, host):
         if topics := [topic for topic in one.topics if topic in seen.topics]:
             yield one, f"unless the two are connected already, nothing arrives on {listed(topics)}"
-    owner = _owners(home).get(node)
+    owner = nodes_of(home).get(node)
     if owner is not None and host.name == home.hub and seen.uri.rstrip("/").endswith(f":{seen.port}"):
         yield Input("the master", (), owner), "messages of nodes that start now do not arrive there"

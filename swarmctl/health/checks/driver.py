@@ -38,6 +38,7 @@ def causes(context: CheckContext, host: ExpectedHost, robot: ExpectedRobot) -> l
     return [
         *context.rivals(host.name, robot.unit),
         f"master {host.name}",
+        f"discovery {host.name}",
         *link.keys(context.graph, host),
         f"environment {robot.name}",
         f"probe {host.name} ros",

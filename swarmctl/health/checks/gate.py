@@ -34,7 +34,7 @@ def compare(found: Findings, context: CheckContext) -> None:
         if (gate := robot.gate) is None:
             continue
         running = _runs(robot, gate, host, answer.units.get(gate.unit), answer.nodes.get(gate.node))
-        after = [*context.rivals(host.name, gate.unit), f"master {host.name}"]
+        after = [*context.rivals(host.name, gate.unit), f"master {host.name}", f"discovery {host.name}"]
         after += [*link.keys(context.graph, host), f"probe {host.name} ros"]
         after += [unit.key(host.name, gate.unit), f"release {host.name}"]
         found.add("gate", robot.name, running, robot=robot, after=after)

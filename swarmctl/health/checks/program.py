@@ -44,7 +44,7 @@ def causes(context: CheckContext, host: ExpectedHost, program: ExpectedProgram, 
     if unit is not None and unit.load == "not-found":
         after.append(f"release {host.name}")
     if unit is not None and unit.runs:
-        after += [f"master {host.name}", *link.keys(context.graph, host)]
+        after += [f"master {host.name}", f"discovery {host.name}", *link.keys(context.graph, host)]
         after += [f"environment {program.name}"] if program.container is None else []
         after += [f"probe {host.name} {part}" for part in ("ros", "launched")]
         after.append(f"release {host.name}")

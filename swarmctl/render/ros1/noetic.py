@@ -83,6 +83,9 @@ class Noetic:
         cleanup = f". {home(swarm)}/current/setup.bash; yes | rosnode cleanup"
         return Master(swarm.master_uri(island), names.unit(swarm.name, names.MASTER), cleanup)
 
+    def discovery_servers(self, swarm: Swarm, island: Island) -> None:
+        """Returns None: nodes ask the master."""
+
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
         """Returns the driver's node, with one topic per reading."""
         return expected_nodes.driver(swarm, robot)

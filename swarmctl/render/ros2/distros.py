@@ -7,7 +7,13 @@ from dataclasses import replace
 
 from swarmctl.render import expected_nodes, program_needs, sketch
 from swarmctl.render.bundle import File, Part
-from swarmctl.render.middleware import Capability, ExpectedDriver, ExpectedNode, Middleware
+from swarmctl.render.middleware import (
+    Capability,
+    DiscoveryServers,
+    ExpectedDriver,
+    ExpectedNode,
+    Middleware,
+)
 from swarmctl.render.ros2 import (
     ament_packages,
     domain_ports,
@@ -77,6 +83,10 @@ class Ros2:
 
     def master(self, swarm: Swarm, island: Island) -> None:
         """Returns None: nodes find each other without one."""
+
+    def discovery_servers(self, swarm: Swarm, island: Island) -> DiscoveryServers | None:
+        """Returns the discovery servers of Fast DDS, or the routers of Zenoh."""
+        return ros2_release.servers(swarm, island)
 
     def driver(self, swarm: Swarm, robot: Robot) -> ExpectedDriver:
         """Returns the driver's node, with one topic per reading."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.middleware import DiscoveryServers
 from swarmctl.render.quoting import render
 from swarmctl.render.ros2 import discovery_files, graph_environment
 from swarmctl.render.service_values import home, service_values
@@ -78,6 +79,16 @@ def server_unit(swarm: Swarm, host: Host, island: Island) -> Part:
     waits = (_WAIT,) if graph_environment.own_address(host, island) else ()
     needs = (file.path, ENVIRONMENT, _EXEC, RUN_NODE, RESTART_DELAY, *waits)
     return Part((file,), (Unit(name, needs),))
+
+
+def servers(swarm: Swarm, island: Island) -> DiscoveryServers | None:
+    """Returns the servers over which the nodes of ``island`` find each other, if they need some."""
+    if not (hosts := island.discovery.servers):
+        return None
+    unit = names.unit(swarm.name, names.DISCOVERY)
+    if island.discovery.method == "zenoh":
+        return DiscoveryServers(hosts, unit, graph_environment.ROUTER_PORT, "tcp")
+    return DiscoveryServers(hosts, unit, graph_environment.SERVER_PORT, "udp")
 
 
 def unit_values(swarm: Swarm, host: Host, island: Island) -> dict[str, Any]:

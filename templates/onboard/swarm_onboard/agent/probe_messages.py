@@ -51,7 +51,8 @@ class ProbeRequest(TypedDict):
     ``module``: its ``observe(request, answer)`` fills in the ``GraphAnswer``, its ``observe_logs(answer)``
     the conflicts, after the last states of the units; ``master``: its URI, empty without one; ``commands``:
     topics whose publishers and subscribers are looked up, with those of all topics that have one of
-    ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``peers``: nodes on other
+    ``command_types``; ``publishers``: by topic, the nodes that should publish it; ``homes``: by node of
+    the island, the address at which it should be, empty but on the hub; ``peers``: nodes on other
     hosts to which the master here connects; ``inputs``: topics to whose publishers nodes of
     this one connect; ``graph``: null on one island; ``launched``: units whose nodes are to be
     found, each with the seconds to listen to its topics (0: not at all); ``advertised``: the host in the URIs
@@ -71,6 +72,7 @@ class ProbeRequest(TypedDict):
     commands: list[str]
     command_types: list[str]
     publishers: dict[str, list[str]]
+    homes: dict[str, str]
     peers: list[str]
     inputs: list[str]
     devices: list[str]
@@ -210,6 +212,19 @@ class UnconnectedAnswer(TypedDict):
     publisher_md5: str
 
 
+class UnmatchedAnswer(TypedDict):
+    """A publisher and a subscriber of ``topic`` that exchange nothing: their types or the definitions of
+    these differ, or, in words, ``policies`` of their QoS do not match.
+    """
+
+    topic: str
+    publisher: str
+    subscriber: str
+    type: str
+    publisher_type: str
+    policies: str
+
+
 class IslandsAnswer(TypedDict):
     """``publishers`` of bridged topics: by topic the URI of each node; ``types``: by topic."""
 
@@ -241,8 +256,10 @@ class SimulatedTimeAnswer(SimulatedTimeUse, total=False):
 class GraphAnswer(TypedDict, total=False):
     """What the module of a middleware finds out, by node and by topic. Missing: it could not, or has none.
 
-    ``others``: nodes that publish a topic and should not; ``listening``: the TCP ports of this host with a
-    process; ``launched``: by unit; ``conflicts``: by unit and node.
+    ``others``: nodes that publish a topic and should not; ``listening`` and ``listening_udp``: the ports of
+    this host with a process; ``launched``: by unit; ``conflicts``: by unit and node. Where nodes find each
+    other: ``seen``, how many this host sees; ``doubles``: by name that several nodes have at once, the host
+    of each, empty if unknown; ``unmatched``.
     ``troubles``: the reasons, by part: ``ros``, ``commanders``, ``graph``, ``peers``, ``launched``,
     ``conflicts``, ``simulated time``.
     """
@@ -254,6 +271,10 @@ class GraphAnswer(TypedDict, total=False):
     others: dict[str, list[str]]
     peers: dict[str, PeerAnswer]
     listening: list[int]
+    listening_udp: list[int]
+    seen: int
+    doubles: dict[str, list[str]]
+    unmatched: list[UnmatchedAnswer]
     unconnected: list[UnconnectedAnswer]
     senders: dict[str, SenderAnswer]
     graph: IslandsAnswer

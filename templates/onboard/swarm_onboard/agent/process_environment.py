@@ -5,18 +5,27 @@ from __future__ import annotations
 import glob
 from contextlib import suppress
 
-from . import files
+from . import environment_file, files
 from .clip import clipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Iterable, Mapping
+    from typing import Any, Iterable, Mapping, Sequence
 
     from .release_store import Home
 
 _DROP_INS = ("/run/systemd/system", "/etc/systemd/system")
-FILE = "env/ros.env"
-NAMES = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_IPV6")  # with which nodes find each other
+FILE = environment_file.ROS
+#: The variables with which nodes find each other, by the version of ROS.
+NAMES = {
+    "1": ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_IPV6"),
+    "2": (
+        *("ROS_DOMAIN_ID", "RMW_IMPLEMENTATION", "ROS_DISCOVERY_SERVER", "ROS_SUPER_CLIENT"),
+        *("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY", "ROS2_EASY_MODE"),
+        *("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE"),
+        *("CYCLONEDDS_URI", "ZENOH_CONFIG_OVERRIDE"),
+    ),
+}
 
 
 def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> dict[str, list[str]]:
@@ -24,7 +33,9 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
     content = files.read(f"{home.current_link}/{FILE}")
     if content is None:
         return {}
-    wanted = variables(content.decode("utf-8", "replace").splitlines())
+    release = environment_file.variables_in(content.decode("utf-8", "replace"))
+    names = NAMES.get(release.get("ROS_VERSION", "1"), ())
+    wanted = {name: release[name] for name in names if name in release}
     found: dict[str, list[str]] = {}
     for unit, state in units.items():
         found[unit] = [f"ExecStart is that of {path}" for path in _starting_drop_ins(home, unit)]
@@ -32,8 +43,10 @@ def differences(home: Home, units: Mapping[str, Any], proc: str = "/proc") -> di
             pid = state["pid"]
             text = files.read(f"{proc}/{pid}/environ") if pid else None
             if text:
-                seen = variables(text.decode("utf-8", "replace").split("\0"))
-                found[unit].extend(_compared(seen, wanted))
+                seen = dict(
+                    line.split("=", 1) for line in text.decode("utf-8", "replace").split("\0") if "=" in line
+                )
+                found[unit].extend(_compared(names, seen, wanted))
     return {unit: texts for unit, texts in found.items() if texts}
 
 
@@ -45,14 +58,8 @@ def _starting_drop_ins(home: Home, unit: str) -> Iterable[str]:
                 yield clipped(path)
 
 
-def variables(lines: Iterable[str]) -> dict[str, str]:
-    """Returns the variables of the middleware, as a file of systemd or a process has them."""
-    pairs = (line.partition("=") for line in lines)
-    return {name: value.strip('"') for name, _, value in pairs if name in NAMES}
-
-
-def _compared(seen: Mapping[str, str], wanted: Mapping[str, str]) -> Iterable[str]:
-    for name in NAMES:
+def _compared(names: Sequence[str], seen: Mapping[str, str], wanted: Mapping[str, str]) -> Iterable[str]:
+    for name in names:
         if name in wanted and name not in seen:
             yield f"{name} is not set, instead of {wanted[name]}"
         elif name in seen and name not in wanted:

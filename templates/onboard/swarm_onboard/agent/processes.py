@@ -57,17 +57,24 @@ def _process(proc: str, pid: int) -> Process:
 def listening_ports(pid: int = 0, proc: str = "/proc") -> list[int]:
     """The TCP ports on which a process listens, or any of the host. Raises ``OSError`` if it has ended."""
     sockets = set(_sockets(f"{proc}/{pid}/fd")) if pid else None
-    ports = set()
-    for table in ("tcp", "tcp6"):
-        try:
-            lines = _read(f"{proc}/{pid or 'self'}/net/{table}").splitlines()[1:]
-        except FileNotFoundError:  # a kernel without IPv6
-            continue
-        for line in lines:
-            fields = line.split()
-            if fields[3] == _LISTENING and (sockets is None or fields[9] in sockets):
-                ports.add(int(fields[1].rpartition(":")[2], 16))
+    ports = {
+        int(fields[1].rpartition(":")[2], 16)
+        for fields in _table(proc, str(pid or "self"), ("tcp", "tcp6"))
+        if fields[3] == _LISTENING and (sockets is None or fields[9] in sockets)
+    }
     return sorted(ports)
+
+
+def udp_ports(proc: str = "/proc") -> list[int]:
+    """The UDP ports that processes of the host have."""
+    return sorted({int(fields[1].rpartition(":")[2], 16) for fields in _table(proc, "self", ("udp", "udp6"))})
+
+
+def _table(proc: str, process: str, names: Sequence[str]) -> Iterator[list[str]]:
+    """The fields of each socket in tables of the kernel (proc_pid_net(5))."""
+    for name in names:
+        with suppress(FileNotFoundError):  # a kernel without IPv6
+            yield from (line.split() for line in _read(f"{proc}/{process}/net/{name}").splitlines()[1:])
 
 
 def _sockets(folder: str) -> Iterator[str]:

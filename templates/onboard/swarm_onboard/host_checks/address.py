@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 
-from swarm_onboard.agent import command, files, process_environment
+from swarm_onboard.agent import command, environment_file, files
 from swarm_onboard.agent.named_tuple import NamedTuple
 from swarm_onboard.host_checks import Judged
 
@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from swarm_onboard.agent.release_store import Home
 
 TABLE = (("its nodes advertise an address that the host does not have", "a warning, with those it has"),)
-_NAMES = ("ROS_HOSTNAME", "ROS_IP")  # the first that is set counts (wiki.ros.org/ROS/EnvironmentVariables)
+#: The first that is set counts (wiki.ros.org/ROS/EnvironmentVariables); the last is of a release of ROS 2.
+_NAMES = ("ROS_HOSTNAME", "ROS_IP", "SWARM_ADDRESS")
 
 
 class Seen(NamedTuple):
@@ -26,8 +27,8 @@ class Seen(NamedTuple):
 
 def observe(home: Home) -> list[Seen]:
     """Binds a socket to what the release has nodes advertise; nothing without a release or a middleware."""
-    content = files.read(f"{home.current_link}/{process_environment.FILE}") or b""
-    variables = process_environment.variables(content.decode("utf-8", "replace").splitlines())
+    content = files.read(f"{home.current_link}/{environment_file.ROS}") or b""
+    variables = environment_file.variables_in(content.decode("utf-8", "replace"))
     advertised = next((variables[name] for name in _NAMES if name in variables), "")
     if not advertised:
         return []

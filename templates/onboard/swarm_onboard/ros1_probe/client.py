@@ -13,6 +13,7 @@ from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
 from swarm_onboard.agent.clip import clipped
+from swarm_onboard.common import flow as common_flow
 from swarm_onboard.common.tcpros import Cursor, number, packed, read_header
 from swarm_onboard.common.xmlrpc import PIECE, Names, NonsenseError, PeerError, bounded, loads, place_of, post
 
@@ -90,36 +91,15 @@ async def _connect(host: str, port: int) -> tuple[asyncio.StreamReader, asyncio.
     return await asyncio.open_connection(await Names().address_of(host), port, limit=PIECE)
 
 
-class Flow:
-    """What came over a topic: how many messages, since when, and the first one if it was wanted.
+class Flow(common_flow.Flow):
+    """What came over a topic, with the first message if it was wanted.
 
     ``first_small`` and ``last_small``: the first and the last message of up to 64 bytes.
     """
 
     def __init__(self, seconds: float) -> None:
-        self.seconds = seconds
-        self.count = 0
-        self.type = ""
+        super().__init__(seconds)
         self.first_body = self.first_small = self.last_small = b""
-        self._first = self._last = 0.0
-
-    def tick(self, now: float) -> None:
-        """Counts a message at ``now``."""
-        self._first = self._first if self.count else now
-        self._last = now
-        self.count += 1
-
-    def rate(self, now: float) -> float | None:
-        """Hz, from the intervals between messages, less once the next is overdue; None before the second."""
-        intervals, seen = self.count - 1, self._last - self._first
-        if intervals < 1:
-            return None
-        overdue = max(0.0, now - self._last - seen / intervals)
-        return intervals / max(seen + overdue, 1e-3)
-
-    def age(self, now: float) -> float | None:
-        """Seconds since the last message; None before the first."""
-        return now - self._last if self.count else None
 
 
 async def listen(uri: str, topic: str, flow: Flow, *, keep_first: bool = False, caller: str = CALLER) -> None:

@@ -1,0 +1,232 @@
+"""Who publishes and subscribes what in a graph, and what follows from that. Knows no rclpy."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, AbstractSet, Any, Callable, Iterator, Mapping, Sequence
+
+from swarm_onboard.agent.clip import clipped
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import (
+        GraphAnswer,
+        LaunchedAnswer,
+        NodeAnswer,
+        ProbeRequest,
+        SenderAnswer,
+        UnmatchedAnswer,
+    )
+
+HIDDEN = "_"  # how the name of a node begins that tools do not list
+NAMELESS = "_NODE_NAME_UNKNOWN_"  # of an endpoint whose node has not announced itself yet
+_NAMES = {NAMELESS: "a node without a name", "_CREATED_BY_BARE_DDS_APP_": "a program without ROS"}
+_FAST_DDS = b"\x01\x0f"  # the vendor, with which its GIDs begin
+_HOST, _PARTICIPANT = slice(2, 4), slice(0, 12)  # of such a GID
+_NO_HASH = "INVALID"
+_QUIET = ("/rosout", "/parameter_events")  # of every node
+_MOST_PAIRS = 50
+_MOST_NAMES = 20  # of one topic
+_MOST_TOPICS = 200  # of one node
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A publisher or a subscription. ``quality``: as ``Graph.incompatible`` takes it."""
+
+    node: str
+    topic: str
+    type: str
+    hash: str
+    gid: bytes
+    quality: Any = None
+
+
+@dataclass(frozen=True)
+class Graph:
+    """``nodes``: full names, each as often as the graph has it. ``own_gid``: of an endpoint of this process.
+
+    ``incompatible`` returns which policies of a publisher and a subscription do not match, in words.
+    """
+
+    nodes: Sequence[str]
+    publishers: Sequence[Endpoint]
+    subscriptions: Sequence[Endpoint]
+    own_gid: bytes = b""
+    incompatible: Callable[[Any, Any], str] = field(default=lambda publisher, subscription: "")
+
+    def publishing(self, topic: str) -> list[Endpoint]:
+        """The publishers of a topic."""
+        return [one for one in self.publishers if one.topic == topic]
+
+
+def full_name(namespace: str, name: str) -> str:
+    """The full name of a node, or what is known of one that has none."""
+    return _NAMES.get(name) or clipped(f"{namespace.rstrip('/')}/{name}")
+
+
+def is_hidden(node: str) -> bool:
+    """Whether tools do not list the node: those of the tools themselves."""
+    return node.rpartition("/")[2].startswith(HIDDEN)
+
+
+def settled(graph: Graph, request: ProbeRequest) -> bool:
+    """Whether every node that is looked for has been seen, with the topics that are measured."""
+    seen = set(graph.nodes)
+    if not seen >= {*(one["name"] for one in request["nodes"]), *request["peers"]}:
+        return False
+    has = {(one.node, one.topic) for one in graph.publishers}
+    wanted = {(one["name"], topic) for one in request["nodes"] for topic in one["topics"]}
+    return wanted <= has and _NAMES[NAMELESS] not in {node for node, _ in has}
+
+
+def fill_in(answer: GraphAnswer, graph: Graph, request: ProbeRequest) -> None:
+    """Adds all that needs no listening."""
+    seen = set(graph.nodes)
+    answer["seen"] = sum(not is_hidden(one) for one in graph.nodes)
+    answer["nodes"] = {one["name"]: _node(graph, one["name"]) for one in request["nodes"]}
+    answer["peers"] = {
+        node: {"uri": "", "topics": [], "port": 0, "error": ""} for node in request["peers"] if node in seen
+    }
+    answer["launched"] = {
+        unit: _launched(graph, topics, request) for unit, topics in request["launched"].items()
+    }
+    hosts = _hosts(graph, request)
+    _add_commanders(answer, graph, request, hosts)
+    if request["homes"]:
+        answer["doubles"] = {
+            node: _places(graph, node, hosts)
+            for node, count in Counter(graph.nodes).items()
+            if count > 1 and not is_hidden(node)
+        }
+        answer["unmatched"] = list(_unmatched(graph))[:_MOST_PAIRS]
+    if request["graph"]:
+        bridged = request["graph"]["topics"]
+        answer["graph"] = {
+            "publishers": {
+                topic: {one.node: hosts.get(_host(one), "") for one in graph.publishing(topic)}
+                for topic in bridged
+            },
+            "types": {one.topic: clipped(one.type) for one in graph.publishers if one.topic in bridged},
+            "strangers": [],
+        }
+
+
+def _node(graph: Graph, name: str) -> NodeAnswer:
+    there = name in graph.nodes
+    if not there:
+        return {"registered": False, "alive": False, "error": "", "topics": {}}
+    return {
+        "registered": True,
+        "alive": True,
+        "error": "",
+        "publishes": _types(graph.publishers, name),
+        "subscribes": _types(graph.subscriptions, name),
+        "topics": {},
+    }
+
+
+def _types(endpoints: Sequence[Endpoint], node: str) -> dict[str, str]:
+    found = {clipped(one.topic): clipped(one.type) for one in endpoints if one.node == node}
+    return dict(list(found.items())[:_MOST_TOPICS])
+
+
+def _launched(graph: Graph, topics: Mapping[str, float], request: ProbeRequest) -> LaunchedAnswer:
+    """The nodes of a unit that names none: those of this host with its topics that the spec does not name."""
+    named = {one["name"] for one in request["nodes"]}
+    names = dict.fromkeys(
+        one.node
+        for one in (*graph.publishers, *graph.subscriptions)
+        if one.topic in topics and one.node not in named and _is_of_this_host(one, graph)
+    )
+    nodes = {name: _node(graph, name) for name in names if name in graph.nodes}
+    return {"nodes": nodes, "starts": {}, "ended": {}, "error": ""}
+
+
+def _host(one: Endpoint) -> bytes:
+    """What the GID contains of the host; empty if it contains none."""
+    return one.gid[_HOST] if one.gid.startswith(_FAST_DDS) else b""
+
+
+def _is_of_this_host(one: Endpoint, graph: Graph) -> bool:
+    own = graph.own_gid[_HOST] if graph.own_gid.startswith(_FAST_DDS) else b""
+    return not own or not _host(one) or _host(one) == own
+
+
+def _hosts(graph: Graph, request: ProbeRequest) -> dict[bytes, str]:
+    """The hosts by what GIDs contain of them: those whose nodes are known, and this one."""
+    found: dict[bytes, str] = {}
+    counts = Counter(graph.nodes)
+    for one in graph.publishers:
+        if _host(one) and counts[one.node] == 1 and one.node in request["homes"]:
+            found.setdefault(_host(one), request["homes"][one.node].lower())
+    if graph.own_gid.startswith(_FAST_DDS):
+        found[graph.own_gid[_HOST]] = request["advertised"].lower()
+    for node, home in request["homes"].items():  # of several of one name, one is at home
+        others = {_host(one) for one in graph.publishers if one.node == node} - {b"", *found}
+        if len(others) == 1 and home.lower() not in found.values():
+            found[others.pop()] = home.lower()
+    return found
+
+
+def _places(graph: Graph, node: str, hosts: Mapping[bytes, str]) -> list[str]:
+    """The hosts of the nodes of one name, one for each process of which an endpoint is known."""
+    own = (one for one in (*graph.publishers, *graph.subscriptions) if one.node == node)
+    processes = {one.gid[_PARTICIPANT]: hosts.get(_host(one), "") for one in own}
+    return sorted(processes.values())[:_MOST_NAMES]
+
+
+def _add_commanders(
+    answer: GraphAnswer, graph: Graph, request: ProbeRequest, hosts: Mapping[bytes, str]
+) -> None:
+    """Who publishes on each topic of commands, and who subscribes to it; who publishes what others should."""
+    kinds = set(request["command_types"])
+    topics = dict.fromkeys(request["commands"])
+    topics.update(
+        dict.fromkeys(one.topic for one in (*graph.publishers, *graph.subscriptions) if one.type in kinds)
+    )
+    answer["commanders"] = {topic: _names(graph.publishers, topic) for topic in topics}
+    answer["receivers"] = {topic: _names(graph.subscriptions, topic) for topic in topics}
+    unwanted = (
+        (topic, [one for one in _names(graph.publishers, topic) if one not in wanted])
+        for topic, wanted in request["publishers"].items()
+    )
+    answer["others"] = {topic: names for topic, names in unwanted if names}
+    known: AbstractSet[str] = {*topics, *answer["others"]}
+    senders: dict[str, SenderAnswer] = {}
+    for one in graph.publishers:
+        if one.topic in known:
+            found = senders.setdefault(one.node, {"host": hosts.get(_host(one), ""), "publishes": {}})
+            found["publishes"][one.topic] = clipped(one.type)
+    answer["senders"] = senders
+
+
+def _names(endpoints: Sequence[Endpoint], topic: str) -> list[str]:
+    """The nodes with an endpoint of ``topic``; not those that have not announced their names."""
+    names = {one.node for one in endpoints if one.topic == topic} - {_NAMES[NAMELESS]}
+    return sorted(names)[:_MOST_NAMES]
+
+
+def _unmatched(graph: Graph) -> Iterator[UnmatchedAnswer]:
+    """Publishers and subscriptions of one topic that exchange nothing."""
+    by_topic: dict[str, list[Endpoint]] = {}
+    for one in graph.subscriptions:
+        by_topic.setdefault(one.topic, []).append(one)
+    for publisher in graph.publishers:
+        for one in by_topic.get(publisher.topic, ()) if publisher.topic not in _QUIET else ():
+            alike = publisher.type == one.type and not _differ(publisher.hash, one.hash)
+            policies = graph.incompatible(publisher.quality, one.quality) if alike else ""
+            if not alike or policies:
+                yield {
+                    "topic": clipped(one.topic),
+                    "publisher": publisher.node,
+                    "subscriber": one.node,
+                    "type": clipped(one.type),
+                    "publisher_type": clipped(publisher.type),
+                    "policies": clipped(policies),
+                }
+
+
+def _differ(one: str, other: str) -> bool:
+    """Whether two hashes of a type's definition are known and differ."""
+    return one != other and not {"", _NO_HASH} & {one, other}

@@ -1,0 +1,178 @@
+"""Counts the messages of the measured topics, each by its publisher."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Iterator
+
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.common.flow import Flow
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import GraphAnswer, NodeAnswer, ProbeRequest, StatusAnswer
+    from swarm_onboard.ros2_probe.endpoints import Graph
+
+_CONNECTS = 1.5  # s until a new subscription receives the first message, beside the window
+_LARGEST_FLOW = 32 << 20  # bytes of one topic after which a measurement ends early
+_FOR_A_RATE = 2  # messages
+_DEPTH = 100
+_DIAGNOSTICS = "/diagnostics"
+_GID = 16  # bytes that are significant; Humble pads to 24
+_MOST_STATUSES, _MOST_VALUES, _LONGEST_KEY = 8, 40, 40
+
+
+class _Received(Flow):
+    """The messages of one publisher. ``size``: bytes of them; ``due``: until when they are counted."""
+
+    def __init__(self, seconds: float, kind: str, began: float) -> None:
+        super().__init__(seconds)
+        self.type, self.began, self.due = kind, began, began + seconds + _CONNECTS
+        self.size = 0
+        self.done: float | None = None
+
+    def add(self, now: float, size: int) -> None:
+        """Counts a message of ``size`` bytes. The window begins with the first."""
+        if self.done is None:
+            if not self.count:
+                self.began, self.due = now, now + self.seconds
+            self.tick(now)
+            self.size += size
+            if self.size > _LARGEST_FLOW and self.count >= _FOR_A_RATE:
+                self.due = now
+                self.seconds = min(self.seconds, now - self.began)
+
+
+class Listening:
+    """Subscribes ``node`` to the topics of a ``ProbeRequest`` as soon as their publishers are known.
+
+    ``troubles``: the types that this host lacks.
+    """
+
+    def __init__(self, request: ProbeRequest, node: Any, longest: float) -> None:
+        self._node = node
+        self._wanted = {
+            (one["name"], topic): min(seconds, longest)
+            for one in request["nodes"]
+            for topic, seconds in one["topics"].items()
+            if seconds > 0
+        }
+        self._named = {one["name"] for one in request["nodes"]}
+        self._launched = {
+            topic: min(seconds, longest)
+            for topics in request["launched"].values()
+            for topic, seconds in topics.items()
+            if seconds > 0
+        }
+        self._flows: dict[tuple[str, str], _Received] = {}
+        self._subscriptions: dict[str, Any] = {}
+        self._names: dict[bytes, str] = {}
+        self._statuses: dict[str, dict[str, StatusAnswer]] = {}
+        self.lacking: dict[str, str] = {}
+
+    @property
+    def running(self) -> bool:
+        """Whether some topic is still measured."""
+        return any(one.done is None for one in self._flows.values())
+
+    def begin(self, graph: Graph, now: float) -> None:
+        """Subscribes to what has been found since the last call."""
+        for one in graph.publishers:
+            self._names[one.gid[:_GID]] = one.node
+            key = one.node, one.topic
+            seconds = self._wanted.get(key, 0.0)
+            if one.node not in self._named:
+                seconds = self._launched.get(one.topic, 0.0)
+            if seconds and key not in self._flows and self._subscribe(one.topic, one.type):
+                self._flows[key] = _Received(seconds, clipped(one.type), now)
+
+    def _subscribe(self, topic: str, kind: str) -> bool:
+        """Returns False if this host has no such type."""
+        if kind in self.lacking:
+            return False
+        if topic not in self._subscriptions:
+            try:
+                message = message_class(kind)
+            except Exception as error:  # noqa: BLE001  whatever is wrong with a package of the host
+                self.lacking[kind] = clipped(error)
+                return False
+            # It asks for nothing, so that every publisher may connect.
+            qos = import_module("rclpy.qos")
+            quality = qos.QoSProfile(depth=_DEPTH, reliability=qos.ReliabilityPolicy.BEST_EFFORT)
+            raw = topic != _DIAGNOSTICS
+            self._subscriptions[topic] = self._node.create_subscription(
+                message, topic, partial(self._take, topic), quality, raw=raw
+            )
+        return True
+
+    def _take(self, topic: str, message: Any, info: Any) -> None:
+        now = time.monotonic()
+        sender = self._sender(info)
+        size = len(message) if isinstance(message, bytes) else 0
+        for (node, name), flow in self._flows.items():
+            if name == topic and sender in (node, ""):
+                flow.add(now, size)
+        if topic == _DIAGNOSTICS and sender:
+            statuses = self._statuses.setdefault(sender, {})
+            statuses.update((str(one.name), _status(one)) for one in message.status)
+
+    def _sender(self, info: Any) -> str:
+        """The node that sent a message; empty where rclpy does not say (before Kilted)."""
+        gid = info.get("publisher_gid")
+        if gid is None:
+            return ""
+        return self._names.get(bytes(gid["data"])[:_GID], "a node that nobody has announced")
+
+    def end(self, now: float, *, all_: bool = False) -> None:
+        """Ends what has been measured for long enough."""
+        for flow in self._flows.values():
+            if flow.done is None and (now >= flow.due or all_):
+                flow.done = now
+        measured = {topic for (_, topic), flow in self._flows.items() if flow.done is None}
+        for topic in [one for one in self._subscriptions if one not in measured]:
+            self._node.destroy_subscription(self._subscriptions.pop(topic))
+
+    def fill_in(self, answer: GraphAnswer) -> None:
+        """Adds what was measured to the nodes in ``answer``."""
+        for name, node in _nodes(answer):
+            for (one, topic), flow in self._flows.items():
+                if one == name:
+                    now = time.monotonic() if flow.done is None else flow.done
+                    node["topics"][topic] = {
+                        "count": flow.count,
+                        "rate": flow.rate(now),
+                        "age": flow.age(now),
+                        "seconds": flow.seconds,
+                        "type": flow.type,
+                        "error": "",
+                    }
+            if name in self._statuses:
+                node["reports"] = list(self._statuses[name].values())[:_MOST_STATUSES]
+        if self.lacking:
+            kinds = ", ".join(self.lacking)
+            answer["troubles"] = {"ros": clipped(f"not measured, as this host lacks the type: {kinds}")}
+
+
+def message_class(kind: str) -> Any:
+    """Returns the class of ``nav_msgs/msg/Odometry``. Raises any error if this host has none."""
+    package, _, name = kind.partition("/msg/")
+    return getattr(import_module(f"{package}.msg"), name)
+
+
+def _nodes(answer: GraphAnswer) -> Iterator[tuple[str, NodeAnswer]]:
+    yield from answer["nodes"].items()
+    for unit in answer["launched"].values():
+        yield from unit["nodes"].items()
+
+
+def _status(one: Any) -> StatusAnswer:
+    level = one.level
+    values = ((clipped(pair.key, _LONGEST_KEY), clipped(pair.value)) for pair in one.values[:_MOST_VALUES])
+    return {
+        "level": level[0] if isinstance(level, bytes) else int(level),
+        "name": clipped(one.name),
+        "message": clipped(one.message),
+        "hardware": clipped(one.hardware_id),
+        "values": dict(values),
+    }

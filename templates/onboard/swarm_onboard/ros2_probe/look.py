@@ -1,0 +1,134 @@
+"""A node that looks at the graph and reports it as JSON. It is a process of its own, with rclpy."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+import time
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.ros2_probe.endpoints import HIDDEN, Endpoint, Graph, fill_in, full_name, settled
+from swarm_onboard.ros2_probe.listening import Listening
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import GraphAnswer, ProbeRequest
+
+NAME = f"{HIDDEN}swarm_status_"
+LARGEST = 8 << 20  # bytes of what it prints
+_SETTLES = 10.0  # s; discovery takes 3.1 s where announcements are lost, and longer over bad Wi-Fi
+_AT_LEAST = 2.0  # s, for nodes that nobody waits for
+_LONGEST_LISTENING = 15.0  # s for one topic
+_LATE = 2.0  # s until a new subscription receives, and of work after the listening
+_TURN = 0.05  # s of receiving between two looks at the clock
+_LOOK_EVERY = 0.25  # s
+_MOST_TOPICS = 2000
+_QUIETLY = ("--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs")
+
+
+def longest(request: ProbeRequest) -> float:
+    """For how long the node looks at most, s."""
+    topics = (*(one["topics"] for one in request["nodes"]), *request["launched"].values())
+    listening = (seconds for one in topics for seconds in one.values())
+    return _SETTLES + min(max(listening, default=0.0), _LONGEST_LISTENING) + _LATE
+
+
+def main() -> None:
+    """Reads a ``ProbeRequest`` and prints a ``GraphAnswer`` in one line, or its ``error``."""
+    request = json.load(sys.stdin)
+    try:
+        answer: Any = _seen(request)
+    except ImportError as error:
+        answer = {"error": f"rclpy cannot be imported: {error}"}
+    except Exception as error:  # noqa: BLE001  whatever ROS raises, people get its words
+        answer = {"error": f"no node of this host can join the graph: {clipped(error, 200)}"}
+    print(json.dumps(answer))
+    sys.stdout.flush()
+    os._exit(0)  # some rmw hang while Python ends
+
+
+def _seen(request: ProbeRequest) -> GraphAnswer:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST, LARGEST))
+    rclpy, executors = import_module("rclpy"), import_module("rclpy.executors")  # the agent has none
+    rclpy.init(args=list(_QUIETLY))
+    node = rclpy.create_node(f"{NAME}{os.getpid()}", start_parameter_services=False, enable_rosout=False)
+    executor = executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        return _looked(request, node, lambda: executor.spin_once(timeout_sec=_TURN))
+    finally:
+        node.destroy_node()
+        rclpy.shutdown()
+
+
+def _looked(request: ProbeRequest, node: Any, turn: Any) -> GraphAnswer:
+    """Waits until the expected nodes are seen and measured, or time is up. ``turn`` receives for a moment."""
+    answer: GraphAnswer = {}
+    listening = Listening(request, node, _LONGEST_LISTENING)
+    began = time.monotonic()
+    end = began + longest(request)
+    looked, whole = 0.0, False
+    while time.monotonic() < end:
+        turn()
+        now = time.monotonic()
+        listening.end(now)
+        if now < looked + _LOOK_EVERY:
+            continue
+        looked, graph = now, graph_of(node)
+        listening.begin(graph, now)
+        whole = whole or settled(graph, request) or now > began + _SETTLES
+        if whole and not listening.running and now > began + _AT_LEAST:
+            break
+    listening.end(time.monotonic(), all_=True)
+    fill_in(answer, graph_of(node), request)
+    listening.fill_in(answer)
+    return answer
+
+
+def graph_of(node: Any) -> Graph:
+    """Returns the graph as ``node`` sees it, without nodes of this kind."""
+    topics = [name for name, _ in node.get_topic_names_and_types()][:_MOST_TOPICS]
+    own = node.get_publishers_info_by_topic("/parameter_events")
+    mine = [bytes(one.endpoint_gid) for one in own if one.node_name == node.get_name()]
+    return Graph(
+        nodes=[
+            full_name(space, name)
+            for name, space in node.get_node_names_and_namespaces()
+            if not name.startswith(NAME)
+        ],
+        publishers=[
+            one for topic in topics for one in _ends(topic, node.get_publishers_info_by_topic(topic))
+        ],
+        subscriptions=[
+            one for topic in topics for one in _ends(topic, node.get_subscriptions_info_by_topic(topic))
+        ],
+        own_gid=mine[0] if mine else b"",
+        incompatible=_incompatible,
+    )
+
+
+def _ends(topic: str, infos: Any) -> list[Endpoint]:
+    return [
+        Endpoint(
+            full_name(one.node_namespace, one.node_name),
+            topic,
+            one.topic_type,
+            str(getattr(one, "topic_type_hash", "")),  # since Iron
+            bytes(one.endpoint_gid),
+            one.qos_profile,
+        )
+        for one in infos
+        if not one.node_name.startswith(NAME)
+    ]
+
+
+def _incompatible(publisher: Any, subscription: Any) -> str:
+    qos = import_module("rclpy.qos")
+    compatibility, reason = qos.qos_check_compatible(publisher, subscription)
+    if compatibility != qos.QoSCompatibility.ERROR:
+        return ""
+    faults = (one.strip() for one in reason.split(";"))
+    return "; ".join(one[len("ERROR: ") :] for one in faults if one.startswith("ERROR: ")) or "unknown"

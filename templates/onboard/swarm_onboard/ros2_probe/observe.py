@@ -1,0 +1,100 @@
+"""The graph of ROS 2 as a node of this host sees it: a child process, as the agent has no ROS environment.
+
+The node is hidden, subscribes to what is measured, and publishes nothing. It leaves when it has looked.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, Mapping
+
+import swarm_onboard
+from swarm_onboard.agent import environment_file, files, processes
+from swarm_onboard.agent.clip import clipped
+from swarm_onboard.agent.errors import FailedError
+from swarm_onboard.agent.release_store import home_of
+from swarm_onboard.ros2_probe import child_environment, look
+
+if TYPE_CHECKING:
+    from swarm_onboard.agent.probe_messages import ProbeAnswer, ProbeRequest
+
+_START = 10.0  # s until a slow board has loaded rclpy, and for leaving the graph
+_NOBODY = 65534
+_WORKSPACES = "SWARM_WORKSPACE"
+_HOMELESS = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "LC_ALL": "C"}
+_PYTHON = ("/usr/bin/python3", "-s", "-c")
+_CODE = f"import sys; sys.path.insert(0, sys.argv[1]); from {look.__name__} import main; main()"
+
+
+def observe(request: ProbeRequest, answer: ProbeAnswer) -> None:
+    """Fill in the ``GraphAnswer``. Raises ``RefusedError`` if no node of this host can join the graph."""
+    current = home_of(request["swarm"]).current_link
+    try:
+        answer["listening"] = processes.listening_ports()
+        answer["listening_udp"] = processes.udp_ports()
+    except OSError as error:
+        answer["troubles"]["ports"] = clipped(error)
+    content = files.read(f"{current}/{environment_file.ROS}")
+    if content is None:  # a host without a release, which is a finding of its own
+        return
+    release = environment_file.variables_in(content.decode("utf-8", "replace"))
+    seen = _looked(request, current, child_environment.of_child(release, current))
+    if "error" in seen:
+        raise FailedError(clipped(seen["error"], 300))
+    answer["troubles"].update(seen.pop("troubles", {}))
+    answer.update(seen)
+
+
+def observe_logs(answer: ProbeAnswer) -> None:
+    """Nothing to do: two nodes of one name do not end each other."""
+
+
+def _looked(request: ProbeRequest, current: str, variables: Mapping[str, str]) -> Any:
+    """What the child reports. Raises ``FailedError`` if it does not."""
+    longest = look.longest(request) + _START
+    archive = str(Path(swarm_onboard.__path__[0]).parent)
+    with tempfile.TemporaryFile() as printed, tempfile.TemporaryFile() as complaints:
+        child = subprocess.Popen(
+            [*_account(variables), f"{current}/bin/ros-exec", *_PYTHON, _CODE, archive],
+            stdin=subprocess.PIPE,
+            stdout=printed,
+            stderr=complaints,
+            env={**_HOMELESS, **variables},
+            start_new_session=True,
+        )
+        try:
+            child.communicate(json.dumps(request).encode("utf-8"), longest)
+        except subprocess.TimeoutExpired:
+            raise FailedError(f"the look at the graph took more than {longest:.0f} s") from None
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
+        lines, last = (_lines(file) for file in (printed, complaints))
+    if child.returncode == 0 and lines:
+        return json.loads(lines[-1])
+    why = f"status {child.returncode}" + "".join(f", {line}" for line in last[-1:])
+    raise FailedError(clipped(f"no node of this host can join the graph: {why}", 300))
+
+
+def _lines(file: IO[bytes]) -> list[str]:
+    file.seek(0)
+    return file.read(look.LARGEST).decode("utf-8", "replace").strip().splitlines()
+
+
+def _account(variables: Mapping[str, str]) -> list[str]:
+    """The words that let a command run as who owns the workspace with the host's types, or as nobody: never
+    as root, as what a workspace sets up runs in it. None of them if the agent itself is not root.
+    """
+    if os.geteuid() != 0:
+        return []
+    places = (Path(one) for one in variables.get(_WORKSPACES, "").split())
+    owners = ((one.stat().st_uid, one.stat().st_gid) for one in places if one.is_dir())
+    user, group = next((one for one in owners if one[0]), (_NOBODY, _NOBODY))
+    return ["setpriv", f"--reuid={user}", f"--regid={group}", "--clear-groups", "--"]

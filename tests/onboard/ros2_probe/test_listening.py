@@ -1,0 +1,103 @@
+"""Messages are counted by their publisher."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+from swarm_onboard.agent.probe_messages import GraphAnswer
+from swarm_onboard.ros2_probe.endpoints import Graph, fill_in
+from swarm_onboard.ros2_probe.listening import Listening
+
+from tests.onboard.ros2_probe.test_endpoints import end, request
+
+STATUS = "diagnostic_msgs/msg/DiagnosticArray"
+
+
+class Node:
+    """Has the callbacks of its subscriptions."""
+
+    def __init__(self) -> None:
+        self.taking: dict[str, Any] = {}
+
+    def create_subscription(self, _kind: Any, topic: str, take: Any, _qos: Any, *, raw: bool) -> str:
+        self.taking[topic] = take
+        return topic
+
+    def destroy_subscription(self, topic: str) -> None:
+        del self.taking[topic]
+
+
+@pytest.fixture(autouse=True)
+def ros(monkeypatch: pytest.MonkeyPatch) -> None:
+    qos = ModuleType("rclpy.qos")
+    vars(qos).update(QoSProfile=lambda **_: None, ReliabilityPolicy=SimpleNamespace(BEST_EFFORT=0))
+    modules = {"rclpy": ModuleType("rclpy"), "rclpy.qos": qos}
+    for package, kind in (("nav_msgs", "Odometry"), ("diagnostic_msgs", "DiagnosticArray")):
+        modules[package] = ModuleType(package)
+        modules[f"{package}.msg"] = ModuleType(f"{package}.msg")
+        setattr(modules[f"{package}.msg"], kind, object)
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+
+
+def answer(listening: Listening, graph: Graph, wanted: Any) -> GraphAnswer:
+    found: GraphAnswer = {}
+    fill_in(found, graph, wanted)
+    listening.fill_in(found)
+    return found
+
+
+def test_only_messages_of_the_node_count() -> None:
+    wanted = request(nodes=[{"name": "/k3/driver", "topics": {"/diagnostics": 2.0}}])
+    driver, gate = (end(one, "/diagnostics", STATUS) for one in ("/k3/driver", "/k3/gate"))
+    graph, node = Graph(["/k3/driver", "/k3/gate"], (driver, gate), ()), Node()
+    listening = Listening(wanted, node, 15.0)
+    listening.begin(graph, time.monotonic())
+    fine = SimpleNamespace(level=b"\x01", name="k3: driver", message="slow", hardware_id="", values=[])
+    for sender, statuses in ((driver, [fine]), (gate, []), (gate, []), (driver, [fine])):
+        info = {"publisher_gid": {"data": sender.gid + bytes(8)}}
+        node.taking["/diagnostics"](SimpleNamespace(status=statuses), info)
+    seen = answer(listening, graph, wanted)["nodes"]["/k3/driver"]
+    assert (seen["topics"]["/diagnostics"]["count"], seen["topics"]["/diagnostics"]["type"]) == (2, STATUS)
+    assert [(one["level"], one["message"]) for one in seen["reports"]] == [(1, "slow")]
+
+
+def test_it_ends_when_the_window_is_over_and_leaves_the_topic() -> None:
+    node, wanted = Node(), request()
+    graph = Graph(["/k3/driver"], (end("/k3/driver", "/k3/odom"),), ())
+    listening = Listening(wanted, node, 15.0)
+    now = time.monotonic()
+    listening.begin(graph, now)
+    assert listening.running
+    listening.end(now + 1)
+    assert listening.running
+    listening.end(now + 60)
+    assert not listening.running
+    assert node.taking == {}
+    topic = answer(listening, graph, wanted)["nodes"]["/k3/driver"]["topics"]["/k3/odom"]
+    assert (topic["count"], topic["rate"], topic["seconds"]) == (0, None, 2.0)
+
+
+def test_large_messages_end_it_early() -> None:
+    node, wanted = Node(), request()
+    driver = end("/k3/driver", "/k3/odom")
+    listening = Listening(wanted, node, 15.0)
+    listening.begin(Graph(["/k3/driver"], (driver,), ()), time.monotonic())
+    for _ in range(3):
+        node.taking["/k3/odom"](bytes(20 << 20), {"publisher_gid": {"data": driver.gid}})
+    listening.end(time.monotonic())
+    assert not listening.running
+
+
+def test_a_type_that_the_host_lacks_is_named_and_not_measured() -> None:
+    node, wanted = Node(), request()
+    graph = Graph(["/k3/driver"], (end("/k3/driver", "/k3/odom", "lab_msgs/msg/Odometry"),), ())
+    listening = Listening(wanted, node, 15.0)
+    listening.begin(graph, time.monotonic())
+    found = answer(listening, graph, wanted)
+    assert found["nodes"]["/k3/driver"]["topics"] == {}
+    assert found["troubles"] == {"ros": "not measured, as this host lacks the type: lab_msgs/msg/Odometry"}

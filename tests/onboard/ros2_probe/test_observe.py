@@ -1,0 +1,95 @@
+"""The child process that looks at a graph of ROS 2, with a stand-in for rclpy."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from swarm_onboard.agent.environment_file import variables_in
+from swarm_onboard.agent.errors import FailedError
+from swarm_onboard.ros2_probe import child_environment, look, observe
+
+from swarmctl.resources import templates
+from tests.onboard.ros2_probe.test_endpoints import request
+
+
+@pytest.fixture
+def host(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current release of a host, whose agent is not root: no other account reads the folder."""
+    monkeypatch.setenv("SWARM_PREFIX", str(tmp_path))
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    current = tmp_path / "opt/swarm/new/current"
+    (current / "env").mkdir(parents=True)
+    (current / "bin").mkdir()
+    (current / "env/ros.env").write_text('ROS_DISTRO="none"\nSWARM_WORKSPACE=""\n')
+    (current / "bin/ros-exec").write_text((templates() / "ros2/ros-exec").read_text())
+    (current / "bin/ros-exec").chmod(0o755)
+    return current
+
+
+def seen(host: Path) -> Any:
+    found: Any = {"troubles": {}}
+    wanted: Any = {**request(), "swarm": "new"}
+    observe.observe(wanted, found)
+    return found
+
+
+def test_a_host_without_rclpy_says_so(host: Path) -> None:
+    with pytest.raises(FailedError, match="rclpy cannot be imported: No module named 'rclpy'"):
+        seen(host)
+
+
+def test_a_host_without_a_release_has_no_graph(host: Path) -> None:
+    (host / "env/ros.env").unlink()
+    assert seen(host).keys() == {"troubles", "listening", "listening_udp"}
+
+
+def test_a_release_without_its_start_is_no_traceback(host: Path) -> None:
+    (host / "bin/ros-exec").write_text("#!/bin/sh\necho broken >&2\nexit 3\n")
+    with pytest.raises(FailedError, match="no node of this host can join the graph: status 3, broken"):
+        seen(host)
+
+
+def test_a_child_that_hangs_is_ended(host: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (host / "bin/ros-exec").write_text(f"#!/bin/sh\necho $$ > {host}/pid\nsleep 600 & wait\n")
+    monkeypatch.setattr(observe, "_START", 0.2)
+    monkeypatch.setattr(look, "longest", lambda _: 0.2)
+    with pytest.raises(FailedError, match="the look at the graph took more than"):
+        seen(host)
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((host / "pid").read_text()), 0)
+
+
+def test_what_it_prints_is_the_answer(host: Path) -> None:
+    """Whatever a library prints before."""
+    answer = '{"seen": 3, "troubles": {"ros": "no type"}}'
+    (host / "bin/ros-exec").write_text(f"#!/bin/sh\ncat >/dev/null\necho noise\necho '{answer}'\n")
+    found = seen(host)
+    assert (found["seen"], found["troubles"]) == (3, {"ros": "no type"})
+    assert isinstance(found["listening_udp"], list)
+
+
+def test_it_sees_the_whole_graph_without_shared_memory(tmp_path: Path) -> None:
+    release = variables_in('A="x \\"y\\""\n# no\nROS_DISCOVERY_SERVER="10.0.0.1:11811;10.0.0.2:11811"\n')
+    assert release == {"A": 'x "y"', "ROS_DISCOVERY_SERVER": "10.0.0.1:11811;10.0.0.2:11811"}
+    found = child_environment.of_child(release, str(tmp_path))
+    assert (found["ROS_SUPER_CLIENT"], found["FASTDDS_BUILTIN_TRANSPORTS"]) == ("TRUE", "UDPv4")
+    assert "ROS_SUPER_CLIENT" not in child_environment.of_child({}, str(tmp_path))
+    (tmp_path / "env").mkdir()
+    file = tmp_path / child_environment.SUPER_CLIENT
+    file.touch()
+    assert child_environment.of_child(release, str(tmp_path))["FASTRTPS_DEFAULT_PROFILES_FILE"] == str(file)
+
+
+def test_the_child_runs_as_who_owns_the_workspace_and_never_as_root(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--"]
+    assert observe._account({}) == nobody
+    if os.getuid() == 0:
+        assert observe._account({"SWARM_WORKSPACE": str(tmp_path)}) == nobody
+        os.chown(tmp_path, 1234, 1235)
+        assert observe._account({"SWARM_WORKSPACE": str(tmp_path)})[1:3] == ["--reuid=1234", "--regid=1235"]
