@@ -67,7 +67,7 @@ def test_the_first_command_waits_until_the_graph_names_its_sender(senders: Any) 
     wait_for(lambda: called == ["/boss"])
 
 
-def test_a_sender_that_the_graph_never_names_is_passed_on_without_a_name(senders: Any) -> None:
+def test_a_sender_without_a_name_is_passed_on(senders: Any) -> None:
     called: list[str] = []
     found = senders.Senders(Graph(), "cmd_vel")
     for _ in range(3):
