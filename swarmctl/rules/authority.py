@@ -292,6 +292,11 @@ def _commands_anyway(context: RuleContext, host: str, robot: str) -> bool:
     return any(control.by == host and robot in control.of for control in context.spec.control)
 
 
+def _checks_commanders(context: RuleContext, robot: str) -> bool:
+    """True if the driver of ``robot``, or the gate in front of it, rejects commands of others."""
+    return robot not in context.ros_drivers or robot in context.gated
+
+
 def _names_hosts(context: RuleContext) -> bool:
     return "node-hosts" in context.middleware.capabilities
 
@@ -302,10 +307,11 @@ def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
     spec = context.spec
     for index, control in enumerate(() if _names_hosts(context) else spec.control):
         program = spec.programs.get(control.by)
-        if control.by in spec.robots or (program is not None and program.names_its_node):
+        named = control.by in spec.robots or (program is not None and program.names_its_node)
+        if named or not any(_checks_commanders(context, robot) for robot in control.of):
             continue
         here = [name for name, host in context.program_hosts.items() if host == control.by]
-        named = [name for name in here if spec.programs[name].names_its_node]
+        able = [name for name in here if spec.programs[name].names_its_node]
         yield Diagnostic(
             "AUTH012",
             f"no robot recognises `{control.by}` as its commander: "
@@ -313,7 +319,7 @@ def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
             context.span("control", index, "by"),
             label="a host" if program is None else "its nodes have names of their own",
             help=(
-                f"name the program that commands: by: {named[0] if named else 'PROGRAM'}"
+                f"name the program that commands: by: {able[0] if able else 'PROGRAM'}"
                 if program is None
                 else "run the node that sends the commands as a program with `package` and `executable`",
             ),
@@ -329,7 +335,9 @@ def robots_without_commanders(context: RuleContext) -> Iterator[Diagnostic]:
     left = [
         robot
         for robot in context.command_topics
-        if robot not in named and context.authority.leader_of(robot) is not None
+        if robot not in named
+        and context.authority.leader_of(robot) is not None
+        and _checks_commanders(context, robot)
     ]
     if left:
         more = f" and {len(left) - 1} more" if len(left) > 1 else ""

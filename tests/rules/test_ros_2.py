@@ -124,6 +124,18 @@ def test_only_names_of_nodes_command(tmp_path: Path, commander: str) -> None:
     assert "AUTH012" not in codes(findings(tmp_path, "distro: noetic", more))
 
 
+def test_an_ungated_driver_takes_commands_of_every_node(tmp_path: Path) -> None:
+    """The driver of the second robot checks no commander, so neither rule is about it."""
+    spec = tmp_path / "swarm.yaml"
+    driver = "driver: {package: d, executable: d, ungated: true, reason: its own dead-man}"
+    text = PAIR.replace("{ROS}", "{distro: kilted}").replace("central\nhub", "leader\nleader")
+    for entry, rules in (("[]", {"AUTH013"}), ("[{by: laptop, of: [k3]}]", {"AUTH012"})):
+        spec.write_text(f"{text}control: {entry}\n", "utf-8")
+        assert {one.code for one in load_swarm(spec)[1]} == rules
+        spec.write_text(f"{text.replace('khepera3,', f'khepera3, {driver},')}control: {entry}\n", "utf-8")
+        assert load_swarm(spec)[1] == ()
+
+
 def test_a_publisher_is_not_authorised_by_its_host(tmp_path: Path) -> None:
     more = (
         "programs:\n  p:\n    host: laptop\n    package: moves\n    executable: p\n"
