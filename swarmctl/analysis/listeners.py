@@ -10,6 +10,7 @@ from swarmctl.spec.model import Spec
 from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import SSH, Listener, ssh_port
 from swarmctl.swarm.resolved import Island
+from swarmctl.swarm.ros_processes import ros_processes
 
 
 def listeners(index: SwarmIndex) -> Iterator[Listener]:
@@ -21,8 +22,9 @@ def listeners(index: SwarmIndex) -> Iterator[Listener]:
     for name in spec.hosts:
         yield Listener(name, ssh_port(spec, name), SSH, ("hosts", name, "port"))
     middleware, provider = middleware_of(spec.ros.distro), provider_of(spec.multimaster, spec.ros.distro)
+    processes = ros_processes(index)
     for island in islands:
-        yield from middleware.listeners(spec, island)
+        yield from middleware.listeners(spec, island, processes)
         if len(islands) > 1:
             yield from provider.listeners(spec, island)
     for number, ends in index.ip_links.items():

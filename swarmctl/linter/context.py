@@ -12,6 +12,7 @@ from swarmctl.analysis.serial_load import SerialBudget, serial_budgets
 from swarmctl.diagnostics import Diagnostic, Span
 from swarmctl.linter.launch_uses import LaunchUse, launch_uses
 from swarmctl.render.middleware import Capability, Middleware, middleware_of
+from swarmctl.render.multimaster import joins_islands
 from swarmctl.ros_packages.message_catalog import MessageCatalog, common_messages, with_messages_of
 from swarmctl.swarm.authority import Authority
 from swarmctl.swarm.bridges import bridges_of
@@ -19,6 +20,7 @@ from swarmctl.swarm.index import SwarmIndex
 from swarmctl.swarm.ports import Listener
 from swarmctl.swarm.resolved import Bridge
 from swarmctl.swarm.robot_urdfs import RobotUrdfs, urdfs_of
+from swarmctl.swarm.ros_processes import ros_processes
 from swarmctl.swarm.topic_origins import Publishers
 from swarmctl.yamltext.source import Loc, Source
 
@@ -39,6 +41,21 @@ class RuleContext(SwarmIndex):
     def middleware(self) -> Middleware:
         """What carries the topics."""
         return middleware_of(self.spec.ros.distro)
+
+    @property
+    def has_masters(self) -> bool:
+        """Whether the nodes of an island have a master."""
+        return "master" in self.middleware.capabilities
+
+    @property
+    def launches_executables(self) -> bool:
+        """Whether a launch file starts each program of a package; else only those that name one."""
+        return "launch-xml" in self.middleware.capabilities
+
+    @cached_property
+    def joins_islands(self) -> bool:
+        """Whether something carries topics from island to island."""
+        return joins_islands(self.spec.multimaster, self.spec.ros.distro)
 
     @cached_property
     def messages(self) -> MessageCatalog:
@@ -91,12 +108,17 @@ class RuleContext(SwarmIndex):
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
         """The topics that are bridged between islands."""
-        return bridges_of(self)
+        return bridges_of(self) if self.joins_islands else ()
 
     @cached_property
     def listeners(self) -> tuple[Listener, ...]:
         """Every port on which a host listens for the swarm."""
         return tuple(listeners(self))
+
+    @cached_property
+    def ros_processes(self) -> Mapping[str, int]:
+        """How many processes with nodes run on each host; 0 for one that is not in it."""
+        return ros_processes(self)
 
     @cached_property
     def line_budgets(self) -> Mapping[int, SerialBudget]:

@@ -88,9 +88,10 @@ class ExpectedNode:
     measured: tuple[DriverTopic, ...] = ()
 
 
-#: What a rule can be about: a master and its ``ROS_*`` variables, launch files in XML, packages that catkin
-#: builds, and the names, parameters and checksums of nodes of ROS 1.
-Capability = Literal["master", "launch-xml", "catkin", "ros1-nodes"]
+#: What a rule can be about: a master, programs that are launched, launch files in XML, packages that catkin
+#: builds, the names, parameters and checksums of nodes of ROS 1, a graph that has the host of each node,
+#: and domains with discovery.
+Capability = Literal["master", "launched", "launch-xml", "catkin", "ros1-nodes", "node-hosts", "domains"]
 
 
 class Middleware(Protocol):
@@ -112,6 +113,14 @@ class Middleware(Protocol):
     @property
     def settings(self) -> frozenset[str]:
         """The keys of `ros` that it uses, `distro` aside; a rule warns of the others."""
+
+    @property
+    def variables(self) -> frozenset[str]:
+        """The environment variables that it sets for every program of a host, or unsets."""
+
+    @property
+    def launcher(self) -> str:
+        """The command that reads launch files; empty if nothing does."""
 
     @property
     def multimaster(self) -> str:
@@ -153,8 +162,14 @@ class Middleware(Protocol):
     def type_name(self, kind: str) -> str:
         """Returns how nodes name the message type ``kind`` of a spec, such as ``nav_msgs/Odometry``."""
 
-    def listeners(self, spec: Spec, island: Island) -> Iterable[Listener]:
-        """Returns the ports that the middleware itself takes on the hub of ``island``."""
+    def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterable[Listener]:
+        """Returns the ports that the middleware itself takes on the hosts of ``island``.
+
+        ``processes``: how many processes with nodes each host runs.
+        """
+
+    def most_processes(self, island: Island) -> int | None:
+        """Returns how many processes with nodes a host of ``island`` can run; None without such a limit."""
 
     def debian_packages(self, requirement: str) -> tuple[str, ...]:
         """Returns the Debian packages any of which brings ``requirement``, the best first; or none."""

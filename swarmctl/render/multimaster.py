@@ -12,7 +12,7 @@ from typing import Protocol, cast
 
 from swarmctl.plugins import MULTIMASTERS
 from swarmctl.render.bundle import Part
-from swarmctl.render.middleware import middleware_of
+from swarmctl.render.middleware import Capability, middleware_of
 from swarmctl.spec.model import Spec
 from swarmctl.spec.multimaster_model import Multimaster
 from swarmctl.swarm.ports import Listener
@@ -49,6 +49,10 @@ class MultimasterProvider(Protocol):
         """The keys of ``multimaster:`` that it reads beside ``provider`` and ``topics``."""
 
     @property
+    def needs(self) -> Capability | None:
+        """What a middleware must have whose islands it joins."""
+
+    @property
     def discovery(self) -> Discovery | None:
         """The limits of its discovery; None if it discovers nothing."""
 
@@ -78,6 +82,7 @@ class _NoProvider:
     """What a middleware has that joins no islands, unless the spec names a provider."""
 
     settings: frozenset[str] = frozenset()
+    needs = None
     discovery = None
     memory_mb = 0
     offsets: tuple[int, ...] = ()
@@ -105,6 +110,13 @@ def provider_of(settings: Multimaster | None, distro: str) -> MultimasterProvide
     """Returns the provider called `provider_name`. Raises KeyError if it is not registered."""
     name = provider_name(settings, distro)
     return cast(MultimasterProvider, MULTIMASTERS.get(name)) if name else _NONE
+
+
+def joins_islands(settings: Multimaster | None, distro: str) -> bool:
+    """Returns True if there is a provider, and it joins islands of the middleware of ``distro``."""
+    provider = provider_of(settings, distro)
+    has = provider.needs is None or provider.needs in middleware_of(distro).capabilities
+    return provider is not _NONE and has
 
 
 def providers_with(setting: str) -> Iterator[str]:

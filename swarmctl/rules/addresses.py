@@ -50,7 +50,7 @@ def loopback_addresses(context: RuleContext) -> Iterator[Diagnostic]:
 @rule("NET003", "NET011")
 def unsuitable_addresses(context: RuleContext) -> Iterator[Diagnostic]:
     """An address at which no ROS 1 node is reachable, or that may change at each boot."""
-    masters, ros = "master" in context.middleware.capabilities, context.spec.ros
+    masters, ros = context.has_masters, context.spec.ros
     for name, ip in context.addresses.items():
         if ip is None:
             continue
@@ -139,7 +139,7 @@ def borrowed_names(context: RuleContext) -> Iterator[Diagnostic]:
 def unlisted_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     """`naming: hosts` with a host that has no IP address for /etc/hosts."""
     need = wanted_version(context)
-    if context.spec.ros.naming != "hosts":
+    if context.spec.ros.naming != "hosts" or "naming" not in context.middleware.settings:
         return
     for name, ip in context.addresses.items():
         given = context.spec.hosts[name].address

@@ -105,7 +105,8 @@ def unauthorised_programs(context: RuleContext) -> Iterator[Diagnostic]:
     """A program publishes velocity commands without authority from `control` or from the mode."""
     for one in context.endpoints:
         robots = context.robots_by_command.get(one.topic, ()) if one.publishes else ()
-        address = advertised(context.spec, one.host) if one.host in context.spec.hosts else ""
+        known = one.host in context.spec.hosts and _names_hosts(context)
+        address = advertised(context.spec, one.host) if known else ""
         for robot in robots:
             over = context.authority.over(robot)
             if not any(commander.includes(one.node, address) for commander in over):
@@ -254,7 +255,7 @@ def impossible_commands(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("AUTH011")
+@rule("AUTH011", needs="node-hosts")
 def commanding_hosts(context: RuleContext) -> Iterator[Diagnostic]:
     """A program whose nodes have unknown names commands: all nodes of its host may; one finding per entry."""
     spec = context.spec
@@ -289,3 +290,61 @@ def commanding_hosts(context: RuleContext) -> Iterator[Diagnostic]:
 def _commands_anyway(context: RuleContext, host: str, robot: str) -> bool:
     """Whether `control` lets all nodes of ``host`` command ``robot``."""
     return any(control.by == host and robot in control.of for control in context.spec.control)
+
+
+def _checks_commanders(context: RuleContext, robot: str) -> bool:
+    """True if the driver of ``robot``, or the gate in front of it, rejects commands of others."""
+    return robot not in context.ros_drivers or robot in context.gated
+
+
+def _names_hosts(context: RuleContext) -> bool:
+    return "node-hosts" in context.middleware.capabilities
+
+
+@rule("AUTH012")
+def unrecognised_commanders(context: RuleContext) -> Iterator[Diagnostic]:
+    """A host commands, or a program whose nodes have unknown names, and the graph has no hosts of nodes."""
+    spec = context.spec
+    for index, control in enumerate(() if _names_hosts(context) else spec.control):
+        program = spec.programs.get(control.by)
+        named = control.by in spec.robots or (program is not None and program.names_its_node)
+        if named or not any(_checks_commanders(context, robot) for robot in control.of):
+            continue
+        here = [name for name, host in context.program_hosts.items() if host == control.by]
+        able = [name for name in here if spec.programs[name].names_its_node]
+        yield Diagnostic(
+            "AUTH012",
+            f"no robot recognises `{control.by}` as its commander: "
+            f"a graph of `{spec.ros.distro}` has the names of nodes, not their hosts",
+            context.span("control", index, "by"),
+            label="a host" if program is None else "its nodes have names of their own",
+            help=(
+                f"name the program that commands: by: {able[0] if able else 'PROGRAM'}"
+                if program is None
+                else "run the node that sends the commands as a program with `package` and `executable`",
+            ),
+        )
+
+
+@rule("AUTH013")
+def robots_without_commanders(context: RuleContext) -> Iterator[Diagnostic]:
+    """The leader commands, which no entry of `control` names, and the graph has no hosts of nodes."""
+    if _names_hosts(context):
+        return
+    named = {robot for control in context.spec.control for robot in control.of}
+    left = [
+        robot
+        for robot in context.command_topics
+        if robot not in named
+        and context.authority.leader_of(robot) is not None
+        and _checks_commanders(context, robot)
+    ]
+    if left:
+        more = f" and {len(left) - 1} more" if len(left) > 1 else ""
+        yield Diagnostic(
+            "AUTH013",
+            f"no node may command robot `{left[0]}`{more}: `control` names no commander",
+            context.span("robots", left[0], key=True),
+            label="does not move",
+            help=(f"add to `control`: {{by: PROGRAM, of: [{', '.join(left)}]}}",),
+        )

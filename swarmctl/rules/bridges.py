@@ -20,7 +20,7 @@ from swarmctl.yamltext.source import Loc
 
 def _crossings(context: RuleContext) -> Iterator[tuple[Loc, Crossing]]:
     settings = context.spec.multimaster
-    if settings is not None and context.spec.mode in MULTIMASTER:
+    if settings is not None and context.spec.mode in MULTIMASTER and context.joins_islands:
         for index, crossing in enumerate(settings.topics):
             yield ("multimaster", "topics", index), crossing
 

@@ -19,8 +19,8 @@ _LINK_LOCAL = ipaddress.ip_network("224.0.0.0/24")  # RFC 5771
 
 
 def _settings(context: RuleContext) -> Multimaster | None:
-    """Returns the multimaster settings, or None if the mode has a single master."""
-    return context.spec.multimaster if context.spec.mode in MULTIMASTER else None
+    """Returns the multimaster settings; None if the mode has a single master, or nothing joins islands."""
+    return context.spec.multimaster if context.spec.mode in MULTIMASTER and context.joins_islands else None
 
 
 def discovering(context: RuleContext) -> tuple[Multimaster, Discovery] | None:

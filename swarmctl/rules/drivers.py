@@ -70,15 +70,18 @@ def place_of_driver(context: RuleContext, robot: str, *loc: str | int) -> Span:
     return context.span("robots", robot, key=True)
 
 
-@rule("DRIVER002", needs="launch-xml")
+@rule("DRIVER002", needs="launched")
 def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
-    """`$(...)` in a driver's text that roslaunch evaluates; it cannot be escaped."""
+    """`$(...)` in a driver's text that a launch file evaluates; it cannot be escaped."""
     for name, driver in context.ros_drivers.items():
+        if driver.launch is None and not context.launches_executables:
+            continue
         for loc, value in driver.texts:
             if loc[0] != "params" and isinstance(value, str) and "$(" in value:
+                place = f"`{loc[1]}` of the driver of robot `{name}`"
                 yield Diagnostic(
                     "DRIVER002",
-                    f"roslaunch would evaluate the `$(` in `{loc[1]}` of the driver of robot `{name}`",
+                    f"{context.middleware.launcher} would evaluate the `$(` in {place}",
                     place_of_driver(context, name, *loc),
                     label="cannot be escaped",
                     help=("write the resulting value", "or set it in a launch file of your package"),
@@ -132,11 +135,12 @@ def _filled(context: RuleContext, robot: str, frame: str) -> str:
 def _shared_transform(context: RuleContext, group: list[_Transform]) -> Diagnostic:
     first, second = group[:2]
     span, other = (place_of_driver(context, one.robot) for one in (second, first))
+    shared = "master" if context.has_masters else "island"
     parents = {one.odom for one in group}
     what = f"one transform, `{first.odom}` to" if len(parents) == 1 else "transforms to one frame,"
     return Diagnostic(
         "DRIVER003",
-        f"the drivers of {len(group)} robots of one master publish {what} `{first.base}`",
+        f"the drivers of {len(group)} robots of one {shared} publish {what} `{first.base}`",
         span,
         label=f"that of `{second.robot}`, as that of `{first.robot}`",
         notes=note_of_other(other, span),

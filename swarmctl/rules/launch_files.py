@@ -9,7 +9,6 @@ from swarmctl.diagnostics import Diagnostic, Span, note_of_other
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.linter.launch_uses import LaunchUse
 from swarmctl.ros_packages.launched import Fault, Refusal
-from swarmctl.rules.programs import IDENTITY
 from swarmctl.suggest import did_you_mean, guess
 from swarmctl.swarm import names
 from swarmctl.swarm.names import driver_node, resolved
@@ -183,7 +182,7 @@ def identities(context: RuleContext) -> Iterator[Diagnostic]:
     """A launch file sets a variable that swarmctl sets for every host."""
     for use in context.launches:
         for one in use.launched.environment:
-            if one.name in IDENTITY:
+            if one.name in context.middleware.variables:
                 yield Diagnostic(
                     "PKG010",
                     f"the launch file of {use.owner} sets `{one.name}` ({one.place})",

@@ -13,6 +13,8 @@ from swarmctl.yamltext.edits import append_item, make_fix, remove, rename_key, r
 
 Loc = tuple[str | int, ...]
 
+_STANDALONE = ("if each host runs its own master, write `mode: standalone`",)
+
 
 @rule("MODE002", "MODE003", names=True)
 def roles(context: RuleContext) -> Iterator[Diagnostic]:
@@ -29,6 +31,7 @@ def _role(
     context: RuleContext, loc: Loc, within: model.Spec | model.Island, title: str, hosts: tuple[str, ...]
 ) -> Iterator[Diagnostic]:
     role = ROLES.get(Mode(within.mode))
+    duty = role and (role.duty if context.has_masters else role.without_master)
     named = [key for key in ("leader", "hub") if getattr(within, key) is not None]
     if role is not None and not named:
         added = f"add `{role.key}: {hosts[0]}`"
@@ -36,7 +39,7 @@ def _role(
             "MODE002",
             f"{title} needs a `{role.key}`",
             context.span(*loc, "mode"),
-            label=f"`{role.key}` is the host that {role.duty}",
+            label=f"`{role.key}` is the host that {duty}",
             help=(added,),
             fix=make_fix(
                 added, set_key(context.source, loc, role.key, hosts[0], after="mode"), safe=len(hosts) == 1
@@ -48,7 +51,7 @@ def _role(
         elif other == role.key:
             continue
         else:
-            label = f"the host that {role.duty} is called `{role.key}`"
+            label = f"the host that {duty} is called `{role.key}`"
             both = role.key in named
             help_ = "remove this line" if both else f"write `{role.key}: {getattr(within, other)}`"
         yield Diagnostic(
@@ -195,7 +198,7 @@ def missing_islands(context: RuleContext) -> Iterator[Diagnostic]:
             label="no islands",
             help=(
                 "add them: islands: {west: {mode: central, hub: ..., hosts: [...]}, east: {...}}",
-                "if each host runs its own master, write `mode: standalone`",
+                *_STANDALONE[: context.has_masters],
             ),
         )
 
@@ -220,7 +223,9 @@ def island_membership(context: RuleContext) -> Iterator[Diagnostic]:
                 if same
                 else f"host `{host}` is on two islands, `{other}` and `{name}`",
                 context.span("islands", name, "hosts", place),
-                label="second entry" if same else "a host follows one master",
+                label="second entry"
+                if same
+                else f"a host {'follows one master' if context.has_masters else 'is on one island'}",
                 notes=(Note(context.span("islands", other, "hosts", earlier), "first entry"),),
                 help=("keep one of the two; topics that the other island needs are bridged",),
             )
@@ -234,9 +239,25 @@ def island_membership(context: RuleContext) -> Iterator[Diagnostic]:
                 "MODE011",
                 f"host `{host}` is on no island",
                 context.span("hosts", host, key=True),
-                label="follows no master",
+                label="follows no master" if context.has_masters else "in no graph",
                 help=("add it to the `hosts` of an island",),
             )
+
+
+@rule("MODE017")
+def unjoined_islands(context: RuleContext) -> Iterator[Diagnostic]:
+    """Several islands, and nothing that carries topics from one to another."""
+    spec, islands = context.spec, context.islands
+    if len(islands) > 1 and not context.joins_islands:
+        yield Diagnostic(
+            "MODE017",
+            f"the {len(islands)} islands of mode `{spec.mode.value}` share no topics: "
+            f"swarmctl does not yet bridge islands of `{spec.ros.distro}`",
+            context.span("mode"),
+            label="several islands",
+            notes=(Note(context.span("ros", "distro"), "the distribution"),),
+            help=("write `mode: central` with a `hub`, or `mode: leader`: one island with all hosts",),
+        )
 
 
 def _working(context: RuleContext) -> set[str]:

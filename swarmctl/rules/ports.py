@@ -1,4 +1,4 @@
-"""The TCP ports of masters, discovery and SSH: unique and usable."""
+"""The ports of masters, domains, discovery and SSH: unique and usable."""
 
 from __future__ import annotations
 
@@ -70,6 +70,8 @@ def _clash(context: RuleContext, first: Listener, other: Listener) -> Diagnostic
             if free
             else "write other `local_ports` in one of the links; its driver has to use them"
             if one.of_robot
+            else "write another `domain` in `ros`, whose ports are free"
+            if _of_a_domain(first) or _of_a_domain(other)
             else "change one of the ports",
         ),
         fix=edits.make_fix(f"set the master port of `{moved}` to {free}", change, safe=False)
@@ -83,6 +85,11 @@ def _of_a_master(one: Listener) -> bool:
     return one.loc[-1] == "master_port"
 
 
+def _of_a_domain(one: Listener) -> bool:
+    """True if the port follows from the domain of an island."""
+    return one.loc == ("ros", "domain")
+
+
 def _place(context: RuleContext, one: Listener) -> Span:
     """Returns the place of the port in the spec; for a default, the host that listens there."""
     host, ros = context.spec.hosts[one.host], context.spec.ros
@@ -91,7 +98,8 @@ def _place(context: RuleContext, one: Listener) -> Span:
     if one.loc[0] == "hosts":
         given = one.loc[2] in host.model_fields_set
     else:
-        given = "master_port" in ros.model_fields_set and len(context.islands) == 1
+        key = one.loc[1]
+        given = key in ros.model_fields_set and (key != "master_port" or len(context.islands) == 1)
     return context.span(*one.loc) if given else context.span("hosts", one.host, key=True)
 
 
@@ -106,7 +114,7 @@ def _free_port(context: RuleContext, hub: str) -> int | None:
     return free_master_port(taken, master_offsets(context.spec, context.islands))
 
 
-@rule("PORT005", needs="master")
+@rule("PORT005")
 def ephemeral_ports(context: RuleContext) -> Iterator[Diagnostic]:
     """A port in the ephemeral range."""
     reported: set[tuple[str | int, ...]] = set()
@@ -115,10 +123,11 @@ def ephemeral_ports(context: RuleContext) -> Iterator[Diagnostic]:
             continue
         reported.add(one.loc)
         usual = f", such as {USUAL_MASTER}" if one.loc[-1] == "master_port" else ""
+        below = f"choose a port below {EPHEMERAL[0]}{usual}"
         yield Diagnostic(
             "PORT005",
             f"port {one.port} of {one.what} of `{one.host}` may be in use by an outgoing connection",
-            context.span(*one.loc),
+            _place(context, one) if _of_a_domain(one) else context.span(*one.loc),
             label=f"Linux assigns {EPHEMERAL[0]} to {EPHEMERAL[-1]}",
-            help=(f"choose a port below {EPHEMERAL[0]}{usual}",),
+            help=("write a smaller `domain` in `ros`" if _of_a_domain(one) else below,),
         )

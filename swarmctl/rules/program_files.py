@@ -49,7 +49,7 @@ def _paths(program: Program) -> Iterator[tuple[Loc, str]]:
         yield ("params", name, "file"), path
 
 
-@rule("PROG029", needs="launch-xml")
+@rule("PROG029", needs="launched")
 def parameters(context: RuleContext) -> Iterator[Diagnostic]:
     """A file of parameters that is not a YAML mapping."""
     for name, program in context.spec.programs.items():
@@ -62,8 +62,11 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                     "PROG029",
                     f"{path}:{line}:{column} cannot be loaded as parameters: {message}",
                     context.span("programs", name, "params", key, "file"),
-                    label="rosparam refuses it",
-                    help=("write `NAME: VALUE` on each line, as in a file for `rosparam load`",),
+                    label="rosparam refuses it" if context.has_masters else "not a mapping of parameters",
+                    help=(
+                        "write `NAME: VALUE` on each line"
+                        + (", as in a file for `rosparam load`" if context.has_masters else ""),
+                    ),
                 )
 
 
@@ -117,7 +120,7 @@ def _swarm(context: RuleContext) -> Swarm | None:
         return None
 
 
-@rule("PROG031", needs="launch-xml")
+@rule("PROG031", needs="launched")
 def arguments(context: RuleContext) -> Iterator[Diagnostic]:
     """An argument of a launch file, or a parameter of a shipped program, that is a list or a mapping."""
     for name, program in context.spec.programs.items():
@@ -207,7 +210,7 @@ def _lost(key: str, value: str) -> str | None:
     return None if kept else needed
 
 
-@rule("PROG021", needs="launch-xml")
+@rule("PROG021", needs="launched")
 def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
     """A variable, a home folder or a command in a value that no shell and no roslaunch expands."""
     for name, program in context.spec.programs.items():
@@ -233,7 +236,8 @@ def unexpanded_texts(context: RuleContext) -> Iterator[Diagnostic]:
                     else (f"write each word on its own: [{', '.join(str(value).split())}]",),
                 )
                 continue
-            found = _unexpanded(_without_find(value, kind), in_a_node=not evaluated)
+            finds = context.launches_executables or program.launch is not None
+            found = _unexpanded(_without_find(value, kind) if finds else value, in_a_node=not evaluated)
             if found is None:
                 continue
             home = _home(context, name)

@@ -17,8 +17,6 @@ from swarmctl.swarm.program_values import available_to, texts_of
 from swarmctl.swarm.shipped_programs import SHIPPED
 from swarmctl.yamltext.edits import make_fix, remove, rename_key, replace_value, set_key
 
-# Set by swarmctl for each host, from its address and the mode.
-IDENTITY = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE")
 _GLOBAL = "use_sim_time"  # nodes read only the global /use_sim_time
 _PARAMETER = re.compile(r"[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*", re.ASCII)
 
@@ -69,7 +67,8 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
             if home is not None and theirs is not None and home.name != theirs.name:
                 yield Diagnostic(
                     "PROG007",
-                    f"program `{name}` belongs to robot `{program.robot}`, but runs under another master",
+                    f"program `{name}` belongs to robot `{program.robot}`, but runs "
+                    f"{'under another master' if context.has_masters else 'on another island'}",
                     context.span("programs", name, "host"),
                     label=f"on island `{home.name}`",
                     notes=(
@@ -85,17 +84,18 @@ def where_they_run(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG008", needs="master")
+@rule("PROG008")
 def environments(context: RuleContext) -> Iterator[Diagnostic]:
     """An environment variable that swarmctl sets for every host."""
+    what = "which swarmctl writes for every host" if context.has_masters else "by which nodes find each other"
     for name, program in context.spec.programs.items():
         for key in program.environment:
-            if key in IDENTITY:
+            if key in context.middleware.variables:
                 loc = ("programs", name, "environment", key)
                 help_, fix = _instead(context, name, key)
                 yield Diagnostic(
                     "PROG008",
-                    f"program `{name}` sets `{key}`, which swarmctl writes for every host",
+                    f"program `{name}` sets `{key}`, {what}",
                     context.span(*loc, key=True),
                     label="would override it",
                     help=(help_,),
@@ -108,7 +108,8 @@ def _instead(context: RuleContext, name: str, key: str) -> tuple[str, Fix | None
     program, loc = context.spec.programs[name], ("programs", name, "environment")
     namespace = program.environment[key].strip("/")
     if key != "ROS_NAMESPACE" or program.namespace is not None or not re.fullmatch(NAMESPACE, namespace):
-        help_ = "remove it; swarmctl derives it from the host's address and the mode"
+        origin = "the host's address and the mode" if context.has_masters else "`ros` and the mode"
+        help_ = f"remove it; swarmctl derives it from {origin}"
         return help_, make_fix(f"remove `{key}`", remove(context.source, (*loc, key)), safe=False)
     if len(program.environment) == 1:
         edits = rename_key(context.source, loc, "namespace"), replace_value(context.source, loc, namespace)
@@ -152,11 +153,11 @@ def parameters(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG016", needs="launch-xml")
+@rule("PROG016", needs="launched")
 def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
-    """`$(...)` in a value that roslaunch evaluates; it cannot be escaped. `$(find PACKAGE)` is meant."""
+    """`$(...)` in a value that a launch file evaluates; it cannot be escaped. `$(find PACKAGE)` is meant."""
     for name, program in context.spec.programs.items():
-        if program.package is None:
+        if program.package is None or not (program.launch or context.launches_executables):
             continue
         values: list[tuple[str, str | int, str]] = [
             ("environment", key, value) for key, value in program.environment.items()
@@ -170,7 +171,7 @@ def substitutions(context: RuleContext) -> Iterator[Diagnostic]:
                 where = value if isinstance(key, int) else key
                 yield Diagnostic(
                     "PROG016",
-                    f"roslaunch would evaluate the `$(` in `{where}` of program `{name}`",
+                    f"{context.middleware.launcher} would evaluate the `$(` in `{where}` of program `{name}`",
                     context.span("programs", name, kind, key),
                     label="cannot be escaped",
                     help=("write the resulting value", "or set it in the launch file of your package"),
@@ -182,8 +183,15 @@ _WORDS = {
     "command": "a command", "container": "a container",
 }  # fmt: skip
 # Placeholders that only some programs have, and what the others lack.
-_LACKING = {"robot": "no robot", "files": "no `files`", "secrets": "no `files` among its `secrets`"}
+_LACKING = {
+    "master_uri": "no ROS master",
+    "robot": "no robot",
+    "files": "no `files`",
+    "secrets": "no `files` among its `secrets`",
+}
 _IN_COMMAND = "write it as a word of the command"
+# What stands before a parameter or a new name on a command line.
+_ROS_1, _ROS_2 = {"param": "_", "remap": ""}, {"param": "--ros-args -p ", "remap": "--ros-args -r "}
 # What a kind of program does not read, and what to write instead.
 _UNREAD: Mapping[Kind, Mapping[str, str]] = {
     "use": {
@@ -193,13 +201,13 @@ _UNREAD: Mapping[Kind, Mapping[str, str]] = {
         "lifecycle": "remove it: teleop-key is started by a person, teleop-joy is a service",
     },
     "command": {
-        "params": "write _NAME:=VALUE as a word of the command, if it is a node",
-        "remap": "write OLD:=NEW as a word of the command, if it is a node",
+        "params": "write {param}NAME:=VALUE as a word of the command, if it is a node",
+        "remap": "write {remap}OLD:=NEW as a word of the command, if it is a node",
         "args": _IN_COMMAND,
     },
     "container": {
-        "params": "write _NAME:=VALUE under `args`, if it runs a node",
-        "remap": "write OLD:=NEW under `args`, if it runs a node",
+        "params": "write {param}NAME:=VALUE under `args`, if it runs a node",
+        "remap": "write {remap}OLD:=NEW under `args`, if it runs a node",
     },
 }
 
@@ -207,6 +215,7 @@ _UNREAD: Mapping[Kind, Mapping[str, str]] = {
 @rule("PROG002", "PROG003", "PROG004")
 def commands(context: RuleContext) -> Iterator[Diagnostic]:
     """A program that is not exactly one thing."""
+    recorder = "rosbag" if context.has_masters else "ros2, bag"
     for name, program in context.spec.programs.items():
         starts = _starts(program)
         if not starts:
@@ -220,7 +229,7 @@ def commands(context: RuleContext) -> Iterator[Diagnostic]:
                 label="`package` missing" if lone else "needs `use`, `package`, `command` or `container`",
                 help=(
                     "add the ROS package: package: joy, executable: joy_node",
-                    "or any command: command: [rosbag, record, -a]",
+                    f"or any command: command: [{recorder}, record, -a]",
                     f"or a program that swarmctl ships: {_use_help()}",
                 ),
             )
@@ -273,7 +282,7 @@ def _use_help() -> str:
     return ", ".join(f"use: {one}" for one in SHIPPED)
 
 
-@rule("PROG025", needs="launch-xml")
+@rule("PROG025", needs="launched")
 def arguments(context: RuleContext) -> Iterator[Diagnostic]:
     """`args` that do not fit what is started, or that repeat `params`."""
     for name, program in context.spec.programs.items():
@@ -295,9 +304,10 @@ def arguments(context: RuleContext) -> Iterator[Diagnostic]:
             )
 
 
-@rule("PROG026", needs="launch-xml")
+@rule("PROG026", needs="launched")
 def unread_keys(context: RuleContext) -> Iterator[Diagnostic]:
     """A key that this kind of program does not read."""
+    words = _ROS_1 if "ros1-nodes" in context.middleware.capabilities else _ROS_2
     for name, program in context.spec.programs.items():
         kind = next(iter(program.kinds), None)
         for key, instead in _UNREAD.get(kind, {}).items() if kind is not None else ():
@@ -307,7 +317,7 @@ def unread_keys(context: RuleContext) -> Iterator[Diagnostic]:
                     f"program `{name}` is {_WORDS[kind or '']}, which has no `{key}`",
                     context.span("programs", name, key, key=True),
                     label="has no effect",
-                    help=(instead,),
+                    help=(instead.format(**words),),
                 )
 
 
@@ -340,11 +350,11 @@ def secrets(context: RuleContext) -> Iterator[Diagnostic]:
                 )
 
 
-@rule("PROG027", needs="launch-xml")
+@rule("PROG027", needs="launched")
 def placeholders(context: RuleContext) -> Iterator[Diagnostic]:
     """A placeholder that has no value."""
     for name, program in context.spec.programs.items():
-        known = available_to(program)
+        known = [one for one in available_to(program) if one != "master_uri" or context.has_masters]
         for loc, text in texts_of(program):
             unknown = next((one for one in placeholders_in(text) if one not in known), None)
             if unknown is not None:

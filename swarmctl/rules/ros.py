@@ -1,34 +1,45 @@
-"""The keys of `ros`: those that the middleware reads, and the hosts that they name."""
+"""The keys of `ros`: those that the middleware reads, the hosts they name, and what discovery reaches."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from swarmctl.diagnostics import Diagnostic, Note
+from swarmctl.links.wlan_link import Wlan
 from swarmctl.linter.context import RuleContext, rule
 from swarmctl.plugins import MIDDLEWARES
 from swarmctl.render.middleware import middleware_of
 from swarmctl.yamltext.edits import make_fix, remove
+from swarmctl.yamltext.source import Loc
+
+_MANY = (
+    10  # 12 nodes on three hosts sent 12 200 packets in 10 s, 6 nodes 2 200; a server halves that and more
+)
+_OTHERWISE = ("leave `discovery` out: nodes then ask a server, or know the addresses of all hosts",)
 
 
 @rule("ROS001")
 def unused_settings(context: RuleContext) -> Iterator[Diagnostic]:
     """Settings that the middleware does not read."""
     ros = context.spec.ros
-    for key in type(ros).model_fields:
-        if key in ros.model_fields_set and key not in {"distro", *context.middleware.settings}:
+    places: list[Loc] = [("ros", key) for key in type(ros).model_fields if key in ros.model_fields_set]
+    hosts = context.spec.hosts.items()
+    places += [("hosts", name, "master_port") for name, one in hosts if one.master_port is not None]
+    for loc in places:
+        key = str(loc[-1])
+        if key not in {"distro", *context.middleware.settings}:
             others = [name for name in MIDDLEWARES if key in middleware_of(name).settings]
             named = " or ".join(f"`distro: {name}`" for name in others)
             yield Diagnostic(
                 "ROS001",
                 f"`{ros.distro}` does not use `{key}`",
-                context.span("ros", key, key=True),
+                context.span(*loc, key=True),
                 label="has no effect",
                 notes=(Note(context.span("ros", "distro"), "the distribution"),)
                 if "distro" in ros.model_fields_set
                 else (),
                 help=(f"remove it, or write {named}" if named else "remove it",),
-                fix=make_fix(f"remove `{key}`", remove(context.source, ("ros", key)), safe=not others),
+                fix=make_fix(f"remove `{key}`", remove(context.source, loc), safe=not others),
             )
 
 
@@ -65,3 +76,90 @@ def undelivered_packages(context: RuleContext) -> Iterator[Diagnostic]:
                 label="stays where it is",
                 help=("build it in a workspace on its hosts, and name that as `ros.workspace`",),
             )
+
+
+@rule("ROS004", needs="domains")
+def servers_twice(context: RuleContext) -> Iterator[Diagnostic]:
+    """A host that is listed twice among the servers."""
+    servers = context.spec.ros.servers
+    for number, host in enumerate(servers):
+        if host in servers[:number]:
+            loc = ("ros", "servers", number)
+            yield Diagnostic(
+                "ROS004",
+                f"`{host}` is listed twice in `servers`; a host runs one",
+                context.span(*loc),
+                label="second entry",
+                notes=(Note(context.span("ros", "servers", servers.index(host)), "first entry"),),
+                help=("name another host, or remove it",),
+                fix=make_fix("remove the second entry", remove(context.source, loc), safe=False),
+            )
+
+
+@rule("ROS005", needs="domains")
+def discovery_within_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A discovery that does not reach the other hosts of an island."""
+    for island in context.islands:
+        method, members = island.discovery.method, island.hosts
+        if len(members) > 1 and method == "local":
+            yield Diagnostic(
+                "ROS005",
+                f"nodes of the {len(members)} hosts of `{island.name}` do not find each other: "
+                "discovery `local` stays on each host",
+                context.span("ros", "discovery"),
+                label="reaches no other host",
+                help=_OTHERWISE,
+            )
+        if method != "multicast":
+            continue
+        for index, link in context.networks:
+            if link.multicast is False and len(context.members[index].intersection(members)) > 1:
+                yield Diagnostic(
+                    "ROS005",
+                    f"nodes do not find each other over `{link.name}`, which passes no multicast",
+                    context.span("ros", "discovery"),
+                    label="by multicast",
+                    notes=(Note(context.span("links", index, "multicast"), "the network"),),
+                    help=_OTHERWISE,
+                )
+
+
+@rule("ROS006", needs="domains")
+def multicast_storms(context: RuleContext) -> Iterator[Diagnostic]:
+    """Discovery by multicast of many processes over one wlan."""
+    for island in context.islands:
+        if island.discovery.method != "multicast":
+            continue
+        for index, link in context.networks:
+            joined = context.members[index].intersection(island.hosts)
+            count = sum(context.ros_processes[host] for host in joined)
+            if isinstance(link, Wlan) and link.multicast is not False and len(joined) > 1 and count > _MANY:
+                yield Diagnostic(
+                    "ROS006",
+                    f"{count} processes find each other by multicast over the wlan `{link.name}`; "
+                    f"above {_MANY}, discovery alone may fill it",
+                    context.span("ros", "discovery"),
+                    label="packets grow with the square of the processes",
+                    notes=(Note(context.span("links", index, "name"), "the wlan"),),
+                    help=_OTHERWISE,
+                )
+
+
+@rule("ROS007", needs="domains")
+def crowded_hosts(context: RuleContext) -> Iterator[Diagnostic]:
+    """A host with more processes than the nodes of an island find."""
+    for island in context.islands:
+        most = context.middleware.most_processes(island)
+        for host in island.hosts:
+            count = context.ros_processes[host]
+            if most is not None and count > most:
+                yield Diagnostic(
+                    "ROS007",
+                    f"host `{host}` runs {count} processes with nodes, and {most} can be found there",
+                    context.span("hosts", host, key=True),
+                    label=f"{count - most} too many",
+                    help=(
+                        "move robots or programs to another host",
+                        "or start several nodes in one process, by a launch file of your package",
+                    ),
+                )

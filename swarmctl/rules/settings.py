@@ -110,16 +110,16 @@ def unsuitable_drivers(context: RuleContext) -> Iterator[Diagnostic]:
     """A driver that cannot drive robots of this type."""
     for name, robot in context.spec.robots.items():
         kind = context.native_robots.get(name)
+        for_board = isinstance(robot.driver, str) and robot.driver in FOR_BOARDS
         if robot.driver == SWARMCTL and isinstance(context.types[robot.type], RosRobotType):
             message = f"the type of robot `{name}` has no protocol that swarmctl's driver knows"
             use = "remove `driver`, so that the ROS package of its type is used"
-        elif (
-            isinstance(robot.driver, str)
-            and robot.driver in FOR_BOARDS
-            and (kind is None or kind.sketch is None)
-        ):
+        elif for_board and (kind is None or kind.sketch is None):
             message = f"robot `{name}` has no rosserial firmware"
             use = "remove `driver`, so that the driver of its type is used"
+        elif for_board and "ros1-nodes" not in context.middleware.capabilities:
+            message = f"`{robot.driver}` of robot `{name}` is a package of ROS 1"
+            use = "remove `driver`, so that swarmctl's own driver reads the board"
         else:
             continue
         loc = ("robots", name, "driver")

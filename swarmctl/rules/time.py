@@ -67,9 +67,10 @@ def missing_roots(context: RuleContext) -> Iterator[Diagnostic]:
         return
     hubs = [island.hub for island in context.islands]
     named = next((hub for hub in hubs if _keeps_time(context, hub)), hubs[0])
+    several = "masters" if context.has_masters else "islands"
     yield Diagnostic(
         "TIME003",
-        f"{len(hubs)} masters without `time.root`, and host `{lost}` has no battery-backed clock",
+        f"{len(hubs)} {several} without `time.root`, and host `{lost}` has no battery-backed clock",
         context.span("hosts", lost, key=True),
         label=f"a {context.computer_of(lost)} boots with a wrong time",
         help=(f"add `time: {{root: {named}}}`, so that all hosts follow its clock",),

@@ -64,11 +64,7 @@ def _of_a_driver(context: RuleContext, topic: str) -> tuple[str, str] | None:
 
 def _clash(context: RuleContext, one: Endpoint, other: str, who: str, where: Loc | None) -> Diagnostic:
     loc = (*one.loc, "type")
-    shown = (
-        "; `rostopic type` shows it on a running system"
-        if "master" in context.middleware.capabilities
-        else ""
-    )
+    shown = "; `rostopic type` shows it on a running system" if context.has_masters else ""
     is_program = where is not None and where[0] == "programs"
     notes = () if where is None else (
         Note(context.span(*where, "type"), "the other type")

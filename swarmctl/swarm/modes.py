@@ -16,17 +16,21 @@ MULTIMASTER = (Mode.STANDALONE, Mode.COMBINED)  # modes with several masters
 
 @dataclass(frozen=True)
 class Role:
-    """The host that a mode must name: the key that names it, and what that host does."""
+    """The host that a mode must name: the key that names it, and what that host does.
+
+    ``without_master``: the same where nodes find each other without a master.
+    """
 
     key: str
     duty: str
+    without_master: str
 
 
 # Which host a mode is built around (paper, section 4).
 ROLES = {
-    Mode.SINGLE_MINDED: Role("leader", "runs the master and every driver"),
-    Mode.LEADER: Role("leader", "runs the master and commands the others"),
-    Mode.CENTRAL: Role("hub", "runs the master that all robots connect to"),
+    Mode.SINGLE_MINDED: Role("leader", "runs the master and every driver", "runs every driver"),
+    Mode.LEADER: Role("leader", "runs the master and commands the others", "commands the others"),
+    Mode.CENTRAL: Role("hub", "runs the master that all robots connect to", "all robots find each other by"),
 }
 
 

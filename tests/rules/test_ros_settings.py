@@ -26,7 +26,7 @@ def served() -> Iterator[None]:
     MIDDLEWARES.unregister("served")
 
 
-def findings(folder: Path, ros: str, mode: str = "mode: standalone") -> list[tuple[str, str]]:
+def findings(folder: Path, ros: str, mode: str = "mode: central\nhub: koala-laptop") -> list[tuple[str, str]]:
     spec = folder / "swarm.yaml"
     text = SPEC.read_text("utf-8").replace("mode: standalone", mode)
     spec.write_text(f"{text}ros: {{distro: served, {ros}}}\n", "utf-8")

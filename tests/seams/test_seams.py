@@ -80,8 +80,12 @@ def test_the_bundle_has_their_files_and_units(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("registered")
 def test_a_swarm_without_a_provider_has_no_file_of_ros_1(tmp_path: Path) -> None:
-    """Its middleware joins no islands, and the spec names nothing that does."""
-    swarm = swarm_of(written(tmp_path, provider=""))
+    """Its middleware joins no islands, and the spec names nothing that does: a single island is left."""
+    spec = written(tmp_path, provider="")
+    assert [one.code for one in findings(spec, "MODE017")] == ["MODE017"]
+    text = spec.read_text("utf-8")
+    spec.write_text(text.replace("mode: standalone", f"mode: central\nhub: {HUB}"), "utf-8")
+    swarm = swarm_of(spec)
     made = bundles(swarm)
     text = "".join(f"{file.path}\n{file.content.decode()}" for one in made.values() for file in one.files)
     assert re.findall(r"/ros|ROS_|fkie|launch|11311|\bmaster", text) == []

@@ -25,8 +25,10 @@ def _unit(swarm: Swarm, part: str, needs: tuple[str, ...]) -> Part:
 class Pebble:
     """Nodes find each other: no master. One process per host runs all drivers."""
 
-    capabilities: frozenset[Capability] = frozenset()
+    capabilities: frozenset[Capability] = frozenset({"node-hosts"})
     settings: frozenset[str] = frozenset()
+    variables: frozenset[str] = frozenset()
+    launcher = ""
     multimaster = ""
     shared_files: frozenset[str] = frozenset()
     topics: Mapping[str, str] = {
@@ -71,8 +73,11 @@ class Pebble:
     def type_name(self, kind: str) -> str:
         return kind.replace("/", "/msg/")
 
-    def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
+    def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         yield Listener(island.hub, 7400, "pebble's router", ("ros", "distro"))
+
+    def most_processes(self, island: Island) -> None:
+        return None
 
     def debian_packages(self, requirement: str) -> tuple[str, ...]:
         return (f"pebble-{requirement}",)
@@ -91,6 +96,7 @@ class Mesh:
     """A bridge process on every hub that receives topics."""
 
     settings = frozenset({"heartbeat_hz"})
+    needs = None
     discovery = Discovery("239.255.7.7", forget_factor=3)
     memory_mb = 10
     offsets = (50,)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import get_args
+from collections.abc import Iterator, Mapping, Sequence
 
 from swarmctl.render import driver_files, expected_nodes, program_needs, sketch
 from swarmctl.render.bundle import File, Part, required, workspace
@@ -38,8 +37,12 @@ TOPICS = {
 class Noetic:
     """The middleware of ``ros: {distro: noetic}``."""
 
-    capabilities: frozenset[Capability] = frozenset(get_args(Capability))
+    capabilities: frozenset[Capability] = frozenset(
+        {"master", "launched", "launch-xml", "catkin", "ros1-nodes", "node-hosts"}
+    )
     settings = frozenset({"master_port", "workspace", "builders", "naming", "ipv6", "use_sim_time"})
+    variables = frozenset({"ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME", "ROS_NAMESPACE"})
+    launcher = "roslaunch"
     multimaster = "fkie"
     shared_files = frozenset({release.ENVIRONMENT})  # ROS_MASTER_URI and how the islands join
     topics = TOPICS
@@ -98,9 +101,12 @@ class Noetic:
         """Returns the same: a spec has the names of ROS 1."""
         return kind
 
-    def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
+    def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         """Yields the port of the master."""
         yield Listener(island.hub, island.master_port, "the ROS master", master_loc(spec, island))
+
+    def most_processes(self, island: Island) -> None:
+        """Returns None: nodes take any free ports."""
 
     packages_of_key = staticmethod(debian_packages.packages_of_key)
     debian_packages = staticmethod(debian_packages.packages)

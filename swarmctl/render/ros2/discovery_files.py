@@ -13,8 +13,8 @@ FASTDDS, SUPER_CLIENT, CYCLONE = "env/fastdds.xml", "env/super_client.xml", "env
 HUMBLE = "humble"  # the last without ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_SUPER_CLIENT
 FASTDDS_2 = (HUMBLE, "jazzy")  # distributions with Fast DDS 2, which has its own variable for profiles
 LOOPBACK = "127.0.0.1"
-#: Participants of a host that nodes of other hosts look for: twice the processes of a busy robot.
-_MOST_PARTICIPANTS = 32
+#: Participants of a host that others look for: twice the processes of a busy robot.
+MOST_PARTICIPANTS = 32
 
 
 def files(swarm: Swarm, host: Host, island: Island) -> Iterator[File]:
@@ -52,7 +52,7 @@ def _fastdds(swarm: Swarm, host: Host, island: Island, servers: list[tuple[str, 
         "ros2/fastdds.xml",
         addresses=[LOOPBACK] if local else [LOOPBACK, host.address] if _is_ipv4(host.address) else [],
         peers=peers if peers_by_file(swarm, island) else [],
-        most=_MOST_PARTICIPANTS,
+        most=MOST_PARTICIPANTS,
         servers=servers or [],
     )
 
@@ -63,7 +63,7 @@ def _cyclonedds(swarm: Swarm, host: Host, island: Island) -> bytes:
         "ros2/cyclonedds.xml",
         address=host.address if ip_of(host.address) else "",
         multicast=not by_peers,
-        most=_MOST_PARTICIPANTS,
+        most=MOST_PARTICIPANTS,
         peers=[swarm.hosts[name].address for name in island.hosts] if by_peers else [],
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from swarmctl.render import expected_nodes, program_needs, sketch
@@ -17,6 +17,7 @@ from swarmctl.render.middleware import (
 from swarmctl.render.ros2 import (
     ament_packages,
     domain_ports,
+    graph_environment,
     ros2_drivers,
     ros2_programs,
     ros2_release,
@@ -41,8 +42,10 @@ TOPICS = {
 class Ros2:
     """The middleware of a distribution of ROS 2."""
 
-    capabilities: frozenset[Capability] = frozenset()
+    capabilities: frozenset[Capability] = frozenset({"launched", "domains"})
     settings = frozenset({"rmw", "domain", "discovery", "servers", "workspace"})
+    variables = frozenset(graph_environment.GRAPH_VARIABLES)
+    launcher = "ros2 launch"
     multimaster = ""
     shared_files = frozenset({ros2_release.ENVIRONMENT})  # the domain, and where the servers are
     topics = TOPICS
@@ -121,9 +124,13 @@ class Ros2:
         package, *_, name = kind.split("/")
         return f"{package}/msg/{name}" if name != package else kind
 
-    def listeners(self, spec: Spec, island: Island) -> Iterator[Listener]:
+    def listeners(self, spec: Spec, island: Island, processes: Mapping[str, int]) -> Iterator[Listener]:
         """Yields the ports of servers and of DDS on all hosts of ``island``."""
-        return domain_ports.listeners(spec, island)
+        return domain_ports.listeners(island, processes)
+
+    def most_processes(self, island: Island) -> int | None:
+        """Returns how many processes a domain has ports for, or nodes of other hosts look for."""
+        return domain_ports.most_processes(self._distro, island)
 
     def debian_packages(self, requirement: str) -> tuple[str, ...]:
         """Returns the package of ROS's own archive, or that of Debian."""

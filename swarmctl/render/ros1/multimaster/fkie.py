@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from swarmctl.render.bundle import ROOT, File, Part, Unit, package
+from swarmctl.render.middleware import Capability
 from swarmctl.render.multimaster import Discovery, JoinNodes, MultimasterProvider
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
@@ -42,6 +43,7 @@ _RECONNECT = {"resync_on_reconnect": True, "resync_on_reconnect_timeout": 0}
 class Fkie:
     """The provider: a discovery node on every hub, and a sync node on hubs that receive topics."""
 
+    needs: Capability = "master"
     settings = frozenset(Multimaster.model_fields) - {"provider", "topics"}
     discovery = Discovery("226.0.0.0", forget_factor=5)  # of master_discovery (multimaster_fkie 0.8)
     memory_mb = 120

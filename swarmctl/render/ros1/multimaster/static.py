@@ -10,6 +10,7 @@ from typing import Any
 
 from swarmctl.render import shipped_files
 from swarmctl.render.bundle import File, Part, Unit
+from swarmctl.render.middleware import Capability
 from swarmctl.render.multimaster import JoinNodes, MultimasterProvider
 from swarmctl.render.quoting import render
 from swarmctl.render.ros1 import release
@@ -30,6 +31,7 @@ _REMOVE_AFTER = 60.0  # s; shorter, and a robot behind a wall loses its publishe
 class Static:
     """The provider: one node on each hub that receives topics."""
 
+    needs: Capability = "master"
     settings: frozenset[str] = frozenset()
     discovery = None
     memory_mb = 60
